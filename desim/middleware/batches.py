@@ -13,6 +13,7 @@ host that stops. What happens is the same, row by row.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
@@ -74,7 +75,7 @@ class Member(Carrier[Batch]):
     """One publisher's place in its batches: the link to its one receiver. ``latest`` keeps the
     messages there; None: a callback waits for each. It is the carrier of the publisher's frames."""
 
-    __slots__ = ("publisher", "link", "host", "latest", "ahead", "_batches", "_index", "_number",
+    __slots__ = ("publisher", "link", "host", "latest", "ahead", "index", "_batches", "_number",
                  "_entity")
 
     def __init__(self, batches: BatchPublisher, index: int, number: int, link: StreamLink,
@@ -83,7 +84,7 @@ class Member(Carrier[Batch]):
         latest = host.awaits_nothing(publisher.topic.name)
         self.latest = None if latest is None or latest.wakes else latest
         self.ahead = True
-        self._batches, self._index, self._number = batches, index, number
+        self._batches, self.index, self._number = batches, index, number
         self._entity = pair(publisher.host.id, host.id)
 
     @property
@@ -91,25 +92,24 @@ class Member(Carrier[Batch]):
         return self.link.socket
 
     def expected(self, batch: Batch, receiver: int, arrival_ns: int) -> None:
-        if self._index in batch.open:
-            batch.arrivals[self._index] = arrival_ns
-            self.await_(batch, arrival_ns)
+        if self.index in batch.open:
+            batch.arrivals[self.index] = arrival_ns
+            if self.latest is None:
+                self.await_(batch, arrival_ns)
         else:
             self.link.expected(self.message(batch), receiver, arrival_ns)
 
     def await_(self, batch: Batch, arrival_ns: int) -> None:
-        """Book the arrival of a message, if a callback waits for it."""
-        if self.latest is None:
-            self.host.graph.kernel.at(arrival_ns, Phase.DELIVER, self._entity, self._hand_over,
-                                      batch)
+        """Book the arrival of a message, for a callback that waits for it."""
+        self._batches.kernel.at(arrival_ns, Phase.DELIVER, self._entity, self._hand_over, batch)
 
     def _hand_over(self, batch: Batch) -> None:
-        if batch.arrivals[self._index] != UNKNOWN_NS:
+        if batch.arrivals[self.index] != UNKNOWN_NS:
             self.host.receive(self.message(batch))
 
     def message(self, batch: Batch) -> Message:
         """This publisher's message."""
-        index, size_bytes = self._index, self._batches.size_bytes
+        index, size_bytes = self.index, self._batches.size_bytes
         message = Message(self.publisher.host, self.publisher.topic, batch.seq + index, size_bytes,
                           batch.born_ns, Lazy(size_bytes, partial(batch.read, self._number)))
         message.number = batch.number + index
@@ -117,7 +117,7 @@ class Member(Carrier[Batch]):
 
     def newer(self, known: Message | None) -> Message | None:
         """The last message that has arrived, unless it is ``known`` or older."""
-        batches, index = self._batches, self._index
+        batches, index = self._batches, self.index
         batch = batches.last
         if batch is None:
             return None
@@ -137,8 +137,8 @@ class Member(Carrier[Batch]):
         if self.latest is not None:
             self.latest.catch_up()
         message = self.message(batch)
-        del batch.open[self._index]
-        batch.arrivals[self._index] = UNKNOWN_NS
+        del batch.open[self.index]
+        batch.arrivals[self.index] = UNKNOWN_NS
         self._batches.mixed = True
         self.link.take(message)
         return message
@@ -158,10 +158,11 @@ class Member(Carrier[Batch]):
         self.link.repeated(self.message(batch), receiver)
 
     def _given(self, batch: Batch) -> Message:
-        return self.give(batch) if self._index in batch.open else self.message(batch)
+        return self.give(batch) if self.index in batch.open else self.message(batch)
 
 
-class _Route(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Route:
     """The members and the medium of a batch, and what all its rows have in common."""
 
     members: list[Member]
@@ -169,7 +170,19 @@ class _Route(NamedTuple):
     receivers: tuple[int, ...]
     topics: np.ndarray  # ids
     hosts: np.ndarray  # ids of the receivers
-    awaited: bool  # by some callback
+    awaited: list[Member]  # by callbacks
+
+    def __getitem__(self, index: int) -> Member:
+        return self.members[index]
+
+    def expected_many(self, batch: Batch, delays_ns: Sequence[int]) -> None:
+        """See ``Carriers``."""
+        now_ns, arrivals = batch.born_ns, batch.arrivals
+        arrivals[:len(delays_ns)] = [now_ns + delay_ns for delay_ns in delays_ns]
+        for member in self.awaited:
+            arrival_ns = arrivals[member.index]
+            if arrival_ns != UNKNOWN_NS:
+                member.await_(batch, arrival_ns)
 
 
 class BatchPublisher:
@@ -208,7 +221,7 @@ class BatchPublisher:
         graph.messages += count
         self._batches.append(batch)
         self.before, self.last = self.last, batch
-        route.medium.transmit_many(host.index, route.receivers, *self._frame, route.members, batch)
+        route.medium.transmit_many(host.index, route.receivers, *self._frame, route, batch)
 
     def release(self) -> None:
         """Leave all messages on their way to their links: what follows may change their fate."""
@@ -264,7 +277,7 @@ class BatchPublisher:
             members, medium, tuple(member.host.index for member in members),
             np.array([member.publisher.topic.id for member in members], np.int64),
             np.array([member.host.id for member in members], np.int64),
-            any(member.latest is None for member in members))
+            [member for member in members if member.latest is None])
         for member in members:
             if member.latest is not None:
                 member.latest.feed = member

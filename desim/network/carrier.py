@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-from typing import TYPE_CHECKING, Generic, TypeVar
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from desim.network.medium import Medium
@@ -49,6 +49,16 @@ class Carrier(Generic[T_contra]):
 
     def repeated(self, token: T_contra, receiver: int) -> object:
         """A copy of a frame that has arrived whole, where a rule makes copies."""
+
+
+class Carriers(Protocol[T_contra]):
+    """The senders of frames that set out together, one each."""
+
+    def __getitem__(self, i: int, /) -> Carrier[T_contra]: ...
+
+    def expected_many(self, token: T_contra, delays_ns: Sequence[int]) -> object:
+        """Frame i, for as many as there are delays, will be at its receiver ``delays_ns[i]`` from
+        now: what ``Carrier.expected`` says of one frame. A delay may be 0."""
 
 
 class BroadcastCarrier(Carrier[T_contra]):

@@ -21,7 +21,7 @@ from desim.errors import KernelError, ModelError, below, class_of
 from desim.network.account import Account
 from desim.network.answer_checks import arrival_of, check_packets, undeclared
 from desim.network.broadcast import Broadcast
-from desim.network.carrier import Carrier
+from desim.network.carrier import Carrier, Carriers
 from desim.network.flights import Flights
 from desim.network.gate import Gate, MediumView
 from desim.network.surroundings import Nowhere, Reachability, Surroundings
@@ -246,10 +246,10 @@ class Medium(Account):
             ports.Frames(self.frames + 1, source, receivers, size_bytes, segments))
 
     def transmit_many(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-                      carriers: Sequence[Carrier[T]], token: T) -> None:
+                      carriers: Carriers[T], token: T) -> None:
         """Take frames that one host sends now, equal but for their one receiver each, where
-        ``lets_pass``: ``transmit`` for each of them in turn. ``carriers[i]`` is notified of the
-        fate of the i-th, or ``expects`` it."""
+        ``lets_pass``: ``transmit`` for each of them in turn. ``carriers`` expect those whose
+        arrival the model knows; ``carriers[i]`` is notified of the fate of any other frame i."""
         number, count = self.frames + 1, len(receivers)
         self.frames += count
         self.intended += count
@@ -259,11 +259,11 @@ class Medium(Account):
         if len(known) > count:
             raise ModelError(f"{class_of(self.model)} returned {len(known)} delays from send_many "
                              f"for {count} frames")
-        begin = self._begin
-        for carrier, receiver, delay_ns in zip(carriers, receivers, known, strict=False):
+        for delay_ns in known:
             if type(delay_ns) is not int or delay_ns < 0:
                 arrival_of(self.model, delay_ns)
-            begin(source, (carrier, token, receiver, size_bytes, segments, PLAIN), delay_ns)
+        self.flights.count += len(known)
+        carriers.expected_many(token, known)
         for i in range(len(known), count):
             self._offer(Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
                         (carriers[i], token, receivers[i], size_bytes, segments, PLAIN))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
@@ -73,7 +74,8 @@ class Bench(BroadcastCarrier[Token]):
                     medium.transmit(own, (receiver,), size_bytes, segments, False, self,
                                     (label, source))
             else:
-                medium.transmit_many(own, indices, size_bytes, segments, [self] * len(indices),
+                medium.transmit_many(own, indices, size_bytes, segments,
+                                     _Burst(self, own, indices, size_bytes, segments),
                                      (label, source))
 
         self.kernel.at(time_ns, Phase.CONTROL, self.names.id(source), transmit)
@@ -107,6 +109,27 @@ class Bench(BroadcastCarrier[Token]):
 
     def _note(self, token: Token, receiver: int, fate: str) -> None:
         self.log.append((self.kernel.now_ns, *token, self.hosts[receiver], fate))
+
+
+@dataclass(frozen=True)
+class _Burst:
+    """Frames that set out together; ``bench`` logs the fate of each."""
+
+    bench: Bench
+    source: int
+    receivers: tuple[int, ...]
+    size_bytes: int
+    segments: int
+
+    def __getitem__(self, i: int) -> Bench:
+        return self.bench
+
+    def expected_many(self, token: Token, delays_ns: Sequence[int]) -> None:
+        """Book the arrivals."""
+        now_ns, flights = self.bench.kernel.now_ns, self.bench.medium.flights
+        for receiver, delay_ns in zip(self.receivers, delays_ns, strict=False):
+            flights.book(self.source, receiver, self.size_bytes, self.segments, self.bench, token,
+                         now_ns + delay_ns)
 
 
 class ImmediateNetwork:
