@@ -95,7 +95,7 @@ class Undying(Naive):
                     if graph.up[receiver]:
                         super().send(message, [receiver])
                     else:
-                        graph._on_fate(message, receiver, message.born_ns, None, 0, 0)
+                        graph.on_fate(message, receiver, message.born_ns, None, 0, 0)
 
         return carried(self.context, offer, Insistent)
 
