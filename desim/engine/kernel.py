@@ -90,15 +90,15 @@ def _nothing(_: object) -> None:
 class Ticker:
     """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
 
-    __slots__ = ("_kernel", "_num", "_den", "_order", "_fn", "_start_ns", "_k", "_call")
+    __slots__ = ("_book", "_num", "_step", "_order", "_fn", "_start_ns", "_k", "_call")
 
     def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
                  fn: Callable[[int], object], start_ns: int) -> None:
         if type(frequency_hz) not in (int, Fraction) or not 0 < frequency_hz <= NS_PER_S:
             raise KernelError(f"frequency_hz must be an int or a Fraction above 0, at most 10**9, "
                               f"got {frequency_hz!r} for {_name(fn)}")
-        self._kernel = kernel
-        self._num, self._den = frequency_hz.numerator, frequency_hz.denominator
+        self._book = kernel._book
+        self._num, self._step = frequency_hz.numerator, NS_PER_S * frequency_hz.denominator
         self._order, self._fn = phase + entity, fn
         self._start_ns = start_ns
         self._k = 0
@@ -106,14 +106,13 @@ class Ticker:
 
     def time_ns(self, k: int) -> int:
         """The time of tick ``k``."""
-        return self._start_ns + k * NS_PER_S * self._den // self._num
+        return self._start_ns + k * self._step // self._num
 
     def _tick(self, _: object) -> None:
-        k = self._k
-        self._k = k + 1
+        self._k = k = self._k + 1
         # The next tick is booked first, so that the callback may cancel it.
-        self._kernel._book(self.time_ns(k + 1), self._order, self._call)
-        self._fn(k)
+        self._book(self.time_ns(k), self._order, self._call)
+        self._fn(k - 1)
 
     def cancel(self) -> None:
         """No further tick."""

@@ -249,7 +249,9 @@ class BatchPublisher:
         for k, batch in enumerate(batches):
             if len(batch.open) < landed.shape[1]:
                 landed[k] &= np.isin(np.arange(landed.shape[1]), list(batch.open))
-            for index in np.flatnonzero(landed[k]).tolist():
+            if landed[k].all():
+                batch.open.clear()
+            for index in np.flatnonzero(landed[k]).tolist() if batch.open else ():
                 del batch.open[index]
         if landed.any():
             self._count_arrived(route, batches, arrivals, landed)
@@ -298,8 +300,9 @@ class BatchPublisher:
         """Whether each link can send at once."""
         last = self.last
         if last is not None and last.open:
-            over = self.kernel.over
-            if not all(over(last.arrivals[index], Phase.DELIVER) for index in last.open):
+            latest_ns = (max(last.arrivals) if len(last.open) == len(last.arrivals)
+                         else max(last.arrivals[index] for index in last.open))
+            if not self.kernel.over(latest_ns, Phase.DELIVER):
                 return False
         if self.mixed and not all(member.link.is_idle for member in route.members):
             return False
@@ -335,17 +338,19 @@ class BatchPublisher:
         seqs = _of(batches, "seq")[:, None] + np.arange(len(route.members))
         graph.trace.put_rows(_rows(arrivals, graph.DELIVERED, route.hosts, own.id, seqs,
                                    latencies)[landed.ravel()])
-        for index, member in enumerate(route.members):
-            column = landed[:, index]
-            mine = latencies[column, index].tolist()
-            if not mine:
-                continue
-            counts, times = member.publisher.topic.counts, arrivals[column, index]
-            counts.bytes += len(mine) * self.size_bytes
-            counts.latency.extend(mine)
-            member.link.note_trip(min(mine))
-            member.host.hear(own.index, int(times[0]), int(times[-1]))
-            route.medium.flights.landed(member.host.index, *self._frame, len(mine))
+        columns = ([column[own_landed].tolist() for column, own_landed
+                    in zip(latencies.T, landed.T, strict=True)]
+                   if not landed.all() else latencies.T.tolist())
+        first_ns = np.where(landed, arrivals, UNKNOWN_NS).min(axis=0).tolist()
+        last_ns = np.where(landed, arrivals, 0).max(axis=0).tolist()
+        for index, (member, mine) in enumerate(zip(route.members, columns, strict=True)):
+            if mine:
+                counts = member.publisher.topic.counts
+                counts.bytes += len(mine) * self.size_bytes
+                counts.latency.extend(mine)
+                member.link.note_trip(min(mine))
+                member.host.hear(own.index, first_ns[index], last_ns[index])
+        route.medium.flights.landed_each(route.receivers, *self._frame, list(map(len, columns)))
         if graph.on_arrivals is not None:
             numbers = _of(batches, "number")[:, None] + np.arange(len(route.members))
             graph.on_arrivals(BatchArrivals(own.index, self.size_bytes, *(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeVar
 
 from desim.engine.kernel import Kernel, Phase
@@ -57,13 +58,23 @@ class Flights:
         self._kernel.at(arrival_ns, _DELIVER, self._sources[source] | self._ids[receiver],
                         self._arrives, (carrier, token, receiver, size_bytes, segments, PLAIN))
 
-    def landed(self, receiver: int, size_bytes: int, segments: int, frames: int = 1) -> None:
-        """Enter frames that arrived when their carrier expected them."""
-        self.count -= frames
+    def landed(self, receiver: int, size_bytes: int, segments: int) -> None:
+        """Enter a frame that arrived when its carrier expected it."""
+        self.count -= 1
         account = self._account
-        account.delivered += frames
-        account.packets_delivered += frames * segments
-        account.rx_bytes[receiver] += frames * size_bytes
+        account.delivered += 1
+        account.packets_delivered += segments
+        account.rx_bytes[receiver] += size_bytes
+
+    def landed_each(self, receivers: Sequence[int], size_bytes: int, segments: int,
+                    frames: Sequence[int]) -> None:
+        """The same for several receivers, so many equal frames at each."""
+        account, total = self._account, sum(frames)
+        self.count -= total
+        account.delivered += total
+        account.packets_delivered += total * segments
+        for receiver, count in zip(receivers, frames, strict=True):
+            account.rx_bytes[receiver] += count * size_bytes
 
     def _deliver(self, claim: Claim) -> None:
         """A frame is at one receiver."""

@@ -42,10 +42,11 @@ class Range:
         if x_m != x_m:  # NaN
             return None
         verdicts: list[ports.Verdict] | None = None
+        limit_m2 = self._distance_m2
         for i, receiver in enumerate(receivers):
             to_x_m, to_y_m = places[receiver]
             dx_m, dy_m = to_x_m - x_m, to_y_m - y_m
-            if dx_m * dx_m + dy_m * dy_m > self._distance_m2:  # False for NaN
+            if dx_m * dx_m + dy_m * dy_m > limit_m2:  # False for NaN
                 if verdicts is None:
                     verdicts = [ports.PASS] * len(receivers)
                 verdicts[i] = _FAR
