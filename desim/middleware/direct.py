@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import insort
+from bisect import bisect_left
 
 from desim import ports
 from desim.ports.middleware import Endpoint, MiddlewareContext, Offer
@@ -16,6 +16,10 @@ class Direct:
 
     def __init__(self, params: Params | None = None) -> None:
         self._subscribers: dict[str, list[Endpoint]] = {}
+        # By host the topics that it subscribes to, with the number of each in ``_subscribers``:
+        # a fleet in which everybody hears everybody has as many topics as hosts.
+        self._topics: dict[int, dict[str, int]] = {}
+        self._numbers: dict[str, int] = {}
 
     def start(self, context: MiddlewareContext) -> None:
         self._changed = context.changed
@@ -24,17 +28,21 @@ class Direct:
         """Publishers need not be known: they ask for their subscribers."""
 
     def subscribe(self, subscriber: Endpoint) -> None:
-        known = self._subscribers.setdefault(subscriber.topic, [])
-        if subscriber not in known:
-            insort(known, subscriber)
-            self._changed(subscriber.topic)
+        topic = subscriber.topic
+        known = self._subscribers.setdefault(topic, [])
+        place = bisect_left(known, subscriber)
+        if known[place:place + 1] != [subscriber]:
+            known.insert(place, subscriber)
+            number = self._numbers.setdefault(topic, len(self._numbers))
+            self._topics.setdefault(subscriber.host, {})[topic] = number
+            self._changed(topic)
 
     def switched(self, host: int, up: bool) -> None:
-        for topic, known in self._subscribers.items():
-            left = [end for end in known if end.host != host]
-            if len(left) < len(known):
-                self._subscribers[topic] = left
-                self._changed(topic)
+        topics = self._topics.pop(host, {})
+        for topic in sorted(topics, key=topics.__getitem__):
+            self._subscribers[topic] = [end for end in self._subscribers[topic]
+                                        if end.host != host]
+            self._changed(topic)
 
     def subscribers(self, publisher: Endpoint) -> tuple[Endpoint, ...]:
         return tuple(self._subscribers.get(publisher.topic, ()))

@@ -205,25 +205,27 @@ class Publisher:
         self._local = self._has_subscribers = False
         self._stale = True
         self._receivers: dict[int, None] = {}
-        self._unmatched: list[int] = []  # hosts that listen and are no receivers
+        self._unmatched: list[int] | None = None  # see ``_missed``; None: not counted yet
         self._owed: list[int] = []  # those of them that miss a latched topic's last message
-        self.count_unmatched()
 
     def only_link(self) -> Link | None:
         """The link to its one receiver; None if it has several, or the topic is not its own alone,
         or it also publishes to its own host, or what it publishes is missed or latched."""
         one = (len(self._receivers) == len(self.topic.publishers) == 1
-               and not (self._local or self.latch or self._unmatched or self._stale))
+               and not (self._local or self.latch or self._missed() or self._stale))
         return self.transport.only_link() if one and isinstance(self.transport, Stream) else None
 
     def publish(self, content: Content) -> None:
         if self._stale:
             self._refresh()
-        if self._unmatched:
-            self.topic.counts.unmatched += len(self._unmatched)
+        unmatched = self._unmatched
+        if unmatched is None:
+            unmatched = self._missed()
+        if unmatched:
+            self.topic.counts.unmatched += len(unmatched)
         if self.latch:
             self._last = content
-            self._owed = self._unmatched
+            self._owed = unmatched
         if not self._has_subscribers:
             return
         host = self.host
@@ -251,11 +253,18 @@ class Publisher:
             self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._refresh_if_stale)
 
     def count_unmatched(self) -> None:
-        """The hosts that listen have changed, or those that are known to."""
-        own, receivers = self.host.index, self._receivers
+        """The hosts that listen have changed, or those that are known to: the next message counts
+        those that it misses. (Counted at each change, a fleet's start takes its size cubed.)"""
         self.host.graph.connections += 1
-        self._unmatched = [host for host in self.topic.listening
-                           if host not in receivers and host != own]
+        self._unmatched = None
+
+    def _missed(self) -> list[int]:
+        """The hosts that listen and are no receivers."""
+        if self._unmatched is None:
+            own, receivers = self.host.index, self._receivers
+            self._unmatched = [host for host in self.topic.listening
+                               if host not in receivers and host != own]
+        return self._unmatched
 
     def close(self, reason: str) -> None:
         """The host stopped: drop waiting messages for ``reason``."""
