@@ -39,6 +39,7 @@ class Obstacles:
     epoch: int
     crossing: Callable[[np.ndarray, np.ndarray], np.ndarray]
     block: np.ndarray | None = None
+    toll: Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray] | None = None
 
     def crossings(self, pairs: np.ndarray) -> np.ndarray:
         """Walls and faces of blocks that the straight lines ``pairs`` [k, 4] x1 y1 x2 y2 in m go
@@ -47,6 +48,15 @@ class Obstacles:
         Returns [c, 2] rows (index of the pair, index of the segment), sorted.
         """
         return self.crossing(self.segments, pairs)
+
+    def tolls(self, pairs: np.ndarray, cost: np.ndarray, most: np.ndarray) -> np.ndarray:
+        """[k] the sums of ``cost`` [n], not negative, of the segments that the straight lines
+        ``pairs`` [k, 4] go through. A sum above ``most`` [k] may leave some of them out, but stays
+        above it: of lines through many walls it is soon clear that they cost too much."""
+        if self.toll is not None:
+            return self.toll(self.segments, pairs, cost, most)
+        line, segment = self.crossings(pairs).T
+        return np.bincount(line, cost[segment], len(pairs))
 
 
 class Handle(Protocol):

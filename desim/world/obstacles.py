@@ -52,7 +52,19 @@ def crossing(walls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
 def _find(walls: np.ndarray, index: TileIndex, pairs: np.ndarray, out: np.ndarray) -> int:
     return kernels.crossings(walls, index.frame, index.start, index.items, pairs,
-                             np.full(len(walls), -1), np.empty(len(walls), np.int64), out)
+                             np.full(len(walls), -1), np.empty(len(walls), np.int64),
+                             np.zeros(len(walls)), out)
+
+
+def toll(walls: np.ndarray, pairs: np.ndarray, cost: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """As ``Obstacles.tolls``, of ``walls`` [n, 4]."""
+    out = np.zeros(len(pairs))
+    if len(walls) and len(pairs):
+        tiles = len(walls) if len(walls) * len(pairs) > _WORTH_TILES else 1
+        index = box_index(walls, tiles)
+        kernels.tolls(walls, index.frame, index.start, index.items, np.ascontiguousarray(pairs),
+                      np.full(len(walls), -1), np.empty(len(walls), np.int64), cost, most, out)
+    return out
 
 
 def _all_found(kernel: Callable[..., int], lines: int, *given: object) -> np.ndarray:

@@ -20,7 +20,7 @@ from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
 from desim.world import bodies, lidar, materials, odometry, placement, scenery, sources
 from desim.world.fleet import RobotSpec, place_fleet
-from desim.world.obstacles import Matter
+from desim.world.obstacles import Matter, crossing, toll
 
 
 class Scene(NamedTuple):
@@ -184,7 +184,8 @@ class Plane:
                 column.setflags(write=False)
             segments, material, thickness_m, height_m, block = columns
             self._obstacles = Obstacles(segments, material, thickness_m, height_m, materials.NAMES,
-                                        self._epoch, fixed.crossing, block)
+                                        self._epoch, fixed.crossing, block,
+                                        toll if fixed.crossing is crossing else None)
         return self._obstacles
 
     @classmethod

@@ -15,6 +15,7 @@ from netmodels.radio.shadowing import Shadows
 from netmodels.radio.walls import Walls
 
 _LIGHT_M_PER_NS = 0.299792458
+_SLACK_DB = 1e-6  # far above rounding
 
 
 class RadioLinks(NamedTuple):
@@ -77,7 +78,9 @@ class Budget:
         if self.shadows is not None:
             loss_db += self.shadows.loss_db(places, one, other)
         if self.walls is not None:
-            loss_db += _walls_db(self.walls, places[one], places[other], obstacles)
+            # What is weaker than can be heard may be as weak as it likes.
+            most_db = self.power_dbm - self.heard_dbm - loss_db + _SLACK_DB
+            loss_db += _walls_db(self.walls, places[one], places[other], obstacles, most_db)
         return self._sorted(one, other, self.power_dbm - loss_db, len(places))
 
     def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray,
@@ -111,9 +114,11 @@ class Budget:
 
 
 def _walls_db(walls: Walls, starts: np.ndarray, ends: np.ndarray,
-              obstacles: ports.Obstacles) -> np.ndarray:
-    """[k] dB of the walls between ``starts`` and ``ends`` [k, 2] m; none where a place is NaN."""
+              obstacles: ports.Obstacles, most_db: np.ndarray | None = None) -> np.ndarray:
+    """[k] dB of the walls between ``starts`` and ``ends`` [k, 2] m; none where a place is NaN.
+    ``most_db`` as in ``Walls.loss_db``."""
     placed = np.isfinite(starts).all(axis=1) & np.isfinite(ends).all(axis=1)
     loss_db = np.zeros(len(starts))
-    loss_db[placed] = walls.loss_db(obstacles, np.hstack([starts, ends])[placed])
+    loss_db[placed] = walls.loss_db(obstacles, np.hstack([starts, ends])[placed],
+                                    None if most_db is None else most_db[placed])
     return loss_db

@@ -47,8 +47,10 @@ class Walls(ports.Params):
                                      f"{did_you_mean(name, materials)}; "
                                      f"allowed: {', '.join(materials)}")
 
-    def loss_db(self, obstacles: ports.Obstacles, lines: np.ndarray) -> np.ndarray:
-        """[k] dB on straight lines: ``lines`` [k, 4] x1 y1 x2 y2 in m."""
+    def loss_db(self, obstacles: ports.Obstacles, lines: np.ndarray,
+                most_db: np.ndarray | None = None) -> np.ndarray:
+        """[k] dB on straight lines: ``lines`` [k, 4] x1 y1 x2 y2 in m. Where it is above
+        ``most_db`` [k] it may be any number above that."""
         if not len(obstacles.segments) or not len(lines):
             return np.zeros(len(lines))
         by_name = CROSSING_DB | self.crossing
@@ -56,6 +58,8 @@ class Walls(ports.Params):
         per_metre_db = np.array([self.per_metre.get(name, 0.0) for name in obstacles.materials])
         wall_db = (crossing_db[obstacles.material]
                    + per_metre_db[obstacles.material] * obstacles.thickness_m)
+        if most_db is not None and not self.inside and (wall_db >= 0.0).all():
+            return obstacles.tolls(lines, wall_db, most_db)
         line, wall = obstacles.crossings(lines).T
         loss_db = np.bincount(line, wall_db[wall], len(lines))
         for name, metre_db in sorted(self.inside.items()):

@@ -18,72 +18,101 @@ def _within_tiles(count, at, hair):
     return int(max(0.0, min(count - 1.0, math.floor(at + hair))))
 
 
-@lean(types.int64(_FIXED, types.float64[::1], types.int64[:, ::1], types.int64[::1], _FIXED,
-                  types.int64[::1], types.int64[::1], _OUT))
-def crossings(walls, frame, start, items, pairs, seen, hits, out):
+_INDEX = types.int64[:, ::1], types.int64[::1]
+
+
+@inner(types.int64(types.int64, types.float64[::1], types.float64, _FIXED, types.float64[::1],
+                   *_INDEX, _FIXED, types.int64[::1], types.int64[::1]))
+def _cross(k, cost, most, walls, frame, start, items, pairs, seen, hits):
+    """Write the walls that line ``k`` crosses into ``hits``, ascending; no more of them once their
+    ``cost`` [n] together is above ``most``. Returns their number. The rest as in ``crossings``."""
+    rows, cols = start.shape[0], start.shape[1] - 1
+    px, py = pairs[k, 0], pairs[k, 1]
+    dx, dy = pairs[k, 2] - px, pairs[k, 3] - py
+    left, right = min(px, px + dx), max(px, px + dx)
+    low, high = min(py, py + dy), max(py, py + dy)
+    # In tiles: the line from its lower end upwards.
+    x, way_x = (px - frame[0]) * frame[2], dx * frame[2]
+    y, way_y = (py - frame[1]) * frame[3], dy * frame[3]
+    if way_y < 0.0:
+        x, y, way_x, way_y = x + way_x, y + way_y, -way_x, -way_y
+    slope = way_x / way_y if way_y > 0.0 else 0.0
+    first, last = _within_tiles(rows, y, -_HAIR), _within_tiles(rows, y + way_y, _HAIR)
+    count, spent = 0, 0.0
+    for row in range(first, last + 1):
+        begin, end = x, x + way_x  # of the line's part in this row of tiles
+        if way_y > 0.0:
+            if row > first:
+                begin = x + max(row - _HAIR - y, 0.0) * slope
+            if row < last:
+                end = x + min(row + 1 + _HAIR - y, way_y) * slope
+        if end < begin:
+            begin, end = end, begin
+        begin_col = _within_tiles(cols, begin, -_HAIR)
+        end_col = _within_tiles(cols, end, _HAIR)
+        for i in range(start[row, begin_col], start[row, end_col + 1]):
+            w = items[i]
+            if seen[w] == k:
+                continue
+            seen[w] = k
+            x1, y1, x2, y2 = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3]
+            if max(x1, x2) < left or min(x1, x2) > right:
+                continue
+            if max(y1, y2) < low or min(y1, y2) > high:
+                continue
+            side1 = dx * (y1 - py) - dy * (x1 - px)
+            side2 = dx * (y2 - py) - dy * (x2 - px)
+            ex, ey = x2 - x1, y2 - y1
+            side3 = ex * (py - y1) - ey * (px - x1)
+            side4 = ex * (py + dy - y1) - ey * (px + dx - x1)
+            parallel = side1 == 0.0 and side2 == 0.0
+            if side1 * side2 <= 0.0 and side3 * side4 <= 0.0 and not parallel:
+                place = count
+                while place > 0 and hits[place - 1] > w:
+                    hits[place] = hits[place - 1]
+                    place -= 1
+                hits[place] = w
+                count += 1
+                spent += cost[w]
+                if spent > most:
+                    return count
+    return count
+
+
+@lean(types.int64(_FIXED, types.float64[::1], *_INDEX, _FIXED, types.int64[::1], types.int64[::1],
+                  types.float64[::1], _OUT))
+def crossings(walls, frame, start, items, pairs, seen, hits, free, out):
     """Find the walls that the straight lines between antennas cross, touching included.
 
     walls [n, 4] m | frame x0 m, y0 m, tiles per m in x and in y | start [rows, cols + 1]: the walls
     that come into tile (row, col) are items[start[row, col]:start[row, col + 1]] | pairs [k, 4] m |
-    seen [n] negative, hits [n]: workspace | out [capacity, 2] rows (pair, wall), sorted
+    seen [n] negative, hits [n]: workspace | free [n] zeros | out [capacity, 2] rows (pair, wall),
+    sorted
     Returns their number, which may be more than fit.
     Two segments cross when each has its ends on different sides of the other (or on it).
     """
     found = 0
-    rows, cols = start.shape[0], start.shape[1] - 1
     for k in range(pairs.shape[0]):
-        px, py = pairs[k, 0], pairs[k, 1]
-        dx, dy = pairs[k, 2] - px, pairs[k, 3] - py
-        left, right = min(px, px + dx), max(px, px + dx)
-        low, high = min(py, py + dy), max(py, py + dy)
-        # In tiles: the line from its lower end upwards.
-        x, way_x = (px - frame[0]) * frame[2], dx * frame[2]
-        y, way_y = (py - frame[1]) * frame[3], dy * frame[3]
-        if way_y < 0.0:
-            x, y, way_x, way_y = x + way_x, y + way_y, -way_x, -way_y
-        slope = way_x / way_y if way_y > 0.0 else 0.0
-        first, last = _within_tiles(rows, y, -_HAIR), _within_tiles(rows, y + way_y, _HAIR)
-        count = 0
-        for row in range(first, last + 1):
-            begin, end = x, x + way_x  # of the line's part in this row of tiles
-            if way_y > 0.0:
-                if row > first:
-                    begin = x + max(row - _HAIR - y, 0.0) * slope
-                if row < last:
-                    end = x + min(row + 1 + _HAIR - y, way_y) * slope
-            if end < begin:
-                begin, end = end, begin
-            begin_col = _within_tiles(cols, begin, -_HAIR)
-            end_col = _within_tiles(cols, end, _HAIR)
-            for i in range(start[row, begin_col], start[row, end_col + 1]):
-                w = items[i]
-                if seen[w] == k:
-                    continue
-                seen[w] = k
-                x1, y1, x2, y2 = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3]
-                if max(x1, x2) < left or min(x1, x2) > right:
-                    continue
-                if max(y1, y2) < low or min(y1, y2) > high:
-                    continue
-                side1 = dx * (y1 - py) - dy * (x1 - px)
-                side2 = dx * (y2 - py) - dy * (x2 - px)
-                ex, ey = x2 - x1, y2 - y1
-                side3 = ex * (py - y1) - ey * (px - x1)
-                side4 = ex * (py + dy - y1) - ey * (px + dx - x1)
-                parallel = side1 == 0.0 and side2 == 0.0
-                if side1 * side2 <= 0.0 and side3 * side4 <= 0.0 and not parallel:
-                    place = count
-                    while place > 0 and hits[place - 1] > w:
-                        hits[place] = hits[place - 1]
-                        place -= 1
-                    hits[place] = w
-                    count += 1
+        count = _cross(k, free, 1.0, walls, frame, start, items, pairs, seen, hits)
         for i in range(count):
             if found < out.shape[0]:
                 out[found, 0] = k
                 out[found, 1] = hits[i]
             found += 1
     return found
+
+
+@lean(types.void(_FIXED, types.float64[::1], *_INDEX, _FIXED, types.int64[::1], types.int64[::1],
+                 types.float64[::1], types.float64[::1], types.float64[::1]))
+def tolls(walls, frame, start, items, pairs, seen, hits, cost, most, out):
+    """Write the ``cost`` [n] of the walls that each line crosses into ``out`` [k]; of a line for
+    which it is above ``most`` [k], perhaps of some of them. The rest as in ``crossings``."""
+    for k in range(pairs.shape[0]):
+        count = _cross(k, cost, most[k], walls, frame, start, items, pairs, seen, hits)
+        total = 0.0
+        for i in range(count):
+            total += cost[hits[i]]
+        out[k] = total
 
 
 @inner(types.int64(_OUT, types.int64, types.int64, types.int64, types.int64, types.int64))
