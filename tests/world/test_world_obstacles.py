@@ -22,7 +22,7 @@ from desim.testing import Bench
 from desim.world import centre_lines
 from desim.world.fleet import RobotSpec
 from desim.world.geometry import outline
-from desim.world.obstacles import GAP_CELLS, Cells, _faces, crossing, of_cells
+from desim.world.obstacles import GAP_CELLS, Cells, _faces, crossing, of_cells, toll
 from desim.world.plane import Plane
 from netmodels.radio.dcf.radio import DcfRadio
 
@@ -428,3 +428,17 @@ def test_an_unknown_material_of_the_whole_map(tmp_path):
     with pytest.raises(InputError, match=r"^environment\.terrain\.material: unknown material "
                                          r"'brik' \(did you mean 'brick'\?\)"):
         plane(map_file)
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 10**6), st.integers(0, 60), st.integers(1, 300), st.floats(0.0, 60.0))
+def test_a_toll_is_the_sum_of_what_is_crossed_unless_it_is_too_much(seed, walls, lines, limit):
+    draw = np.random.default_rng(seed)
+    segments, pairs = draw.uniform(-20, 20, (walls, 4)), draw.uniform(-20, 20, (lines, 4))
+    cost, most = draw.uniform(0, 12, walls), draw.uniform(0, limit, lines)
+    line, wall = crossing(segments, pairs).T
+    whole = np.bincount(line, cost[wall], lines)
+    paid = toll(segments, pairs, cost, most)
+    cheap = whole <= most
+    assert (paid[cheap] == whole[cheap]).all()
+    assert (paid[~cheap] > most[~cheap] * (1 - 1e-12)).all() and (paid <= whole + 1e-9).all()
