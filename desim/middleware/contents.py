@@ -86,25 +86,29 @@ class LaserScan:
         return laser_scan_bytes(len(self.ranges))
 
 
-@dataclass(frozen=True, slots=True)
-class Pose:
+class Pose(NamedTuple):
     """A pose in the map frame, from odometry or localization (nav_msgs/Odometry in size)."""
 
     stamp_ns: int
     x_m: float
     y_m: float
     yaw_rad: float
-    size_bytes: ClassVar[int] = ODOMETRY_BYTES
+
+    @property
+    def size_bytes(self) -> int:
+        return ODOMETRY_BYTES
 
 
-@dataclass(frozen=True, slots=True)
-class Twist:
+class Twist(NamedTuple):
     """The velocity that a controller wants."""
 
     forward_mps: float
     left_mps: float
     turn_radps: float
-    size_bytes: ClassVar[int] = TWIST_BYTES
+
+    @property
+    def size_bytes(self) -> int:
+        return TWIST_BYTES
 
 
 @dataclass(frozen=True, slots=True)
