@@ -191,8 +191,8 @@ class BatchPublisher:
 
     def __init__(self, publishers: Sequence[Publisher], size_bytes: int) -> None:
         self._publishers = list(publishers)
-        self._host = publishers[0].host
-        self._graph = self._host.graph
+        self.host = publishers[0].host
+        self._graph = self.host.graph
         self.kernel = self._graph.kernel
         self.size_bytes = size_bytes
         self.mixed = False  # links may have messages of their own
@@ -207,7 +207,7 @@ class BatchPublisher:
     def publish(self, read: Callable[[int], object]) -> None:
         """Publish one message of each publisher that has subscribers; ``read(k)`` computes the
         content of publisher k's."""
-        graph, host = self._graph, self._host
+        graph, host = self._graph, self.host
         if self._connections != graph.connections:
             self._connect()
         route = self._route
@@ -271,7 +271,7 @@ class BatchPublisher:
         self._connections = self._graph.connections
         if not members:
             return
-        media = [self._graph.route(self._host, member.host.index) for member in members]
+        media = [self._graph.route(self.host, member.host.index) for member in members]
         medium = media[0]
         if medium is None or any(other is not medium for other in media):
             return
@@ -282,6 +282,7 @@ class BatchPublisher:
             [member for member in members if member.latest is None])
         for member in members:
             if member.latest is not None:
+                member.latest.catch_up()  # from a publisher of the same topic that has stopped
                 member.latest.feed = member
 
     def _members(self) -> list[Member]:
@@ -318,7 +319,7 @@ class BatchPublisher:
 
     def _count_sent(self, route: _Route, batches: list[Batch]) -> None:
         """Write the rows ``sent`` and ``frame`` of batches."""
-        graph, count, own = self._graph, len(route.members), self._host.id
+        graph, count, own = self._graph, len(route.members), self.host.id
         seqs, born_ns = _of(batches, "seq")[:, None] + np.arange(count), _of(batches, "born_ns")
         graph.trace.put_rows(_rows(born_ns[:, None], graph.SENT, own, route.topics, seqs,
                                    self.size_bytes))
@@ -332,7 +333,7 @@ class BatchPublisher:
     def _count_arrived(self, route: _Route, batches: list[Batch], arrivals: np.ndarray,
                        landed: np.ndarray) -> None:
         """Write the rows ``delivered`` of the messages that have ``landed`` [batches, members]."""
-        graph, own = self._graph, self._host
+        graph, own = self._graph, self.host
         born_ns = _of(batches, "born_ns")[:, None]
         latencies = arrivals - born_ns
         seqs = _of(batches, "seq")[:, None] + np.arange(len(route.members))

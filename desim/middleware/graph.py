@@ -186,6 +186,11 @@ class Graph:
         for batches in self.batches:
             batches.catch_up()
 
+    def forget_batches(self, host: Host) -> None:
+        """The publishers of ``host`` are gone."""
+        self.catch_up()
+        self.batches = [batches for batches in self.batches if batches.host is not host]
+
     def book_expected(self) -> None:
         """Make events of all arrivals to come: what follows may change them."""
         self.connections += 1

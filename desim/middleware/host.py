@@ -88,6 +88,7 @@ class Host:
             return
         graph = self.graph
         graph.book_expected()
+        graph.forget_batches(self)
         graph.up[self.index] = False
         self._notify_media(False)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_stopped"), self.id)
