@@ -48,7 +48,7 @@ _NETWORK = Phase.NETWORK  # cheaper than to look it up each time
 _new = tuple.__new__  # a Frame at half the price
 
 
-def _none_of(frames: ports.Frames) -> Sequence[int]:
+def _none_of(frames: ports.Frames) -> Sequence[int | None]:
     """The ``send_many`` of a model without one: it takes none."""
     return ()
 
@@ -259,11 +259,18 @@ class Medium(Account):
         if len(known) > count:
             raise ModelError(f"{class_of(self.model)} returned {len(known)} delays from send_many "
                              f"for {count} frames")
-        for delay_ns in known:
-            if type(delay_ns) is not int or delay_ns < 0:
+        ahead = known.index(None) if None in known else len(known)
+        for i, delay_ns in enumerate(known):
+            if delay_ns is None:
+                self._open[number + i] = (
+                    carriers[i], token, receivers[i], size_bytes, segments, PLAIN)
+            elif type(delay_ns) is not int or delay_ns < 0:
                 arrival_of(self.model, delay_ns)
-        self.flights.count += len(known)
-        carriers.expected_many(token, known)
+            elif i > ahead:
+                self._begin(source, (carriers[i], token, receivers[i], size_bytes, segments,
+                                     PLAIN), delay_ns)
+        self.flights.count += ahead
+        carriers.expected_many(token, known[:ahead])
         for i in range(len(known), count):
             self._offer(Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
                         (carriers[i], token, receivers[i], size_bytes, segments, PLAIN))

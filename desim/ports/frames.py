@@ -44,10 +44,14 @@ class Frames(NamedTuple):
     size_bytes: int
     segments: int
 
+    def single(self, i: int) -> Frame:
+        """Frame i, counted from 0, for itself."""
+        return Frame(self.id + i, self.source, (self.receivers[i],), self.size_bytes,
+                     self.segments, False)
+
     def singly(self) -> list[Frame]:
         """The same frames, each for itself."""
-        return [Frame(self.id + i, self.source, (receiver,), self.size_bytes, self.segments, False)
-                for i, receiver in enumerate(self.receivers)]
+        return [self.single(i) for i in range(len(self.receivers))]
 
 
 FULL_PACKET_BYTES = 1500 + 14 + 4  # Ethernet's MTU, its header and its check sequence

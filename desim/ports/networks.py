@@ -210,10 +210,10 @@ class PassesMany(Protocol):
 class SendsMany(Protocol):
     """A network model that takes many frames at once, and so saves calls."""
 
-    def send_many(self, frames: Frames) -> Sequence[int]:
-        """Take the first of the frames, as many as ``send`` would return delays for one after
-        another, and return these delays. The others will be sent by ``send``. None taken is right,
-        too."""
+    def send_many(self, frames: Frames) -> Sequence[int | None]:
+        """Take the first of the frames, as many as you like, and return for each what ``send``
+        would: its delay, or None if it is settled later, when this call has returned. The others
+        will be sent by ``send``."""
 
 
 @runtime_checkable

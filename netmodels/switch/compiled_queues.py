@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Sequence
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from netmodels.kernels import Addresses
 from netmodels.switch import kernels
-from netmodels.switch.reference_queues import ExitFate, Load
+from netmodels.switch.kernels import ALL_SENT, FULL, NEVER
+from netmodels.switch.reference_queues import Fate
 from netmodels.switch.trains import PacketTrain
 
 T = TypeVar("T")  # the sender's token of a frame
@@ -17,102 +18,135 @@ T = TypeVar("T")  # the sender's token of a frame
 
 class CompiledQueues(Generic[T]):
     """The same as ``ReferenceQueues``, but by whole frames: ``due_ns`` is when the next frame will
-    have been sent."""
+    have been sent. And with a shortcut: a frame that will be in the switch within ``ahead_ns`` is
+    not queued if no other is in its way."""
 
-    def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:
-        self._hop_ns = hop_ns
-        self._limit_ns = limit_ns
-        interfaces = np.full(ports, -1, kernels.INTERFACE)
-        interfaces["end_ns"] = kernels.NEVER
-        self._own(kernels.Queues(
-            interfaces, np.full(2, -1, kernels.FLOW), np.full(4, -1, kernels.FRAME),
-            np.zeros(ports, kernels.EXIT), np.full(4 + 2 * ports, -1, kernels.NOTE)))
-        self._noted = 0
-        self._free_flows = [1, 0]
-        self._free_frames = [3, 2, 1, 0]
-        self._names: list[dict[Hashable, int]] = [{} for _ in range(ports)]  # of flows
-        self._queued = [0] * ports  # frames
-        self._lost: dict[int, list[int]] = {}  # packets of frames that are not sent yet, by record
-        self._tokens: dict[int, tuple[T, int, list[int]]] = {}  # with port and records, by frame
+    def __init__(self, ports: int, hop_ns: int, limit_ns: int, fair: bool, ahead_ns: int,
+                 local_ns: int) -> None:
+        self.due_ns = NEVER
+        self._fair = fair
+        self._flows: dict[Hashable, int] = {}  # records; the first are the one flow of each port
+        self._free_flows: list[int] = []
+        self._tokens: dict[int, T] = {}  # of frames that wait, by record
+        self._lost: dict[int, list[int]] = {}  # packets of those
+        lines = np.zeros(ports, kernels.PORT)
+        for name in ("waiting", "new", "old"):
+            lines[name] = -1
+        lines["sending"] = -1
+        lines["end_ns"] = lines["due_ns"] = NEVER
+        flows = np.zeros(ports, kernels.FLOW)
+        flows["frames"] = -1
+        self._own(kernels.Wires(
+            np.array([(hop_ns, limit_ns, ahead_ns, local_ns, fair, -1, 0, 0, NEVER)],
+                     kernels.SWITCH),
+            lines, flows, np.zeros(0, kernels.FRAME), np.zeros(ports, kernels.EXIT),
+            np.zeros((ports, 3), np.int64), np.zeros(1, np.int64)))
+        self._grow(4)
 
-    def _own(self, queues: kernels.Queues) -> None:
-        """Work on these arrays, and try out the future on copies."""
-        self._queues = queues
-        self._arrays = Addresses(queues, kernels.Queues(*(array.copy() for array in queues)))
+    def send(self, now_ns: int, port: int, exit_: int, train: PacketTrain) -> int | None:
+        """Book a frame on a port's line. Returns the delay until it is at its receiver. None: that
+        is not known, or it has several exits (``exit_`` is -1); ``put`` it."""
+        delay_ns = kernels.send(self._rows, now_ns, port, exit_, train)
+        return None if delay_ns < 0 else delay_ns
 
-    def load(self, exit_: int, load: Load) -> None:
-        self._queues.exits[exit_] = load
-
-    def loaded(self, exit_: int) -> Load:
-        return self._queues.exits[exit_].item()
-
-    def put(self, port: int, begin_ns: int, flow: Hashable, train: PacketTrain,
-            exits: Iterable[int], token: T) -> None:
-        """A frame to send; ``begin_ns`` is when the line is free if nothing waits."""
-        records: list[int] = []
+    def put(self, now_ns: int, port: int, flow: Hashable, train: PacketTrain,
+            exits: Sequence[tuple[int, T]], unicast: bool) -> None:
+        """Queue the frame that was booked last; each of its exits has a token of its own."""
+        flow_record = self._flow(flow) if self._fair else port
         copy = -1
-        for exit_ in exits:
-            if not self._free_frames:
-                self._own(self._queues._replace(
-                    frames=_longer(self._queues.frames, self._free_frames)))
-            record = self._free_frames.pop()
-            self._queues.frames[record] = (-1, *train[:6], 0, exit_, 0, 0, copy)
-            records.append(record)
+        for number, (exit_, token) in enumerate(exits, 1):
+            while True:
+                record, self.due_ns = kernels.put(
+                    self._rows, now_ns, port, flow_record, exit_, copy, unicast,
+                    number == len(exits), train)
+                if record != FULL:
+                    break
+                self._grow()
+            self._tokens[record] = token
             copy = record
-        self._tokens[copy] = token, port, records
-        self._queued[port] += 1
-        record = self._flow(port, flow)
-        kernels.put(self._arrays.rows, port, begin_ns, record, copy)
 
-    def due_ns(self, port: int) -> int:
-        """The time to ``run`` next for this port, unless something else is put there."""
-        return kernels.due_ns(self._arrays.rows, port)
-
-    def run(self, now_ns: int) -> None:
-        """Send up to now. Of packets that end at once the lower port's is the first."""
+    def send_many(self, now_ns: int, port: int, exits: np.ndarray, train: PacketTrain,
+                  token: Callable[[int], T]) -> list[int | None]:
+        """``send``, and where need be ``put``, frames to the ``exits`` [n]; ``token(i)`` is that of
+        frame i. Returns their delays, None where it is not known. Where flows are served in turn,
+        it ends before the first that would have to be put."""
+        count = len(exits)
+        if count > len(self._state.many):
+            self._own(self._state._replace(many=np.zeros(count, np.int64)))
         while True:
-            self._noted = kernels.run(self._arrays.rows, self._noted, now_ns, self._hop_ns,
-                                      self._limit_ns)
-            if self._noted >= 0:
-                return
-            self._noted = -1 - self._noted
-            notes = self._queues.notes
-            self._own(self._queues._replace(notes=np.concatenate([notes, notes])))
+            self._state.many[:count] = exits
+            taken, self.due_ns = kernels.send_many(self._rows, now_ns, port, count, train)
+            if taken != FULL:
+                break
+            self._grow()
+        delays: list[int | None] = self._state.many[:taken].tolist()
+        for i, answer in enumerate(delays):
+            if answer is not None and answer < 0:
+                self._tokens[-1 - answer] = token(i)
+                delays[i] = None
+        return delays
 
-    def finished(self) -> list[tuple[T, list[ExitFate]]]:
-        """The frames of which all packets have been sent since the last call: token, and the fate
-        at each of its exits."""
-        done, lost = [], self._lost
-        for record, packet in self._queues.notes[:self._noted].tolist():
-            if packet >= 0:
+    def wake(self, now_ns: int) -> list[Fate[T]]:
+        """Send up to now. Returns the fates of frames that have been sent, or will be soon."""
+        while True:
+            noted, self.due_ns = kernels.wake(self._rows, now_ns)
+            if noted != FULL:
+                break
+            self._grow()
+        fates, lost = [], self._lost
+        for record, packet, arrival_ns in self._state.notes[:noted].tolist():
+            if packet == ALL_SENT:
+                fates.append((self._tokens.pop(record), arrival_ns, lost.pop(record, ())))
+            else:
                 lost.setdefault(record, []).append(packet)
-                continue
-            token, port, records = self._tokens.pop(record)
-            done.append((token, [ExitFate(int(self._queues.frames[one]["out_ns"]),
-                                         tuple(lost.pop(one, ()))) for one in records]))
-            self._free_frames += records
-            self._queued[port] -= 1
-            if not self._queued[port]:  # its flows are in no list any more
-                self._free_flows += self._names[port].values()
-                self._names[port].clear()
-        self._noted = 0
-        return done
+        return fates
 
-    def _flow(self, port: int, name: Hashable) -> int:
-        """The record of a port's flow; a new one if it has none."""
-        names = self._names[port]
-        record = names.get(name)
+    def busy_ns(self, now_ns: int, ports: Sequence[int]) -> list[int]:
+        """For how long there has been something on the wire, in either direction of ``ports``; a
+        packet that is foreseen counts as if it were in the switch."""
+        while not kernels.run(self._rows, now_ns):
+            self._grow()
+        lines, exits = self._state.ports[ports], self._state.exits[ports]
+        into = lines["booked_ns"] - np.maximum(lines["free_ns"] - now_ns, 0)
+        out = exits["booked_ns"] - np.maximum(
+            exits["free_ns"] - np.maximum(exits["last_ns"], now_ns), 0)
+        return [*into.tolist(), *np.minimum(out, now_ns).tolist()]
+
+    def _own(self, state: kernels.Wires) -> None:
+        """Work on these arrays, and try out the future on copies."""
+        self._state = state
+        self._arrays = Addresses(state, kernels.Wires(*(array.copy() for array in state)))
+        self._rows = self._arrays.rows
+
+    def _grow(self, frames: int = 0) -> None:
+        """Make room for twice as many frames and notes."""
+        state, switch = self._state, self._state.switch[0]
+        old, more = len(state.frames), frames or len(state.frames)
+        new = np.zeros(more, kernels.FRAME)
+        new["next"] = [*range(old + 1, old + more), switch["free"]]
+        switch["free"] = old
+        switch["room"] += more
+        notes = np.zeros((len(state.notes) + more, 3), np.int64)
+        self._own(state._replace(frames=np.concatenate([state.frames, new]),
+                                 notes=np.concatenate([state.notes, notes])))
+
+    def _flow(self, name: Hashable) -> int:
+        """The record of a flow; a new one if it has none."""
+        record = self._flows.get(name)
         if record is None:
             if not self._free_flows:
-                self._own(self._queues._replace(
-                    flows=_longer(self._queues.flows, self._free_flows)))
-            record = names[name] = self._free_flows.pop()
-            self._queues.flows[record] = ((-1, -1), 0, -1, 0)
+                self._collect()
+            record = self._flows[name] = self._free_flows.pop()
         return record
 
-
-def _longer(records: np.ndarray, free: list[int]) -> np.ndarray:
-    """Twice as many records; the new ones are added to ``free``."""
-    count = len(records)
-    free += range(2 * count - 1, count - 1, -1)
-    return np.concatenate([records, np.full(count, -1, records.dtype)])
+    def _collect(self) -> None:
+        """Free the records of flows that are in no list, or make more."""
+        flows = self._state.flows
+        idle = flows["listed"] == 0
+        self._free_flows = [record for record in self._flows.values() if idle[record]]
+        self._flows = {name: record for name, record in self._flows.items() if not idle[record]}
+        if len(self._free_flows) < len(self._flows) + 1:
+            more = np.zeros(len(flows), kernels.FLOW)
+            more["frames"] = -1
+            self._free_flows += range(len(flows), 2 * len(flows))
+            self._own(self._state._replace(flows=np.concatenate([flows, more])))

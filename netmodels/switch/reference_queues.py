@@ -7,32 +7,26 @@ send ``QUANTUM_BYTES`` in its turn. With one flow a port that is first in, first
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Hashable, Iterable
-from typing import Generic, NamedTuple, TypeVar
+from collections.abc import Callable, Hashable, Sequence
+from typing import Generic, TypeVar
+
+import numpy as np
 
 from netmodels.switch.kernels import NEVER, QUANTUM_BYTES
 from netmodels.switch.trains import PacketTrain
 
 T = TypeVar("T")  # the sender's token of a frame
 
-
-
-class ExitFate(NamedTuple):
-    """The fate of a frame at one exit: when the last of its packets left, and which are lost."""
-
-    out_ns: int
-    lost: tuple[int, ...]
-
-
-# An exit: until when it is busy, for how long it has been in all, when the last packet came.
-Load = tuple[int, int, int]
+# A frame's fate at one exit: its token, when (ns) the last of its packets is at the receivers, and
+# which packets are lost.
+Fate = tuple[T, int, Sequence[int]]
 
 
 class _QueuedTrain(Generic[T]):
     """A frame that waits in a line or is being sent."""
 
-    def __init__(self, token: T, train: PacketTrain, exits: tuple[int, ...]) -> None:
-        self.token, self.train, self.exits = token, train, exits
+    def __init__(self, train: PacketTrain, exits: Sequence[tuple[int, T]]) -> None:
+        self.train, self.exits = train, exits
         self.begun = 0  # packets
         self.outs = [0] * len(exits)
         self.lost: list[list[int]] = [[] for _ in exits]
@@ -94,34 +88,59 @@ class InterfaceQueue(Generic[T]):
 
 class ReferenceQueues(Generic[T]):
     """All interfaces and exits of a switch. ``hop_ns``: from a packet's end on one wire to its
-    arrival at the other end of the cable."""
+    arrival at the other end of the cable. ``limit_ns``: what an exit may hold, as time on its wire.
+    """
 
-    def __init__(self, ports: int, hop_ns: int, limit_ns: int) -> None:
+    def __init__(self, ports: int, hop_ns: int, limit_ns: int, fair: bool) -> None:
         self._lines: list[InterfaceQueue[T]] = [InterfaceQueue() for _ in range(ports)]
+        self._free_ns = [0] * ports  # when all will be sent
+        self._booked_ns = [0] * ports  # how long that takes
         self._exits: list[Load] = [(0, 0, 0)] * ports
         self._hop_ns = hop_ns
         self._limit_ns = limit_ns
-        self._done: list[tuple[T, list[ExitFate]]] = []
+        self._fair = fair
+        self._done: list[Fate[T]] = []
 
-    def load(self, exit_: int, load: Load) -> None:
-        self._exits[exit_] = load
+    @property
+    def due_ns(self) -> int:
+        """When to ``wake`` it next."""
+        return min(line.end_ns for line in self._lines)
 
-    def loaded(self, exit_: int) -> Load:
-        return self._exits[exit_]
+    def send(self, now_ns: int, port: int, exit_: int, train: PacketTrain) -> int | None:
+        """Book a frame on a port's line, and ``put`` it."""
+        self._free_ns[port] = max(self._free_ns[port], now_ns) + train.total_ns
+        self._booked_ns[port] += train.total_ns
+        return None
 
-    def put(self, port: int, begin_ns: int, flow: Hashable, train: PacketTrain,
-            exits: Iterable[int], token: T) -> None:
-        """A frame to send; ``begin_ns`` is when the line is free if nothing waits."""
+    def put(self, now_ns: int, port: int, flow: Hashable, train: PacketTrain,
+            exits: Sequence[tuple[int, T]], unicast: bool) -> None:
+        """Queue the frame that was booked last; each of its exits has a token of its own."""
+        self._run(now_ns)
         line = self._lines[port]
-        line.put(flow, _QueuedTrain(token, train, tuple(exits)))
+        line.put(flow if self._fair else None, _QueuedTrain(train, exits))
         if line.sending is None:
-            line.next(begin_ns)
+            line.next(self._free_ns[port] - train.total_ns)
 
-    def due_ns(self, port: int) -> int:
-        """The time to ``run`` next for this port, unless something else is put there."""
-        return self._lines[port].end_ns
+    def send_many(self, now_ns: int, port: int, exits: np.ndarray, train: PacketTrain,
+                  token: Callable[[int], T]) -> list[int | None]:
+        """None: each has to be sent for itself."""
+        return []
 
-    def run(self, now_ns: int) -> None:
+    def wake(self, now_ns: int) -> list[Fate[T]]:
+        """Send up to now. Returns the fates of frames that have been sent."""
+        self._run(now_ns)
+        done, self._done = self._done, []
+        return done
+
+    def busy_ns(self, now_ns: int, ports: Sequence[int]) -> list[int]:
+        """For how long there has been something on the wire, in either direction of ``ports``."""
+        self._run(now_ns)
+        into = [self._booked_ns[port] - max(self._free_ns[port] - now_ns, 0) for port in ports]
+        out = [booked_ns - max(free_ns - max(last_ns, now_ns), 0)
+               for free_ns, booked_ns, last_ns in (self._exits[port] for port in ports)]
+        return into + [min(sent_ns, now_ns) for sent_ns in out]
+
+    def _run(self, now_ns: int) -> None:
         """Send up to now. Of packets that end at once the lower port's is the first."""
         lines = self._lines
         while True:
@@ -131,23 +150,16 @@ class ReferenceQueues(Generic[T]):
                 return
             self._cross(frame, end_ns + self._hop_ns)
             if frame.begun == frame.train.packets:
-                self._done.append((frame.token, [
-                    ExitFate(out_ns, tuple(lost))
-                    for out_ns, lost in zip(frame.outs, frame.lost, strict=True)]))
+                self._done += [(token, out_ns + self._hop_ns, lost) for (_, token), out_ns, lost
+                               in zip(frame.exits, frame.outs, frame.lost, strict=True)]
             line.next(end_ns)
-
-    def finished(self) -> list[tuple[T, list[ExitFate]]]:
-        """The frames of which all packets have been sent since the last call: token, and the fate
-        at each of its exits."""
-        done, self._done = self._done, []
-        return done
 
     def _cross(self, frame: _QueuedTrain[T], at_ns: int) -> None:
         """A packet is in the switch, and joins the queue of each of its exits, first in, first
         out."""
         number = frame.begun - 1
         wire_ns = frame.train.wire_ns(number)
-        for k, exit_ in enumerate(frame.exits):
+        for k, (exit_, _) in enumerate(frame.exits):
             free_ns, booked_ns, _ = self._exits[exit_]
             if at_ns < free_ns and free_ns - at_ns + wire_ns > self._limit_ns:
                 frame.lost[k].append(number)
