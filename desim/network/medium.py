@@ -259,18 +259,19 @@ class Medium(Account):
         if len(known) > count:
             raise ModelError(f"{class_of(self.model)} returned {len(known)} delays from send_many "
                              f"for {count} frames")
-        ahead = known.index(None) if None in known else len(known)
+        ahead: list[int] = []
         for i, delay_ns in enumerate(known):
+            claim = carriers[i], token, receivers[i], size_bytes, segments, PLAIN
             if delay_ns is None:
-                self._open[number + i] = (
-                    carriers[i], token, receivers[i], size_bytes, segments, PLAIN)
+                self._open[number + i] = claim
             elif type(delay_ns) is not int or delay_ns < 0:
                 arrival_of(self.model, delay_ns)
-            elif i > ahead:
-                self._begin(source, (carriers[i], token, receivers[i], size_bytes, segments,
-                                     PLAIN), delay_ns)
-        self.flights.count += ahead
-        carriers.expected_many(token, known[:ahead])
+            elif len(ahead) == i:
+                ahead.append(delay_ns)
+            else:
+                self._begin(source, claim, delay_ns)
+        self.flights.count += len(ahead)
+        carriers.expected_many(token, ahead)
         for i in range(len(known), count):
             self._offer(Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
                         (carriers[i], token, receivers[i], size_bytes, segments, PLAIN))

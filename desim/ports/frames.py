@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import NamedTuple, final
 
+_new = tuple.__new__  # a Frame at half the price
+
 
 class Frame(NamedTuple):
     """The unit that occupies a medium: one packet, or a train of packets of one message on one hop.
@@ -46,8 +48,8 @@ class Frames(NamedTuple):
 
     def single(self, i: int) -> Frame:
         """Frame i, counted from 0, for itself."""
-        return Frame(self.id + i, self.source, (self.receivers[i],), self.size_bytes,
-                     self.segments, False)
+        id_, source, receivers, size_bytes, segments = self
+        return _new(Frame, (id_ + i, source, (receivers[i],), size_bytes, segments, False))
 
     def singly(self) -> list[Frame]:
         """The same frames, each for itself."""

@@ -62,8 +62,8 @@ class Wires(NamedTuple):
     """The state of a switch: switch [1] | ports | flows | frames | exits | notes | many.
 
     ``notes`` [n, 3]: a frame's record and the number of a packet that was lost at its exit, or
-    ``ALL_SENT`` and the time (ns) when the last of the others is at the receivers. ``many`` [n]:
-    exits of frames that are sent at once, and the answers.
+    ``ALL_SENT`` and the time (ns) when the last of the others is at the receivers, after ``wake``
+    from now on. ``many`` [n]: exits of frames that are sent at once, and the answers.
     """
 
     switch: np.ndarray
@@ -191,6 +191,56 @@ def _leave(wires, line, f):
         f = frame.copy
 
 
+@inner(boolean(_port, _flows))
+def _alone(line, flows):
+    """Whether at most one flow waits."""
+    new, old = line.new.first, line.old.first
+    if new >= 0:
+        return flows[new].next < 0 and old < 0
+    return old < 0 or flows[old].next < 0
+
+
+@inner(boolean(_wires, _port, _i8))
+def _skip(wires, line, now_ns):
+    """Let the packets of a train cross at once until the last that ends by now is being sent.
+    Returns False if that is so, if other frames are in its way, or if some may be lost. (A train of
+    110 packets crosses in 0.1 us; one by one they take 1 us.)"""
+    frame, switch = wires.frames[line.sending], wires.switch[0]
+    exit_, left_ns = wires.exits[frame.exit], now_ns - line.end_ns
+    if exit_.coming > 1 or frame.copy >= 0 or not _alone(line, wires.flows):
+        return False
+    still = max(frame.longer - frame.begun, 0)
+    long = min(still, left_ns // frame.long_ns)
+    short = 0
+    if long == still:
+        short = min(frame.packets - frame.begun - long,
+                    (left_ns - long * frame.long_ns) // frame.short_ns)
+    at_ns, wire_ns = line.end_ns + switch.hop_ns, _wire_ns(frame)
+    out_ns = max(at_ns, exit_.free_ns)
+    # No packet waits longer than the first: none is longer.
+    if long + short == 0 or out_ns - at_ns + wire_ns > switch.limit_ns:
+        return False
+    flow = wires.flows[frame.flow]
+    if switch.fair:
+        for k in range(frame.begun, frame.begun + long + short):
+            while flow.deficit <= 0:
+                flow.deficit += QUANTUM_BYTES
+                if line.new.first >= 0:
+                    line.new.first = -1
+                    _append(line.old, wires.flows, frame.flow)
+            flow.deficit -= frame.long_bytes if k < frame.longer else frame.short_bytes
+    frame.begun += long + short
+    if frame.begun == frame.packets:
+        flow.frames.first = frame.next
+    sent_ns = long * frame.long_ns + short * frame.short_ns
+    line.end_ns += sent_ns
+    sent_ns -= _wire_ns(frame)
+    exit_.free_ns = out_ns + wire_ns + sent_ns
+    exit_.booked_ns += wire_ns + sent_ns
+    exit_.last_ns = at_ns + sent_ns
+    return True
+
+
 @lean(boolean(_rows, _i8))
 def run(rows, now_ns):
     """Send up to now. Of packets that end at once the lower port's is the first. Returns False if
@@ -205,27 +255,15 @@ def run(rows, now_ns):
         if p < 0:
             return True
         line = lines[p]
+        if _skip(wires, line, now_ns):
+            continue
+        if switch.noted + frames.size + lines.size > wires.notes.shape[0]:
+            return False
         f = line.sending
-        while True:
-            if switch.noted + frames.size + lines.size > wires.notes.shape[0]:
-                return False
-            _cross(wires, f, end_ns + switch.hop_ns)
-            if frames[f].begun == frames[f].packets:
-                _leave(wires, line, f)
-            _next(wires, line, end_ns)
-            # The next packet of a frame that is the only one for its exit concerns no other port.
-            end_ns, alone = line.end_ns, wires.exits[frames[f].exit].coming == 1
-            if line.sending != f or not alone or frames[f].copy >= 0 or end_ns >= now_ns:
-                break
-
-
-@inner(boolean(_port, _flows))
-def _alone(line, flows):
-    """Whether at most one flow waits."""
-    new, old = line.new.first, line.old.first
-    if new >= 0:
-        return flows[new].next < 0 and old < 0
-    return old < 0 or flows[old].next < 0
+        _cross(wires, f, end_ns + switch.hop_ns)
+        if frames[f].begun == frames[f].packets:
+            _leave(wires, line, f)
+        _next(wires, line, end_ns)
 
 
 @inner(void(_wires, _wires, _i8))
@@ -422,7 +460,8 @@ def wake(rows, now_ns):
     noted, switch.noted = switch.noted, 0
     for k in range(noted):
         if notes[k, 1] == ALL_SENT:
-            f = notes[k, 0]
+            # A gap of the line may take longer than the cable.
+            f, notes[k, 2] = notes[k, 0], max(notes[k, 2] - now_ns, 0)
             wires.frames[f].next = switch.free
             switch.free = f
             switch.room += 1

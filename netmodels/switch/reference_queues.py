@@ -17,8 +17,8 @@ from netmodels.switch.trains import PacketTrain
 
 T = TypeVar("T")  # the sender's token of a frame
 
-# A frame's fate at one exit: its token, when (ns) the last of its packets is at the receivers, and
-# which packets are lost.
+# A frame's fate at one exit: its token, after how many ns the last of its packets is at the
+# receivers, and which packets are lost.
 Fate = tuple[T, int, Sequence[int]]
 
 
@@ -95,7 +95,8 @@ class ReferenceQueues(Generic[T]):
         self._lines: list[InterfaceQueue[T]] = [InterfaceQueue() for _ in range(ports)]
         self._free_ns = [0] * ports  # when all will be sent
         self._booked_ns = [0] * ports  # how long that takes
-        self._exits: list[Load] = [(0, 0, 0)] * ports
+        # Of exits: until when busy, for how long in all, when the last packet came.
+        self._exits = [(0, 0, 0)] * ports
         self._hop_ns = hop_ns
         self._limit_ns = limit_ns
         self._fair = fair
@@ -130,7 +131,8 @@ class ReferenceQueues(Generic[T]):
         """Send up to now. Returns the fates of frames that have been sent."""
         self._run(now_ns)
         done, self._done = self._done, []
-        return done
+        # A gap of the line may take longer than the cable.
+        return [(token, max(arrival_ns - now_ns, 0), lost) for token, arrival_ns, lost in done]
 
     def busy_ns(self, now_ns: int, ports: Sequence[int]) -> list[int]:
         """For how long there has been something on the wire, in either direction of ``ports``."""

@@ -143,22 +143,20 @@ class Switch:
 
     def _wake(self, _: None) -> None:
         """Settle the frames that are in the switch by now, or will be soon."""
-        context, now_ns = self._context, self._context.now_ns
-        fates = self._queues.wake(now_ns)
+        context, queues = self._context, self._queues
+        fates = queues.wake(context.now_ns)
         self._due_ns, self._timer = NEVER, None
-        self._book(self._queues.due_ns)
-        for (frame, receivers), arrival_ns, lost in fates:
+        self._book(queues.due_ns)
+        for (frame, receivers), delay_ns, lost in fates:
             if len(lost) == frame.segments:
                 context.settle_many(frame, receivers, ports.Drop("queue_full"))
                 continue
             if lost:
                 context.settle_many(frame, receivers, ports.Drop("queue_full", tuple(lost)))
-            # A gap of the line may take longer than the cable.
-            arrives = _deliver(max(arrival_ns - now_ns, 0))
             if frame.broadcast:
-                context.settle_many(frame, receivers, arrives)
+                context.settle_many(frame, receivers, ports.Deliver(delay_ns))
             else:
-                context.settle(frame, receivers[0], arrives)
+                context.settle(frame, receivers[0], _deliver(delay_ns))
 
 
 def _assign(shared: dict[str, list[str]], hosts: tuple[str, ...]) -> list[int]:
