@@ -10,8 +10,8 @@ import numpy as np
 
 from desim.ports.kernels import compiled_function
 from netmodels.kernels import Addresses
-from netmodels.switch import kernels
-from netmodels.switch.kernels import ALL_SENT, FULL, NEVER
+from netmodels.switch.kernels import machine, records
+from netmodels.switch.kernels.records import ALL_SENT, FULL, NEVER
 from netmodels.switch.reference_queues import Fate
 from netmodels.switch.trains import PacketTrain
 
@@ -27,24 +27,24 @@ class CompiledQueues(Generic[T]):
                  local_ns: int) -> None:
         self.due_ns = NEVER
         self._fair = fair
-        self._send = compiled_function(kernels.send)
-        self._put = compiled_function(kernels.put)
-        self._wake = compiled_function(kernels.wake)
+        self._send = compiled_function(machine.send)
+        self._put = compiled_function(machine.put)
+        self._wake = compiled_function(machine.wake)
         self._flows: dict[Hashable, int] = {}  # records; the first are the one flow of each port
         self._free_flows: list[int] = []
         self._tokens: dict[int, T] = {}  # of frames that wait, by record
         self._lost: dict[int, list[int]] = {}  # packets of those
-        lines = np.zeros(ports, kernels.PORT)
+        lines = np.zeros(ports, records.PORT)
         for name in ("waiting", "new", "old"):
             lines[name] = -1
         lines["sending"] = -1
         lines["end_ns"] = lines["due_ns"] = NEVER
-        flows = np.zeros(ports, kernels.FLOW)
+        flows = np.zeros(ports, records.FLOW)
         flows["frames"] = -1
-        self._own(kernels.Wires(
+        self._own(records.Wires(
             np.array([(hop_ns, limit_ns, ahead_ns, local_ns, fair, -1, 0, 0, NEVER)],
-                     kernels.SWITCH),
-            lines, flows, np.zeros(0, kernels.FRAME), np.zeros(ports, kernels.EXIT),
+                     records.SWITCH),
+            lines, flows, np.zeros(0, records.FRAME), np.zeros(ports, records.EXIT),
             np.zeros((ports, 3), np.int64), np.zeros(1, np.int64)))
         self._grow(4)
 
@@ -80,7 +80,7 @@ class CompiledQueues(Generic[T]):
             self._own(self._state._replace(many=np.zeros(count, np.int64)))
         while True:
             self._state.many[:count] = exits
-            taken, self.due_ns = kernels.send_many(self._rows, now_ns, port, count, train)
+            taken, self.due_ns = machine.send_many(self._rows, now_ns, port, count, train)
             if taken != FULL:
                 break
             self._grow()
@@ -120,7 +120,7 @@ class CompiledQueues(Generic[T]):
     def busy_ns(self, now_ns: int, ports: Sequence[int]) -> list[int]:
         """For how long there has been something on the wire, in either direction of ``ports``; a
         packet that is foreseen counts as if it were in the switch."""
-        while not kernels.run(self._rows, now_ns):
+        while not machine.run(self._rows, now_ns):
             self._grow()
         lines, exits = self._state.ports[ports], self._state.exits[ports]
         into = lines["booked_ns"] - np.maximum(lines["free_ns"] - now_ns, 0)
@@ -128,10 +128,10 @@ class CompiledQueues(Generic[T]):
             exits["free_ns"] - np.maximum(exits["last_ns"], now_ns), 0)
         return [*into.tolist(), *np.minimum(out, now_ns).tolist()]
 
-    def _own(self, state: kernels.Wires) -> None:
+    def _own(self, state: records.Wires) -> None:
         """Work on these arrays, and try out the future on copies."""
         self._state = state
-        self._arrays = Addresses(state, kernels.Wires(*(array.copy() for array in state)))
+        self._arrays = Addresses(state, records.Wires(*(array.copy() for array in state)))
         self._rows = self._arrays.rows
         self._notes = state.notes.ravel().data  # read in a third of numpy's time
 
@@ -139,7 +139,7 @@ class CompiledQueues(Generic[T]):
         """Make room for twice as many frames and notes."""
         state, switch = self._state, self._state.switch[0]
         old, more = len(state.frames), frames or len(state.frames)
-        new = np.zeros(more, kernels.FRAME)
+        new = np.zeros(more, records.FRAME)
         new["next"] = [*range(old + 1, old + more), switch["free"]]
         switch["free"] = old
         switch["room"] += more
@@ -163,7 +163,7 @@ class CompiledQueues(Generic[T]):
         self._free_flows = [record for record in self._flows.values() if idle[record]]
         self._flows = {name: record for name, record in self._flows.items() if not idle[record]}
         if len(self._free_flows) < len(self._flows) + 1:
-            more = np.zeros(len(flows), kernels.FLOW)
+            more = np.zeros(len(flows), records.FLOW)
             more["frames"] = -1
             self._free_flows += range(len(flows), 2 * len(flows))
             self._own(self._state._replace(flows=np.concatenate([flows, more])))

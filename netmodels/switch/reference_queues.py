@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from netmodels.switch.kernels import NEVER, QUANTUM_BYTES
+from netmodels.switch.kernels.records import NEVER, QUANTUM_BYTES
 from netmodels.switch.trains import PacketTrain
 
 T = TypeVar("T")  # the sender's token of a frame
@@ -104,7 +104,7 @@ class ReferenceQueues(Generic[T]):
 
     @property
     def due_ns(self) -> int:
-        """When to ``wake`` it next."""
+        """The time (ns) of the next ``wake``."""
         return min(line.end_ns for line in self._lines)
 
     def send(self, now_ns: int, port: int, exit_: int, train: PacketTrain) -> int | None:

@@ -14,7 +14,7 @@ from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, ByteSize, Duration, airtime_ns
 from netmodels.ethernet import GAP_BYTES
 from netmodels.switch.compiled_queues import CompiledQueues
-from netmodels.switch.kernels import NEVER
+from netmodels.switch.kernels.records import NEVER
 from netmodels.switch.reference_queues import ReferenceQueues
 from netmodels.switch.trains import cut
 
@@ -65,8 +65,7 @@ class Switch:
         self._local_ns = params.local_latency_ns
         self._hop_ns = params.propagation_ns - airtime_ns(GAP_BYTES, rate_bps)
         self._limit_ns = airtime_ns(params.buffer_bytes, rate_bps)
-        self._ahead_ns = -1 if params.per_segment else _AHEAD_NS
-
+        self._ahead_ns = _AHEAD_NS
         self._cut = lru_cache(1 << 12)(partial(cut, rate_bps=rate_bps))
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
@@ -87,19 +86,17 @@ class Switch:
 
     def send(self, frame: ports.Frame) -> int | None:
         _, source, receivers, size_bytes, segments, broadcast = frame
-        port, exit_ = self._port[source], -1
-        if not broadcast:
-            exit_ = self._port[receivers[0]]
-            if exit_ == port:
-                return self._local_ns
-        train = self._cut(size_bytes, segments)
-        now_ns = self._context.now_ns
+        port = self._port[source]
         if broadcast:
-            copies = self._leave(frame, port)
+            exit_, copies = -1, self._leave(frame, port)
             if not copies:
                 return None
         else:
+            exit_ = self._port[receivers[0]]
+            if exit_ == port:
+                return self._local_ns
             copies = [(exit_, (frame, receivers))]
+        train, now_ns = self._cut(size_bytes, segments), self._context.now_ns
         queues = self._queues
         delay_ns = queues.send(now_ns, port, exit_, train)
         if delay_ns is None:

@@ -323,7 +323,7 @@ def test_a_run_with_kept_kernels_imports_nothing_heavy(repository, tmp_path):
     output_of(HELLO, *command, **environment)
     compiled = {path.name.rpartition("-")[0] for path in kept(tmp_path)}
     assert compiled >= {"desim.robot.kernels.evidence", "desim.world.kernels.lidar",
-                        "netmodels.switch.kernels"}
+                        "netmodels.switch.kernels.machine"}
     # Nothing of what this scenario has not: radios, noisy odometers, walls in a map's image.
     assert not any(name.startswith("netmodels.radio") for name in compiled)
     assert not compiled & {"desim.world.kernels.crossings", "desim.world.kernels.odometry",

@@ -103,6 +103,8 @@ class Lies:
      r"treat many frames \(send_many, all_pass\) as each of them for itself"),
     (lambda self, frames: [0] * (len(frames.receivers) + 1), ModelError,
      r"Hurries .* returned \d+ delays from send_many for \d+ frames"),
+    (lambda self, frames: [None], AssertionError,  # it never settles that frame
+     r"treat many frames \(send_many, all_pass\) as each of them for itself"),
     (lambda self, frames: [0.5], ModelError, "delivers after 0.5; wanted: an int >= 0"),
     (lambda self, frames: [-3], ModelError, "delivers after -3; wanted: an int >= 0")])
 def test_many_frames_at_once_are_treated_as_single_ones(wrong, error, advice):
