@@ -94,12 +94,14 @@ class CompiledQueues(Generic[T]):
     def wake(self, now_ns: int) -> list[Fate[T]]:
         """Send up to now. Returns the fates of frames that have been sent, or will be soon."""
         while True:
-            noted, self.due_ns = self._wake(self._rows, now_ns)
+            noted, self.due_ns, record, packet, delay_ns = self._wake(self._rows, now_ns)
             if noted != FULL:
                 break
             self._grow()
-        if not noted:
+        if noted == 0:
             return []
+        if noted == 1 and packet == ALL_SENT:  # as most often: no array is read
+            return [(self._tokens.pop(record), delay_ns, self._lost.pop(record, ()))]
         notes = self._notes[:3 * noted].tolist()
         packets = notes[1::3]
         if not self._lost and max(packets) == ALL_SENT:
