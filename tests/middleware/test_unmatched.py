@@ -106,6 +106,6 @@ def test_dds_says_it_to_nobody_from_the_end_of_a_lease_until_they_meet_again(mon
 
 
 def test_the_twin_does_not_see_who_listens(monkeypatch):
-    monkeypatch.setattr(Publisher, "count_unmatched", lambda self: None)
+    monkeypatch.setattr(Publisher, "_missed", lambda self: [])
     net = played("zenoh")
     assert net.counts("/talk").published < 2 * SAID
