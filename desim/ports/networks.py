@@ -79,7 +79,8 @@ class RuleContext(Protocol):
 
     def positions(self, time_ns: int) -> np.ndarray:
         """[hosts, 2] x, y in m of every host as of the last world tick at or before ``time_ns``.
-        A host without a place has NaN. Read-only; the array is reused until a host moves."""
+        A host without a place has NaN, now and always. Read-only; the array is reused until a host
+        moves."""
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this medium's own."""

@@ -32,15 +32,19 @@ class Range:
         self._updated_ns = -1
         self._positions: np.ndarray | None = None  # until the next world tick the same object
         self._places: list[list[float]] = []
+        # Hosts without a place, in reach of everybody: with one of them at either end there is
+        # nothing to measure.
+        self._placeless = np.isnan(context.positions(context.now_ns)).any(axis=1).tolist()
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
+        placeless = self._placeless
+        if placeless[frame.source] or len(receivers) == 1 and placeless[receivers[0]]:
+            return None
         now_ns = self._context.now_ns
         if now_ns != self._updated_ns:
             self._update(now_ns)
         places = self._places
         x_m, y_m = places[frame.source]
-        if x_m != x_m:  # NaN
-            return None
         verdicts: list[ports.Verdict] | None = None
         limit_m2 = self._distance_m2
         for i, receiver in enumerate(receivers):
@@ -53,11 +57,7 @@ class Range:
         return verdicts
 
     def all_pass(self, frames: ports.Frames) -> bool:
-        now_ns = self._context.now_ns
-        if now_ns != self._updated_ns:
-            self._update(now_ns)
-        x_m, _ = self._places[frames.source]
-        return x_m != x_m  # NaN
+        return bool(self._placeless[frames.source])
 
     def _update(self, now_ns: int) -> None:
         self._updated_ns = now_ns
