@@ -9,7 +9,8 @@ This is the one module that imports simpy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from bisect import bisect_left
+from collections.abc import Callable, Generator, Sequence
 from enum import IntEnum
 from fractions import Fraction
 from functools import partial
@@ -172,6 +173,13 @@ class Kernel:
                                 next(self._numbers), call))
         return call
 
+    def after_all(self, delay_ns: int, phase: Phase, entities: Sequence[int],
+                  fn: Callable[[Sequence[T]], object], args: Sequence[T]) -> None:
+        """Call ``fn(args)`` after ``delay_ns``, as if each of ``entities`` (ascending) booked
+        ``fn([arg])`` for its own one of ``args``, without a call for each: if something else comes
+        between two of them, ``fn`` gets those in front of it first. Raises as ``after`` does."""
+        self.after(delay_ns, phase, entities[0], self._fire_all, (entities, fn, args))
+
     def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[T], object],
            arg: T | None = None) -> Call:
         """Call ``fn(arg)`` at ``time_ns``, like ``after``. Raises ``KernelError`` for a time that
@@ -275,6 +283,24 @@ class Kernel:
         """Book a call that has fired again, at a later time."""
         heappush(self._agenda, (time_ns, order, next(self._numbers), call))
 
+    def _fire_all(self, group: tuple[Sequence[int], Callable[[Sequence[T]], object], Sequence[T]]
+                  ) -> None:
+        """Fire those of a group that come before anything else does. What they book themselves
+        comes after all of them: it is of a later phase, or of the next round."""
+        entities, fn, args = group
+        time_ns, order, number, _ = cast(Entry, self._fired)  # pairs are a _Guest's, without groups
+        head, before = self._agenda[0], order - entities[0]
+        if head[0] == time_ns and head[1] <= before + entities[-1]:
+            count = bisect_left(entities, head[1] - before)
+            if count < len(args) and head[1] == before + entities[count] and number < head[2]:
+                count += 1
+            if count < len(args):
+                rest = _new_call(Call)
+                rest.fn, rest.arg = self._fire_all, (entities[count:], fn, args[count:])
+                heappush(self._agenda, (time_ns, before + entities[count], number, rest))
+                args = args[:count]
+        fn(args)
+
     def _next(self, phase: Phase, entity: int, fn: Callable[[T], object]) -> int:
         """The priority of a call that is booked for now: in a phase not later than the one that
         runs, it has to wait for the next round."""
@@ -309,6 +335,12 @@ class _Guest(Kernel):
         order = phase + entity if delay_ns else self._next(phase, entity, fn)
         call.callbacks = (partial(self._fire, order),)
         return call
+
+    def after_all(self, delay_ns: int, phase: Phase, entities: Sequence[int],
+                  fn: Callable[[Sequence[T]], object], args: Sequence[T]) -> None:
+        # The environment's own events may come between any two of them.
+        for entity, arg in zip(entities, args, strict=True):
+            self.after(delay_ns, phase, entity, fn, [arg])
 
     def _book(self, time_ns: int, order: int, call: Call) -> None:
         super()._book(time_ns, order, call)

@@ -22,6 +22,7 @@ from desim.errors import InputError
 ROW = np.dtype([("t_ns", "<i8"), ("kind", "<u4"), ("entity", "<u4"),
                 ("a", "<i8"), ("b", "<i8"), ("c", "<i8")])
 pack = struct.Struct("<qIIqqq").pack  # one ROW
+_pack_head, pack_id, _pack_tail = (struct.Struct(part).pack for part in ("<qI", "<I", "<qqq"))
 _BATCH = 1 << 12
 _HALF = 64  # bits of a digest; both halves are summed apart
 
@@ -61,6 +62,13 @@ def bits(value: float) -> int:
 def real(value: int) -> float:
     """The inverse of ``bits``."""
     return float(struct.unpack("<d", struct.pack("<q", value))[0])
+
+
+def pack_each(t_ns: int, kind: int, entities: Iterable[bytes], a: int = 0, b: int = 0, c: int = 0
+              ) -> bytes:
+    """A row of each of ``entities`` (``pack_id`` of their ids), equal in all else."""
+    head, tail = _pack_head(t_ns, kind), _pack_tail(a, b, c)
+    return head + (tail + head).join(entities) + tail
 
 
 class Trace:

@@ -350,7 +350,7 @@ class BatchPublisher:
                 counts.bytes += len(mine) * self.size_bytes
                 counts.latency.extend(mine)
                 member.link.note_trip(min(mine))
-                member.host.hear(own.index, first_ns[index], last_ns[index])
+                own.heard(member.host.index, first_ns[index], last_ns[index])
         route.medium.flights.landed_each(route.receivers, *self._frame, list(map(len, columns)))
         if graph.on_arrivals is not None:
             numbers = _of(batches, "number")[:, None] + np.arange(len(route.members))

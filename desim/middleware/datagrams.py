@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from desim.middleware.arp import AddressedCarrier
@@ -72,6 +72,10 @@ class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
     def arrived(self, message: Message, receiver: int) -> None:
         self._flying -= 1
         self._graph.deliver(message, receiver, message.born_ns, message.born_ns)
+
+    def arrived_many(self, message: Message, receivers: Sequence[int]) -> None:
+        self._flying -= len(receivers)
+        self._graph.deliver_all(message, receivers)
 
     def arrived_in_part(self, message: Message, receiver: int, lost: dict[int, str]) -> None:
         self.lost(message, receiver, next(iter(lost.values())))

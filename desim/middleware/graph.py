@@ -14,18 +14,19 @@ medium in common) or ``no_subscriber`` (it came to a host where nobody listens a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from array import array
+from collections.abc import Callable, Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
-from desim.engine.trace import Names, Trace, pack
+from desim.engine.trace import Names, Trace, pack, pack_each
 from desim.errors import InputError, below, did_you_mean
 from desim.middleware.batches import BatchPublisher, TakesArrivals
 from desim.middleware.context import GraphContext
-from desim.middleware.host import Host
+from desim.middleware.host import Host, receive_all
 from desim.middleware.message import Message
 from desim.middleware.topics import Latest, Topic
 from desim.ports import natural_key
@@ -77,7 +78,7 @@ class Graph:
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
         self.up = [False] * len(self.hosts)
         for host in self.hosts:
-            host.received_ns = [0] * len(self.hosts)
+            host.heard_ns = array("q", bytes(8 * len(self.hosts)))
         self._by_name = {host.name: host for host in self.hosts}
         trace.before_flush = self.catch_up
         self.context = GraphContext(self, middleware)
@@ -166,12 +167,42 @@ class Graph:
         origin, counts = message.origin, message.about.counts
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
-        host.received_ns[origin.index] = time_ns
-        if host.awaited:
-            host.hear(origin.index, time_ns, time_ns)
+        origin.heard_ns[host.index] = time_ns
+        if origin.awaited:
+            origin.heard(host.index, time_ns, time_ns)
         self.put(pack(time_ns, self.DELIVERED, host.id, origin.id, message.seq, latency_ns))
         if self.on_fate is not None:
             self.on_fate(message, host.index, time_ns, None, first_ns, last_ns)
+
+    def deliver_all(self, message: Message, receivers: Sequence[int]) -> None:
+        """``message``, a datagram, has arrived at several hosts in one instant: ``deliver`` at
+        each. ``receivers`` are in the order of their trace ids."""
+        if self._read_at_delivery:
+            message.content  # noqa: B018 - reading computes it
+        listening = receive_all(message, receivers)
+        born_ns, origin = message.born_ns, message.origin
+        if len(listening) < len(receivers):
+            present = [host.index for host in listening]
+            for receiver in receivers:
+                if receiver not in present:
+                    self.drop(message, receiver, "no_subscriber", born_ns, born_ns)
+            if not listening:
+                return
+            receivers = present
+        now_ns, counts, heard_ns = self.kernel.now_ns, message.about.counts, origin.heard_ns
+        latency_ns = now_ns - born_ns
+        counts.bytes += len(receivers) * message.size_bytes
+        counts.latency.extend([latency_ns] * len(receivers))
+        for receiver in receivers:
+            heard_ns[receiver] = now_ns
+        if origin.awaited:
+            for receiver in receivers:
+                origin.heard(receiver, now_ns, now_ns)
+        self.put(pack_each(now_ns, self.DELIVERED, [host.packed_id for host in listening],
+                           origin.id, message.seq, latency_ns))
+        if self.on_fate is not None:
+            for receiver in receivers:
+                self.on_fate(message, receiver, now_ns, None, born_ns, born_ns)
 
     def land(self, message: Message, host: Host, time_ns: int, first_ns: int, last_ns: int) -> None:
         """``message`` is at ``host``, which keeps the latest, since ``time_ns``."""

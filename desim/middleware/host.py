@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable
+from array import array
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
-from desim.engine.trace import pack
+from desim.engine.trace import pack, pack_each, pack_id
 from desim.errors import InputError, KernelError
 from desim.middleware.message import Message
 from desim.middleware.topics import Latest, Publisher, Subscription, WaitSet
@@ -29,29 +29,31 @@ _NOBODY: Ends = None, []
 class Host:
     """A computer: interfaces to media, and nodes that run while it is up.
 
-    ``software`` makes the nodes, afresh at every start. ``received_ns`` has by host index the time
-    of the last message of each other host since its start (0: none); the function in ``awaited``,
-    by host index too, is called once, with the time of the next message of that host.
+    ``software`` makes the nodes, afresh at every start. ``heard_ns`` has by host index when a
+    message of this host last arrived there, since that one's start (0: none did); the function in
+    ``awaited``, by host index too, is called once, with the time of the next arrival there.
     """
 
-    __slots__ = ("graph", "name", "index", "id", "media", "software", "nodes", "published",
-                 "received_ns", "awaited", "_publishers", "_ends", "_inbox", "_awake")
+    __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "software", "nodes",
+                 "published", "heard_ns", "awaited", "_publishers", "_ends", "_inbox")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
         self.name = name
         self.index = index
         self.id = graph.names.id(name)
+        self.packed_id = pack_id(self.id)  # for rows of many hosts
         self.media: list[Medium] = []  # in order of preference
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
-        self.received_ns: list[int] = []
+        self.heard_ns = array("q")
         self.awaited: dict[int, Callable[[int], object]] = {}
         self._publishers: list[Publisher] = []
         self._ends: dict[str, Ends] = {}
-        self._inbox: deque[tuple[Subscription, Message]] = deque()
-        self._awake = False  # the inbox is being emptied, or will be in this instant
+        # None, unless it is being emptied or will be in this instant. New lists lie where memory
+        # is warm: a broadcast wakes many hosts.
+        self._inbox: list[tuple[Subscription, Message]] | None = None
 
     @property
     def up(self) -> bool:
@@ -97,15 +99,17 @@ class Host:
         for publisher in self._publishers:
             publisher.topic.publishers.remove(publisher)
             publisher.close("sender_down")
-        for subscription, _ in self._inbox:
+        for subscription, _ in self._inbox or ():
             subscription.topic.counts.discarded += 1
         for topic in self._ends:
-            graph.topic(topic).listens(self.index, False)
+            graph.topic(topic).listens(self.index, None, ())
         self.nodes = []
         self._publishers = []
         self._ends = {}
-        self._inbox.clear()
-        self.received_ns = [0] * len(graph.hosts)
+        if self._inbox:
+            self._inbox.clear()
+        for host in graph.hosts:
+            host.heard_ns[self.index] = 0
         graph.context.stopped(self.index)
 
     def _notify_media(self, up: bool) -> None:
@@ -142,7 +146,7 @@ class Host:
         if latest is not None:
             latest.book()
         subscriptions.append(Subscription(about, callback, queue))
-        about.listens(self.index, True)
+        about.listens(self.index, latest, subscriptions)
         self.graph.context.subscribed(Endpoint(self.index, node, about.name))
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
@@ -153,7 +157,7 @@ class Host:
         if latest is None:
             latest = Latest(self, wait_set)
             self._ends[name] = latest, subscriptions
-            self.graph.topic(name).listens(self.index, True)
+            self.graph.topic(name).listens(self.index, latest, subscriptions)
         self.graph.context.subscribed(Endpoint(self.index, node, name))
         return latest
 
@@ -176,29 +180,30 @@ class Host:
             latest.put(message)
             if not subscriptions:
                 return True
-        if not self._awake:
-            self._awake = True
+        inbox = self._inbox
+        if inbox is None:
+            inbox = self._inbox = []
             self.graph.kernel.after(0, _CONTROL, self.id, self._drain)
         for subscription in subscriptions:
             if 0 < subscription.limit <= subscription.waiting:
-                self._overwrite(subscription)
+                self._overwrite(inbox, subscription)
             subscription.waiting += 1
-            self._inbox.append((subscription, message))
+            inbox.append((subscription, message))
         about.counts.queued += len(subscriptions)
         return True
 
-    def hear(self, source: int, first_ns: int, last_ns: int) -> None:
-        """Messages of host ``source`` have arrived, the first at ``first_ns``, the last at
-        ``last_ns``."""
-        self.received_ns[source] = last_ns
-        if self.awaited and source in self.awaited:
-            self.awaited.pop(source)(first_ns)
+    def heard(self, receiver: int, first_ns: int, last_ns: int) -> None:
+        """Messages of this host have arrived at ``receiver``, the first at ``first_ns``, the last
+        at ``last_ns``."""
+        self.heard_ns[receiver] = last_ns
+        if self.awaited and receiver in self.awaited:
+            self.awaited.pop(receiver)(first_ns)
 
-    def _overwrite(self, subscription: Subscription) -> None:
+    def _overwrite(self, inbox: list[tuple[Subscription, Message]], subscription: Subscription
+                   ) -> None:
         """Drop the oldest message of a full queue."""
-        oldest = next(i for i, entry in enumerate(self._inbox) if entry[0] is subscription)
-        message = self._inbox[oldest][1]
-        del self._inbox[oldest]
+        oldest = next(i for i, entry in enumerate(inbox) if entry[0] is subscription)
+        message = inbox.pop(oldest)[1]
         subscription.waiting -= 1
         message.about.counts.overwritten += 1
         graph = self.graph
@@ -208,14 +213,14 @@ class Host:
     def _drain(self, _: object) -> None:
         """Run the callbacks of all waiting messages, in order of arrival, and of those that they
         publish to their own host meanwhile."""
-        inbox = self._inbox
+        inbox = self._inbox or []
         graph, own = self.graph, self.id
         now_ns, put, callback = graph.kernel.now_ns, graph.put, graph.CALLBACK
         for _ in range(MAX_CALLBACKS):
             if not inbox:
-                self._awake = False
+                self._inbox = None
                 return
-            subscription, message = inbox.popleft()
+            subscription, message = inbox.pop(0)
             subscription.waiting -= 1
             about = message.about
             about.counts.called += 1
@@ -223,3 +228,61 @@ class Host:
             subscription.callback(message)
         raise KernelError(f"more than {MAX_CALLBACKS} callbacks on {self.name} at {now_ns} ns: the "
                           f"loop goes through topic {about.name}")
+
+
+def receive_all(message: Message, receivers: Sequence[int]) -> list[Host]:
+    """``Host.receive`` at each of ``receivers``, which are in the order of their trace ids. Returns
+    those that listen."""
+    graph, about = message.origin.graph, message.about
+    hosts, only = graph.hosts, about.listening.get
+    listening: list[Host] = []
+    woken: list[Host] = []
+    for receiver in receivers:
+        host, subscription = hosts[receiver], only(receiver)
+        if subscription is not None and host._inbox is None:
+            subscription.waiting = 1
+            host._inbox = [(subscription, message)]
+            woken.append(host)
+        elif not host.receive(message):
+            continue
+        listening.append(host)
+    if woken:
+        about.counts.queued += len(woken)
+        graph.kernel.after_all(0, _CONTROL, [host.id for host in woken], _drain_all, woken)
+    return listening
+
+
+def _drain_all(hosts: Sequence[Host]) -> None:
+    """``Host._drain`` at each of ``hosts``. The rows of one message's callbacks are written
+    together."""
+    message: Message | None = None
+    called: list[bytes] = []
+    try:
+        for host in hosts:
+            inbox = host._inbox
+            if inbox is None or len(inbox) != 1:
+                host._drain(None)
+                continue
+            subscription, waiting = inbox.pop()
+            if waiting is not message:
+                _record_called(message, called)
+                message, called = waiting, []
+            subscription.waiting -= 1
+            called.append(host.packed_id)
+            subscription.callback(waiting)
+            if inbox:
+                host._drain(None)
+            else:
+                host._inbox = None
+    finally:
+        _record_called(message, called)
+
+
+def _record_called(message: Message | None, hosts: Sequence[bytes]) -> None:
+    """The callbacks of ``message`` have been called at ``hosts``."""
+    if message is None:
+        return
+    about, graph = message.about, message.origin.graph
+    about.counts.called += len(hosts)
+    graph.put(pack_each(graph.kernel.now_ns, graph.CALLBACK, hosts, message.origin.id, message.seq,
+                        about.id))

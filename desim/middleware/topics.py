@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING, Protocol
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 
 class Topic:
     """A name that messages are published under, its trace id and its counts. ``listening``: hosts
-    that subscribe, known or not."""
+    that subscribe, known or not, with their subscription; None: it is not the only one there, or
+    beside the latest message."""
 
     __slots__ = ("name", "id", "counts", "publishers", "listening")
 
@@ -30,18 +31,20 @@ class Topic:
         self.id = id_
         self.counts = TopicCounts()
         self.publishers: list[Publisher] = []
-        self.listening: dict[int, None] = {}
+        self.listening: dict[int, Subscription | None] = {}
 
-    def listens(self, host: int, does: bool) -> None:
-        """``host`` subscribes from now on, or not any more."""
-        if does == (host in self.listening):
-            return
-        if does:
-            self.listening[host] = None
-        else:
+    def listens(self, host: int, latest: Latest | None, subscriptions: Sequence[Subscription]
+                ) -> None:
+        """``host`` has these ends from now on."""
+        before = host in self.listening
+        if latest is None and not subscriptions:
             del self.listening[host]
-        for publisher in self.publishers:
-            publisher.count_unmatched()
+        else:
+            alone = latest is None and len(subscriptions) == 1
+            self.listening[host] = subscriptions[0] if alone else None
+        if before != (host in self.listening):
+            for publisher in self.publishers:
+                publisher.count_unmatched()
 
 
 class Subscription:

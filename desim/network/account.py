@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from array import array
+
 
 class Account:
     """Counts per intended receiver, which are conserved:
@@ -27,7 +29,7 @@ class Account:
         self.packets_dropped: dict[str, int] = {}
         self.copies = 0
         self.tx_bytes = [0] * hosts
-        self.rx_bytes = [0] * hosts
+        self.rx_bytes = array("q", bytes(8 * hosts))
         self.refused_bytes = 0
         self.barred_bytes = 0  # of packets that the rules let through to nobody
 

@@ -41,7 +41,7 @@ class Broadcast:
         if len(settled) < before + count or len(frame.among(receivers)) < count:
             raise KeyError(receivers)
         self.left -= count
-        return tuple(receivers)
+        return receivers
 
     def claim(self, receiver: int) -> Claim:
         """The claim of one receiver."""
@@ -69,14 +69,15 @@ class Broadcast:
 class Rest:
     """The receivers that no settlement of a broadcast has named."""
 
-    __slots__ = ("_receivers", "_others")
+    __slots__ = ("_receivers", "_others", "_count")
 
     def __init__(self, receivers: tuple[int, ...], others: set[int]) -> None:
         self._receivers = receivers
         self._others = others
+        self._count = len(receivers) - len(others)
 
     def __len__(self) -> int:
-        return len(self._receivers) - len(self._others)
+        return self._count
 
     def __iter__(self) -> Iterator[int]:
         return (receiver for receiver in self._receivers if receiver not in self._others)

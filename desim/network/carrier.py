@@ -66,6 +66,12 @@ class BroadcastCarrier(Carrier[T_contra]):
 
     __slots__ = ()
 
+    def arrived_many(self, token: T_contra, receivers: Sequence[int]) -> None:
+        """A broadcast is whole at several ``receivers`` in one instant, which are in the order of
+        their trace ids: what ``arrived`` says of each."""
+        for receiver in receivers:
+            self.arrived(token, receiver)
+
     def missed(self, token: T_contra, receivers: Collection[int], reason: str,
                medium: Medium) -> object:
         """One fate of several receivers of a broadcast frame. They are best counted: to list them

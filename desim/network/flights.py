@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from array import array
+from collections.abc import Collection, Sequence
+from functools import partial
 from typing import TypeVar
 
 from desim.engine.kernel import Kernel, Phase
 from desim.network.account import Account
-from desim.network.carrier import Carrier
+from desim.network.carrier import BroadcastCarrier, Carrier
 from desim.network.terms import PLAIN, Claim
 from desim.ports import packet_sizes
 
@@ -21,13 +23,15 @@ class Flights:
     ``account``. ``ids`` are the trace ids of hosts, ``up`` says which of them run, ``count`` is the
     number of receptions to come."""
 
-    __slots__ = ("up", "count", "_account", "_kernel", "_after", "_ids", "_sources", "_arrives")
+    __slots__ = ("up", "count", "_account", "_kernel", "_after", "_ids", "_packed_ids",
+                 "_sources", "_arrives")
 
     def __init__(self, account: Account, kernel: Kernel, ids: list[int]) -> None:
         self.up = [True] * len(ids)
         self.count = 0
         self._account, self._kernel = account, kernel
         self._ids = ids
+        self._packed_ids = array("I", ids)  # for many at once: all are close together
         self._sources = [id_ << 32 for id_ in ids]  # in the entity of a delivery
         self._after, self._arrives = kernel.after, self._deliver  # bound once: 400 instructions
 
@@ -51,6 +55,22 @@ class Flights:
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))
         else:
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._arrives, claim)
+
+    def begin_all(self, source: int, carrier: BroadcastCarrier[T], token: T,
+                  receivers: Collection[int], size_bytes: int, segments: int, delay_ns: int
+                  ) -> None:
+        """``begin`` for each receiver of a broadcast, all in one event."""
+        if carrier.ahead:
+            for receiver in receivers:
+                self.begin(source, (carrier, token, receiver, size_bytes, segments, PLAIN),
+                           delay_ns)
+            return
+        self.count += len(receivers)
+        ids, own = self._packed_ids, self._sources[source]
+        receivers = sorted(receivers, key=ids.__getitem__)
+        self._kernel.after_all(delay_ns, _DELIVER, [own | ids[host] for host in receivers],
+                               partial(self._deliver_all, carrier, token, size_bytes, segments),
+                               receivers)
 
     def book(self, source: int, receiver: int, size_bytes: int, segments: int, carrier: Carrier[T],
              token: T, arrival_ns: int) -> None:
@@ -92,6 +112,22 @@ class Flights:
         account.packets_delivered += segments
         account.rx_bytes[receiver] += size_bytes
         carrier.arrived(token, receiver)
+
+    def _deliver_all(self, carrier: BroadcastCarrier[T], token: T, size_bytes: int, segments: int,
+                     receivers: Sequence[int]) -> None:
+        """A broadcast is at several receivers."""
+        if not all(map(self.up.__getitem__, receivers)):
+            for receiver in receivers:
+                self._deliver((carrier, token, receiver, size_bytes, segments, PLAIN))
+            return
+        account, count = self._account, len(receivers)
+        self.count -= count
+        account.delivered += count
+        account.packets_delivered += count * segments
+        rx_bytes = account.rx_bytes
+        for receiver in receivers:
+            rx_bytes[receiver] += size_bytes
+        carrier.arrived_many(token, receivers)
 
     def _deliver_in_part(self, claim: Claim) -> None:
         """Some packets of a train are at one receiver."""

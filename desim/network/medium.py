@@ -320,15 +320,12 @@ class Medium(Account):
     def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],
              delay_ns: int) -> None:
         """A broadcast is on its way to ``receivers``."""
-        source, begin = frame.source, self._begin
-        if broadcast.terms is not None:
-            for receiver in receivers:
-                self._begin_on_terms(frame, broadcast.claim(receiver), delay_ns)
+        if broadcast.terms is None:
+            self.flights.begin_all(frame.source, broadcast.carrier, broadcast.token, receivers,
+                                   frame.size_bytes, frame.segments, delay_ns)
             return
-        carrier, token = broadcast.carrier, broadcast.token
-        size_bytes, segments = frame.size_bytes, frame.segments
         for receiver in receivers:
-            begin(source, (carrier, token, receiver, size_bytes, segments, PLAIN), delay_ns)
+            self._begin_on_terms(frame, broadcast.claim(receiver), delay_ns)
 
     def _begin_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
         """A frame that rules may have delayed or copied is on its way to one receiver."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterable
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple, final
 
@@ -25,11 +25,13 @@ class Frame(NamedTuple):
     segments: int
     broadcast: bool
 
-    def among(self, hosts: Iterable[int]) -> list[int]:
+    def among(self, hosts: Sequence[int]) -> list[int]:
         """Those of ``hosts`` that are receivers, in their order."""
         receivers, source = self.receivers, self.source
         last = receivers[-1]
         if len(receivers) == last + (source > last):  # all up to the last, but the source itself
+            if hosts and 0 <= min(hosts) and max(hosts) <= last and source not in hosts:
+                return list(hosts)
             return [host for host in hosts if 0 <= host <= last and host != source]
         return [host for host in hosts
                 if host <= last and receivers[bisect_left(receivers, host)] == host]

@@ -144,8 +144,17 @@ class Air:
         """Take all outcomes, update the links, and only then settle frames: a settled frame may let
         its sender send again at once, and a new frame may take the place of one in question."""
         self._settled_ns = now_ns
-        decided, attempts, queued, plain = [], self._attempts, self._waiting, self._plain
-        for _, what, station, position, hearer, packet in self.stations.advance(now_ns):
+        stations = self.stations
+        if not stations.step(now_ns):
+            self._update_links(now_ns)
+            return
+        plain = self._plain
+        if plain and (ended := stations.ended_broadcast()):
+            self._update_links(now_ns)
+            self._settle_packet(*ended)
+            return
+        decided, attempts, queued = [], self._attempts, self._waiting
+        for _, what, station, position, hearer, packet in stations.outcomes():
             if what in attempts:
                 self.stations.choose(station, hearer, attempts[what](station, hearer))
                 continue
@@ -197,6 +206,12 @@ class Air:
             waiting.settle_broadcast(context, finders)
         else:
             waiting.settle(context)
+
+    def _settle_packet(self, station: int, position: int, received: int, *hosts: int) -> None:
+        """Settle a broadcast of one packet; the first so many of ``hosts`` have received it."""
+        self._waiting.pop((station, position)).settle_packet(
+            self._context, list(hosts[:received]), list(hosts[received:]),
+            self._links.finders(station))
 
     def _concerns(self, waiting: QueuedFrame, station: int, what: int, hearer: int, packet: int
                   ) -> bool:

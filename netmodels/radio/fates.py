@@ -9,12 +9,15 @@ from netmodels.partial_trains import settle_without
 from netmodels.radio.dcf.stations import DROPPED, MISSED, RECEIVED
 
 _ARRIVED, _COLLISION = ports.Deliver(0), ports.Drop("collision")
+_ERROR = ports.Drop("channel_error")
 _OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
 class QueuedFrame:
     """A frame in a sender's queue. ``given_up`` are a unicast frame's packets. Of a broadcast by
     receiver, bit k for packet k: those ``got``, and those ``lost`` for a reason."""
+
+    __slots__ = ("frame", "given_up", "got", "lost")
 
     def __init__(self, frame: ports.Frame) -> None:
         self.frame = frame
@@ -55,6 +58,22 @@ class QueuedFrame:
             settle_without(context, frame, frame.receivers[0], {"retry_limit": self.given_up})
         else:
             context.settle(frame, frame.receivers[0], _ARRIVED)
+
+    def settle_packet(self, context: ports.Context, received: list[int], missed: list[int],
+                      finders: Sequence[int]) -> None:
+        """``settle_broadcast`` of one packet that these stations have ``received`` or ``missed``
+        for its errors, both ascending."""
+        frame, settle = self.frame, context.settle_many
+        among = frame.among
+        buried = set(finders).difference(received, missed)
+        arrived = among(received)
+        if arrived:
+            settle(frame, arrived, _ARRIVED)
+        if missed and (lost := among(missed)):
+            settle(frame, lost, _ERROR)
+        if buried and (lost := among(sorted(buried))):
+            settle(frame, lost, _COLLISION)
+        settle(frame, None, _OUT_OF_REACH)
 
     def settle_broadcast(self, context: ports.Context, finders: Sequence[int]) -> None:
         """Settle a broadcast. Where ``finders`` have found nothing of it, others were louder."""

@@ -334,3 +334,66 @@ def test_stop_ends_a_plain_simpy_run_too():
     assert log == ["observe"] and env.now == 5
     env.run()
     assert env.now == 50
+
+
+# --------------------------------------------------------------------------------- many at once
+
+ENTITIES = st.lists(st.integers(0, 6), min_size=1, max_size=5, unique=True).map(sorted)
+BOOKINGS = st.lists(st.tuples(st.integers(0, 2), st.sampled_from([DELIVER, CONTROL]), ENTITIES),
+                    min_size=1, max_size=8)
+
+
+def played(bookings, book, kernel):
+    """The log of groups, each member of which books something of its own for the same instant."""
+    log = []
+
+    def fire(members):
+        for name, entity in members:
+            log.append((kernel.now_ns, name, entity))
+            if name % 2:
+                kernel.after(0, CONTROL, entity, log.append, (kernel.now_ns, name, "later"))
+
+    for name, (delay_ns, phase, entities) in enumerate(bookings):
+        book(kernel, delay_ns, phase, entities, fire, [(name, entity) for entity in entities])
+    kernel.run(2)
+    return log
+
+
+def together(kernel, *booking):
+    kernel.after_all(*booking)
+
+
+def singly(kernel, delay_ns, phase, entities, fn, args):
+    for entity, arg in zip(entities, args, strict=True):
+        kernel.after(delay_ns, phase, entity, fn, [arg])
+
+
+def at_the_first(kernel, delay_ns, phase, entities, fn, args):
+    """The twin: all of a group come when its first one does."""
+    kernel.after(delay_ns, phase, entities[0], fn, args)
+
+
+@given(BOOKINGS)
+def test_many_booked_at_once_come_in_the_order_of_many_bookings(bookings):
+    assert played(bookings, together, Kernel()) == played(bookings, singly, Kernel())
+    guest = Kernel.inside(simpy.Environment(initial_time=0))
+    guest.run = lambda until_ns: guest.env.run(until_ns + 1)
+    assert played(bookings, together, guest) == played(bookings, singly, Kernel())
+
+
+def test_the_twin_that_keeps_many_together_breaks_the_order():
+    bookings = [(1, CONTROL, [0, 2]), (1, CONTROL, [1])]
+    wanted = played(bookings, singly, Kernel())
+    assert played(bookings, together, Kernel()) == wanted
+    assert played(bookings, at_the_first, Kernel()) != wanted
+
+
+def test_many_that_nothing_comes_between_are_one_event(kernel, log):
+    kernel.after_all(5, DELIVER, [1, 4, 6], log.append, ["a", "b", "c"])
+    kernel.after(5, DELIVER, 7, log.append, "after")
+    kernel.after_all(6, DELIVER, [1, 4, 6], log.append, ["d", "e", "f"])
+    kernel.after(6, DELIVER, 4, log.append, "between")
+    kernel.run(6)
+    assert log == [["a", "b", "c"], "after", ["d", "e"], "between", ["f"]]
+    with pytest.raises(KernelError, match="delay_ns"):
+        kernel.after_all(-1, DELIVER, [1, 4], log.append, ["a", "b"])

@@ -39,7 +39,7 @@ def test_the_whole_log_of_three_frames():
         (3_500_000, "the other way", "host_2", "host_1", "arrived")]
     assert bench.medium.bytes_on_air == 500
     assert bench.medium.tx_bytes == [250, 250, 0]
-    assert bench.medium.rx_bytes == [250, 125, 125]
+    assert list(bench.medium.rx_bytes) == [250, 125, 125]
 
 
 def test_what_a_full_queue_refuses_was_never_on_the_air():
@@ -105,7 +105,7 @@ def test_a_host_that_is_down_receives_nothing():
     bench.medium.flights.up[1] = False
     assert [(label, fate) for _, label, _, _, fate in bench.run()] == [
         ("too late", "host_down"), ("in time", "arrived")]
-    assert bench.medium.rx_bytes == [0, 0, 125]
+    assert list(bench.medium.rx_bytes) == [0, 0, 125]
 
 
 class Recorder(Carrier):

@@ -249,7 +249,7 @@ def test_copies_arrive_behind_the_original_and_those_of_two_rules_add_up():
         (MS, "arrived"), (MS, "repeated"), (4 * MS, "repeated")]
     medium = bench.medium
     assert (medium.intended, medium.delivered, medium.copies) == (1, 1, 2)
-    assert medium.rx_bytes == [0, 300] and medium.tx_bytes == [100, 0]
+    assert list(medium.rx_bytes) == [0, 300] and medium.tx_bytes == [100, 0]
     assert medium.bytes_on_air == 100 and medium.in_flight() == 0
 
 

@@ -149,15 +149,15 @@ def attempts(distance_m, **params):
     """The outcome of each attempt to send 400 packets, and its rate in Mb/s."""
     model, seen = radio(**params), []
     air = Bench(model, {"a": (0, 0), "b": (distance_m, 0)})
-    advance = model._air.stations.advance
+    outcomes = model._air.stations.outcomes
 
-    def watched(until_ns):
-        found = advance(until_ns)
+    def watched():
+        found = outcomes()
         seen.extend((what, A.rates[model._air.stations._arrays.states[0].choices[0, 1]].mbps)
                     for _, what, *_ in found if what in (ACKED, FAILED))
         return found
 
-    model._air.stations.advance = watched
+    model._air.stations.outcomes = watched
     for _ in range(400):
         air.send(0, "a", "b", 1518)
     air.run()

@@ -96,6 +96,7 @@ class Stations:
                  first_rate: int | None = None, judged: bool = False,
                  difs_first: bool = False) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
+        self._ended = np.empty(3 + n, np.int64)
         self._present = 0  # which of the two states is the present one
         self._next_ns: int | None = NEVER  # None: not foreseen yet
         self._taken_ns = -1
@@ -180,13 +181,29 @@ class Stations:
 
     def advance(self, until_ns: int) -> list[Outcome]:
         """The outcomes of the next instant with any, none if that is after ``until_ns``."""
+        return self.outcomes() if self.step(until_ns) else []
+
+    def step(self, until_ns: int) -> bool:
+        """Go on to the next instant with outcomes. Returns whether there is one up to
+        ``until_ns``."""
         if until_ns == self._taken_ns or self.next_ns > until_ns:
-            return []
+            return False
         self._taken_ns = self.next_ns  # no transmission is over in the instant that it begins
         self._present = 1 - self._present
         self._next_ns = None
-        present = self._arrays.states[0]  # both have the same outcomes
+        return True
+
+    def outcomes(self) -> list[Outcome]:
+        """The outcomes of the instant that ``step`` went on to."""
+        present = self._arrays.states[self._present]
         return present.outcomes[:present.setup["outcomes"][0]].tolist()
+
+    def ended_broadcast(self) -> list[int]:
+        """The same in short, if they are those of one broadcast of one packet, else nothing: its
+        station and position, the number of stations that have received it, these, and those where
+        it had errors, both ascending."""
+        count = kernels.ended_broadcast(self._arrays.rows, self._present, self._ended)
+        return self._ended[:count].tolist()
 
     def counts(self, now_ns: int) -> Counts:
         """The counters up to now."""

@@ -18,9 +18,12 @@ from netmodels.radio.dcf.kernels.reception import add_errors
 from netmodels.radio.dcf.kernels.records import (
     AWAITING,
     BLOCK,
+    DONE,
     IDLE,
     KINDS,
+    MISSED,
     NEVER,
+    RECEIVED,
     TIMEOUT,
     a_dcf,
     a_station,
@@ -120,6 +123,33 @@ def foresee(rows, present):
     touched[0, 0] = 0
     run(future, NEVER // KINDS - 1)
     return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
+
+
+@lean(_i8(_rows, _i8, int64[::1]))
+def ended_broadcast(rows, present, ended):
+    """The outcomes of this instant in short, if they are those of one broadcast of one packet: its
+    station, its position in the queue, how many have received it, these, and those where it had
+    errors, both ascending. Returns how many entries of ``ended`` that takes; 0: it is not so."""
+    d = arrays_at(rows[present])
+    outcomes, received = d.outcomes, 0
+    last = d.setup[0].outcomes - 1
+    station, position = outcomes[last].station, outcomes[last].position
+    if outcomes[last].what != DONE or d.frames[station, position].packets != 1:
+        return 0
+    for k in range(last):
+        what = outcomes[k].what
+        if outcomes[k].station != station or (what != RECEIVED and what != MISSED):
+            return 0
+        if what == RECEIVED:
+            ended[3 + received] = outcomes[k].receiver
+            received += 1
+    at = 3 + received
+    for k in range(last):
+        if outcomes[k].what == MISSED:
+            ended[at] = outcomes[k].receiver
+            at += 1
+    ended[0], ended[1], ended[2] = station, position, received
+    return at
 
 
 @lean(_i8(_rows, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
