@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import lru_cache
 
 import numpy as np
@@ -80,7 +80,8 @@ class RobotMap:
         self.own = Layer(pool, self.tiles)
         self.received: dict[str, Received] = {}
         self.sum = kernels.Fused(self.fused, self.tile_version, self.row_version,
-                                 np.empty(len(self.tiles), np.int32))
+                                 np.empty(len(self.tiles), np.int32),
+                                 np.full(len(self.tiles), -1, np.int32), np.empty(CELLS, np.int16))
         self._scans = _scans(spec)
 
     def integrate_scan(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
@@ -91,14 +92,22 @@ class RobotMap:
         self.own.changing()
         self._note(self._scans.integrate(x_m, y_m, yaw_rad, scan, usable_range_m, self))
 
-    def receive(self, source: str, version: int, snapshot: LayerSnapshot) -> bool:
-        """Take in ``source``'s evidence as of ``version``: each tile of ``snapshot`` replaces an
+    def receive(self, updates: Iterable[tuple[str, int, LayerSnapshot]]) -> bool:
+        """Take in evidence: of each source as of its version. Each tile of a snapshot replaces an
         older one. The newest of each tile wins, so order, duplicates and gaps do not matter. True
         if that changed the knowledge."""
-        taken = replacement(self.received.get(source), self.tiles, version, snapshot)
-        self.received[source] = taken.after
-        count = _exchange(taken.tiles, taken.old, taken.new, self.version + 1, self.pool.arrays,
-                          self.sum)
+        taken = []  # holds what is replaced until the sum is made
+        for source, version, snapshot in updates:
+            change = replacement(self.received.get(source), self.tiles, version, snapshot)
+            self.received[source] = change.after
+            taken.append(change)
+        if len(taken) == 1:
+            _, _, tiles, old, new = taken[0]
+        else:
+            tiles, old, new = (np.concatenate(column) for column in
+                               zip(*(change[2:] for change in taken), strict=True))
+        count = _exchange(tiles, old, new, np.empty(len(tiles), np.int32), self.version + 1,
+                          self.pool.arrays, self.sum)
         self._note(count)
         return count > 0
 

@@ -19,7 +19,7 @@ from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from desim.ports import GridSpec
 from desim.robot.map_message import MapFormat, MapUpdate
-from desim.robot.map_sharing import REFRESH_PERIODS, MapSharing
+from desim.robot.map_sharing import MERGING_HZ, REFRESH_PERIODS, MapSharing
 from desim.robot.monitor_feed import MonitorFeed
 from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import TilePool, fuse, tiles_of
@@ -201,11 +201,20 @@ def test_what_is_known_of_the_others_is_live():
     announced = fleet.graph.host("robot_1").nodes[1].peers
     peers = dict(fleet.heard["robot_1"])
     assert sorted(peers) == ["robot_2", "robot_3"]
-    assert all(int(peer.x_m) == peer.heard_ns // S for peer in peers.values())
+    for peer in peers.values():  # it says where it was at that second
+        assert 0.0 <= peer.heard_ns / S - peer.x_m < 1.0 + 1.0 / MERGING_HZ
     fleet.run(29)
     now = fleet.heard["robot_1"]
     assert now["robot_2"].heard_ns // S > 22 and now["robot_3"] == peers["robot_3"]
     assert announced.message.born_ns < 19 * S
+
+
+def test_what_comes_between_two_mergings_is_merged_at_once():
+    fleet, merged_ns = Fleet(exchange(), [set(), set(range(0, 60, 3)), set(range(60))]), []
+    fleet.maps["robot_1"].observers.append(lambda *_: merged_ns.append(fleet.kernel.now_ns))
+    fleet.run(66)
+    assert len(merged_ns) >= 12
+    assert {(time_ns - merged_ns[0]) * MERGING_HZ % S for time_ns in merged_ns} == {0}
 
 
 @BOTH

@@ -17,6 +17,7 @@ from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import (
     FREE,
     OCCUPIED,
+    TILE,
     LayerSnapshot,
     TilePool,
     fuse,
@@ -79,9 +80,9 @@ def test_any_order_with_duplicates_and_gaps_gives_the_same_sum(talk):
     pool, in_order, as_it_came = talk
     straight, crooked = RobotMap(SPEC, pool), RobotMap(SPEC, pool)
     for update in in_order:
-        straight.receive(*update)
+        straight.receive([update])
     for update in as_it_came:
-        crooked.receive(*update)
+        crooked.receive([update])
     assert np.array_equal(straight.fused, crooked.fused)
 
 
@@ -90,7 +91,7 @@ def test_the_incremental_sum_is_the_recomputed_one(talk, seen):
     pool, _, as_it_came = talk
     robot_map = RobotMap(SPEC, pool)
     for number, update in enumerate(as_it_came):
-        robot_map.receive(*update)
+        robot_map.receive([update])
         if number < len(seen):
             see(robot_map, seen[number])
         assert np.array_equal(robot_map.fused, fuse(robot_map.layers()))
@@ -103,10 +104,30 @@ def test_a_repetition_changes_nothing_and_says_so(talk):
     heard = []
     robot_map.observers.append(lambda _, changed: heard.append(changed.tolist()))
     for update in updates:
-        robot_map.receive(*update)
+        robot_map.receive([update])
     version, before = robot_map.version, len(heard)
-    assert not any(robot_map.receive(*update) for update in updates)
+    assert not any(robot_map.receive([update]) for update in updates)
     assert (robot_map.version, len(heard)) == (version, before)
+
+
+@given(conversations())
+def test_updates_at_once_give_the_same_sum_and_one_change(talk):
+    pool, _, as_it_came = talk
+    one_by_one, at_once, heard = RobotMap(SPEC, pool), RobotMap(SPEC, pool), []
+    see(at_once, (CENTRE, scan([3.0, 3.0])))
+    see(one_by_one, (CENTRE, scan([3.0, 3.0])))
+    before, version = states(at_once.fused), at_once.version
+    at_once.observers.append(lambda _, changed: heard.append(changed.tolist()))
+    for update in as_it_came:
+        one_by_one.receive([update])
+    changed = at_once.receive(as_it_came)
+    assert np.array_equal(at_once.fused, one_by_one.fused)
+    differ = states(at_once.fused) != before
+    rows = differ.reshape(len(differ), TILE, TILE).any(axis=2)
+    assert np.array_equal(at_once.row_version > version, rows)
+    assert heard == [np.flatnonzero(rows.any(axis=1)).tolist()] * changed
+    assert at_once.version == version + changed == version + bool(rows.any())
+    assert not at_once.receive(as_it_came)
 
 
 @given(st.lists(readings, min_size=1, max_size=8))
@@ -128,8 +149,8 @@ def test_a_source_that_starts_again_replaces_what_it_said_before():
     first, second, listener = RobotMap(SPEC, pool), RobotMap(SPEC, pool), RobotMap(SPEC, pool)
     see(first, (CENTRE, scan([3.0, 3.0])))
     see(second, ((2.0, 2.0, 1.0), scan([1.0, 1.0])))
-    listener.receive("robot_1", 5_000_000_000, first.own.snapshot())
-    listener.receive("robot_1", 90_000_000_000, second.own.snapshot())
+    listener.receive([("robot_1", 5_000_000_000, first.own.snapshot())])
+    listener.receive([("robot_1", 90_000_000_000, second.own.snapshot())])
     assert np.array_equal(listener.fused, second.fused)
 
 
@@ -144,7 +165,7 @@ def test_robots_that_took_in_the_same_updates_share_what_they_received():
         known = teller.own.snapshot()
         update = known if complete else known.only(teller.own.changed_since(before))
         for listener in to:
-            listener.receive("teller", version, update)
+            listener.receive([("teller", version, update)])
 
     said(0, (first, second, third), complete=True)
     said(1, (first, second), complete=False)
@@ -224,7 +245,7 @@ def test_no_tile_leaks_and_none_is_freed_twice():
         held.append(teller.own.snapshot())
         for number, listener in enumerate(maps):
             if number != turn % 4:
-                listener.receive(f"robot_{turn % 4}", turn, held[-1].only(held[-1].filled()))
+                listener.receive([(f"robot_{turn % 4}", turn, held[-1].only(held[-1].filled()))])
         if turn % 3 == 0:
             held.pop(turn % len(held))
     layers = [one.own for one in maps]

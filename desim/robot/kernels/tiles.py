@@ -33,17 +33,20 @@ class Fused(NamedTuple):
     """The sum of a map's layers: ``fused`` [tiles, 1024] int16 log-odds | ``tile_version``
     [tiles] version of the last change | ``row_version`` [tiles, 32] the same of a tile's rows of
     cells | ``changed`` [tiles], out: the tiles in which a cell became free, occupied or unknown,
-    each once."""
+    each once | ``first`` [tiles], all -1, and ``difference`` [1024] int16, to work in."""
 
     fused: np.ndarray
     tile_version: np.ndarray
     row_version: np.ndarray
     changed: np.ndarray
+    first: np.ndarray
+    difference: np.ndarray
 
 
 _i4x1, _i8, _i8x1 = types.int32[::1], types.int64, types.int64[::1]
 POOL = types.NamedTuple([types.int8[:, ::1], _i4x1, _i4x1, _i8x1], Pool)
-FUSED = types.NamedTuple([types.int16[:, ::1], _i8x1, types.int32[:, ::1], _i4x1], Fused)
+FUSED = types.NamedTuple([types.int16[:, ::1], _i8x1, types.int32[:, ::1], _i4x1, _i4x1,
+                          types.int16[::1]], Fused)
 
 
 @inner(types.void(types.int32, POOL))
@@ -86,50 +89,70 @@ def make_own(tile, indices, pool):
     indices[tile] = fresh
 
 
-@inner("b1(i8, i8, i8, i1[:,::1], i2[:,::1])")
-def exchange(tile, old, new, data, fused):
-    """Put a tile's ``new`` evidence in the place of ``old`` in the sum. Whether a cell became free,
-    occupied or unknown. A plain loop, which becomes vector instructions.
+@inner("void(i8, i8, i1[:,::1], i2[::1])")
+def differ(old, new, data, difference):
+    """Add what evidence ``new`` has more than ``old`` to ``difference`` [1024]."""
+    for c in range(1024):
+        difference[c] += np.int16(np.int16(data[new, c]) - np.int16(data[old, c]))
+
+
+@inner("b1(i2[::1], i2[::1])")
+def add(difference, fused):
+    """Add to a tile of the sum. Whether a cell became free, occupied or unknown. A plain loop,
+    which becomes vector instructions.
 
     A cell crosses a threshold where its distance from it changes its sign: ``turned`` collects sign
     bits (8 % faster than comparisons).
     """
     turned = np.int16(0)
     for c in range(1024):
-        before = fused[tile, c]
-        after = np.int16(before + np.int16(data[new, c]) - np.int16(data[old, c]))
+        before = fused[c]
+        after = np.int16(before + difference[c])
         turned = np.int16(turned | np.int16(FREE - before) ^ np.int16(FREE - after)
                           | np.int16(before - OCCUPIED) ^ np.int16(after - OCCUPIED))
-        fused[tile, c] = after
+        fused[c] = after
     return turned < 0
 
 
-@inner("void(u8, u8, u8, i4, i1[:,::1], i2[:,::1], i4[::1])")
-def note_rows(tile, old, new, version, data, fused, row_version):
-    """Note the rows of a tile in which a cell became free, occupied or unknown by ``exchange``. One
-    tile in five has any, so that this costs less than a test of each row there."""
+@inner("void(i2[::1], i4, i2[::1], i4[::1])")
+def note_rows(difference, version, fused, row_version):
+    """Note the rows of a tile in which a cell became free, occupied or unknown by ``add``. One tile
+    in five has any, so that this costs less than a test of each row there."""
     for row in range(np.uint64(32)):
         turned = np.int16(0)
         for c in range(row << np.uint64(5), (row + np.uint64(1)) << np.uint64(5)):
-            after = fused[tile, c]
-            before = np.int16(after - np.int16(np.int16(data[new, c]) - np.int16(data[old, c])))
+            after = fused[c]
+            before = np.int16(after - difference[c])
             turned = np.int16(turned | np.int16(FREE - before) ^ np.int16(FREE - after)
                               | np.int16(before - OCCUPIED) ^ np.int16(after - OCCUPIED))
         if turned < 0:
             row_version[row] = version
 
 
-@lean(types.int64(_i4x1, _i4x1, _i4x1, _i8, POOL, FUSED))
-def exchange_all(tiles, old, new, version, pool, total):
+@lean(types.int64(_i4x1, _i4x1, _i4x1, _i4x1, _i8, POOL, FUSED))
+def exchange_all(tiles, old, new, after, version, pool, total):
     """Put the evidence ``new`` [k] of ``tiles`` [k] in the place of ``old`` [k] in the sum, which
-    is of ``version`` then. Returns the number of tiles in ``total.changed``."""
-    count = 0
+    is of ``version`` then. Returns the number of tiles in ``total.changed``.
+
+    A tile may be there several times: the sum, which is in no cache, is visited once for all of
+    them. ``after`` [k] to work in: the next entry of the same tile.
+    """
+    first, difference, count = total.first, total.difference, 0
     for k in range(len(tiles)):
-        tile = tiles[k]
-        if exchange(tile, old[k], new[k], pool.data, total.fused):
+        after[k] = first[tiles[k]]
+        first[tiles[k]] = k
+    for tile in range(len(first)):
+        k = first[tile]
+        if k < 0:
+            continue
+        first[tile] = -1
+        difference[:] = 0
+        while k >= 0:
+            differ(old[k], new[k], pool.data, difference)
+            k = after[k]
+        if add(difference, total.fused[tile]):
             total.tile_version[tile] = version
-            note_rows(tile, old[k], new[k], version, pool.data, total.fused,
-                      total.row_version[tile])
+            note_rows(difference, version, total.fused[tile], total.row_version[tile])
             total.changed[count] = tile
             count += 1
     return count
