@@ -3,6 +3,9 @@
 `python tools/bench.py compare REV [--turns N] [part ...]` runs this tree and a commit in turns and
 prints what this tree costs as a share of that commit, with 95 % intervals.
 
+`python tools/bench.py history [REV ...]` measures commits and adds what they cost to
+`docs/benchmarks.csv`; without a commit it prints what is there.
+
 Every figure is CPU time of one core after compilation; of short runs it is the best of several,
 because other processes on the machine can only slow a run down.
 """
@@ -24,7 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import simpy
-from benchmarks import air, revisions
+from benchmarks import air, history, revisions
 from benchmarks.campaign import finished, overhead
 from benchmarks.message import messages
 from benchmarks.startup import startup
@@ -324,6 +327,21 @@ def compare_with(arguments: list[str]) -> None:
             for ratio in ratios])
 
 
+def history_of(arguments: list[str]) -> None:
+    """``history [REV ...]``."""
+    parser = argparse.ArgumentParser(prog="bench.py history", description=history.__doc__)
+    parser.add_argument("revisions", nargs="*", metavar="REV", help="commits, as git names them")
+    parser.add_argument("--turns", type=int, default=3, help="measurements of each (default 3)")
+    wanted = parser.parse_args(arguments)
+    if wanted.revisions:
+        simpy_us = min(_simpy_timeouts() for _ in range(3)) / EVENTS * 1e6
+        history.add(time.strftime("%Y-%m-%d"), str(machine()["cpu"]), simpy_us,
+                    history.measure(wanted.revisions, wanted.turns))
+    rows = history.table(history.read())
+    if rows:
+        show("CPU s of a simulated second, us of a message", rows)
+
+
 def refuse_unknown(parser: argparse.ArgumentParser, parts: list[str]) -> None:
     unknown = sorted(name for name in parts if name not in PARTS)
     if unknown:
@@ -333,6 +351,9 @@ def refuse_unknown(parser: argparse.ArgumentParser, parts: list[str]) -> None:
 def main() -> None:
     if sys.argv[1:2] == ["compare"]:
         compare_with(sys.argv[2:])
+        return
+    if sys.argv[1:2] == ["history"]:
+        history_of(sys.argv[2:])
         return
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", metavar="part",
