@@ -1,4 +1,4 @@
-"""What did each commit cost? The measurements of `docs/benchmarks.csv`.
+"""The cost of commits: the measurements of `docs/benchmarks.csv`.
 
     python tools/bench.py history [--turns N] REV ...
 
@@ -74,7 +74,7 @@ def read(file: Path = FILE) -> list[dict[str, str]]:
 
 
 def table(rows: list[dict[str, str]]) -> list[dict[str, object]]:
-    """What each commit cost at its last measurement: a row for each figure, a column for each
+    """The cost of each commit at its last measurement: a row for each figure, a column for each
     commit."""
     commits = {row["commit"]: row["committed"] for row in rows}
     cost = {(row["what"], row["commit"]): row["cost"] for row in rows}
