@@ -1,5 +1,7 @@
 """How fast is desim on this machine? `python tools/bench.py [--json] [part ...]`.
 
+`python tools/bench.py fleets --figure FILE` draws the cost of a robot more, too.
+
 `python tools/bench.py compare REV [--turns N] [part ...]` runs this tree and a commit in turns and
 prints what this tree costs as a share of that commit, with 95 % intervals.
 
@@ -29,6 +31,7 @@ from typing import Any
 import simpy
 from benchmarks import air, history, revisions
 from benchmarks.campaign import finished, overhead
+from benchmarks.fleets import draw, fleets
 from benchmarks.message import messages
 from benchmarks.startup import startup
 from benchmarks.wander import Wander, build, raster_maze
@@ -297,7 +300,7 @@ PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scen
                                              "middleware": middleware,
                                              "message": messages, "laser": laser,
                                              "w": w, "network": network, "campaign": campaign,
-                                             "startup": startup}
+                                             "startup": startup, "fleets": fleets}
 
 
 def show(title: str, rows: list[Row]) -> None:
@@ -359,11 +362,14 @@ def main() -> None:
     parser.add_argument("parts", nargs="*", metavar="part",
                         help=f"of {', '.join(PARTS)}; default: all")
     parser.add_argument("--json", action="store_true", help="JSON instead of tables")
+    parser.add_argument("--figure", type=Path, metavar="FILE", help="draw the part fleets, too")
     arguments = parser.parse_args()
     refuse_unknown(parser, arguments.parts)
     result: dict[str, object] = {"machine": machine()}
     for name in arguments.parts or PARTS:
         result[name] = rows = PARTS[name]()
+        if arguments.figure is not None and name == "fleets":
+            draw(rows, arguments.figure)
         if not arguments.json:
             show((PARTS[name].__doc__ or name).splitlines()[0], rows)
     if arguments.json:

@@ -13,7 +13,8 @@ from desim.world.geometry import point_distance
 from desim.world.terrain import Terrain
 
 SNAP_STEP_M = 0.1  # half a cell of the paper's maps: places to snap to lie on such a lattice
-_AT_ONCE = 1024  # places tested in one go
+_AT_ONCE = 1024  # places drawn, or tested, in one go
+_FEW = 32  # places tested at first: one of them is free nearly always
 _DRAWS = 16  # times so many: of a free share of 0.1 % nothing is found once in 1e7 cases
 _SLACK_M = 1e-6
 
@@ -82,13 +83,10 @@ class Site:
             points = rng.uniform((min(ax, bx), min(ay, by)), (max(ax, bx), max(ay, by)),
                                  (_AT_ONCE, 2))
             inside = ((points > (x0, y0)) & (points < (x1, y1))).all(axis=1)
-            free = inside & self._free(points, radius_m)
-            for other in self._placed.values():
-                free &= np.hypot(*(points - (other.x_m, other.y_m)).T) >= drawn.apart_m
-            if free.any():
-                x, y = points[int(np.argmax(free))].tolist()
+            first = self._first_free(points[inside], radius_m, drawn.apart_m)
+            if first is not None:
                 yaw = float(rng.uniform(-np.pi, np.pi))
-                return spec._replace(x_m=x, y_m=y, yaw_rad=yaw, drawn=None)
+                return spec._replace(x_m=first[0], y_m=first[1], yaw_rad=yaw, drawn=None)
         raise InputError(f"fleet.start: no free place for {spec.name} among {_DRAWS * _AT_ONCE} "
                          f"that were drawn, {len(self._placed)} robots being placed; allowed: "
                          f"fewer robots, a smaller apart than {drawn.apart_m:g} m or a wider "
@@ -102,22 +100,29 @@ class Site:
         reach = 1.0
         while reach < 2.0 * farthest:
             lattice = _lattice(reach) + (spec.x_m, spec.y_m)
-            for points in np.split(lattice, range(_AT_ONCE, len(lattice), _AT_ONCE)):
-                free = self._free(points, spec.body.radius_m)
-                if free.any():
-                    x, y = points[int(np.argmax(free))].tolist()
-                    return spec._replace(x_m=x, y_m=y)
+            first = self._first_free(lattice, spec.body.radius_m)
+            if first is not None:
+                return spec._replace(x_m=first[0], y_m=first[1])
             reach *= 2.0
         raise InputError(f"fleet.start: no free place for {spec.name} with a radius of "
                          f"{spec.body.radius_m:g} m anywhere in terrain {self._terrain.name!r}")
 
-    def _free(self, points: np.ndarray, radius_m: float) -> np.ndarray:
-        """[k] bool, whether a robot of this radius fits there."""
-        free = self._clearance(points, radius_m) >= radius_m - _SLACK_M
-        for other in self._placed.values():
-            apart_m = np.hypot(*(points - (other.x_m, other.y_m)).T)
-            free &= apart_m >= radius_m + other.body.radius_m
-        return free
+    def _first_free(self, points: np.ndarray, radius_m: float,
+                    apart_m: float = 0.0) -> tuple[float, float] | None:
+        """The first of ``points`` where a robot of this radius fits, at least ``apart_m`` from the
+        middles of others."""
+        others = np.array([(other.x_m, other.y_m, other.body.radius_m)
+                           for other in self._placed.values()]).reshape(-1, 3)
+        needed_m = np.maximum(others[:, 2] + radius_m, apart_m)
+        for some in np.split(points, range(_FEW, len(points), _AT_ONCE)):
+            free = (np.hypot(some[:, 0, None] - others[:, 0], some[:, 1, None] - others[:, 1])
+                    >= needed_m).all(axis=1)
+            if free.any():
+                free[free] = self._clearance(some[free], radius_m) >= radius_m - _SLACK_M
+            if free.any():
+                x, y = some[int(np.argmax(free))].tolist()
+                return x, y
+        return None
 
     def _clearance(self, points: np.ndarray, radius_m: float) -> np.ndarray:
         """[k] m to the nearest matter, at most ``radius_m``."""
