@@ -154,14 +154,16 @@ class Medium(Account):
         if not receivers and frame.id not in self._broadcasts:
             return  # nobody is left
         broadcast, settled = self._settled(frame, receivers)
-        if not settled:
+        count = len(settled)
+        if not count:
             return
         if type(verdict) is Deliver:
             self._fly(frame, broadcast, settled, verdict.delay_ns)
-        else:
-            self._dropped(frame, settled, reason,
-                          len(settled) * frame.segments - broadcast.lacking(settled))
-            broadcast.carrier.missed(broadcast.token, settled, reason, self)
+            return
+        self.count_drops(reason, count, count * frame.segments - broadcast.lacking(settled))
+        if reason in self._refuses and frame.receivers[0] in settled:  # once a frame
+            self.count_refused(frame.source, frame.size_bytes)
+        broadcast.carrier.missed(broadcast.token, settled, reason, self)
 
     def flow(self, frame: Frame) -> Hashable:
         carrier = (self._broadcasts[frame.id].carrier if frame.broadcast

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from desim.ports.kernels import compiled_function
 from netmodels.kernels import Addresses
 from netmodels.radio.dcf.kernels import machine as kernels
 from netmodels.radio.dcf.kernels import records
@@ -97,6 +98,9 @@ class Stations:
                  difs_first: bool = False) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
         self._ended = np.empty(3 + n, np.int64)
+        self._enqueue = compiled_function(kernels.enqueue)
+        self._foresee = compiled_function(kernels.foresee)
+        self._end = compiled_function(kernels.ended_broadcast)
         self._present = 0  # which of the two states is the present one
         self._next_ns: int | None = NEVER  # None: not foreseen yet
         self._taken_ns = -1
@@ -149,7 +153,7 @@ class Stations:
         """Give ``station`` a frame to send, for ``dest`` (-1: all), of so many packets, the last of
         ``last_bytes`` (None: as the others). Returns its position in the queue, None if that is
         full."""
-        position = kernels.enqueue(
+        position = self._enqueue(
             self._arrays.rows, self._present, now_ns,
             NEVER if self._lifetime_ns is None else now_ns + self._lifetime_ns, station, dest,
             packets, psdu_bytes, last_bytes or psdu_bytes, rate, rts and dest >= 0)
@@ -176,7 +180,7 @@ class Stations:
     def next_ns(self) -> int:
         """The time of the next outcome if nothing more is sent; ``NEVER``: there is none."""
         if self._next_ns is None:
-            self._next_ns = kernels.foresee(self._arrays.rows, self._present)
+            self._next_ns = self._foresee(self._arrays.rows, self._present)
         return self._next_ns
 
     def advance(self, until_ns: int) -> list[Outcome]:
@@ -186,9 +190,12 @@ class Stations:
     def step(self, until_ns: int) -> bool:
         """Go on to the next instant with outcomes. Returns whether there is one up to
         ``until_ns``."""
-        if until_ns == self._taken_ns or self.next_ns > until_ns:
+        next_ns = self._next_ns
+        if next_ns is None:
+            next_ns = self.next_ns
+        if until_ns == self._taken_ns or next_ns > until_ns:
             return False
-        self._taken_ns = self.next_ns  # no transmission is over in the instant that it begins
+        self._taken_ns = next_ns  # no transmission is over in the instant that it begins
         self._present = 1 - self._present
         self._next_ns = None
         return True
@@ -202,7 +209,7 @@ class Stations:
         """The same in short, if they are those of one broadcast of one packet, else nothing: its
         station and position, the number of stations that have received it, these, and those where
         it had errors, both ascending."""
-        count = kernels.ended_broadcast(self._arrays.rows, self._present, self._ended)
+        count = self._end(self._arrays.rows, self._present, self._ended)
         return self._ended[:count].tolist()
 
     def counts(self, now_ns: int) -> Counts:
