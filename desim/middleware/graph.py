@@ -77,6 +77,7 @@ class Graph:
         self.hosts = [Host(self, name, index)
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
         self.up = [False] * len(self.hosts)
+        self._packed_ids = [host.packed_id for host in self.hosts]
         for host in self.hosts:
             host.heard_ns = array("q", bytes(8 * len(self.hosts)))
         self._by_name = {host.name: host for host in self.hosts}
@@ -182,13 +183,12 @@ class Graph:
         listening = receive_all(message, receivers)
         born_ns, origin = message.born_ns, message.origin
         if len(listening) < len(receivers):
-            present = [host.index for host in listening]
             for receiver in receivers:
-                if receiver not in present:
+                if receiver not in listening:
                     self.drop(message, receiver, "no_subscriber", born_ns, born_ns)
             if not listening:
                 return
-            receivers = present
+            receivers = listening
         now_ns, counts, heard_ns = self.kernel.now_ns, message.about.counts, origin.heard_ns
         latency_ns = now_ns - born_ns
         counts.bytes += len(receivers) * message.size_bytes
@@ -198,7 +198,7 @@ class Graph:
         if origin.awaited:
             for receiver in receivers:
                 origin.heard(receiver, now_ns, now_ns)
-        self.put(pack_each(now_ns, self.DELIVERED, [host.packed_id for host in listening],
+        self.put(pack_each(now_ns, self.DELIVERED, map(self._packed_ids.__getitem__, receivers),
                            origin.id, message.seq, latency_ns))
         if self.on_fate is not None:
             for receiver in receivers:

@@ -230,26 +230,29 @@ class Host:
                           f"loop goes through topic {about.name}")
 
 
-def receive_all(message: Message, receivers: Sequence[int]) -> list[Host]:
+def receive_all(message: Message, receivers: Sequence[int]) -> Sequence[int]:
     """``Host.receive`` at each of ``receivers``, which are in the order of their trace ids. Returns
-    those that listen."""
+    those where somebody listens."""
     graph, about = message.origin.graph, message.about
-    hosts, only = graph.hosts, about.listening.get
-    listening: list[Host] = []
+    hosts, end_at = graph.hosts, about.listening.get
     woken: list[Host] = []
+    deaf: list[int] = []
     for receiver in receivers:
-        host, subscription = hosts[receiver], only(receiver)
-        if subscription is not None and host._inbox is None:
-            subscription.waiting = 1
-            host._inbox = [(subscription, message)]
+        end = end_at(receiver)
+        if type(end) is Latest:
+            end.put(message)
+            continue
+        host = hosts[receiver]
+        if type(end) is Subscription and host._inbox is None:
+            end.waiting = 1
+            host._inbox = [(end, message)]
             woken.append(host)
         elif not host.receive(message):
-            continue
-        listening.append(host)
+            deaf.append(receiver)
     if woken:
         about.counts.queued += len(woken)
         graph.kernel.after_all(0, _CONTROL, [host.id for host in woken], _drain_all, woken)
-    return listening
+    return [receiver for receiver in receivers if receiver not in deaf] if deaf else receivers
 
 
 def _drain_all(hosts: Sequence[Host]) -> None:

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
 
 class Topic:
     """A name that messages are published under, its trace id and its counts. ``listening``: hosts
-    that subscribe, known or not, with their subscription; None: it is not the only one there, or
-    beside the latest message."""
+    that subscribe, known or not, with the end of the topic there; None: there are several."""
 
     __slots__ = ("name", "id", "counts", "publishers", "listening")
 
@@ -31,7 +30,7 @@ class Topic:
         self.id = id_
         self.counts = TopicCounts()
         self.publishers: list[Publisher] = []
-        self.listening: dict[int, Subscription | None] = {}
+        self.listening: dict[int, Subscription | Latest | None] = {}
 
     def listens(self, host: int, latest: Latest | None, subscriptions: Sequence[Subscription]
                 ) -> None:
@@ -40,8 +39,8 @@ class Topic:
         if latest is None and not subscriptions:
             del self.listening[host]
         else:
-            alone = latest is None and len(subscriptions) == 1
-            self.listening[host] = subscriptions[0] if alone else None
+            ends = *subscriptions, *(() if latest is None else (latest,))
+            self.listening[host] = ends[0] if len(ends) == 1 else None
         if before != (host in self.listening):
             for publisher in self.publishers:
                 publisher.count_unmatched()
