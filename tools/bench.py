@@ -30,6 +30,7 @@ from typing import Any
 
 import simpy
 from benchmarks import air, history, revisions
+from benchmarks.beacons import beacons
 from benchmarks.campaign import finished, overhead
 from benchmarks.fleets import draw, fleets
 from benchmarks.message import messages
@@ -200,24 +201,14 @@ NS3 = {"30 saturated 802.11g stations": 0.88, "30 x 20 kB at 2/s": 4.31}  # refe
 
 
 def network() -> list[Row]:
-    """Radio: simulated seconds per CPU second through the whole medium, the best of three runs;
-    hosts with beacons stand 1000 to the square kilometre."""
+    """Radio: simulated seconds per CPU second through the whole medium, the best of three runs."""
     runs = {"30 saturated 802.11g stations": (lambda: air.saturated(30, 5), 5),
             "30 x 20 kB at 2/s": (lambda: air.messages(30, 2, 20), 20)}
     rows = []
     for name, (run, simulated_s) in runs.items():
         factor = simulated_s / min(run() for _ in range(3))
-        rows.append({"what": name, "simulated s per CPU s": round(factor, 1), "us a frame": "",
-                     "heard by, received by": "", "ns-3": NS3[name],
+        rows.append({"what": name, "simulated s per CPU s": round(factor, 1), "ns-3": NS3[name],
                      "times ns-3": round(factor / NS3[name], 1)})
-    for hosts in (100, 1000, 4000):
-        simulated_s = 500 / hosts
-        cpu_s, frames, audience = min(air.beacons(hosts, simulated_s) for _ in range(3))
-        rows.append({"what": f"{hosts} beacons at 10 Hz",
-                     "simulated s per CPU s": round(simulated_s / cpu_s, 2),
-                     "us a frame": round(1e6 * cpu_s / frames, 1),
-                     "heard by, received by": "{:.0f}, {:.0f}".format(*audience), "ns-3": "",
-                     "times ns-3": ""})
     return rows
 
 
@@ -299,7 +290,7 @@ def output_of(*arguments: str) -> str:
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
                                              "middleware": middleware,
                                              "message": messages, "laser": laser,
-                                             "w": w, "network": network, "campaign": campaign,
+                                             "w": w, "network": network, "beacons": beacons, "campaign": campaign,
                                              "startup": startup, "fleets": fleets}
 
 

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from desim.middleware.datagrams import Datagram
+from desim.middleware.topics import WaitSet
 from desim.network.carrier import BroadcastCarrier
 from desim.network.surroundings import Still
 from netmodels.ideal import Ideal
@@ -20,12 +21,18 @@ HOSTS = [f"h{i}" for i in range(7)]
 def gossip(heard):
     """Software that says things in common instants; some of what it hears makes it speak again.
     Every third host has two callbacks, every fourth keeps the latest message beside its callback,
-    and one is deaf."""
+    one does only that, and one is deaf."""
     def begin(node):
         number = int(node.host.name[1:])
         node.advertise("/talk", transport="datagram", via="broadcast")
         node.timer(20, lambda k: node.publish("/talk", Words(f"{node.host.name} {k}", 60)), "zero")
         if number == 5:
+            return
+        if number == 6:
+            waiting = WaitSet()
+            node.latest("/talk", waiting)
+            node.timer(30, lambda k: heard.extend(
+                (node.now_ns, message.content.text) for _, message in waiting.news()), "zero")
             return
 
         def hear(message):

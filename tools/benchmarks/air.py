@@ -13,7 +13,6 @@ from netmodels.radio.radio import Radio
 
 UDP_BYTES = 1046  # 1000 B of UDP with Ethernet's headers: 1064 B on the air
 MESSAGE = 20_004 + 14 * 70, 14  # 20 kB over TCP: bytes with headers, segments
-BEACON_BYTES = 100 + 54  # 100 B of UDPROS
 SAME_ROOM = {"path_loss": {"model": "fixed", "total": "60 dB"}}
 
 
@@ -43,7 +42,7 @@ class Air(Bench):
     def audience(self) -> tuple[float, float]:
         """The mean number of hosts that hear another one, and of those that receive its frames."""
         medium, hosts = self.medium, len(self._everybody)
-        links = self.radio.budget.links(medium.positions(medium.now_ns), medium.obstacles)
+        links = self.radio.rung.budget.links(medium.positions(medium.now_ns), medium.obstacles)
         return len(links.hearer) / hosts, len(links.finder) / hosts
 
     def send_every(self, hz: int, size_bytes: int, segments: int, broadcast: bool) -> None:
@@ -88,13 +87,3 @@ def messages(hosts: int, hz: int, simulated_s: float) -> float:
     air = Air(hosts, **SAME_ROOM)
     air.send_every(hz, *MESSAGE, broadcast=False)
     return air.spent_s(1.0, simulated_s)
-
-
-def beacons(hosts: int, simulated_s: float) -> tuple[float, int, tuple[float, float]]:
-    """CPU time, frames and ``Air.audience`` of 10 Hz beacons by hosts that stand about, 1000 to the
-    square kilometre."""
-    side_m, draw = 1000 * (hosts / 1000) ** 0.5, np.random.default_rng(2)
-    air = Air({f"host_{i}": tuple(draw.uniform(0, side_m, 2)) for i in range(hosts)})
-    air.send_every(10, BEACON_BYTES, 1, broadcast=True)
-    cpu_s = air.spent_s(0.2, simulated_s)
-    return cpu_s, round(10 * hosts * simulated_s), air.audience()
