@@ -22,7 +22,7 @@ from desim.ports import Snapshot, World
 from desim.scenario.schema.robot import Laser
 
 
-class Commands(WaitSet):
+class Velocities(WaitSet):
     """The velocities that a driver waits for; puts it among ``due`` when there may be some."""
 
     __slots__ = ("_driver", "_due")
@@ -54,7 +54,7 @@ class Driver(Node):
         self._increment_rad = laser.field_of_view_rad / (laser.beams - 1)
         self._alone = {i: np.array([i]) for i in self.robots}
         self._motors: dict[Latest, int] = {}  # the robot of each topic of velocities
-        self._commands = Commands(self, due)
+        self._commands = Velocities(self, due)
 
     def start(self) -> None:
         scans, poses = [], []
