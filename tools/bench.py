@@ -290,7 +290,8 @@ def output_of(*arguments: str) -> str:
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
                                              "middleware": middleware,
                                              "message": messages, "laser": laser,
-                                             "w": w, "network": network, "beacons": beacons, "campaign": campaign,
+                                             "w": w, "network": network, "beacons": beacons,
+                                             "campaign": campaign,
                                              "startup": startup, "fleets": fleets}
 
 

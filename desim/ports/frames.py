@@ -30,7 +30,7 @@ class Frame(NamedTuple):
         receivers, source = self.receivers, self.source
         last = receivers[-1]
         if len(receivers) == last + (source > last):  # all up to the last, but the source itself
-            if hosts and 0 <= min(hosts) and max(hosts) <= last and source not in hosts:
+            if hosts and min(hosts) >= 0 and max(hosts) <= last and source not in hosts:
                 return list(hosts)
             return [host for host in hosts if 0 <= host <= last and host != source]
         return [host for host in hosts

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from benchmarks.air import Air
 
+from benchmarks.air import Air
 from desim.engine.garbage import rare_collections
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
@@ -36,7 +36,8 @@ FRAMES, TURNS = 2500, 6
 # The parameters of a radio, by the name of its link budget.
 BUDGETS: dict[str, dict[str, Any]] = {
     "default budget": {},
-    "ns-3's budget": {"reception": {"preamble": "-82 dBm"}, "path_loss": {"reference": "46.6777 dB"}},
+    "ns-3's budget": {"reception": {"preamble": "-82 dBm"},
+                      "path_loss": {"reference": "46.6777 dB"}},
 }
 
 
