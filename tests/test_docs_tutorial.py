@@ -19,4 +19,4 @@ def test_the_first_hour(repository, tmp_path):
     assert len(played) >= 11
     report = (tmp_path / "results" / "strategies" / "report" / "report.html").read_text()
     if not regolden.elsewhere():
-        assert "strategy nearest minus random at robots = 3, 12.23 [6.352, 18.11]" in report
+        assert "strategy nearest minus random at robots = 3, 15.32 [9.937, 20.7]" in report
