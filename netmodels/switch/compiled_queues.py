@@ -45,7 +45,8 @@ class CompiledQueues(Generic[T]):
             np.array([(hop_ns, limit_ns, ahead_ns, local_ns, fair, -1, 0, 0, NEVER)],
                      records.SWITCH),
             lines, flows, np.zeros(0, records.FRAME), np.zeros(ports, records.EXIT),
-            np.zeros((ports, 3), np.int64), np.zeros(1, np.int64)))
+            np.zeros((ports, 2 * records.MOST_SPANS), np.int64), np.zeros((ports, 3), np.int64),
+            np.zeros(1, np.int64)))
         self._grow(4)
 
     def send(self, now_ns: int, port: int, exit_: int, train: PacketTrain) -> int | None:
@@ -126,9 +127,10 @@ class CompiledQueues(Generic[T]):
             self._grow()
         lines, exits = self._state.ports[ports], self._state.exits[ports]
         into = lines["booked_ns"] - np.maximum(lines["free_ns"] - now_ns, 0)
-        out = exits["booked_ns"] - np.maximum(
-            exits["free_ns"] - np.maximum(exits["last_ns"], now_ns), 0)
-        return [*into.tolist(), *np.minimum(out, now_ns).tolist()]
+        begins_ns, ends_ns = self._state.spans[ports, ::2], self._state.spans[ports, 1::2]
+        left_ns = np.maximum(ends_ns - np.maximum(begins_ns, now_ns), 0)
+        left_ns[np.arange(records.MOST_SPANS) >= exits["spans"][:, None]] = 0
+        return [*into.tolist(), *(exits["booked_ns"] - left_ns.sum(axis=1)).tolist()]
 
     def _own(self, state: records.Wires) -> None:
         """Work on these arrays, and try out the future on copies."""

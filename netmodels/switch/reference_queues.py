@@ -95,7 +95,7 @@ class ReferenceQueues(Generic[T]):
         self._lines: list[InterfaceQueue[T]] = [InterfaceQueue() for _ in range(ports)]
         self._free_ns = [0] * ports  # when all will be sent
         self._booked_ns = [0] * ports  # how long that takes
-        # Of exits: until when busy, for how long in all, when the last packet came.
+        # Of exits: until when busy, for how long in all, since when without a pause.
         self._exits = [(0, 0, 0)] * ports
         self._hop_ns = hop_ns
         self._limit_ns = limit_ns
@@ -138,9 +138,9 @@ class ReferenceQueues(Generic[T]):
         """For how long there has been something on the wire, in either direction of ``ports``."""
         self._run(now_ns)
         into = [self._booked_ns[port] - max(self._free_ns[port] - now_ns, 0) for port in ports]
-        out = [booked_ns - max(free_ns - max(last_ns, now_ns), 0)
-               for free_ns, booked_ns, last_ns in (self._exits[port] for port in ports)]
-        return into + [min(sent_ns, now_ns) for sent_ns in out]
+        out = [booked_ns - max(free_ns - max(begin_ns, now_ns), 0)
+               for free_ns, booked_ns, begin_ns in (self._exits[port] for port in ports)]
+        return into + out
 
     def _run(self, now_ns: int) -> None:
         """Send up to now. Of packets that end at once the lower port's is the first."""
@@ -162,9 +162,10 @@ class ReferenceQueues(Generic[T]):
         number = frame.begun - 1
         wire_ns = frame.train.wire_ns(number)
         for k, (exit_, _) in enumerate(frame.exits):
-            free_ns, booked_ns, _ = self._exits[exit_]
+            free_ns, booked_ns, begin_ns = self._exits[exit_]
             if at_ns < free_ns and free_ns - at_ns + wire_ns > self._limit_ns:
                 frame.lost[k].append(number)
                 continue
             frame.outs[k] = max(at_ns, free_ns) + wire_ns
-            self._exits[exit_] = frame.outs[k], booked_ns + wire_ns, at_ns
+            self._exits[exit_] = (frame.outs[k], booked_ns + wire_ns,
+                                  begin_ns if at_ns <= free_ns else at_ns)

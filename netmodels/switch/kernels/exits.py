@@ -1,4 +1,7 @@
 """Packets and frames at the exits of a switch.
+
+An exit has spans of time in which it sends. A packet may be booked before it has come
+(``foresee``); another one that comes earlier goes in front of it where half of it fits.
 """
 
 from __future__ import annotations
@@ -8,8 +11,8 @@ from netmodels.switch.kernels.interface import is_alone, packet_ns
 from netmodels.switch.kernels.records import (
     A_PORT,
     ALL_SENT,
-    AN_EXIT,
     I8,
+    MOST_SPANS,
     QUANTUM_BYTES,
     WIRES,
     append,
@@ -26,21 +29,71 @@ def note(wires, f, packet, time_ns):
 
 
 @inner(types.void(WIRES, I8, I8))
+def _forget(wires, exit_, now_ns):
+    """Drop the spans of an exit that are over, so that there is room for one more."""
+    count, spans = wires.exits[exit_].spans, wires.spans[exit_]
+    gone = 0
+    while gone < count and spans[2 * gone + 1] <= now_ns:
+        gone += 1
+    if count - gone == MOST_SPANS:  # as if the exit were busy between the first two
+        spans[2] = spans[0]
+        gone = 1
+    if gone > 0:
+        for k in range(2 * (count - gone)):
+            spans[k] = spans[k + 2 * gone]
+        wires.exits[exit_].spans = count - gone
+
+
+@inner(types.UniTuple(I8, 2)(WIRES, I8, I8, I8, I8))
+def place(wires, exit_, at_ns, total_ns, now_ns):
+    """When an exit will send for ``total_ns`` what comes there at ``at_ns``, and in front of which
+    of its spans that is."""
+    _forget(wires, exit_, now_ns)
+    spans, begin_ns, k = wires.spans[exit_], at_ns, 0
+    # What comes first is sent first. Eight hosts that send packets of one size to each other at
+    # random, at 0.9 of their rate, wait 2 % too long if half of a packet has to fit, 9 % if all of
+    # it has to, and 38 % if none is sent in front of a span.
+    while k < wires.exits[exit_].spans and begin_ns + total_ns // 2 > spans[2 * k]:
+        begin_ns = max(begin_ns, spans[2 * k + 1])
+        k += 1
+    return begin_ns, k
+
+
+@inner(types.void(WIRES, I8, I8, I8, I8))
+def book(wires, exit_, k, begin_ns, total_ns):
+    """Have an exit send for ``total_ns`` from ``begin_ns`` on, in front of its span ``k``, which
+    becomes longer by what overlaps."""
+    spans, count = wires.spans[exit_], wires.exits[exit_].spans
+    if k > 0 and spans[2 * k - 1] == begin_ns:
+        k -= 1
+    else:
+        for j in range(2 * count - 1, 2 * k - 1, -1):
+            spans[j + 2] = spans[j]
+        spans[2 * k] = begin_ns
+        count += 1
+    spans[2 * k + 1] = begin_ns + total_ns
+    while k + 1 < count and spans[2 * k + 1] >= spans[2 * k + 2]:
+        spans[2 * k + 1] += spans[2 * k + 3] - spans[2 * k + 2]
+        for j in range(2 * k + 2, 2 * count - 2):
+            spans[j] = spans[j + 2]
+        count -= 1
+    wires.exits[exit_].spans = count
+    wires.exits[exit_].booked_ns += total_ns
+
+
+@inner(types.void(WIRES, I8, I8))
 def cross(wires, f, at_ns):
     """A packet of frame f is in the switch, and joins the queue of each of its exits."""
     frames, switch = wires.frames, wires.switch[0]
     number, wire_ns = frames[f].begun - 1, packet_ns(frames[f])
     while f >= 0:
         frame = frames[f]
-        exit_ = wires.exits[frame.exit]
-        wait_ns = exit_.free_ns - at_ns
-        if wait_ns > 0 and wait_ns + wire_ns > switch.limit_ns:
+        begin_ns, k = place(wires, frame.exit, at_ns, wire_ns, at_ns - switch.hop_ns)
+        if begin_ns > at_ns and begin_ns - at_ns + wire_ns > switch.limit_ns:
             note(wires, f, number, at_ns)
         else:
-            frame.out_ns = max(at_ns, exit_.free_ns) + wire_ns
-            exit_.free_ns = frame.out_ns
-            exit_.booked_ns += wire_ns
-            exit_.last_ns = at_ns
+            frame.out_ns = begin_ns + wire_ns
+            book(wires, frame.exit, k, begin_ns, wire_ns)
         f = frame.copy
 
 
@@ -72,9 +125,9 @@ def skip(wires, line, now_ns):
         short = min(frame.packets - frame.begun - long,
                     (left_ns - long * frame.long_ns) // frame.short_ns)
     at_ns, wire_ns = line.end_ns + switch.hop_ns, packet_ns(frame)
-    out_ns = max(at_ns, exit_.free_ns)
+    out_ns, behind = place(wires, frame.exit, at_ns, wire_ns, line.end_ns)
     # No packet waits longer than the first: none is longer.
-    if long + short == 0 or out_ns - at_ns + wire_ns > switch.limit_ns:
+    if long + short == 0 or behind < exit_.spans or out_ns - at_ns + wire_ns > switch.limit_ns:
         return False
     flow = wires.flows[frame.flow]
     if switch.fair:
@@ -91,25 +144,24 @@ def skip(wires, line, now_ns):
     sent_ns = long * frame.long_ns + short * frame.short_ns
     line.end_ns += sent_ns
     sent_ns -= packet_ns(frame)
-    exit_.free_ns = out_ns + wire_ns + sent_ns
-    exit_.booked_ns += wire_ns + sent_ns
-    exit_.last_ns = at_ns + sent_ns
+    book(wires, frame.exit, behind, out_ns, wire_ns + sent_ns)
     return True
 
 
-@inner(I8(WIRES, AN_EXIT, I8, I8, I8))
-def foresee(wires, exit_, begin_ns, total_ns, first_ns):
-    """Shortcut: the arrival of a frame that will be in the switch within ``ahead_ns``, as if it
-    joined its exit's queue now, behind all frames foreseen before. -1 while a frame for that exit
-    is at an interface, or if the exit may not have room."""
-    switch = wires.switch[0]
-    if exit_.coming > 0:
+@inner(I8(WIRES, I8, I8, I8, I8, I8))
+def foresee(wires, exit_, begin_ns, total_ns, first_ns, now_ns):
+    """Shortcut: the arrival of a frame that will be in the switch within ``ahead_ns``: its exit is
+    booked now. -1 while a frame for that exit is at an interface, if the exit may not have room, or
+    if packets of others may come between those of a train."""
+    switch, spans = wires.switch[0], wires.spans[exit_]
+    if wires.exits[exit_].coming > 0:
         return -1
     at_ns = begin_ns + first_ns + switch.hop_ns
-    wait_ns = exit_.free_ns - at_ns
-    if wait_ns > 0 and wait_ns + first_ns > switch.limit_ns:
+    out_ns, k = place(wires, exit_, at_ns, total_ns, now_ns)
+    if out_ns > at_ns and out_ns - at_ns + first_ns > switch.limit_ns:
         return -1
-    exit_.free_ns = max(at_ns, exit_.free_ns) + total_ns
-    exit_.booked_ns += total_ns
-    exit_.last_ns = max(exit_.last_ns, at_ns + total_ns - first_ns)
-    return exit_.free_ns + switch.hop_ns
+    is_last = k == wires.exits[exit_].spans
+    if total_ns > first_ns and (out_ns > at_ns or not is_last and out_ns + total_ns > spans[2 * k]):
+        return -1
+    book(wires, exit_, k, out_ns, total_ns)
+    return out_ns + total_ns + switch.hop_ns

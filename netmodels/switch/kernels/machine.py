@@ -81,7 +81,7 @@ def send(rows, now_ns, port, exit_, train):
     line.booked_ns += train.total_ns
     if exit_ < 0 or line.queued > 0 or line.free_ns - now_ns > wires.switch[0].ahead_ns:
         return -1
-    out_ns = foresee(wires, wires.exits[exit_], begin_ns, train.total_ns, train.long_ns)
+    out_ns = foresee(wires, exit_, begin_ns, train.total_ns, train.long_ns, now_ns)
     return -1 if out_ns < 0 else out_ns - now_ns
 
 
@@ -181,8 +181,8 @@ def _go_on(rows, now_ns, port):
         line.waiting.first = frame.next
         out_ns = -1
         if frame.begin_ns + frame.total_ns - now_ns <= ahead_ns and frame.unicast:
-            out_ns = foresee(wires, wires.exits[frame.exit], frame.begin_ns, frame.total_ns,
-                              frame.long_ns)
+            out_ns = foresee(wires, frame.exit, frame.begin_ns, frame.total_ns, frame.long_ns,
+                             now_ns)
         if out_ns < 0:
             _enter(rows, now_ns, f)
         else:

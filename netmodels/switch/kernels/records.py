@@ -36,9 +36,10 @@ PORT = np.dtype([("free_ns", "i8"), ("booked_ns", "i8"), ("queued", "i8"), ("ins
                  ("waiting", LIST), ("due_ns", "i8"), ("end_ns", "i8"), ("sending", "i8"),
                  ("new", LIST), ("old", LIST)])
 
-# An exit: until when it will be busy, for how long it has been in all, when the last packet came;
-# frames at interfaces that are for it.
-EXIT = np.dtype([("free_ns", "i8"), ("booked_ns", "i8"), ("last_ns", "i8"), ("coming", "i8")])
+# An exit: for how long it has been booked in all; frames at interfaces that are for it; how many
+# spans it has.
+EXIT = np.dtype([("booked_ns", "i8"), ("coming", "i8"), ("spans", "i8")])
+MOST_SPANS = 8  # of an exit: eight hosts at full load need seven
 
 # A flow: the list of its frames; the bytes that it may send in its turn; the flow behind it in a
 # list of its interface, and whether it is in one.
@@ -55,11 +56,12 @@ FRAME = np.dtype([("next", "i8"), ("packets", "i8"), ("longer", "i8"), ("long_ns
 
 
 class Wires(NamedTuple):
-    """The state of a switch: switch [1] | ports | flows | frames | exits | notes | many.
+    """The state of a switch: switch [1] | ports | flows | frames | exits | spans | notes | many.
 
-    ``notes`` [n, 3]: a frame's record and the number of a packet that was lost at its exit, or
-    ``ALL_SENT`` and the time (ns) when the last of the others is at the receivers, after ``wake``
-    from now on. ``many`` [n]: exits of frames that are sent at once, and the answers.
+    ``spans`` [ports, 2 * ``MOST_SPANS``]: when an exit sends, begin and end (ns) in turn, ascending
+    and apart. ``notes`` [n, 3]: a frame's record and the number of a packet that was lost at its
+    exit, or ``ALL_SENT`` and the time (ns) when the last of the others is at the receivers, after
+    ``wake`` from now on. ``many`` [n]: exits of frames that are sent at once, and the answers.
     """
 
     switch: np.ndarray
@@ -67,6 +69,7 @@ class Wires(NamedTuple):
     flows: np.ndarray
     frames: np.ndarray
     exits: np.ndarray
+    spans: np.ndarray
     notes: np.ndarray
     many: np.ndarray
 
@@ -75,7 +78,7 @@ I8 = types.int64
 SWITCH_RECORD, A_PORT, AN_EXIT = from_dtype(SWITCH), from_dtype(PORT), from_dtype(EXIT)
 A_FRAME, FLOWS = from_dtype(FRAME), from_dtype(FLOW)[::1]
 WIRES = types.NamedTuple((SWITCH_RECORD[::1], A_PORT[::1], FLOWS, A_FRAME[::1], AN_EXIT[::1],
-                           I8[:, ::1], I8[::1]), Wires)
+                           I8[:, ::1], I8[:, ::1], I8[::1]), Wires)
 ROWS = I8[:, :, ::1]  # ``Addresses.rows`` of the wires, and of copies to try out
 TRAIN = types.NamedUniTuple(I8, 7, PacketTrain)
 
@@ -89,7 +92,8 @@ def arrays_at(rows):
                  carray(pointer(rows[3, 0]), (rows[3, 1],), FRAME),
                  carray(pointer(rows[4, 0]), (rows[4, 1],), EXIT),
                  carray(pointer(rows[5, 0]), (rows[5, 1], rows[5, 2]), np.int64),
-                 carray(pointer(rows[6, 0]), (rows[6, 1],), np.int64))
+                 carray(pointer(rows[6, 0]), (rows[6, 1], rows[6, 2]), np.int64),
+                 carray(pointer(rows[7, 0]), (rows[7, 1],), np.int64))
 
 
 @inner([types.void(from_dtype(LIST), records, I8) for records in (FLOWS, A_FRAME[::1])])
