@@ -46,8 +46,8 @@ def _forget(wires, exit_, now_ns):
 
 @inner(types.UniTuple(I8, 2)(WIRES, I8, I8, I8, I8))
 def place(wires, exit_, at_ns, total_ns, now_ns):
-    """When an exit will send for ``total_ns`` what comes there at ``at_ns``, and in front of which
-    of its spans that is."""
+    """The time at which an exit will begin to send, for ``total_ns``, what comes there at ``at_ns``;
+    and the number of the span behind that."""
     _forget(wires, exit_, now_ns)
     spans, begin_ns, k = wires.spans[exit_], at_ns, 0
     # What comes first is sent first. Eight hosts that send packets of one size to each other at
