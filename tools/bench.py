@@ -333,8 +333,9 @@ def history_of(arguments: list[str]) -> None:
         history.add(time.strftime("%Y-%m-%d"), str(machine()["cpu"]), simpy_us,
                     history.measure(wanted.revisions, wanted.turns))
     rows = history.table(history.read())
-    if rows:
-        show("CPU s of a simulated second, us of a message", rows)
+    if not rows:
+        raise SystemExit(f"history: no measurements in {history.FILE} yet; name a commit")
+    show("CPU s of a simulated second, us of a message", rows)
 
 
 def refuse_unknown(parser: argparse.ArgumentParser, parts: list[str]) -> None:

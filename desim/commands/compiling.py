@@ -11,8 +11,7 @@ from desim.errors import InputError
 
 
 def compiling_inside(quiet: bool) -> AbstractContextManager[None]:
-    """Announce kernels that are compiled while a simulation is built, as those of a radio are. That
-    takes half a minute."""
+    """Announce kernels that are compiled while a simulation is built, as those of a radio are."""
     from desim.compiler.store import announced
 
     return announced(lambda: None if quiet else say(
@@ -21,7 +20,7 @@ def compiling_inside(quiet: bool) -> AbstractContextManager[None]:
 
 @contextmanager
 def compiling(quiet: bool) -> Iterator[None]:
-    """Announce kernels that are compiled at their first import, and the time that it took."""
+    """Announce kernels that are compiled inside, and the time that it took."""
     from desim.compiler.store import announced
     from desim.engine.garbage import rare_collections
 
@@ -39,7 +38,7 @@ def compiling(quiet: bool) -> Iterator[None]:
     except RuntimeError as error:
         if "cannot cache function" not in str(error):
             raise
-        raise InputError("compiled kernels can be kept neither beside desim nor in the home "
-                         "folder; set NUMBA_CACHE_DIR to a folder that can be written") from error
+        raise InputError("a plug-in's compiled kernels cannot be kept; set NUMBA_CACHE_DIR to a "
+                         "folder that can be written") from error
     if begin_s is not None and not quiet:
         say(f"compiled in {time.perf_counter() - begin_s:.1f} s", err=True)

@@ -55,7 +55,7 @@ class Entry:
         status, result = target.call_conv.call_function(
             self._builder, target.declare_function(module, function), function.restype,
             function.argtypes, values)
-        self._refuse(status.is_error, f"{name} divided by zero, or found no memory",
+        self._refuse(status.is_error, f"{name} divided by zero, or ran out of memory",
                      ARITHMETIC_ERROR)
         self._builder.ret(self._pack(result, function.restype))
 

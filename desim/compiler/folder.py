@@ -1,7 +1,7 @@
 """The folder of compiled kernels.
 
-Its name contains a hash of all kernel files: a change in ``desim/ports/kernels.py`` would leave old
-copies of it inside other modules' machine code, and results that no longer follow from the sources.
+Its name contains a hash of all kernel files. Without it, after a change in
+``desim/ports/kernels.py``, other modules' machine code would still have the old version inside.
 It is in the user's cache, since an installation may be read-only. numba keeps there what plug-ins
 compile without desim.
 """

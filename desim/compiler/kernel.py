@@ -67,8 +67,9 @@ def kernel(signature: Any, *, allocates: bool = True, inner: bool = False) -> Ca
 
     ``allocates=False``: it makes no arrays. That switches off numba's reference counting (two
     atomic instructions per array and call) and its check for division by zero (the result is inf or
-    NaN, as in numpy). ``inner``: other kernels alone call it, so that it needs no way in from
-    Python, which takes 10 ms to compile; calls from Python are compiled each time.
+    NaN, as in numpy). ``inner``: other kernels alone call it, so that no entry
+    for Python is compiled (10 ms each). If Python calls it all the same, every process compiles it
+    anew.
 
     With ``NUMBA_DISABLE_JIT`` set it stays a Python function.
     """

@@ -44,7 +44,8 @@ def _engine() -> llvm.ExecutionEngine:
 
 
 def missing(symbols: Iterable[str]) -> list[str]:
-    """Those of ``symbols`` that nothing in this process has. LLVM would end the process."""
+    """Those of ``symbols`` that nothing in this process has. LLVM aborts the process if code needs
+    one of them."""
     _prepare()
     return [symbol for symbol in symbols if llvm.address_of_symbol(symbol) is None]
 

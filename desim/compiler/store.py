@@ -31,8 +31,8 @@ _spent_s = [0.0, 0.0]  # on compiling: clock time, CPU time
 
 
 def functions(kernels: Sequence[CompiledKernel], keep: bool) -> list[Callable[..., object]]:
-    """The compiled functions of kernels of one module. With ``keep`` they are all of it that Python
-    calls: they are taken from the file, or compiled and written there."""
+    """The compiled functions of kernels of one module. With ``keep``, which is for all its kernels
+    that Python calls, they are read from the file, or compiled and written there."""
     path = _path(kernels[0].__module__) if keep else None
     code = None if path is None else _read(path)
     if code is None:
@@ -90,8 +90,8 @@ def announced(say: Callable[[], object]) -> Iterator[None]:
 
 
 class _OfNumba(MetaPathFinder):
-    """Finds nothing: it is asked for numba's compiler when that is imported, and hears of what it
-    compiles from then on. desim itself imports numba where it compiles only."""
+    """An import hook that notices when numba's compiler is imported, and calls ``heard`` for what
+    that compiles from then on. It finds no modules. desim itself imports numba only to compile."""
 
     def __init__(self, heard: Callable[[], object]) -> None:
         self._heard, self.listening = heard, ExitStack()

@@ -60,7 +60,7 @@ class Unit:
 
     def compile(self, kernels: Sequence[CompiledKernel]) -> tuple[bytes, list[str]]:
         """The object code of ``kernels``, each with an entry for Python, and the symbols that it
-        needs. Without any code where that is more than the process has: numba's own library."""
+        needs; no code if it needs some of numba's run-time library, which the process has not."""
         with global_compiler_lock:
             before, Unit.present = Unit.present, self
             try:

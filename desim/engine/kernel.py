@@ -288,7 +288,7 @@ class Kernel:
         """Fire those of a group that come before anything else does. What they book themselves
         comes after all of them: it is of a later phase, or of the next round."""
         entities, fn, args = group
-        time_ns, order, number, _ = cast(Entry, self._fired)  # pairs are a _Guest's, without groups
+        time_ns, order, number, _ = cast(Entry, self._fired)  # a _Guest has no groups
         head, before = self._agenda[0], order - entities[0]
         if head[0] == time_ns and head[1] <= before + entities[-1]:
             count = bisect_left(entities, head[1] - before)

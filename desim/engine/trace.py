@@ -1,6 +1,6 @@
 """A run's log: typed rows of fixed size, and their digest.
 
-Anything that is not in the digest did not happen. A row's hash covers all of its fields, its time
+Only what is a row counts as having happened. A row's hash covers all of its fields, its time
 among them, and a digest is the sum of such hashes: so it does not depend on the order in which rows
 are written, and parts of a run may write theirs late, many at once. Rows are always hashed, in
 batches; they are kept only where somebody wants to read them. Names (of hosts, kinds, topics,
@@ -24,7 +24,7 @@ ROW = np.dtype([("t_ns", "<i8"), ("kind", "<u4"), ("entity", "<u4"),
 pack = struct.Struct("<qIIqqq").pack  # one ROW
 _pack_head, pack_id, _pack_tail = (struct.Struct(part).pack for part in ("<qI", "<I", "<qqq"))
 _BATCH = 1 << 12
-_HALF = 64  # bits of a digest; both halves are summed apart
+_HALF = 64  # bits of each half of a digest; the halves are summed apart
 
 
 class Names:
@@ -99,8 +99,8 @@ class Trace:
         self.flush_if_full()
 
     def put_rows(self, rows: np.ndarray) -> None:
-        """Write rows of dtype ``ROW``, which may be late, of phases before CONTROL: the sink gets
-        them in front of others of their instant. Like ``put``, it flushes nothing."""
+        """Write rows of dtype ``ROW`` of phases before CONTROL, perhaps after their instant: the
+        sink gets them before the instant's other rows. Like ``put``, it flushes nothing."""
         self._late.append(rows.tobytes())
 
     def flush_if_full(self) -> None:
@@ -176,5 +176,5 @@ def together(digests: Iterable[str]) -> str:
 
 
 def _table(size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Keys and sums of an empty hash table (``kernels.fold``)."""
+    """Keys and sums of an empty hash table (``kernels.add``)."""
     return np.zeros(size, np.uint64), np.zeros((size, 3), np.uint64)

@@ -81,7 +81,7 @@ class Member(Carrier[Batch]):
     def __init__(self, batches: BatchPublisher, index: int, number: int, link: StreamLink,
                  publisher: Publisher, host: Host) -> None:
         self.publisher, self.link, self.host = publisher, link, host
-        latest = host.awaits_nothing(publisher.topic.name)
+        latest = host.latest_without_callbacks(publisher.topic.name)
         self.latest = None if latest is None or latest.wakes else latest
         self.ahead = True
         self._batches, self.index, self._number = batches, index, number
@@ -133,7 +133,7 @@ class Member(Carrier[Batch]):
         return self.message(batch)
 
     def give(self, batch: Batch) -> Message:
-        """Leave the message on its way to the link."""
+        """Hand the message, which is on its way, over to the link."""
         if self.latest is not None:
             self.latest.catch_up()
         message = self.message(batch)
@@ -224,7 +224,7 @@ class BatchPublisher:
         route.medium.transmit_many(host.index, route.receivers, *self._frame, route, batch)
 
     def release(self) -> None:
-        """Leave all messages on their way to their links: what follows may change their fate."""
+        """Hand messages on their way over to their links: what follows may change their fate."""
         last, over = self.last, self.kernel.over
         if last is None or self._route is None:
             return
@@ -350,7 +350,7 @@ class BatchPublisher:
                 counts.bytes += len(mine) * self.size_bytes
                 counts.latency.extend(mine)
                 member.link.note_trip(min(mine))
-                own.heard(member.host.index, first_ns[index], last_ns[index])
+                own.has_arrived(member.host.index, first_ns[index], last_ns[index])
         route.medium.flights.landed_each(route.receivers, *self._frame, list(map(len, columns)))
         if graph.on_arrivals is not None:
             numbers = _of(batches, "number")[:, None] + np.arange(len(route.members))

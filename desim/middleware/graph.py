@@ -2,10 +2,11 @@
 
 ``publish`` makes a ``Message``; the registries name the hosts that listen; the publisher's
 transport takes it to them; each of them puts it into its subscriptions' queues and runs the
-callbacks in phase CONTROL of the same instant. Every message between hosts leaves rows in the
-trace: ``sent`` (entity: the source), ``frame`` for each frame (the source), ``lost`` for each frame
-that a stream will send again (the destination), ``delivered`` or ``dropped`` (the destination),
-``callback``.
+callbacks in phase CONTROL of the same instant, or into its ``Latest``, where a node reads it later.
+Every message between hosts leaves rows in the trace: ``sent`` (entity: the source), ``frame`` for
+each frame (the source), ``lost`` for each frame that a stream will send again, ``delivered`` or
+``dropped``, ``callback`` or ``read``, ``repeated``, ``overwritten`` (the destination). Hosts that a
+broadcast did not reach have one row together, of the medium and with the reason as its kind.
 
 A message is dropped for what a datagram's frame was dropped for, or as ``outbox_full``,
 ``link_closed`` (its receiver stopped or no longer listens), ``sender_down``, ``no_route`` (no
@@ -79,7 +80,7 @@ class Graph:
         self.up = [False] * len(self.hosts)
         self._packed_ids = [host.packed_id for host in self.hosts]
         for host in self.hosts:
-            host.heard_ns = array("q", bytes(8 * len(self.hosts)))
+            host.last_arrival_ns = array("q", bytes(8 * len(self.hosts)))
         self._by_name = {host.name: host for host in self.hosts}
         trace.before_flush = self.catch_up
         self.context = GraphContext(self, middleware)
@@ -168,9 +169,9 @@ class Graph:
         origin, counts = message.origin, message.about.counts
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
-        origin.heard_ns[host.index] = time_ns
-        if origin.awaited:
-            origin.heard(host.index, time_ns, time_ns)
+        origin.last_arrival_ns[host.index] = time_ns
+        if origin.on_next_arrival:
+            origin.has_arrived(host.index, time_ns, time_ns)
         self.put(pack(time_ns, self.DELIVERED, host.id, origin.id, message.seq, latency_ns))
         if self.on_fate is not None:
             self.on_fate(message, host.index, time_ns, None, first_ns, last_ns)
@@ -189,15 +190,16 @@ class Graph:
             if not listening:
                 return
             receivers = listening
-        now_ns, counts, heard_ns = self.kernel.now_ns, message.about.counts, origin.heard_ns
+        now_ns, counts = self.kernel.now_ns, message.about.counts
+        last_arrival_ns = origin.last_arrival_ns
         latency_ns = now_ns - born_ns
         counts.bytes += len(receivers) * message.size_bytes
         counts.latency.extend([latency_ns] * len(receivers))
         for receiver in receivers:
-            heard_ns[receiver] = now_ns
-        if origin.awaited:
+            last_arrival_ns[receiver] = now_ns
+        if origin.on_next_arrival:
             for receiver in receivers:
-                origin.heard(receiver, now_ns, now_ns)
+                origin.has_arrived(receiver, now_ns, now_ns)
         self.put(pack_each(now_ns, self.DELIVERED, map(self._packed_ids.__getitem__, receivers),
                            origin.id, message.seq, latency_ns))
         if self.on_fate is not None:

@@ -29,13 +29,14 @@ _NOBODY: Ends = None, []
 class Host:
     """A computer: interfaces to media, and nodes that run while it is up.
 
-    ``software`` makes the nodes, afresh at every start. ``heard_ns`` has by host index when a
-    message of this host last arrived there, since that one's start (0: none did); the function in
-    ``awaited``, by host index too, is called once, with the time of the next arrival there.
+    ``software`` makes the nodes, afresh at every start. ``last_arrival_ns[k]`` is when host k last
+    received a message of this host (0: not since k started); ``on_next_arrival[k](time_ns)`` is
+    called once, when k receives the next one.
     """
 
     __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "software", "nodes",
-                 "published", "heard_ns", "awaited", "_publishers", "_ends", "_inbox")
+                 "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
+                 "_inbox")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -47,8 +48,8 @@ class Host:
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
-        self.heard_ns = array("q")
-        self.awaited: dict[int, Callable[[int], object]] = {}
+        self.last_arrival_ns = array("q")
+        self.on_next_arrival: dict[int, Callable[[int], object]] = {}
         self._publishers: list[Publisher] = []
         self._ends: dict[str, Ends] = {}
         # None, unless it is being emptied or will be in this instant. New lists lie where memory
@@ -109,7 +110,7 @@ class Host:
         if self._inbox:
             self._inbox.clear()
         for host in graph.hosts:
-            host.heard_ns[self.index] = 0
+            host.last_arrival_ns[self.index] = 0
         graph.context.stopped(self.index)
 
     def _notify_media(self, up: bool) -> None:
@@ -161,8 +162,8 @@ class Host:
         self.graph.context.subscribed(Endpoint(self.index, node, name))
         return latest
 
-    def awaits_nothing(self, topic: str) -> Latest | None:
-        """The place for the messages of ``topic`` if no callback waits for them."""
+    def latest_without_callbacks(self, topic: str) -> Latest | None:
+        """The ``Latest`` of ``topic``; None if there is none, or if callbacks wait for messages."""
         latest, subscriptions = self._ends.get(topic, _NOBODY)
         return None if subscriptions else latest
 
@@ -192,12 +193,12 @@ class Host:
         about.counts.queued += len(subscriptions)
         return True
 
-    def heard(self, receiver: int, first_ns: int, last_ns: int) -> None:
+    def has_arrived(self, receiver: int, first_ns: int, last_ns: int) -> None:
         """Messages of this host have arrived at ``receiver``, the first at ``first_ns``, the last
         at ``last_ns``."""
-        self.heard_ns[receiver] = last_ns
-        if self.awaited and receiver in self.awaited:
-            self.awaited.pop(receiver)(first_ns)
+        self.last_arrival_ns[receiver] = last_ns
+        if self.on_next_arrival and receiver in self.on_next_arrival:
+            self.on_next_arrival.pop(receiver)(first_ns)
 
     def _overwrite(self, inbox: list[tuple[Subscription, Message]], subscription: Subscription
                    ) -> None:

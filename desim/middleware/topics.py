@@ -81,7 +81,7 @@ class Latest:
     when they arrive, or taken from the ``feed`` at a reading.
 
     When the message of another host is read first, that is a trace row ``read``, with the fields of
-    a ``callback``. ``wait_set`` is told of news.
+    a ``callback``. ``wait_set`` is notified.
     """
 
     __slots__ = ("feed", "_host", "_message", "_unread", "_expected", "_wait_set")

@@ -205,7 +205,7 @@ class StreamLink(Carrier["Message"]):
 
     def expected(self, message: Message, receiver: int, arrival_ns: int) -> None:
         """The message will arrive at a host that keeps the latest of its topic."""
-        latest = self._host.awaits_nothing(message.about.name)
+        latest = self._host.latest_without_callbacks(message.about.name)
         if latest is None or self._outbox or self._closed is not None:
             self.await_(message, arrival_ns)
             return
@@ -319,5 +319,5 @@ class StreamLink(Carrier["Message"]):
         self._sent_ns = now_ns
         size_bytes, segments = self._train
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
-        self.ahead = self._host.awaits_nothing(message.about.name) is not None
+        self.ahead = self._host.latest_without_callbacks(message.about.name) is not None
         self._send(self._from, self._to, size_bytes, segments, False, self, message)

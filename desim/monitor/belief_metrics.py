@@ -79,7 +79,7 @@ class BeliefMetrics:
             self._meet(believer, other)
 
     def _part(self, believer: int, other: int) -> None:
-        self._hosts[other].awaited.pop(self._hosts[believer].index, None)
+        self._hosts[other].on_next_arrival.pop(self._hosts[believer].index, None)
         if self._hosts[believer].up and (believer, other) not in self._gone:
             self._lost_ns[believer, other] = self._graph.kernel.now_ns
 
@@ -88,7 +88,7 @@ class BeliefMetrics:
             self._unnoticed += 1
         if self._met[believer, other]:
             self._again += 1
-            self._hosts[other].awaited[self._hosts[believer].index] = partial(
+            self._hosts[other].on_next_arrival[self._hosts[believer].index] = partial(
                 self._heard, self._graph.kernel.now_ns)
         self._met[believer, other] = True
 
@@ -140,7 +140,8 @@ class BeliefMetrics:
         if not pairs:
             return None
         # Nobody hears itself: those entries are 0.
-        received_ns = sum(self._graph.hosts[other].heard_ns[host] for host in up for other in up)
+        received_ns = sum(self._graph.hosts[other].last_arrival_ns[host]
+                          for host in up for other in up)
         return (self._graph.kernel.now_ns - received_ns / pairs) / NS_PER_S
 
     def summary(self, samples: Iterable[Sample]) -> Sample:

@@ -26,9 +26,9 @@ class Carrier(Generic[T_contra]):
     for it: the medium then books no event. It may change from frame to frame."""
 
     def expected(self, token: T_contra, receiver: int, arrival_ns: int) -> object:
-        """A frame will be at ``receiver`` at ``arrival_ns``. When that is over, the carrier calls
-        ``Medium.landed``; if somebody waits for it meanwhile, ``Medium.book``, and will be called
-        at that time."""
+        """A frame will be at ``receiver`` at ``arrival_ns``. After that the carrier calls
+        ``Medium.flights.landed``. If somebody begins to wait for it before, the carrier calls
+        ``Medium.flights.book``, and its ``arrived`` is called at that time."""
 
     @property
     def socket(self) -> object:

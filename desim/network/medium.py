@@ -90,7 +90,7 @@ class Medium(Account):
         self._begin = self.flights.begin
         self._open: dict[int, Claim] = {}  # unicast ones, by frame
         self._broadcasts: dict[int, Broadcast] = {}  # open ones, by frame
-        self._awaited = 0  # settlements of those
+        self._awaited = 0  # receivers at which those are not settled yet
         self._refuses = frozenset(model.refuses if isinstance(model, Refuses) else ())
         self._hosts = model if isinstance(model, FollowsHosts) else None
         self._control = model if isinstance(model, CountsControl) else None
@@ -293,6 +293,8 @@ class Medium(Account):
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
         return len(self._open) + self._awaited + self.flights.count
+
+    # Inside.
 
     def _broadcast(self, frame: Frame, carrier: Carrier[T], token: T,
                    terms: dict[int, Terms] | None) -> None:

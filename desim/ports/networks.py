@@ -122,7 +122,7 @@ class Rule(Protocol):
     judges, the medium acts.
 
     Built as ``Rule(params)`` with an instance of its ``Params``. A rule may also have the
-    capabilities ``LimitsReach``, ``Separates`` and ``JudgesTransmissions``.
+    capabilities ``LimitsReach``, ``Separates``, ``JudgesTransmissions`` and ``PassesMany``.
     """
 
     @property

@@ -24,9 +24,9 @@ _DESIM = Path(__file__).parent.parent
 # The packages that compute results. Others (pyarrow, rich, typer, ...) only carry them.
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
 
-# The rooms of desim that compute or write results: from the kernel up to the run's folder.
-_COMPUTES = frozenset({"units.py", "errors.py", "files.py", "plugins.py", "ports", "engine",
-                       "scenario", "world", "network", "middleware", "robot", "monitor",
+# Where code can change results or the files that hold them.
+_COMPUTES = frozenset({"units.py", "errors.py", "files.py", "plugins.py", "compiler", "ports",
+                       "engine", "scenario", "world", "network", "middleware", "robot", "monitor",
                        "simulation", "results"})
 
 

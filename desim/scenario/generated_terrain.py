@@ -97,7 +97,7 @@ def _small(path: Path, size_m: tuple[float, float], needed_m: tuple[float, float
 
 def _many(path: Path, count: int, what: str) -> Found:
     if count > MOST_PARTS:
-        yield (*path, "size"), f"has space for {count} {what}; allowed: {MOST_PARTS}"
+        yield (*path, "size"), f"has space for {count} {what}; allowed: at most {MOST_PARTS}"
 
 
 def _by(size_m: tuple[float, float]) -> str:

@@ -1,8 +1,7 @@
 """Drivers: nodes that publish what sensors see and apply commands to motors.
 
 In ``testbed`` one of them sits on the workstation and serves every robot, as the simulator of the
-paper does; in ``field`` each robot's computer runs one for its own body. The monitor's node is here
-too.
+paper does; in ``field`` each robot's computer runs one for its own body.
 """
 
 from __future__ import annotations
@@ -95,24 +94,3 @@ class Driver(Node):
             twist = message.content
             self._world.command(self._motors[latest], twist.forward_mps, twist.left_mps,
                                 twist.turn_radps)
-
-
-class MonitorNode(Node):
-    """Subscribes to every robot's explored map and travelled distance.
-
-    The traffic between controllers and monitor ends here: it is counted and timed like any other.
-    The verdict on the run does not depend on it: the monitor itself watches out of band, so that no
-    load can delay it.
-    """
-
-    def __init__(self, host: Host, robots: tuple[str, ...]) -> None:
-        super().__init__(host, "monitor")
-        self._robots = robots
-
-    def start(self) -> None:
-        for robot in self._robots:
-            self.subscribe(f"/{robot}/explored_map", self._received)
-            self.subscribe(f"/{robot}/distance", self._received)
-
-    def _received(self, message: Message) -> None:
-        """Do nothing: the arrival is in the trace."""

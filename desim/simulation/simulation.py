@@ -30,7 +30,8 @@ from desim.robot.tiles import TilePool
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan, plan
-from desim.simulation.drivers import Driver, MonitorNode
+from desim.simulation.drivers import Driver
+from desim.simulation.monitor_node import MonitorNode
 from desim.simulation.wiring import HostPlaces, wired
 from desim.simulation.world_clock import WorldClock
 

@@ -1,4 +1,4 @@
-"""The queues of a switch as records, for the compiled functions of ``kernels.py``."""
+"""The queues of a switch as records, for the compiled functions of ``kernels``."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ class ReferenceQueues(Generic[T]):
         return min(line.end_ns for line in self._lines)
 
     def send(self, now_ns: int, port: int, exit_: int, train: PacketTrain) -> int | None:
-        """Book a frame on a port's line, and ``put`` it."""
+        """Book a frame on a port's line. Always None: ``put`` it."""
         self._free_ns[port] = max(self._free_ns[port], now_ns) + train.total_ns
         self._booked_ns[port] += train.total_ns
         return None
@@ -124,7 +124,7 @@ class ReferenceQueues(Generic[T]):
 
     def send_many(self, now_ns: int, port: int, exits: np.ndarray, train: PacketTrain,
                   token: Callable[[int], T]) -> list[int | None]:
-        """None: each has to be sent for itself."""
+        """Takes none of the frames: the caller sends each for itself."""
         return []
 
     def wake(self, now_ns: int) -> list[Fate[T]]:

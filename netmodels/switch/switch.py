@@ -19,12 +19,12 @@ from netmodels.switch.reference_queues import ReferenceQueues
 from netmodels.switch.trains import cut
 
 # A frame that will be in the switch so soon is settled when it is sent: the time of 35 scans of the
-# paper's laser on one line. What that costs in truth: docs/network-models.md.
+# paper's laser on one line. Its error: docs/network-models.md.
 _AHEAD_NS = 250_000
 
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same delays again
 
-# A frame at one exit of it, and the receivers behind that: of those its fate is settled together.
+# A frame at one exit, and the receivers there, which are settled together.
 Copy = tuple[ports.Frame, Sequence[int]]
 
 
@@ -54,7 +54,8 @@ class Switch:
                                                             "all others have one each (none)")
         local_latency_ns: Duration = Field("0 ns", description="between hosts of one port (the "
                                                                "paper does not say)")
-        per_segment: bool = Field(False, description="an event for each packet (slow)")
+        per_segment: bool = Field(False, description=(
+            "packet by packet, without the shortcut: exact, and slower"))
 
     reasons = ("queue_full",)
 

@@ -119,7 +119,7 @@ def test_what_numba_needs_its_library_for_runs_with_it():
 
 def test_division_by_zero_is_an_error_or_infinite():
     assert quotient(1.0, 0.0) == float("inf")
-    with pytest.raises(ArithmeticError, match="^whole_quotient divided by zero, or found no"):
+    with pytest.raises(ArithmeticError, match="^whole_quotient divided by zero, or ran out"):
         whole_quotient(1, 0)
 
 

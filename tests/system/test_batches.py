@@ -34,7 +34,7 @@ MORE = {
 def singly(patch):
     """Each message for itself, and an event for each arrival."""
     patch.setattr(BatchPublisher, "_members", lambda batches: [])
-    patch.setattr(Host, "awaits_nothing", lambda host, topic: None)
+    patch.setattr(Host, "latest_without_callbacks", lambda host, topic: None)
 
 
 def digests(case, **options):

@@ -1,9 +1,9 @@
-"""What does a robot more cost? CPU time of a simulated second against the size of the fleet.
+"""What does one more robot cost? CPU time of a simulated second against the size of the fleet.
 
     python tools/bench.py fleets [--figure FILE]
 
 ``broadcast``: a warehouse with 50 m2 for each robot, 802.11 radios, changed tiles by broadcast
-every 10 s, as in scenarios/warehouse_300.yaml, but with cells of 0.4 m and starts everywhere.
+every 10 s: scenarios/field_30.yaml in a generated warehouse, with starts everywhere.
 ``unicast``: the 80 m maze, everything over one switched LAN, whole maps to each other robot every
 5 s, as in scenarios/maze_30.yaml. Simulated seconds 2 to 7; each run is a process of its own.
 """

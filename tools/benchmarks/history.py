@@ -1,8 +1,8 @@
-"""The cost of commits: the measurements of `docs/benchmarks.csv`.
+"""The cost of commits over time.
 
     python tools/bench.py history [--turns N] REV ...
 
-measures commits in turns and adds the best of each to the file, with the
+measures commits in turns and adds the best of each to `docs/benchmarks.csv`, with the
 machine and with what bare SimPy needs there for an event. Figures of different machines, or of one
 on different days, are to be compared through those of a commit that both have measured.
 """

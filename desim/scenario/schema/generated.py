@@ -14,7 +14,7 @@ def fitting(space_m: float, part_m: float) -> int:
 
 
 class FloorPlan(Params):
-    """A terrain's size and seed, the same whatever is generated."""
+    """The keys of all generated terrains."""
 
     size_m: tuple[Length, Length] = Field(description="width and depth, centred on the origin")
     seed: int = Field(0, ge=0, le=2**63 - 1, description=(
@@ -72,7 +72,7 @@ class Warehouse(FloorPlan):
     docks_m: Length = Field("10 m", gt=0, description="depth of the free strip (ours)")
     missing: Ratio = Field("10 %", description="share of racks that are not there (ours)")
     material: str = Field("wood", description=(
-        "what racks and goods are made of, for the radio, which loses it twice, at a block's faces "
+        "what racks and goods are made of: it attenuates a signal where that enters and leaves one "
         "(wood: 8 dB together; Rappaport 2002, Wireless Communications, Table 4.3: 6 dB for a rack "
         "of tightly packed paper, 20 dB for one of metal parts)"))
 

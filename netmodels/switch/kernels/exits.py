@@ -46,13 +46,12 @@ def _forget(wires, exit_, now_ns):
 
 @inner(types.UniTuple(I8, 2)(WIRES, I8, I8, I8, I8))
 def place(wires, exit_, at_ns, total_ns, now_ns):
-    """The time at which an exit will begin to send, for ``total_ns``, what comes there at ``at_ns``;
-    and the number of the span behind that."""
+    """The time at which an exit will begin to send, for ``total_ns``, what comes at ``at_ns``; and
+    the number of the span behind that."""
     _forget(wires, exit_, now_ns)
     spans, begin_ns, k = wires.spans[exit_], at_ns, 0
-    # What comes first is sent first. Eight hosts that send packets of one size to each other at
-    # random, at 0.9 of their rate, wait 2 % too long if half of a packet has to fit, 9 % if all of
-    # it has to, and 38 % if none is sent in front of a span.
+    # What comes first is sent first. Of none, half, and all of a packet that has to fit, half gives
+    # the best mean delay (docs/network-models.md).
     while k < wires.exits[exit_].spans and begin_ns + total_ns // 2 > spans[2 * k]:
         begin_ns = max(begin_ns, spans[2 * k + 1])
         k += 1

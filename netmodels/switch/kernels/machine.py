@@ -1,7 +1,7 @@
 """The wires of a switch as a state machine: frames come and go, and ``wake`` moves it to now.
 
-``reference_queues.py`` compiled, to the nanosecond, but by whole frames; and with a shortcut for
-frames that will be in the switch soon. Its state: ``records``.
+``reference_queues.py`` compiled, by whole frames: to the nanosecond, but for the shortcut for
+frames that will be in the switch soon (``exits.foresee``). Its state: ``records``.
 """
 
 from __future__ import annotations

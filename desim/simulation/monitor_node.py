@@ -1,0 +1,28 @@
+"""The monitor's own computer, as a node among the others."""
+
+from __future__ import annotations
+
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
+
+
+class MonitorNode(Node):
+    """Subscribes to every robot's explored map and travelled distance.
+
+    The traffic between controllers and monitor ends here: it is counted and timed like any other.
+    The verdict on the run does not depend on it: the monitor itself watches out of band, so that no
+    load can delay it.
+    """
+
+    def __init__(self, host: Host, robots: tuple[str, ...]) -> None:
+        super().__init__(host, "monitor")
+        self._robots = robots
+
+    def start(self) -> None:
+        for robot in self._robots:
+            self.subscribe(f"/{robot}/explored_map", self._received)
+            self.subscribe(f"/{robot}/distance", self._received)
+
+    def _received(self, message: Message) -> None:
+        """Do nothing: the arrival is in the trace."""
