@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from inspect import isfunction
+from itertools import zip_longest
 from typing import cast
 
 import numpy as np
@@ -25,10 +26,12 @@ from desim.testing.medium_bench import HOUR_NS, Bench, Fate, ImmediateNetwork
 from desim.units import NS_PER_S
 
 _FRAMES = 300
-_BURSTS = 200
+_BURSTS = 150
+_WITHIN_NS = (200_000, 200_000_000, 2 * NS_PER_S, 300 * NS_PER_S)  # of the start
 _HOSTS = {"host_1": (0.0, 0.0), "host_2": (5.0, 0.0), "host_3": (60.0, 10.0),
           "host_10": (190.0, -20.0), "host_11": (900.0, 900.0), "nowhere": (np.nan, np.nan)}
 _SILENT = {"host_4": (1.0, 1.0)}  # sorts into the middle, so that it moves the others' indices
+_CROWD = {f"host_{number}": (number / 10, 3.0) for number in range(20, 60)}  # hear bursts
 
 
 def check_network(cls: PluginClass[ports.NetworkModel], **params: object) -> None:
@@ -42,6 +45,7 @@ def check_network(cls: PluginClass[ports.NetworkModel], **params: object) -> Non
         return Bench(made(cls, params), _HOSTS, rules=rules)
 
     _check_play(cls, make, lambda: Bench(made(cls, params), _HOSTS | _SILENT))
+    _check_many(cls, lambda: Bench(made(cls, params), _HOSTS | _CROWD))
     check_switching(cls, make(), _play)
     check_transmissions(cls, make, _play)
 
@@ -55,6 +59,8 @@ def check_rule(rule: PluginClass[ports.Rule] | ports.RuleFunction, **params: obj
         _check_play(cls, lambda: Bench(model(), _HOSTS, rules=[made(cls, params)]),  # noqa: B023
                     lambda: Bench(model(), _HOSTS | _SILENT,  # noqa: B023 - called right away
                                   rules=[made(cls, params)]))
+        _check_many(cls, lambda: Bench(model(), _HOSTS | _CROWD,  # noqa: B023
+                                       rules=[made(cls, params)]))
 
 
 def check_strategy(cls: PluginClass[ports.Strategy], **params: object) -> None:
@@ -135,7 +141,6 @@ def _check_play(cls: PluginClass[object], make: Callable[[], Bench],
     need(_play(make()) == log, cls, "give the same fates for the same seed: keep state in self, "
                                     "and iterate over no set")
     check_claims(cls, bench)
-    _check_many(cls, make)
     _check_links(cls, make())
     need(_play(make_larger()) == log, cls, "give the same fates when a host is added that says "
                                            "nothing: draw from streams named by host, not index")
@@ -176,22 +181,30 @@ def _play(bench: Bench, sample: Callable[[int], None] | None = None) -> list[Fat
 
 
 def _check_many(cls: PluginClass[object], make: Callable[[], Bench]) -> None:
-    """Check that many frames at once meet the fates that each of them would meet for itself."""
-    bench = make()
+    """Check that many frames at once meet the fates that each of them would meet for itself, and
+    keep a medium busy for as long."""
     if not any(isinstance(part, ports.SendsMany | ports.PassesMany)
-               for part in (bench.medium.model, *bench.medium.rules)):
+               for part in (make().medium.model, *make().medium.rules)):
         return
-    need(_play_bursts(bench, singly=False) == _play_bursts(make(), singly=True), cls,
-         "treat many frames (send_many, all_pass) as each of them for itself (send, judge)")
+    advice = "treat many frames (send_many, all_pass) as each of them for itself (send, judge)"
+    many, each = make(), make()
+    together, alone = _play_bursts(many, singly=False), _play_bursts(each, singly=True)
+    for one, other in zip_longest(together, alone):
+        need(one == other, cls, f"{advice}; of these fates (ns, label, source, receiver, fate) the "
+                                f"first that differ are {one} at once, {other} one by one")
+    busy_ns = [bench.medium.model.busy_ns(range(len(bench.hosts))) for bench in (many, each)
+               if isinstance(bench.medium.model, ports.CountsBusyTime)]
+    need(busy_ns[:1] == busy_ns[1:], cls, f"{advice}; busy_ns at once and one by one: {busy_ns}")
 
 
 def _play_bursts(bench: Bench, singly: bool) -> list[Fate]:
-    """Play a seeded load of bursts, some of them close together, with single frames between."""
+    """Play a seeded load of bursts, to one host or to dozens, some of them close together, with
+    single frames between."""
     draw = random.Random(1)
     for label in range(_BURSTS):
         source, *others = draw.sample(bench.hosts, len(bench.hosts))
-        receivers = others[:draw.randint(1, len(others))]
-        time_ns = draw.randrange(200) * draw.choice([1000, 1_000_000])
+        receivers = others[:draw.choice([1, 5, draw.randint(1, len(others)), len(others)])]
+        time_ns = draw.randrange(draw.choice(_WITHIN_NS))
         segments = draw.choice([1, 1, 3, 40])
         size_bytes = segments * draw.randint(64, 1518)
         bench.send_burst(time_ns, source, receivers, size_bytes, segments, label, singly)

@@ -101,6 +101,9 @@ class Lies:
 @pytest.mark.parametrize("wrong, error, advice", [
     (lambda self, frames: [1_000_000] * len(frames.receivers), AssertionError,
      r"treat many frames \(send_many, all_pass\) as each of them for itself"),
+    (lambda self, frames: [  # from the 32nd frame on it is late
+        self.send(frame) + (number > 30) for number, frame in enumerate(frames.singly())],
+     AssertionError, r"treat many frames .* the first that differ are \(\d+, .* at once, \(\d+,"),
     (lambda self, frames: [0] * (len(frames.receivers) + 1), ModelError,
      r"Hurries .* returned \d+ delays from send_many for \d+ frames"),
     (lambda self, frames: [None], AssertionError,  # it never settles that frame
@@ -118,6 +121,31 @@ def test_a_rule_that_lets_many_pass_lets_each_pass():
     check_rule(Lies)
     with pytest.raises(AssertionError, match="treat many frames"):
         check_rule(type("Lies", (Lies,), {"all_pass": lambda self, frames: True}))
+
+
+def test_a_rule_that_forgets_that_it_drops_later_is_seen():
+    def start(self, context, hosts):
+        self.context = context
+
+    def judge(self, frame, receivers):
+        late = self.context.now_ns > 1_000_000_000
+        return [ports.Drop("odd") if late else ports.PASS for _ in receivers]
+
+    forgets = {"start": start, "judge": judge, "all_pass": lambda self, frames: True}
+    with pytest.raises(AssertionError, match="treat many frames"):
+        check_rule(type("Forgets", (Lies,), forgets))
+
+
+def test_a_model_that_forgets_how_long_many_frames_take_is_seen():
+    def send(self, frame):
+        self.sent += 1
+        return 1000
+
+    counts = {"sent": 0, "send": send, "judges_transmissions": False,
+              "send_many": lambda self, frames: [1000] * len(frames.receivers),
+              "busy_ns": lambda self, hosts: [self.sent for _ in hosts]}
+    with pytest.raises(AssertionError, match="busy_ns at once and one by one"):
+        check_network(type("Forgets", (Hurries,), counts))
 
 
 def test_a_model_that_forgets_frames_of_hosts_that_stop_is_seen():

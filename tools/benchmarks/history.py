@@ -53,6 +53,7 @@ def commit_of(revision: str) -> tuple[str, str]:
 def add(day: str, cpu: str, simpy_us: float, found: Iterable[tuple[str, str, float]],
         file: Path = FILE) -> None:
     """Write what was measured on ``day`` at the end of the file."""
+    found = list(found)
     is_new = not file.exists()
     with file.open("a", newline="") as rows:
         writer = csv.writer(rows, lineterminator="\n")
