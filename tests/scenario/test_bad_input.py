@@ -107,7 +107,8 @@ WRONG = {
         "at least 8 m x 8 m"]),
     "a maze of too many cells": (
         "environment: {terrain: {maze: {size: [5 km, 5 km], cell: 1 m}}}", [
-            "2:38: environment.terrain.maze.size: has space for 25000000 cells; allowed: at most 100000"]),
+            "2:38: environment.terrain.maze.size: has space for 25000000 cells; "
+            "allowed: at most 100000"]),
     "a warehouse without a rack": ("environment: {terrain: {warehouse: {size: [9 m, 30 m]}}}", [
         "2:43: environment.terrain.warehouse.size: has no space for one rack with its aisles, got "
         "9 m x 30 m; allowed: at least 8.4 m x 34 m"]),
