@@ -160,9 +160,8 @@ class Medium(Account):
         if type(verdict) is Deliver:
             self._fly(frame, broadcast, settled, verdict.delay_ns)
             return
-        self.count_drops(reason, count, count * frame.segments - broadcast.lacking(settled))
-        if reason in self._refuses and frame.receivers[0] in settled:  # once a frame
-            self.count_refused(frame.source, frame.size_bytes)
+        self._dropped(frame, settled, reason,
+                      count * frame.segments - broadcast.lacking(settled))
         broadcast.carrier.missed(broadcast.token, settled, reason, self)
 
     def flow(self, frame: Frame) -> Hashable:

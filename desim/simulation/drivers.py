@@ -6,7 +6,7 @@ paper does; in ``field`` each robot's computer runs one for its own body.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -14,38 +14,16 @@ import numpy as np
 from desim.middleware.batches import BatchPublisher
 from desim.middleware.contents import ODOMETRY_BYTES, LaserScan, Pose, laser_scan_bytes
 from desim.middleware.host import Host
-from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, WaitSet
 from desim.ports import Snapshot, World
 from desim.scenario.schema.robot import Laser
 
 
-class Velocities(WaitSet):
-    """The velocities that a driver waits for; puts it among ``due`` when there may be some."""
-
-    __slots__ = ("_driver", "_due")
-
-    def __init__(self, driver: Driver, due: dict[Driver, None]) -> None:
-        super().__init__()
-        self._driver, self._due = driver, due
-
-    def add(self, latest: Latest) -> None:
-        super().add(latest)
-        self._due[self._driver] = None
-
-    def news(self) -> Iterator[tuple[Latest, Message]]:
-        yield from super().news()
-        if not self._ready:
-            del self._due[self._driver]
-
-
 class Driver(Node):
-    """Sensors and motors of ``robots`` (indices into ``world.robots``). It is among ``due`` while
-    velocities are there or on their way: the others need not be asked at each tick."""
+    """Sensors and motors of ``robots`` (indices into ``world.robots``)."""
 
-    def __init__(self, host: Host, world: World, robots: Sequence[int], laser: Laser,
-                 due: dict[Driver, None]) -> None:
+    def __init__(self, host: Host, world: World, robots: Sequence[int], laser: Laser) -> None:
         super().__init__(host, "driver")
         self.robots = tuple(robots)
         self._world = world
@@ -53,7 +31,7 @@ class Driver(Node):
         self._increment_rad = laser.field_of_view_rad / (laser.beams - 1)
         self._alone = {i: np.array([i]) for i in self.robots}
         self._motors: dict[Latest, int] = {}  # the robot of each topic of velocities
-        self._commands = Velocities(self, due)
+        self._commands = WaitSet()
 
     def start(self) -> None:
         scans, poses = [], []

@@ -77,9 +77,8 @@ class Simulation:
         self._explorers = tuple(self.world.robots[robot] for robot in self._controlled)
         self.monitor = self._watching()
         self._drivers: dict[str, Driver] = {}  # of the hosts that are up
-        self._due: dict[Driver, None] = {}  # those of them that velocities may have come to
         self._clock = WorldClock(self.kernel, self.world, self.trace, scenario, self._up_drivers,
-                                 self._due, self.monitor.collided)
+                                 self.monitor.collided)
         # The software of each host, which starts with it, and the faults that stop hosts.
         self._pool = TilePool()
         for host_plan in self.plan:
@@ -118,7 +117,7 @@ class Simulation:
         scenario = self.scenario
         nodes: list[Node] = []
         if host_plan.drives:
-            driver = Driver(host, self.world, host_plan.drives, scenario.robot.scanner, self._due)
+            driver = Driver(host, self.world, host_plan.drives, scenario.robot.scanner)
             self._drivers[host.name] = driver
             nodes.append(driver)
         if host_plan.monitor:
@@ -140,9 +139,7 @@ class Simulation:
         host = self.graph.host(fault.host)
         yield fault.at_ns
         host.stop()
-        driver = self._drivers.pop(host.name, None)
-        if driver is not None:
-            self._due.pop(driver, None)
+        self._drivers.pop(host.name, None)
         if host.name in self._explorers:
             self.monitor.watch(host.name, None)
         if fault.down_for_ns is not None:

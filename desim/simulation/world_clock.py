@@ -21,17 +21,16 @@ _TICK, _SCANS, _POSES = range(3)
 
 
 class WorldClock:
-    """Moves ``world`` as those of ``drivers()`` that are ``due`` say, and has all of them publish
-    what its sensors read.
+    """Moves ``world`` and has ``drivers()`` publish what its sensors read.
 
     ``collided(robot, other)`` is called for each collision episode; other is ``WALL`` for a wall.
     """
 
     def __init__(self, kernel: Kernel, world: World, trace: Trace, scenario: Scenario,
-                 drivers: Callable[[], Iterable[Driver]], due: dict[Driver, None],
+                 drivers: Callable[[], Iterable[Driver]],
                  collided: Callable[[int, int], None]) -> None:
         self._kernel, self._world, self._trace = kernel, world, trace
-        self._drivers, self._due, self._collided = drivers, due, collided
+        self._drivers, self._collided = drivers, collided
         self._ids = [trace.names.id(name) for name in world.robots]
         self._collision = trace.names.id("collision")
         self._interpolated = scenario.robot.scanner.pose == "interpolated"
@@ -44,7 +43,7 @@ class WorldClock:
         if tick == 0:  # the start poses
             return
         now_ns = self._kernel.now_ns
-        for driver in sorted(self._due, key=_host):
+        for driver in self._drivers():
             driver.drive()
         self._world.advance(now_ns)
         for robot, other in self._world.contacts():
@@ -62,7 +61,3 @@ class WorldClock:
         snapshot = self._world.snapshot()
         for driver in self._drivers():
             driver.sense_pose(snapshot, tick)
-
-
-def _host(driver: Driver) -> int:
-    return driver.host.index

@@ -384,19 +384,19 @@ def test_what_is_settled_ahead_is_off_by_less_than_is_stated(frames, queue):
         assert abs(time_ns - exact[label]) <= 4 * wire_ns(FULL) + 3 * 250_000
 
 
-def at_random(load, count=3000):
-    """Time, source and destination of packets of 871 B that eight hosts send to each other."""
+def at_random(load, size=(871, 1), count=3000):
+    """Time, source and destination of frames of one size that eight hosts send to each other."""
     chance = np.random.default_rng(7)
-    times_ns = np.cumsum(chance.exponential(wire_ns(871) / 8 / load, count)).astype(int).tolist()
+    times_ns = np.cumsum(chance.exponential(wire_ns(*size) / 8 / load, count)).astype(int).tolist()
     pairs = chance.integers(0, 8, (count, 2)).tolist()
     return [(time_ns, source, to) for time_ns, (source, to) in zip(times_ns, pairs, strict=True)
             if source != to]
 
 
-def mean_delay_ns(packets, ahead):
+def mean_delay_ns(packets, ahead, size=(871, 1)):
     bench = bench_of(8, ahead=ahead)
     for number, (time_ns, source, to) in enumerate(packets):
-        bench.send(time_ns, f"host_{source + 1}", f"host_{to + 1}", 871, label=number)
+        bench.send(time_ns, f"host_{source + 1}", f"host_{to + 1}", *size, label=number)
     bench.run()
     return np.mean([entry[0] - packets[entry[1]][0] for entry in bench.log])
 
@@ -419,6 +419,15 @@ def test_on_average_settling_ahead_costs_a_few_per_cent(load, share):
     assert mean_delay_ns(packets, None) == pytest.approx(exact_ns, rel=share)
     if load > 0.5:
         assert mean_delay_in_order_of_sending_ns(packets) > (1 + share) * exact_ns
+
+
+@pytest.mark.parametrize(("load", "share"), [(0.3, 0.08), (0.6, 0.05), (0.9, 0.01)])
+def test_on_average_trains_that_are_settled_ahead_are_early_by_a_few_per_cent(load, share):
+    """Two trains that meet at an exit interleave; the one that was settled first does not."""
+    size = 4554, 3
+    packets = at_random(load, size)
+    exact_ns = mean_delay_ns(packets, 0, size)
+    assert mean_delay_ns(packets, None, size) == pytest.approx(exact_ns, rel=share)
 
 
 # ------------------------------------------------------------------------------------------- laws
