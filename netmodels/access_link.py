@@ -9,10 +9,11 @@ from pydantic import Field
 from desim import ports
 from desim.ports import packet_sizes
 from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
+from netmodels.itemized import Itemized
 from netmodels.queues import DropTailQueue, refuse
 
 
-class AccessLink:
+class AccessLink(Itemized):
     """Each host has its own full-duplex link of ``rate`` and ``latency`` with a drop-tail queue.
 
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency. Receiving is
@@ -20,7 +21,7 @@ class AccessLink:
     takes the link once and is copied behind it. Of a train those packets are dropped for which
     the queue has no place.
 
-    Capabilities: Refuses, CountsBusyTime.
+    Capabilities: Refuses, CountsBusyTime, Itemizes.
     """
 
     class Params(ports.Params):
@@ -63,6 +64,11 @@ class AccessLink:
         end_ns = begin_ns + airtime_ns(size_bytes, self._rate_bps)
         self._free_ns[frame.source] = end_ns
         self._booked_ns[frame.source] += end_ns - begin_ns
+        if self._ledger is not None:
+            spent = self._ledger.spent
+            spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
+            spent(frame, ports.TimePart.AIRTIME, end_ns - begin_ns)
+            spent(frame, ports.TimePart.PROPAGATION, self._latency_ns)
         return end_ns - now_ns + self._latency_ns
 
     def _let_in(self, frame: ports.Frame, begin_ns: int, free_bytes: int) -> tuple[int, int]:

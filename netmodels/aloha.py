@@ -9,6 +9,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Period, airtime_ns
+from netmodels.itemized import FrameTimes, Itemized
 
 
 class _Transmission:
@@ -27,11 +28,13 @@ class _Transmission:
                                  bisect_left(begins_ns, end_ns)))
 
 
-class Aloha:
+class Aloha(Itemized):
     """Hosts send at once (Abramson 1970), or at the beginning of the next
     slot (Roberts 1975). Packets that overlap with others' are lost; nobody waits, acknowledges or
     repeats, and a host that begins another frame while it sends spoils both. A train's packets
     follow each other without a gap.
+
+    Capabilities: Itemizes.
     """
 
     class Params(ports.Params):
@@ -48,8 +51,11 @@ class Aloha:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
+        self._times = FrameTimes.of(self._ledger)
 
     def send(self, frame: ports.Frame) -> None:
+        if self._times is not None:
+            self._times.begin(frame, self._context.now_ns)
         if self._slot_ns is None:
             self._begin(frame)
         else:
@@ -58,6 +64,8 @@ class Aloha:
 
     def _begin(self, frame: ports.Frame) -> None:
         now_ns = self._context.now_ns
+        if self._times is not None:
+            self._times.until(frame, ports.TimePart.CONTENTION, now_ns)
         own = _Transmission(frame, now_ns, self._rate_bps)
         end_ns = own.ends_ns[-1]
         for other in self._air.values():
@@ -69,6 +77,9 @@ class Aloha:
     def _end(self, own: _Transmission) -> None:
         frame = own.frame
         del self._air[frame.id]
+        if self._times is not None:
+            self._times.until(frame, ports.TimePart.AIRTIME, self._context.now_ns)
+            self._times.end(frame)
         if len(own.spoilt) == frame.segments:
             self._context.settle_many(frame, frame.receivers, ports.Drop("collision"))
             return

@@ -11,8 +11,10 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
+from desim.ports import TimePart
 from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
 from netmodels.ethernet import padded
+from netmodels.itemized import FrameTimes, Itemized
 from netmodels.partial_trains import settle_without
 from netmodels.queues import DropTailQueue, refuse
 
@@ -70,9 +72,11 @@ class BusStations(ABC):
 
     _gives_up: str
 
-    def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...],
+                 ledger: ports.Ledger | None = None) -> None:
         self._cable = cable
         self._context = context
+        self._ledger, self._times = ledger, FrameTimes.of(ledger)
         self.transmissions = self.collisions = 0
         self.free_ns = self.taken_ns = 0
         self._arrive = ports.Deliver(cable.propagation_ns)
@@ -83,6 +87,8 @@ class BusStations(ABC):
         free = cable.queue_packets - len(station.queue) + station.idle
         sizes = ports.packet_sizes(frame.size_bytes, frame.segments)[:free]
         refuse(self._context, frame, len(sizes))
+        if self._times is not None and sizes:
+            self._times.begin(frame, self._context.now_ns)
         station.queue.extend(Packet(frame, cable.wire_ns(size_bytes), number, number + 1 == free
                                     or number + 1 == frame.segments)
                              for number, size_bytes in enumerate(sizes))
@@ -94,18 +100,28 @@ class BusStations(ABC):
         if station.queue:
             station.packet = station.queue.popleft()
             station.attempts = 0
+            if station.packet.number == 0:
+                self._stamp(station, TimePart.QUEUE)
             self._try(station)
 
     @abstractmethod
     def _try(self, station: BusStation) -> None: ...
 
+    def _stamp(self, station: BusStation, part: TimePart, now_ns: int | None = None) -> None:
+        """A station's packet has been in ``part`` until now."""
+        if self._times is not None:
+            self._times.until(station.packet.frame, part,
+                              self._context.now_ns if now_ns is None else now_ns)
+
     def _sent(self, station: BusStation) -> None:
         """The last bit has left the station."""
+        self._stamp(station, TimePart.AIRTIME)
         self._passed(station)
         self._context.at(self._context.now_ns + self._cable.gap_ns, self._next, station)
 
     def _give_up(self, station: BusStation) -> None:
         """Drop the station's packet, and go on to the next one."""
+        self._stamp(station, TimePart.RETRANSMISSION)
         station.lost.append(station.packet.number)
         self._passed(station)
         self._next(station)
@@ -116,6 +132,9 @@ class BusStations(ABC):
         if not last:
             return
         lost, station.lost = station.lost, []
+        if self._ledger is not None and self._times is not None:
+            self._times.end(frame)
+            self._ledger.spent(frame, TimePart.PROPAGATION, self._cable.propagation_ns)
         if lost:
             for receiver in frame.receivers:
                 settle_without(self._context, frame, receiver, {self._gives_up: lost}, self._arrive,
@@ -141,6 +160,7 @@ class CarrierSense(BusStations):
         now_ns = self._context.now_ns
         if now_ns >= self.free_ns:
             self.transmissions += 1
+            self._stamp(station, TimePart.CONTENTION)
             end_ns = now_ns + station.packet.wire_ns
             self.free_ns = end_ns + self._cable.propagation_ns
             self.taken_ns += self.free_ns - now_ns
@@ -172,8 +192,9 @@ class CollisionDetection(BusStations):
 
     _gives_up = "excessive_collisions"
 
-    def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        super().__init__(cable, context, hosts)
+    def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...],
+                 ledger: ports.Ledger | None = None) -> None:
+        super().__init__(cable, context, hosts, ledger)
         # That have begun, unheard so far, and when.
         self._senders: list[tuple[BusStation, int]] = []
 
@@ -190,6 +211,9 @@ class CollisionDetection(BusStations):
         """The first sender's signal is everywhere: nobody else will begin."""
         senders, self._senders = self._senders, []
         station, first_ns = senders[0]
+        for one, begun_ns in senders:  # after a collision, this is another attempt
+            self._stamp(one, TimePart.RETRANSMISSION if one.attempts else TimePart.CONTENTION,
+                        begun_ns)
         self.transmissions += len(senders)
         if len(senders) == 1:
             end_ns = first_ns + station.packet.wire_ns
@@ -222,9 +246,10 @@ class Fifo:
     """One common queue: frames have the bus in the order in which they were sent. A perfect
     arbiter, which the other disciplines are measured against."""
 
-    def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...]) -> None:
+    def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...],
+                 ledger: ports.Ledger | None = None) -> None:
         self._cable = cable
-        self._context = context
+        self._context, self._ledger = context, ledger
         self.free_ns = self.taken_ns = 0
         self._line = DropTailQueue(cable.queue_packets)
         self.transmissions = self.collisions = 0
@@ -241,16 +266,21 @@ class Fifo:
         self.free_ns = begin_ns + sum(map(cable.wire_ns, sizes[:fit])) + fit * cable.gap_ns
         self.taken_ns += self.free_ns - begin_ns
         arrives_ns = self.free_ns - cable.gap_ns + cable.propagation_ns
+        if self._ledger is not None:
+            spent = self._ledger.spent
+            spent(frame, TimePart.QUEUE, begin_ns - now_ns)
+            spent(frame, TimePart.AIRTIME, self.free_ns - cable.gap_ns - begin_ns)
+            spent(frame, TimePart.PROPAGATION, cable.propagation_ns)
         self._context.settle_many(frame, frame.receivers, ports.Deliver(arrives_ns - now_ns))
 
 
 Arbitration = CarrierSense | CollisionDetection | Fifo
-Discipline = Callable[[Cable, ports.Context, tuple[str, ...]], Arbitration]
+Discipline = Callable[[Cable, ports.Context, tuple[str, ...], ports.Ledger | None], Arbitration]
 ARBITRATIONS: dict[str, Discipline] = {
     "csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
 
 
-class Bus:
+class Bus(Itemized):
     """One cable for all hosts, one packet at a time; a broadcast is one transmission.
 
     With ``csma`` and ``csma_cd`` a train competes for the bus packet by packet, and one that is
@@ -259,7 +289,7 @@ class Bus:
     A packet that finds ``queue_packets`` waiting is dropped, and of a train all those for which the
     queue has no place.
 
-    Capabilities: Refuses, CountsAttempts, CountsBusyTime.
+    Capabilities: Refuses, CountsAttempts, CountsBusyTime, Itemizes.
     """
 
     class Params(ports.Params):
@@ -297,7 +327,7 @@ class Bus:
         cable = Cable(params.propagation_ns, gap_ns, slot_ns, jam_ns, params.queue_packets,
                       self._wire_ns)
         self._context = context
-        self._arbitration = self._discipline(cable, context, hosts)
+        self._arbitration = self._discipline(cable, context, hosts, self._ledger)
 
     def send(self, frame: ports.Frame) -> None:
         self._arbitration.take(frame)

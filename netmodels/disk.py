@@ -9,12 +9,13 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import BitRate, Length
+from netmodels.itemized import Itemized
 from netmodels.queues import SenderQueues
 
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle sender gives the same delays again
 
 
-class Disk:
+class Disk(Itemized):
     """Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else.
 
     delay = wait behind the sender's own earlier frames + size * 8 / rate. Range is measured when
@@ -22,7 +23,7 @@ class Disk:
     a place is in reach of everybody. A broadcast's receivers out of range make one ``out_of_reach``
     row, a unicast frame's receiver is ``out_of_range``.
 
-    Capabilities: LimitsReach, KnowsLinks.
+    Capabilities: Itemizes, LimitsReach, KnowsLinks.
     """
 
     class Params(ports.Params):
@@ -38,7 +39,7 @@ class Disk:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._outlets = SenderQueues(len(hosts), self._rate_bps)
+        self._outlets = SenderQueues(len(hosts), self._rate_bps, self._ledger)
         self._positions: np.ndarray | None = None  # until the next world tick the same object
 
     def links(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -9,11 +9,12 @@ from pydantic import Field, field_validator
 
 from desim import ports
 from desim.units import BitRate, Duration, Length, Ratio
+from netmodels.itemized import Itemized
 from netmodels.queues import SenderQueues
 from netmodels.random_loss import REASONS, RandomLoss
 
 
-class Distance:
+class Distance(Itemized):
     """Packets get lost by chance, the more the farther they go: delivery probability by distance.
 
     ``delivery`` is a table that somebody has measured: distance and chance of one packet, linear in
@@ -24,7 +25,7 @@ class Distance:
     Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency.
 
-    Capabilities: LimitsReach.
+    Capabilities: Itemizes, LimitsReach.
     """
 
     class Params(ports.Params):
@@ -51,7 +52,7 @@ class Distance:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._outlets = SenderQueues(len(hosts), self._params.rate_bps)
+        self._outlets = SenderQueues(len(hosts), self._params.rate_bps, self._ledger)
         self._losses = RandomLoss(context, "distance", hosts)
 
     def send(self, frame: ports.Frame) -> None:
@@ -60,5 +61,7 @@ class Distance:
         apart = places[list(frame.receivers)] - places[frame.source]
         distances_m = np.fmax(np.sqrt(np.einsum("ij,ij->i", apart, apart)), 0.0)  # NaN: 0
         chances = np.interp(distances_m, self._distances_m, self._chances, right=0.0)
-        self._losses.settle(frame, chances.tolist(),
-                          self._outlets.delay_ns(frame, now_ns) + self._params.latency_ns)
+        delay_ns = self._outlets.delay_ns(frame, now_ns) + self._params.latency_ns
+        if self._ledger is not None:
+            self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._params.latency_ns)
+        self._losses.settle(frame, chances.tolist(), delay_ns)

@@ -10,12 +10,16 @@ from pydantic import Field
 from desim import ports
 from desim.units import ByteSize, Period
 from netmodels.multihop.hop_choice import HOPS, HopChoice, lend
-from netmodels.multihop.hops import Hops
+from netmodels.multihop.hops import HopLedger, HopPart, Hops, hop_ledger
 
 _ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")
 _FULL, _DOWN = ports.Drop("buffer_full"), ports.Drop("relay_down")
 _TOO_LARGE = ports.Drop("too_large")
 _PACKET_BYTES = 1518  # of packets that a longer summary is cut into (IEEE 802.3)
+
+
+# When a host got its copy of a message, and the parts of the time until then.
+CarriedTimes = tuple[int, list[HopPart]]
 
 
 class _Bundle:
@@ -25,6 +29,7 @@ class _Bundle:
     def __init__(self, frame: ports.Frame, dies_ns: int) -> None:
         self.frame, self.dies_ns = frame, dies_ns
         self.copies, self.settled, self.lost = 0, False, _FULL
+        self.paths: dict[int, CarriedTimes] = {}  # by host that had it, where there is a ledger
 
 
 class _Store:
@@ -64,8 +69,8 @@ class Epidemic:
     hop. Left out: the limit of hops, and messages that clean up behind one that has arrived. A
     stream on top repeats what is late; datagrams are what this is for.
 
-    Capabilities: Refuses, FollowsHosts, CountsControl; if its hop has them, CountsBusyTime,
-    Retransmits.
+    Capabilities: Refuses, FollowsHosts, CountsControl, Itemizes; if its hop has them,
+    CountsBusyTime, Retransmits.
     """
 
     class Params(HopChoice):
@@ -87,6 +92,8 @@ class Epidemic:
     refuses = tuple(sorted({"too_large"}.union(*(getattr(model, "refuses", ())
                                                  for model in HOPS.values()))))
 
+    _ledger: HopLedger | None = None
+
     def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
         """``hop``: a single-hop model that is made already, instead of the one in ``params``."""
         self._params = params
@@ -95,9 +102,12 @@ class Epidemic:
         lend(self, hop, "busy_ns", "judges_transmissions")
         self._frames = self._bytes = 0
 
+    def itemize(self, ledger: ports.Ledger) -> None:
+        self._ledger = hop_ledger(self._hop, ledger)
+
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._hops = Hops(self._hop, context, hosts, self._block)
+        self._hops = Hops(self._hop, context, hosts, self._block, self._ledger)
         self._stores = [_Store() for _ in hosts]
         self._draws = [context.stream("epidemic", host).random for host in hosts]
 
@@ -108,6 +118,8 @@ class Epidemic:
             self._context.settle(frame, frame.receivers[0], _TOO_LARGE)
             return None
         message = _Bundle(frame, self._context.now_ns + self._params.lifetime_ns)
+        if self._ledger is not None:
+            message.paths[frame.source] = self._context.now_ns, []
         self._context.at(message.dies_ns, self._expire, message)
         self._keep(frame.source, message)
         return None
@@ -221,20 +233,35 @@ class Epidemic:
     def _copy_settled(self, message: _Bundle, leg: ports.Frame, _: Sequence[int],
                       verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
         if isinstance(verdict, ports.Deliver) and not lost:
-            self._context.at(self._context.now_ns + verdict.delay_ns, self._got,
-                             (message, leg.receivers[0]))
+            arrives_ns = self._context.now_ns + verdict.delay_ns
+            path = None
+            if self._ledger is not None:
+                path = arrives_ns, self._path(self._ledger, message, leg, arrives_ns)
+            self._context.at(arrives_ns, self._got, (message, leg.receivers[0], path))
         else:
             message.copies -= 1
             self._settle_if_gone(message)
 
-    def _got(self, got: tuple[_Bundle, int]) -> None:
-        message, host = got
+    def _path(self, ledger: HopLedger, message: _Bundle, leg: ports.Frame, arrives_ns: int
+              ) -> list[HopPart]:
+        """The parts of the time of a copy that has made the hop ``leg``."""
+        since_ns, before = message.paths[leg.source]
+        carried_ns = ledger.begun_ns(leg) - since_ns
+        return [*before, (ports.TimePart.QUEUE, carried_ns, leg.source),
+                *ledger.parts(leg, arrives_ns)]
+
+    def _got(self, got: tuple[_Bundle, int, CarriedTimes | None]) -> None:
+        message, host, path = got
         store, number = self._stores[host], message.frame.id
         store.asked.pop(number, None)
         message.copies -= 1
         if self._context.now_ns >= message.dies_ns:
             return
         if self._hops.up[host] and number not in store.had:
+            if path is not None and self._ledger is not None:
+                message.paths[host] = path
+                if host == message.frame.receivers[0]:
+                    self._ledger.pass_on(message.frame, path[1])
             if host == message.frame.receivers[0]:
                 store.had.add(number)
                 self._settle(message, _ARRIVED)

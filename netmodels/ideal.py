@@ -6,10 +6,14 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Duration
+from netmodels.itemized import Itemized
 
 
-class Ideal:
-    """Everything arrives after the same time, however much there is."""
+class Ideal(Itemized):
+    """Everything arrives after the same time, however much there is.
+
+    Capabilities: Itemizes.
+    """
 
     class Params(ports.Params):
         delay_ns: Duration = Field("0 ns", description="from sending to arrival (ideal: none)")
@@ -23,4 +27,6 @@ class Ideal:
         """Nothing to do: it needs neither time nor places."""
 
     def send(self, frame: ports.Frame) -> int:
+        if self._ledger is not None:
+            self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._delay_ns)
         return self._delay_ns

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import BitRate, Length, airtime_ns
+from netmodels.itemized import FrameTimes, Itemized
 from netmodels.shared_disk import UnitDiskRadio, check_reaches, mask, settle
 
 
@@ -22,7 +23,7 @@ class _Sending(NamedTuple):
     quiet: int
 
 
-class IdealMac(UnitDiskRadio):
+class IdealMac(Itemized, UnitDiskRadio):
     """Radios that share the air without collisions, backoff or acknowledgements, as if a scheduler
     knew everything: a frame begins as soon as it hinders no other one and no other one hinders it
     (the protocol model of Gupta and Kumar 2000), and of the waiting hosts the one that has been
@@ -32,7 +33,7 @@ class IdealMac(UnitDiskRadio):
     ``interference`` that listen to another one. A train is one long frame. Places are those at the
     beginning of a frame. A host without a place hears nobody, and nobody hears it.
 
-    Capabilities: LimitsReach, Refuses, KnowsLinks.
+    Capabilities: LimitsReach, Refuses, Itemizes, KnowsLinks.
     """
 
     class Params(ports.Params):
@@ -63,6 +64,7 @@ class IdealMac(UnitDiskRadio):
         self._waiting: set[int] = set()
         self._air: dict[int, _Sending] = {}
         self._booked = False
+        self._times = FrameTimes.of(self._ledger)
 
     def send(self, frame: ports.Frame) -> None:
         queue, source = self._queues[frame.source], frame.source
@@ -70,6 +72,8 @@ class IdealMac(UnitDiskRadio):
             self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
             return
         queue.append(frame)
+        if self._times is not None:
+            self._times.begin(frame, self._context.now_ns)
         if source not in self._air:
             self._waiting.add(source)
             self._book()
@@ -109,14 +113,21 @@ class IdealMac(UnitDiskRadio):
         self._waiting.remove(host)
         self._air[host] = sending
         context = self._context
+        if self._times is not None:
+            self._times.until(sending.frame, ports.TimePart.CONTENTION, context.now_ns)
         context.at(context.now_ns + airtime_ns(sending.frame.size_bytes, self._params.rate_bps),
                    self._end, host)
 
     def _end(self, host: int) -> None:
         frame, got, _, _ = self._air.pop(host)
-        self._since_ns[host] = self._context.now_ns
+        self._since_ns[host] = now_ns = self._context.now_ns
         if self._queues[host]:
             self._waiting.add(host)
+            if self._times is not None:
+                self._times.until(self._queues[host][0], ports.TimePart.QUEUE, now_ns)
+        if self._times is not None:
+            self._times.until(frame, ports.TimePart.AIRTIME, now_ns)
+            self._times.end(frame)
         if self._waiting:
             self._book()
         settle(self._context, frame, got, 0)

@@ -38,16 +38,19 @@ def refuse(context: ports.Context, frame: ports.Frame, fit: int) -> None:
 class SenderQueues:
     """One unbounded queue per sender. Its frames go out one after another at ``rate_bps``, and
     nobody hinders anybody else: delay = wait behind the sender's own earlier frames + size * 8 /
-    rate."""
+    rate. Where there is a ``ledger`` it is told the parts of that."""
 
-    def __init__(self, hosts: int, rate_bps: int) -> None:
+    def __init__(self, hosts: int, rate_bps: int, ledger: ports.Ledger | None = None) -> None:
         self._free_ns = [0] * hosts
         self._rate_bps = rate_bps
+        self._ledger = ledger
 
     def delay_ns(self, frame: ports.Frame, now_ns: int) -> int:
         """The time until all of ``frame``, which is sent now, is out."""
         source = frame.source
-        end_ns = (max(now_ns, self._free_ns[source])
-                  + airtime_ns(frame.size_bytes, self._rate_bps))
-        self._free_ns[source] = end_ns
+        begin_ns = max(now_ns, self._free_ns[source])
+        self._free_ns[source] = end_ns = begin_ns + airtime_ns(frame.size_bytes, self._rate_bps)
+        if self._ledger is not None:
+            self._ledger.spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
+            self._ledger.spent(frame, ports.TimePart.AIRTIME, end_ns - begin_ns)
         return end_ns - now_ns

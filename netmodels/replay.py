@@ -11,6 +11,7 @@ from pydantic import Field
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Duration, Ratio
+from netmodels.itemized import Itemized
 from netmodels.link_traces import LinkTraces, MeasuredLink, Quantity, read
 from netmodels.queues import SenderQueues
 from netmodels.radio.delivery import delivery
@@ -19,7 +20,7 @@ from netmodels.radio.thresholds import Thresholds
 from netmodels.random_loss import REASONS, RandomLoss
 
 
-class Replay:
+class Replay(Itemized):
     """Links as a trace has them, wherever the hosts are: packets get lost by chance, as many as
     were lost during the measurement.
 
@@ -34,7 +35,7 @@ class Replay:
     Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency.
 
-    Capabilities: Separates.
+    Capabilities: Itemizes, Separates.
     """
 
     class Params(ports.Params):
@@ -64,7 +65,7 @@ class Replay:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params = self._params
         self._context = context
-        self._outlets = SenderQueues(len(hosts), params.rate_bps)
+        self._outlets = SenderQueues(len(hosts), params.rate_bps, self._ledger)
         self._losses = RandomLoss(context, "replay", hosts)
         try:
             trace = read(params.file, params.quantity, params.channel)
@@ -76,10 +77,12 @@ class Replay:
 
     def send(self, frame: ports.Frame) -> None:
         size_bytes = psdu_bytes(frame.size_bytes, frame.segments)
+        delay_ns = (self._outlets.delay_ns(frame, self._context.now_ns)
+                    + self._params.latency_ns)
+        if self._ledger is not None:
+            self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._params.latency_ns)
         self._losses.settle(frame, [self._now(frame.source, receiver, size_bytes)
-                                  for receiver in frame.receivers],
-                          self._outlets.delay_ns(frame, self._context.now_ns)
-                          + self._params.latency_ns)
+                                    for receiver in frame.receivers], delay_ns)
 
     def separates(self, host: int, other: int) -> bool:
         """Whether no frame gets between the two now, however short."""

@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Length, Period, airtime_ns
+from netmodels.itemized import FrameTimes, Itemized
 from netmodels.shared_disk import UnitDiskRadio, check_reaches, mask, settle_train
 
 
@@ -21,7 +22,7 @@ class _SlottedTrain(NamedTuple):
     sent: list[tuple[int, int]]
 
 
-class Tdma(UnitDiskRadio):
+class Tdma(Itemized, UnitDiskRadio):
     """Time division: a cycle of slots, each long enough for one packet, and each host sends in its
     own one. Hosts with the same slot send at the same time: far apart that is reuse, and nearer it
     is a ``collision`` at the hosts that hear both.
@@ -32,7 +33,7 @@ class Tdma(UnitDiskRadio):
     acknowledged. Places are those at the end of a slot. A host without a place hears nobody,
     and nobody hears it.
 
-    Capabilities: LimitsReach, Refuses, KnowsLinks.
+    Capabilities: LimitsReach, Refuses, Itemizes, KnowsLinks.
     """
 
     class Params(ports.Params):
@@ -74,6 +75,7 @@ class Tdma(UnitDiskRadio):
         self._slot = [params.slots.get(host, _number(host) % params.cycle) for host in hosts]
         self._queues: list[deque[_SlottedTrain]] = [deque() for _ in hosts]
         self._senders: dict[int, list[int]] = {}  # by number of the slot since time 0
+        self._times = FrameTimes.of(self._ledger)
 
     def send(self, frame: ports.Frame) -> None:
         params, queue = self._params, self._queues[frame.source]
@@ -84,6 +86,8 @@ class Tdma(UnitDiskRadio):
             self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
         else:
             queue.append(_SlottedTrain(frame, []))
+            if self._times is not None:
+                self._times.begin(frame, self._context.now_ns)
             if len(queue) == 1:
                 self._book(frame.source, -(-self._context.now_ns // params.slot_ns))
 
@@ -108,14 +112,31 @@ class Tdma(UnitDiskRadio):
                 if other != host:
                     spoilt |= disturbed[other]
             near = reached[host] & mask(waiting.frame.receivers)
+            if self._times is not None:
+                self._stamp(self._times, waiting, number)
             waiting.sent.append((near & ~spoilt, near & spoilt))
             if len(waiting.sent) == waiting.frame.segments:
                 queue.popleft()
                 over.append(waiting)
+                if queue and self._times is not None:
+                    self._times.until(queue[0].frame, ports.TimePart.QUEUE, self._context.now_ns)
             if queue:
                 self._book(host, number + 1)
         for waiting in over:
             settle_train(self._context, waiting.frame, waiting.sent)
+
+
+    def _stamp(self, times: FrameTimes, waiting: _SlottedTrain, number: int) -> None:
+        """The next packet has been sent in slot ``number``."""
+        params, frame, packet = self._params, waiting.frame, len(waiting.sent)
+        begin_ns = number * params.slot_ns
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
+        times.until(frame, ports.TimePart.CONTENTION, begin_ns)
+        times.until(frame, ports.TimePart.AIRTIME,
+                    begin_ns + airtime_ns(sizes[packet], params.rate_bps))
+        times.until(frame, ports.TimePart.CONTENTION, begin_ns + params.slot_ns)
+        if packet + 1 == frame.segments:
+            times.end(frame)
 
 
 def _number(host: str) -> int:

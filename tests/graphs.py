@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
+from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from netmodels.ideal import Ideal
@@ -37,10 +40,14 @@ class Life(Node):
 
 class Net:
     """A graph over one medium whose trace rows are kept. ``nodes``: host name to a function (or
-    several, by node name) that starts its node."""
+    several, by node name) that starts its node; ``ledger``: a ``MessageLedger``."""
 
     def __init__(self, nodes, model=None, rules=(), *, place=None, middleware=None, seed=0,
-                 **options):
+                 ledger=None, **options):
+        new_medium = Medium
+        if ledger is not None:
+            options |= {"on_fate": ledger, "passages": ledger.passages}
+            new_medium = partial(ItemizedMedium, ledger.passages)
         self.kernel, self.names, self.fates = Kernel(), Names(), []
         self._rows = []
         self.trace = Trace(self.names, self._rows.append)
@@ -49,9 +56,9 @@ class Net:
         self.graph = Graph(self.kernel, self.names, self.trace, streams, middleware or Direct(),
                            nodes, **options)
         hosts = [host.name for host in self.graph.hosts]
-        self.medium = Medium("lan", model or Ideal(Ideal.Params()), rules, kernel=self.kernel,
-                             names=self.names, streams=streams, hosts=hosts,
-                             place=place or Nowhere(len(hosts)))
+        self.medium = new_medium("lan", model or Ideal(Ideal.Params()), rules, kernel=self.kernel,
+                                 names=self.names, streams=streams, hosts=hosts,
+                                 place=place or Nowhere(len(hosts)))
         self.graph.attach(self.medium)
         for host, begin in nodes.items():
             lives = begin if isinstance(begin, dict) else {"node": begin}

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 from desim.engine.kernel import Phase, pair
 from desim.middleware.jiffies import fires_ns
 from desim.network.carrier import BroadcastCarrier, Carrier, T_contra
+from desim.ports import TimePart
 
 if TYPE_CHECKING:
+    from desim.network.passages import Passages
     from desim.ports.middleware import MiddlewareContext, Route
     from desim.ports.networks import Handle
 
@@ -46,9 +48,11 @@ Frame = tuple[int, tuple[int, ...], int, int, bool, AddressedCarrier[Any], objec
 class Neighbours:
     """The ARP tables of all hosts, which TCP and the carriers of datagrams share."""
 
-    def __init__(self, context: MiddlewareContext, tick_ns: int) -> None:
+    def __init__(self, context: MiddlewareContext, tick_ns: int,
+                 passages: Passages | None = None) -> None:
         self.context = context
         self.tick_ns = tick_ns
+        self.passages = passages  # None: nobody keeps a ledger
         self._known: dict[tuple[Route, int, int], Neighbour] = {}
         self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
 
@@ -84,13 +88,14 @@ class Neighbour(BroadcastCarrier[int]):
     notified (``unresolved``). TCP sets ``confirmed_ns`` when an acknowledgement arrives. A peer's
     question also confirms its address here."""
 
+    protocol = "arp"
     __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_all",
                  "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns")
 
     def __init__(self, all_: Neighbours, medium: Route, host: int, peer: int, entity: int) -> None:
         self.confirmed_ns = self.used_ns = -DELAY_NS - REACHABLE_NS
         self._state = NONE
-        self._queue: deque[Frame] = deque()
+        self._queue: deque[tuple[int, Frame]] = deque()  # with the time since when each waits
         self._probes = 0
         self._call: Handle | None = None
         self._all = all_
@@ -142,7 +147,9 @@ class Neighbour(BroadcastCarrier[int]):
             self.confirmed_ns = self._kernel.now_ns
             self._set_timer(self._all.reachable_ns(self._host))
         queue, self._queue = self._queue, deque()
-        for frame in queue:
+        for since_ns, frame in queue:
+            if self._all.passages is not None:
+                self._all.passages.waited(TimePart.RESOLUTION, since_ns)
             self.transmit(*frame)
 
     # Timers.
@@ -173,9 +180,12 @@ class Neighbour(BroadcastCarrier[int]):
 
     def _hold(self, frame: Frame) -> None:
         """Queue a frame until the address is known; drop the oldest above QUEUE_BYTES."""
-        self._queue.append(frame)
-        while sum(waiting[2] for waiting in self._queue) > QUEUE_BYTES and len(self._queue) > 1:
-            *_, carrier, token = self._queue.popleft()
+        now_ns = self._kernel.now_ns
+        self._queue.append((now_ns, frame))
+        if self._all.passages is not None:
+            frame[5].first_sent(frame[6], now_ns)
+        while sum(waiting[2] for _, waiting in self._queue) > QUEUE_BYTES and len(self._queue) > 1:
+            *_, carrier, token = self._queue.popleft()[1]
             carrier.lost(token, self._peer, "no_neighbour")
         if self._state != INCOMPLETE:
             self._ask(INCOMPLETE)
@@ -198,7 +208,7 @@ class Neighbour(BroadcastCarrier[int]):
 
     def _lose(self, reason: str) -> None:
         queue, self._queue = self._queue, deque()
-        for *_, carrier, token in queue:
+        for _, (*_, carrier, token) in queue:
             carrier.lost(token, self._peer, reason)
             if reason == "no_neighbour":
                 carrier.unresolved(token)

@@ -75,6 +75,7 @@ class Member(Carrier[Batch]):
     """One publisher's place in its batches: the link to its one receiver. ``latest`` keeps the
     messages there; None: a callback waits for each. It is the carrier of the publisher's frames."""
 
+    protocol = "tcp"
     __slots__ = ("publisher", "link", "host", "latest", "ahead", "index", "_batches", "_number",
                  "_entity")
 
@@ -158,7 +159,10 @@ class Member(Carrier[Batch]):
         self.link.repeated(self.message(batch), receiver)
 
     def _given(self, batch: Batch) -> Message:
-        return self.give(batch) if self.index in batch.open else self.message(batch)
+        if self.index not in batch.open:
+            return self.message(batch)
+        self._batches.catch_up()  # the link waits by the round trips that were measured so far
+        return self.give(batch)
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,8 +230,9 @@ class BatchPublisher:
     def release(self) -> None:
         """Hand messages on their way over to their links: what follows may change their fate."""
         last, over = self.last, self.kernel.over
-        if last is None or self._route is None:
+        if last is None or self._route is None or not last.open:
             return
+        self.catch_up()  # links wait by the round trips that were measured so far
         for index in tuple(last.open):
             arrival_ns = last.arrivals[index]
             if not over(arrival_ns, Phase.DELIVER):

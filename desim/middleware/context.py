@@ -19,7 +19,7 @@ from desim.middleware.arp import AddressedCarrier, Neighbours
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.datagrams import Datagram
 from desim.middleware.transports import Stream
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import BEFORE_NS, BroadcastCarrier
 from desim.ports.middleware import (
     Addressing,
     CarriesMessages,
@@ -29,6 +29,7 @@ from desim.ports.middleware import (
     Informs,
     Middleware,
     Offer,
+    Published,
     Transport,
     TransportKind,
 )
@@ -123,12 +124,16 @@ class GraphContext:
         return self._graph.route(self._graph.hosts[source], receiver)
 
     def resolve_addresses(self, tick_ns: int) -> Neighbours:
-        self._neighbours = Neighbours(self, tick_ns)
+        self._neighbours = Neighbours(self, tick_ns, self._graph.passages)
         return self._neighbours
 
     def record(self, kind: str, host: int, a: int = 0, b: int = 0, c: int = 0) -> None:
         graph = self._graph
         graph.put(pack(self.kernel.now_ns, self._id(kind), self.host_ids[host], a, b, c))
+
+    def relay(self, message: Published, host: int) -> None:
+        if self._graph.passages is not None:
+            self._graph.passages.relay(message, host, self.kernel.now_ns)
 
     def record_loss(self, source: int, receiver: int, seq: int, reason: str) -> None:
         graph, ids = self._graph, self.host_ids
@@ -199,6 +204,9 @@ class _Arrivals(AddressedCarrier[object], BroadcastCarrier[object]):
                  in_part: Callable[..., object] | None) -> None:
         self.arrived = self.repeated = arrived
         self._in_part = in_part
+
+    def first_sent(self, token: object, now_ns: int) -> int:
+        return BEFORE_NS
 
     def arrived_in_part(self, token: object, receiver: int, lost: dict[int, str]) -> None:
         """A datagram is lost with any packet of it, unless the frame is a train of several."""

@@ -35,10 +35,12 @@ from desim.ports.middleware import Middleware
 
 if TYPE_CHECKING:
     from desim.network.medium import Medium
+    from desim.network.passages import Passages
 
 _SELDOM = (1 << 8) - 1  # rows and latencies are flushed after so many messages: a mask
 
 OnFate = Callable[[Message, int, int, "str | None", int, int], object]
+OnDisplay = Callable[[str, str, np.ndarray], object]  # host, kind, points [n, 2] m
 
 
 class Graph:
@@ -49,11 +51,12 @@ class Graph:
     result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is
     called with each message's fate at each receiving host: ``reason`` None for delivered, the
     instants of its first and last frame, -1 for a message that never became a frame.
-    If it ``TakesArrivals``, it gets those of a batch at once."""
+    If it ``TakesArrivals``, it gets those of a batch at once. ``passages`` are those of its media,
+    where there is a ledger."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
-                 on_fate: OnFate | None = None) -> None:
+                 on_fate: OnFate | None = None, passages: Passages | None = None) -> None:
         if payloads not in ("lazy", "birth", "delivery"):
             raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
         self.kernel, self.names, self.trace, self.streams = kernel, names, trace, streams
@@ -62,13 +65,15 @@ class Graph:
         self.payloads = payloads
         self.read_at_birth = payloads == "birth"
         self._read_at_delivery = payloads == "delivery"
-        self.on_fate = on_fate
+        self.on_fate, self.passages = on_fate, passages
         self.on_arrivals = on_fate.arrivals if isinstance(on_fate, TakesArrivals) else None
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
         self.CALLBACK, self.READ = names.id("callback"), names.id("read")
         self.OVERWRITTEN = names.id("overwritten")
-        self.listeners: dict[str, Callable[[str], object]] = {}  # kind of row to fn(host name)
+        # By kind of row: fn(host name, a, b, c).
+        self.listeners: dict[str, Callable[[str, int, int, int], object]] = {}
+        self.on_display: OnDisplay | None = None
         self.topics: dict[str, Topic] = {}
         self.media: list[Medium] = []
         self.expecting: dict[Latest, None] = {}  # with messages on their way

@@ -103,12 +103,23 @@ class Node:
         return self._graph.streams("host", self.host.name, self.name, *name)
 
     def record(self, kind: str, a: int = 0, b: int = 0, c: int = 0) -> None:
-        """Write a trace row of this host, and notify the listener of its kind."""
+        """Write a trace row of this host, and notify the listener to its kind."""
         graph = self._graph
         graph.trace.row(graph.kernel.now_ns, graph.names.id(kind), self.host.id, a, b, c)
         listener = graph.listeners.get(kind)
         if listener is not None:
-            listener(self.host.name)
+            listener(self.host.name, a, b, c)
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether somebody looks at what ``display`` shows."""
+        return self._graph.on_display is not None
+
+    def display(self, kind: str, points_m: np.ndarray) -> None:
+        """Show ``points_m`` [n, 2] to the one who looks at the run. No message is sent, and nothing
+        in the run depends on it."""
+        if self._graph.on_display is not None:
+            self._graph.on_display(self.host.name, kind, points_m)
 
     def _run(self, what: tuple[Callable[..., object], object]) -> None:
         if self._alive:

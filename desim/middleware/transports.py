@@ -146,6 +146,7 @@ class StreamLink(Carrier["Message"]):
     estimated as twice the shortest frame delay.
     """
 
+    protocol = "tcp"
     __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_flights", "_send",
                  "_record_loss", "_limit", "_outbox", "_wire", "_train", "_trip_ns", "_tries",
                  "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead", "_latest")
@@ -202,6 +203,9 @@ class StreamLink(Carrier["Message"]):
         outbox.append(message)
         if 0 < self._limit < len(outbox):
             self._graph.drop(outbox.popleft(), self._host.index, "outbox_full")
+
+    def first_sent(self, message: Message, now_ns: int) -> int:
+        return self._first_ns
 
     def expected(self, message: Message, receiver: int, arrival_ns: int) -> None:
         """The message will arrive at a host that keeps the latest of its topic."""

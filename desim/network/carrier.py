@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 if TYPE_CHECKING:
     from desim.network.medium import Medium
 
+BEFORE_NS = -1
+
 T_contra = TypeVar("T_contra", contravariant=True)
 
 
@@ -30,12 +32,26 @@ class Carrier(Generic[T_contra]):
         ``Medium.flights.landed``. If somebody begins to wait for it before, the carrier calls
         ``Medium.flights.book``, and its ``arrived`` is called at that time."""
 
+    protocol = "udp"
+    """The protocol whose headers its packets bear: udp, tcp or arp."""
+
+    @property
+    def conversation(self) -> object:
+        """Equal for carriers of one connection, in both directions; else the socket."""
+        return self.socket
+
     @property
     def socket(self) -> object:
         """Equal for carriers that send by the same socket; the carrier itself, unless its class
         says otherwise. To the queues of interfaces all frames from one socket to one receiver are
         one flow, as those of a connection are."""
         return self
+
+    def first_sent(self, token: T_contra, now_ns: int) -> int:
+        """The time when what the frame carries was sent for the first time, maybe in another one;
+        ``BEFORE_NS`` if it can only complete messages that were sent before. Asked where somebody
+        keeps a ledger, when the frame is sent (``now_ns``)."""
+        return now_ns
 
     def arrived(self, token: T_contra, receiver: int) -> object:
         """All of the frame is at ``receiver``."""

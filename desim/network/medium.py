@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
 from operator import attrgetter
-from typing import TypeVar
+from typing import Never, TypeVar
 
 import numpy as np
 
@@ -283,6 +283,21 @@ class Medium(Account):
         """Notify the model that a host has started or stopped, if it follows that."""
         if self._hosts is not None:
             self._hosts.switched(host, up)
+
+    def tap(self, notice: Callable[[Frame, Carrier[Never], object], object]) -> None:
+        """Call ``notice(frame, carrier, token)`` for each frame that rules let through to at least
+        one receiver, before the model takes it. No fate depends on it."""
+        send = self._send
+
+        def tapped(frame: Frame) -> int | None:
+            if frame.broadcast:
+                broadcast = self._broadcasts[frame.id]
+                notice(frame, broadcast.carrier, broadcast.token)
+            else:
+                notice(frame, *self._open[frame.id][:2])
+            return send(frame)
+
+        self._send, self._send_many = tapped, _none_of
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
         """[k, k] bool: between which of ``hosts`` [k] (indices) frames can get now, as far as the

@@ -18,6 +18,7 @@ from desim.ports.frames import (
     packet_sizes,
 )
 from desim.ports.function_rules import RuleFunction, function_rule, rule_of
+from desim.ports.ledger import Ledger, TimePart
 from desim.ports.networks import (
     Context,
     CountsAttempts,
@@ -25,6 +26,7 @@ from desim.ports.networks import (
     CountsControl,
     FollowsHosts,
     Handle,
+    Itemizes,
     JudgesTransmissions,
     KnowsLinks,
     LimitsReach,
@@ -50,14 +52,15 @@ from desim.ports.parameters import (
     yaml_key,
 )
 from desim.ports.strategies import ExplorationView, Frontier, Peer, Pose2D, Strategy
-from desim.ports.worlds import GridSpec, RandomStreams, Snapshot, World
+from desim.ports.worlds import GridSpec, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
-    "FULL_PACKET_BYTES", "PASS", "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime",
-    "CountsControl", "Deliver", "Drop", "Duplicate", "ExplorationView", "File", "FollowsHosts",
-    "Frame", "Frames", "Frontier", "GridSpec", "Handle", "JudgesTransmissions", "KnowsLinks",
-    "LimitsReach", "NetworkModel", "Obstacles", "Params", "Pass", "PassesMany", "Peer", "Pose2D",
-    "PredictsSignal", "Preset", "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext",
-    "RuleFunction", "SendsMany", "Separates", "Signal", "Snapshot", "Strategy", "Verdict", "World",
-    "function_rule", "natural_key", "packet_sizes", "rule_of", "with_preset", "yaml_key",
+    "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime", "CountsControl", "Deliver",
+    "Drop", "Duplicate", "ExplorationView", "FULL_PACKET_BYTES", "File", "FollowsHosts", "Frame",
+    "Frames", "Frontier", "GridSpec", "Handle", "Itemizes", "JudgesTransmissions", "KnowsLinks",
+    "Ledger", "LimitsReach", "MovesObstacles", "NetworkModel", "Obstacles", "PASS", "Params",
+    "Pass", "PassesMany", "Peer", "Pose2D", "PredictsSignal", "Preset", "RandomStreams", "Refuses",
+    "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany", "Separates", "Signal",
+    "Snapshot", "Strategy", "TimePart", "Verdict", "World", "function_rule", "natural_key",
+    "packet_sizes", "rule_of", "with_preset", "yaml_key",
 ]

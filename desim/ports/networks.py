@@ -15,6 +15,7 @@ import numpy as np
 
 from desim.ports import parameters
 from desim.ports.frames import Deliver, Drop, Frame, Frames, Verdict
+from desim.ports.ledger import Ledger
 
 T = TypeVar("T")
 
@@ -269,6 +270,16 @@ class CountsBusyTime(Protocol):
     def busy_ns(self, hosts: Sequence[int]) -> Sequence[int]:
         """The time so far of the channel of each of ``hosts``, the indices of those attached to the
         medium; or of the one channel that all share."""
+
+
+@runtime_checkable
+class Itemizes(Protocol):
+    """A network model that tells the parts of each frame's time. It is called only where somebody
+    asks for them, once, before ``start``; the model then calls ``ledger.spent``. Without it a frame
+    has the one part "on the medium"."""
+
+    def itemize(self, ledger: Ledger) -> None:
+        """Tell the parts to ``ledger`` from now on."""
 
 
 @runtime_checkable

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class World(Protocol):
     def build(cls, scenario: Any, streams: RandomStreams) -> World:
         """The world at time 0 of a complete ``desim.scenario.schema.scenario.Scenario`` whose paths
         are absolute. Random numbers come from ``streams``. Raises ``InputError`` whose lines begin
-        with the path of what is wrong, e.g. ``fleet.start: ``."""
+        with the path of what is wrong, e.g. ``fleet.start: it stands in a wall``."""
 
     def advance(self, to_ns: int) -> None:
         """Move everything to ``to_ns``: one kernel call for the whole fleet."""
@@ -84,6 +84,15 @@ class World(Protocol):
 
     def obstacles(self) -> Obstacles:
         """The terrain as the network sees it, at the present epoch."""
+
+
+@runtime_checkable
+class MovesObstacles(Protocol):
+    """A world with obstacles that move and are no robots. Replays show them."""
+
+    def moving_obstacles(self) -> np.ndarray:
+        """[obstacles, 3] x m, y m, radius m now, always in the same order; a new array after each
+        move."""
 
 
 class GridSpec(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 
 from desim import ports
 from desim.testing.advice import PluginClass, need
-from desim.testing.medium_bench import Bench
+from desim.testing.medium_bench import Bench, Fate
 
 
 class Retrying:
@@ -84,6 +84,21 @@ def check_switching(cls: PluginClass[object], bench: Bench,
     play(bench)
     need(not bench.medium.in_flight(), cls, "settle every frame at every receiver, also when a "
                                             "host stops and starts (switched)")
+
+
+def check_parts(cls: PluginClass[object], bench: Bench,
+                play: Callable[[Bench], list[Fate]], fates: list[Fate]) -> None:
+    """Check that a model that itemizes does the same as without a ledger (``fates``), and tells
+    parts that sum up to the time that each frame took."""
+    if not isinstance(bench.medium.model, ports.Itemizes):
+        return
+    need(play(bench) == fates, cls, "do the same with a ledger as without one (itemize)")
+    for label, source, receiver, took_ns, stamps in bench.spent:
+        parts_ns = sum(stamp.time_ns for stamp in stamps)
+        need(all(stamp.time_ns > 0 for stamp in stamps) and parts_ns == took_ns, cls,
+             f"tell parts that sum up (itemize): frame {label} from {source} to {receiver} took "
+             f"{took_ns} ns, its parts are "
+             f"{', '.join(f'{stamp.part} {stamp.time_ns}' for stamp in stamps)}: {parts_ns} ns")
 
 
 def check_transmissions(cls: PluginClass[object], make: Callable[[Sequence[ports.Rule]], Bench],

@@ -14,11 +14,13 @@ import numpy as np
 from desim import ports
 from desim.engine.streams import Streams
 from desim.netcases.case import play
+from desim.network.passages import Passages
 from desim.ports.cases import Case
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.capabilities import (
     Retrying,
     check_claims,
+    check_parts,
     check_switching,
     check_transmissions,
 )
@@ -41,9 +43,10 @@ def check_network(cls: PluginClass[ports.NetworkModel], **params: object) -> Non
     ``reach_m`` or ``separates`` says that nothing can."""
     _check_declarations("network", cls, params)
 
-    def make(rules: Sequence[ports.Rule] = ()) -> Bench:
-        return Bench(made(cls, params), _HOSTS, rules=rules)
+    def make(rules: Sequence[ports.Rule] = (), passages: Passages | None = None) -> Bench:
+        return Bench(made(cls, params), _HOSTS, rules=rules, passages=passages)
 
+    check_parts(cls, make(passages=Passages()), _play, _play(make()))
     _check_play(cls, make, lambda: Bench(made(cls, params), _HOSTS | _SILENT))
     _check_many(cls, lambda: Bench(made(cls, params), _HOSTS | _CROWD))
     check_switching(cls, make(), _play)

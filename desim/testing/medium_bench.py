@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -13,7 +14,9 @@ from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.network.carrier import BroadcastCarrier
+from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
+from desim.network.passages import Passages, Stamp
 from desim.network.surroundings import Still
 from desim.units import NS_PER_S
 
@@ -33,11 +36,15 @@ class Bench(BroadcastCarrier[Token]):
     ``"arrived"`` or the reason of a drop; ``"arrived in part"`` for a train that lost some packets,
     which ``parts`` names (label, receiver, packet number to reason); ``"repeated"`` for a copy
     behind an arrival.
+
+    With ``passages`` somebody keeps a ledger: ``spent`` then has the parts of the time of each
+    frame that arrived (label, source, receiver, ns from sending to arrival, stamps).
     """
 
     def __init__(self, model: ports.NetworkModel,
                  places: dict[str, tuple[float, float]] | int = 4, *,
-                 rules: Sequence[ports.Rule] = (), seed: int = 0) -> None:
+                 rules: Sequence[ports.Rule] = (), seed: int = 0,
+                 passages: Passages | None = None) -> None:
         if isinstance(places, int):
             places = {f"host_{i}": (np.nan, np.nan) for i in range(1, places + 1)}
         self.hosts = tuple(sorted(places, key=ports.natural_key))
@@ -45,9 +52,12 @@ class Bench(BroadcastCarrier[Token]):
         self.names = Names()
         self.log: list[Fate] = []
         self.parts: list[tuple[object, str, dict[int, str]]] = []
+        self.spent: list[tuple[object, str, str, int, list[Stamp]]] = []
+        self._passages = passages
         place = Still(np.array([places[host] for host in self.hosts]))
-        self.medium = Medium("bench", model, rules, kernel=self.kernel, names=self.names,
-                             streams=Streams(seed), hosts=self.hosts, place=place)
+        new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
+        self.medium = new_medium("bench", model, rules, kernel=self.kernel, names=self.names,
+                                 streams=Streams(seed), hosts=self.hosts, place=place)
 
     def send(self, time_ns: int, source: str, receivers: str | Sequence[str], size_bytes: int,
              segments: int = 1, label: object = None, broadcast: bool = False) -> None:
@@ -108,6 +118,11 @@ class Bench(BroadcastCarrier[Token]):
         self._note(token, receiver, "repeated")
 
     def _note(self, token: Token, receiver: int, fate: str) -> None:
+        if self._passages is not None and self._passages.arriving is not None \
+                and fate.startswith("arrived"):
+            passage = self._passages.arriving
+            self.spent.append((*token, self.hosts[receiver],
+                               self.kernel.now_ns - passage.sent_ns, passage.stamps(receiver)))
         self.log.append((self.kernel.now_ns, *token, self.hosts[receiver], fate))
 
 

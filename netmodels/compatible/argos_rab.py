@@ -8,13 +8,14 @@ from pydantic import Field
 from desim import ports
 from desim.units import ByteSize, Length, Period, Ratio
 from netmodels.compatible.obstruction import walls_between
+from netmodels.itemized import Itemized
 from netmodels.random_loss import PairStreams
 
 _TOO_LONG, _OVERWRITTEN = ports.Drop("too_long"), ports.Drop("overwritten")
 _HIDDEN, _LOST = ports.Drop("obstructed"), ports.Drop("random_loss")
 
 
-class ArgosRab:
+class ArgosRab(Itemized):
     """ARGoS' range-and-bearing medium (argos3, plugins/simulator/media/rab_medium and the sensor
     for it): in every tick each host nearer than ``range`` and in sight gets the one message that a
     sender has for all, unless it is dropped by chance.
@@ -28,7 +29,7 @@ class ArgosRab:
     noise, and that ARGoS repeats a message in every tick until there is another one. A host without
     a place gets and sends nothing.
 
-    Capabilities: LimitsReach, Refuses.
+    Capabilities: LimitsReach, Refuses, Itemizes.
     """
 
     class Params(ports.Params):
@@ -64,6 +65,9 @@ class ArgosRab:
             context.at((context.now_ns // params.tick_ns + 1) * params.tick_ns, self._tick)
         before = self._said.get(frame.source)
         self._said[frame.source] = frame
+        if self._ledger is not None:
+            self._ledger.spent(frame, ports.TimePart.CONTENTION,
+                               params.tick_ns - context.now_ns % params.tick_ns)
         if before is not None:
             context.settle_many(before, before.receivers, _OVERWRITTEN)
 

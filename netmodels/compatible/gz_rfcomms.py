@@ -15,6 +15,7 @@ from scipy.special import erfc
 
 from desim import ports
 from desim.units import NS_PER_S, BitRate, Decibels, Duration, Length, Level, Period
+from netmodels.itemized import Itemized
 from netmodels.random_loss import PairStreams, drop
 
 REASONS = ("channel_error", "out_of_range", "out_of_reach", "rate_limited", "receiver_limited")
@@ -68,7 +69,7 @@ class CapacityWindow:
         return True
 
 
-class GzRfComms:
+class GzRfComms(Itemized):
     """Gazebo's RFComms system (gz-sim, src/systems/rf_comms): a host within ``range`` gets a
     message with the chance of a power that is drawn for this message alone.
 
@@ -84,7 +85,7 @@ class GzRfComms:
     heights, Gazebo's own headers (the frame's count), and the power that a receiver reads. A host
     without a place, as a radio without a model, gets and sends nothing.
 
-    Capabilities: LimitsReach.
+    Capabilities: Itemizes, LimitsReach.
     """
 
     Params = RfParams
@@ -116,6 +117,8 @@ class GzRfComms:
         now_ns = context.now_ns
         mean_dbm = received_dbm(self._params, distances_m, exponents).tolist()
         wait_ns = step_ns - now_ns % step_ns if step_ns else 0
+        if self._ledger is not None:
+            self._ledger.spent(frame, ports.TimePart.PROPAGATION, wait_ns)
         for receiver, dbm in zip(frame.receivers, mean_dbm, strict=True):
             reason, lost = self._fate(frame, receiver, dbm, now_ns)
             if reason == "out_of_range" and frame.broadcast:

@@ -23,7 +23,7 @@ class Subt(GzRfComms):
     Left out: breadcrumbs (relays that robots drop), and the later scaling of the distance by hops
     over them (scaling_factor, range_per_hop). A host without a place gets and sends nothing.
 
-    Capabilities: LimitsReach.
+    Capabilities: Itemizes, LimitsReach.
     """
 
     class Params(RfParams):

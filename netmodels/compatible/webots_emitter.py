@@ -11,11 +11,12 @@ from pydantic import Field
 from desim import ports
 from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period
 from netmodels.compatible.obstruction import walls_between
+from netmodels.itemized import Itemized
 
 _FULL, _HIDDEN = ports.Drop("queue_full"), ports.Drop("obstructed")
 
 
-class WebotsEmitter:
+class WebotsEmitter(Itemized):
     """Webots' Emitter and Receiver (its reference manual): a packet goes to all within ``range`` of
     its sender, at ``baud_rate``, out of a queue of ``buffer`` bytes.
 
@@ -31,7 +32,7 @@ class WebotsEmitter:
     (media are), and the receiver's buffer, which our hosts empty at once. A host without a place
     gets and sends something only if the range is infinite.
 
-    Capabilities: Refuses, PredictsSignal; with ``range``, LimitsReach.
+    Capabilities: Refuses, Itemizes, PredictsSignal; with ``range``, LimitsReach.
     """
 
     class Params(ports.Params):
@@ -65,9 +66,15 @@ class WebotsEmitter:
         if limit is not None and waiting + frame.size_bytes > limit:
             context.settle_many(frame, frame.receivers, _FULL)
             return
-        end_ns = (queue[-1][0] if queue else now_ns) + self._airtime_ns(frame.size_bytes)
+        begin_ns = queue[-1][0] if queue else now_ns
+        end_ns = begin_ns + self._airtime_ns(frame.size_bytes)
         sent_ns = -(-max(end_ns, now_ns + params.step_ns) // params.step_ns) * params.step_ns
         queue.append((end_ns, frame.size_bytes))
+        if self._ledger is not None:
+            spent = self._ledger.spent
+            spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
+            spent(frame, ports.TimePart.AIRTIME, end_ns - begin_ns)
+            spent(frame, ports.TimePart.PROPAGATION, sent_ns - end_ns)  # to the end of a step
         context.at(sent_ns, self._sent, frame)
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from contextlib import nullcontext
 from operator import attrgetter
 
@@ -16,6 +16,9 @@ from desim.errors import below
 Report = Callable[[ports.Frame, Sequence[int], ports.Deliver | ports.Drop, dict[int, str]], None]
 
 
+HopPart = tuple[ports.TimePart, int, int]  # ns, and the host where they were spent
+
+
 class _Leg:
     """A frame of our own on the air: the function to call with its fate, the receivers at which it
     is settled, and the packets that are lost, of a broadcast by receiver."""
@@ -27,6 +30,61 @@ class _Leg:
         self.lacking: dict[int, set[int]] = {}
 
 
+class HopLedger:
+    """The ledger that the hop model sees: frames of the medium are told to ``ledger`` as they are;
+    of those sent here it keeps the parts until their hop is over."""
+
+    def __init__(self, ledger: ports.Ledger, itemized: bool) -> None:
+        self._ledger, self._itemized = ledger, itemized
+        self._sent_ns: dict[int, int] = {}
+        self._parts: dict[int, list[tuple[ports.TimePart, int]]] = {}
+
+    def spent(self, frame: ports.Frame, part: ports.TimePart, time_ns: int,
+              receiver: int | None = None, host: int | None = None) -> None:
+        if frame.id > 0:
+            self._ledger.spent(frame, part, time_ns, receiver, host)
+        elif frame.id in self._parts:
+            self._parts[frame.id].append((part, time_ns))
+
+    def lost_at(self, frame: ports.Frame, host: int, receiver: int | None = None) -> None:
+        if frame.id > 0:
+            self._ledger.lost_at(frame, host, receiver)
+
+    def begin(self, frame: ports.Frame, now_ns: int) -> None:
+        """A frame is sent here."""
+        self._sent_ns[frame.id] = now_ns
+        self._parts[frame.id] = []
+
+    def pass_on(self, frame: ports.Frame, parts: Iterable[HopPart]) -> None:
+        """A frame of the medium has spent its time in these parts."""
+        for part, time_ns, host in parts:
+            self._ledger.spent(frame, part, time_ns, host=host)
+
+    def parts(self, leg: ports.Frame, arrives_ns: int) -> list[HopPart]:
+        """The parts of the time of a frame that was sent here and will be there at ``arrives_ns``.
+        """
+        parts = self._parts[leg.id]
+        if not self._itemized:
+            parts = [(ports.TimePart.MEDIUM, arrives_ns - self._sent_ns[leg.id])]
+        return [(part, time_ns, leg.source) for part, time_ns in parts]
+
+    def begun_ns(self, leg: ports.Frame) -> int:
+        """The time when a frame was sent here."""
+        return self._sent_ns[leg.id]
+
+    def end(self, frame: ports.Frame) -> None:
+        """A frame that was sent here is settled."""
+        del self._sent_ns[frame.id], self._parts[frame.id]
+
+
+def hop_ledger(hop: ports.NetworkModel, ledger: ports.Ledger) -> HopLedger:
+    """The ledger of a model on top of ``hop``."""
+    found = HopLedger(ledger, isinstance(hop, ports.Itemizes))
+    if isinstance(hop, ports.Itemizes):
+        hop.itemize(found)
+    return found
+
+
 class Hops:
     """Sends frames over one hop and reports their fates; to the hop model it is the context.
 
@@ -36,9 +94,9 @@ class Hops:
     """
 
     def __init__(self, model: ports.NetworkModel, context: ports.Context, hosts: tuple[str, ...],
-                 block: str = "") -> None:
+                 block: str = "", ledger: HopLedger | None = None) -> None:
         """Starts ``model``. Raises ``InputError`` for its parameters, at the path ``block``."""
-        self._context = context
+        self._context, self._ledger = context, ledger
         self._model = model
         self.refuses = frozenset(getattr(model, "refuses", ()))
         self.up = [True] * len(hosts)
@@ -63,6 +121,8 @@ class Hops:
         self._last -= 1
         self._open[self._last] = _Leg(report)
         frame = ports.Frame(self._last, source, receivers, size_bytes, segments, broadcast)
+        if self._ledger is not None:
+            self._ledger.begin(frame, self._context.now_ns)
         delay_ns = self._model.send(frame)
         if delay_ns is not None:
             self.settle_many(frame, None, ports.Deliver(delay_ns))
@@ -113,6 +173,8 @@ class Hops:
             verdict = ports.Drop(verdict.reason)
         del self._open[frame.id]
         leg.report(frame, frame.receivers, verdict, leg.lost)
+        if self._ledger is not None:
+            self._ledger.end(frame)
 
     def _settle_broadcast(self, frame: ports.Frame, receivers: Sequence[int] | None,
                           verdict: ports.Deliver | ports.Drop) -> None:
@@ -128,5 +190,7 @@ class Hops:
         leg.settled.extend(receivers)
         if len(leg.settled) == len(frame.receivers):
             del self._open[frame.id]
+            if self._ledger is not None:
+                self._ledger.end(frame)
         leg.report(frame, [receiver for receiver in receivers if receiver not in leg.lacking],
                    verdict, {})

@@ -12,7 +12,7 @@ from desim import ports
 from desim.errors import ModelError
 from netmodels.multihop.batman import Batman, BatmanParams
 from netmodels.multihop.hop_choice import HOPS, HopChoice, lend
-from netmodels.multihop.hops import Hops
+from netmodels.multihop.hops import HopLedger, Hops, hop_ledger
 from netmodels.multihop.static import Static, StaticParams
 
 _HOP_LIMIT, _NO_PATH = ports.Drop("hop_limit"), ports.Drop("no_path")
@@ -61,7 +61,7 @@ class Multihop:
     down (``relay_down``) or its queue is full (``relay_queue_full``), and after ``hop_limit`` hops.
     A broadcast goes one hop, as an IP router's does.
 
-    Capabilities: Refuses, Separates, FollowsHosts, CountsControl; if its hop has them,
+    Capabilities: Refuses, Separates, FollowsHosts, CountsControl, Itemizes; if its hop has them,
     CountsAttempts, CountsBusyTime, Retransmits.
     """
 
@@ -81,6 +81,8 @@ class Multihop:
     refuses: tuple[str, ...] = ("no_path", *sorted(set().union(*(getattr(model, "refuses", ())
                                                 for model in HOPS.values()))))
 
+    _ledger: HopLedger | None = None
+
     def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
         """``hop``: a single-hop model that is made already, instead of the one in ``params``. With
         routing ``static`` it is a ``ports.KnowsLinks``."""
@@ -98,9 +100,12 @@ class Multihop:
                 raise ModelError("routing: static needs a hop that is a ports.KnowsLinks")
             self.routing = Static(params.static, hop.links)
 
+    def itemize(self, ledger: ports.Ledger) -> None:
+        self._ledger = hop_ledger(self._hop, ledger)
+
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._hops = Hops(self._hop, context, hosts, self._block)
+        self._hops = Hops(self._hop, context, hosts, self._block, self._ledger)
         self.routing.start(self._hops, hosts)
 
     def send(self, frame: ports.Frame) -> int | None:
@@ -139,6 +144,8 @@ class Multihop:
         """A hop is over: settle the packets that it has lost, and send on the rest."""
         frame, (host,) = journey.frame, leg.receivers
         settle, dest = self._context.settle, frame.receivers[0]
+        if self._ledger is not None:
+            self._stamp(self._ledger, frame, leg, verdict)
         for reason, packets in journey.without(lost).items():
             settle(frame, dest, ports.Drop(reason, tuple(packets)))
         if not journey.left:
@@ -154,6 +161,13 @@ class Multihop:
         else:
             self._arrived((journey, host))
 
+    def _stamp(self, ledger: HopLedger, frame: ports.Frame, leg: ports.Frame,
+               verdict: ports.Deliver | ports.Drop) -> None:
+        """A hop is over: tell its parts, or where it was lost."""
+        if isinstance(verdict, ports.Deliver):
+            ledger.pass_on(frame, ledger.parts(leg, self._context.now_ns + verdict.delay_ns))
+        ledger.lost_at(frame, leg.source)
+
     def _arrived(self, arrived: tuple[_Journey, int]) -> None:
         """A frame has arrived at a relay."""
         journey, host = arrived
@@ -162,5 +176,7 @@ class Multihop:
         if next_hop is not None and journey.made < self._limit:
             self._forward(journey, host, next_hop)
         else:
+            if self._ledger is not None:
+                self._ledger.lost_at(journey.frame, host)
             self._context.settle(journey.frame, dest, _RELAY_DOWN if not self._hops.up[host]
                                  else _RELAY_NO_PATH if next_hop is None else _HOP_LIMIT)

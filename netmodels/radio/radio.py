@@ -39,7 +39,7 @@ class Radio:
     Times of a sender alone are the same on all of them but ``ideal``. Where there are no attempts,
     a unicast frame is lost beyond the range (``out_of_range``).
 
-    Capabilities: those of its rung. LimitsReach, Retransmits, Refuses, CountsAttempts,
+    Capabilities: those of its rung. Itemizes, LimitsReach, Retransmits, Refuses, CountsAttempts,
     CountsBusyTime, KnowsLinks, PredictsSignal (``mac``); with ``channels`` or on other rungs,
     Separates, FollowsHosts, CountsControl.
     """
@@ -54,8 +54,9 @@ class Radio:
     def __init__(self, params: Params) -> None:
         self.rung = _RUNGS[params.fidelity](params)
         # ``send`` too: the medium calls the rung's own, not by way of this class.
-        lend(self, self.rung, "reasons", "send", "attempts", "busy_ns", "control", "links",
-             "judges_transmissions", "reach_m", "refuses", "separates", "signal", "switched")
+        lend(self, self.rung, "reasons", "send", "attempts", "busy_ns", "control", "itemize",
+             "links", "judges_transmissions", "reach_m", "refuses", "separates", "signal",
+             "switched")
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self.rung.start(context, hosts)

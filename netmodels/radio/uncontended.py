@@ -11,6 +11,7 @@ import numpy as np
 
 from desim import ports
 from netmodels.ethernet import FULL_BYTES
+from netmodels.itemized import Itemized
 from netmodels.partial_trains import settle_without
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf.radio import DcfRadio
@@ -55,7 +56,7 @@ class NearbyHosts:
         self._near: dict[int, list[int]] = {}
 
 
-class Uncontended:
+class Uncontended(Itemized):
     """Radios with the parameters, times and queues of ``DcfRadio``, each with the air to itself: no
     contention, no collisions, no losses. A frame arrives where ``DcfRadio`` would deliver 90 % at
     the received power, and nowhere else. ``open_air``: as if there were neither walls nor
@@ -68,7 +69,7 @@ class Uncontended:
     Rules of loss and jamming, asked at that moment too, act on each transmission: of unicast
     packets they are repeated, and take the sender's time.
 
-    Capabilities: LimitsReach, Separates, Retransmits, Refuses, PredictsSignal.
+    Capabilities: LimitsReach, Separates, Retransmits, Refuses, Itemizes, PredictsSignal.
     """
 
     Params = DcfRadio.Params
@@ -117,13 +118,20 @@ class Uncontended:
         if self._lifetime_ns is not None and wait_ns > self._lifetime_ns:
             context.settle_many(frame, frame.receivers, ports.Drop("expired"))
             return
-        arrives_ns, free_ns = self._times(frame.size_bytes, frame.segments, frame.broadcast)
+        arrives_ns, free_ns, air_ns = self._times(frame.size_bytes, frame.segments,
+                                                  frame.broadcast)
         near = frame.among(self._near[frame.broadcast].of(frame.source))
         judge = context.judge_transmission
         lost, repeated = self._tried(judge, frame, near) if judge else ({}, 0)
         again_ns = repeated * (free_ns // frame.segments)
         ends_ns.append(now_ns + wait_ns + free_ns + again_ns)
         arrive = ports.Deliver(wait_ns + arrives_ns + again_ns)
+        if self._ledger is not None:
+            spent, part = self._ledger.spent, ports.TimePart
+            spent(frame, part.QUEUE, wait_ns)
+            spent(frame, part.CONTENTION, arrives_ns - air_ns)
+            spent(frame, part.RETRANSMISSION, again_ns)
+            spent(frame, part.AIRTIME, air_ns)
         for receiver, packets in lost.items():
             settle_without(context, frame, receiver, packets, arrive)
         context.settle_many(frame, [receiver for receiver in near if receiver not in lost], arrive)
@@ -163,9 +171,9 @@ class Uncontended:
 
 
 def times_ns(standard: Standard, rate: int, sizes_bytes: tuple[int, ...], broadcast: bool,
-             rts_bytes: int | None) -> tuple[int, int]:
+             rts_bytes: int | None) -> tuple[int, int, int]:
     """Times from the beginning of a frame of such packets to its arrival, and to the beginning of
-    the next frame."""
+    the next frame; and for how long its packets are on the air."""
     airtime_ns, lowest = standard.airtime_ns, standard.lowest(rate)
     before_ns = after_ns = 0
     if not broadcast:
@@ -173,9 +181,10 @@ def times_ns(standard: Standard, rate: int, sizes_bytes: tuple[int, ...], broadc
         if rts_bytes is not None and psdu_bytes(sizes_bytes[0], 1) > rts_bytes:
             before_ns = (airtime_ns(RTS_BYTES, lowest) + airtime_ns(CTS_BYTES, lowest)
                          + 2 * standard.sifs_ns)
-    first_ns, last_ns = (before_ns + airtime_ns(psdu_bytes(size_bytes, 1), rate)
+    first_ns, last_ns = (airtime_ns(psdu_bytes(size_bytes, 1), rate)
                          for size_bytes in (sizes_bytes[0], sizes_bytes[-1]))
     backoff_ns = standard.cw_min * standard.slot_ns // 2
     between_ns = after_ns + standard.difs_ns + backoff_ns
-    arrives_ns = (len(sizes_bytes) - 1) * (first_ns + between_ns) + last_ns
-    return arrives_ns, arrives_ns + between_ns
+    others = len(sizes_bytes) - 1
+    arrives_ns = others * (before_ns + first_ns + between_ns) + before_ns + last_ns
+    return arrives_ns, arrives_ns + between_ns, others * first_ns + last_ns

@@ -18,8 +18,8 @@ from netmodels.switch.trains import PacketTrain
 T = TypeVar("T")  # the sender's token of a frame
 
 # A frame's fate at one exit: its token, after how many ns the last of its packets is at the
-# receivers, and which packets are lost.
-Fate = tuple[T, int, Sequence[int]]
+# receivers, which packets are lost, and when the last one has left the interface.
+Fate = tuple[T, int, Sequence[int], int]
 
 
 class _QueuedTrain(Generic[T]):
@@ -132,7 +132,12 @@ class ReferenceQueues(Generic[T]):
         self._run(now_ns)
         done, self._done = self._done, []
         # A gap of the line may take longer than the cable.
-        return [(token, max(arrival_ns - now_ns, 0), lost) for token, arrival_ns, lost in done]
+        return [(token, max(arrival_ns - now_ns, 0), lost, left_ns)
+                for token, arrival_ns, lost, left_ns in done]
+
+    def left_ns(self, port: int) -> int:
+        """The time when all that was sent to a port's line will have left it."""
+        return self._free_ns[port]
 
     def busy_ns(self, now_ns: int, ports: Sequence[int]) -> list[int]:
         """For how long there has been something on the wire, in either direction of ``ports``."""
@@ -152,7 +157,8 @@ class ReferenceQueues(Generic[T]):
                 return
             self._cross(frame, end_ns + self._hop_ns)
             if frame.begun == frame.train.packets:
-                self._done += [(token, out_ns + self._hop_ns, lost) for (_, token), out_ns, lost
+                self._done += [(token, out_ns + self._hop_ns, lost, end_ns)
+                               for (_, token), out_ns, lost
                                in zip(frame.exits, frame.outs, frame.lost, strict=True)]
             line.next(end_ns)
 

@@ -16,6 +16,7 @@ from netmodels.ethernet import GAP_BYTES
 from netmodels.switch.compiled_queues import CompiledQueues
 from netmodels.switch.kernels.records import NEVER
 from netmodels.switch.reference_queues import ReferenceQueues
+from netmodels.switch.times import SwitchTimes
 from netmodels.switch.trains import cut
 
 # A frame that will be in the switch so soon is settled when it is sent: the time of 35 scans of the
@@ -39,7 +40,7 @@ class Switch:
     CoDel's drops and the packet limits; Linux's TCP small queues keep both away from streams. The
     switch's exit serves packets in order of arrival, and drops those for which it has no room.
 
-    Capabilities: CountsBusyTime, SendsMany.
+    Capabilities: CountsBusyTime, Itemizes, SendsMany.
     """
 
     class Params(ports.Params):
@@ -68,6 +69,10 @@ class Switch:
         self._limit_ns = airtime_ns(params.buffer_bytes, rate_bps)
         self._ahead_ns = _AHEAD_NS
         self._cut = lru_cache(1 << 12)(partial(cut, rate_bps=rate_bps))
+        self._times: SwitchTimes | None = None  # where somebody keeps a ledger
+
+    def itemize(self, ledger: ports.Ledger) -> None:
+        self._times = SwitchTimes(ledger, self._params.propagation_ns, self._hop_ns, self._cut)
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
@@ -95,6 +100,8 @@ class Switch:
         else:
             exit_ = self._port[receivers[0]]
             if exit_ == port:
+                if self._times is not None:
+                    self._times.local(frame, self._local_ns)
                 return self._local_ns
             copies = [(exit_, (frame, receivers))]
         train, now_ns = self._cut(size_bytes, segments), self._context.now_ns
@@ -104,6 +111,10 @@ class Switch:
             queues.put(now_ns, port, self._context.flow(frame) if self._fair else None, train,
                        copies, not broadcast)
             self._book(queues.due_ns)
+        if self._times is not None:
+            self._times.sent(frame, sum(len(there) for _, (_, there) in copies), now_ns)
+            if delay_ns is not None:
+                self._times.passed(frame, receivers, (), queues.left_ns(port), now_ns + delay_ns)
         return delay_ns
 
     def send_many(self, frames: ports.Frames) -> Sequence[int | None]:
@@ -128,6 +139,8 @@ class Switch:
         for receiver in frame.receivers:
             groups.setdefault(self._port[receiver], []).append(receiver)
         if port in groups:
+            if self._times is not None:
+                self._times.local(frame, self._local_ns, groups[port])
             self._context.settle_many(frame, groups.pop(port), ports.Deliver(self._local_ns))
         return [(exit_, (frame, receivers)) for exit_, receivers in groups.items()]
 
@@ -145,7 +158,9 @@ class Switch:
         fates = queues.wake(context.now_ns)
         self._due_ns, self._timer = NEVER, None
         self._book(queues.due_ns)
-        for (frame, receivers), delay_ns, lost in fates:
+        for (frame, receivers), delay_ns, lost, left_ns in fates:
+            if self._times is not None:
+                self._times.passed(frame, receivers, lost, left_ns, context.now_ns + delay_ns)
             if len(lost) == frame.segments:
                 context.settle_many(frame, receivers, ports.Drop("queue_full"))
                 continue

@@ -25,6 +25,11 @@ class PacketTrain(NamedTuple):
         """Time on the wire of packet ``number``, from 0."""
         return self.long_ns if number < self.longer else self.short_ns
 
+    @property
+    def last_ns(self) -> int:
+        """Time on the wire of the last packet."""
+        return self.wire_ns(self.packets - 1)
+
     def queue_bytes(self, number: int) -> int:
         """Size in a queue of packet ``number``, from 0."""
         return self.long_bytes if number < self.longer else self.short_bytes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.reader import DIRECTED, NO_HEARTBEAT, ReliableSample
-from desim.network.carrier import Carrier
+from desim.network.carrier import BEFORE_NS, Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.dds.reliable import ReliableLink
@@ -34,6 +34,9 @@ class Bundling(Carrier[BundleToken]):
                 link.leaves(sample, chunk.size_bytes)
             link.send(chunk, self, (samples, link.first(), DIRECTED if beats else NO_HEARTBEAT))
 
+    def first_sent(self, token: BundleToken, now_ns: int) -> int:
+        return token[0][0].message.born_ns
+
     def arrived(self, token: BundleToken, receiver: int) -> None:
         samples, first, beat = token
         for sample in samples:
@@ -59,6 +62,9 @@ class Beating(Carrier[HeartbeatToken]):
 
     def __init__(self, link: ReliableLink) -> None:
         self._link = link
+
+    def first_sent(self, token: HeartbeatToken, now_ns: int) -> int:
+        return BEFORE_NS
 
     def arrived(self, token: HeartbeatToken, receiver: int) -> None:
         self._link.reader.heartbeat(*token)

@@ -328,6 +328,9 @@ class ReliableLink(Carrier[DataToken]):
             self._context.drop(sample.message, self._receiver, reason, sample.message.born_ns,
                              sample.sent_ns)
 
+    def first_sent(self, token: DataToken, now_ns: int) -> int:
+        return token[0].message.born_ns
+
     def arrived(self, token: DataToken, receiver: int) -> None:
         sample, train, first, beat = token
         if self._smooth and sample.message.size_bytes > wire.TRAIN_BYTES:

@@ -31,6 +31,7 @@ SYN, SYN_ACK, ACK, RESET, PROBE, ALIVE = range(6)
 class End(AddressedCarrier[Control]):
     """One host's end. It is the carrier of its segments without data."""
 
+    protocol = "tcp"
     __slots__ = ("connection", "host", "peer", "state", "closed", "sender", "receiver", "far",
                  "received_ns", "way", "_echo_ns", "_tries", "_timer", "_keeper", "_entity",
                  "_host_id", "_peer_id", "_kernel", "_params")
@@ -54,6 +55,10 @@ class End(AddressedCarrier[Control]):
         self._keeper = Timer(tcp.keepers, self._entity, self._keepalive_expired)
         self._kernel = tcp.context.kernel
         self._params = tcp.params
+
+    @property
+    def conversation(self) -> Connection:
+        return self.connection
 
     def join(self, far: End) -> None:
         """Wire the two ends together."""

@@ -9,6 +9,7 @@ as if it had been sent there.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -31,6 +32,7 @@ class Express(AddressedCarrier[Flight]):
     """The one-step path of one sender. ``ready``: nothing is under way except ``flight``, and
     ``more`` behind it."""
 
+    protocol = "tcp"
     __slots__ = ("ready", "flight", "more", "_sender", "_kernel", "_context", "_way",
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
                  "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
@@ -56,6 +58,10 @@ class Express(AddressedCarrier[Flight]):
         self._patience_ns = params.rto_min_ns
         self._timed = False  # the timer runs
         self._since_ns = 0  # from when it does, or would
+
+    @property
+    def conversation(self) -> Connection:
+        return self._sender.end.connection
 
     def send(self, size_bytes: int, arrived: Callable[..., object], token: Token,
              kind: str | None, writes: int) -> bool:
@@ -97,6 +103,12 @@ class Express(AddressedCarrier[Flight]):
         if self.flight is None:
             return 0
         return self.flight[0] + sum(flight[0] for flight in self.more)
+
+    def first_sent(self, flight: Flight, now_ns: int) -> int:
+        transit = self._sender.transit
+        if transit.firsts is None:
+            transit.firsts = deque()
+        return flight[4]
 
     def arrived(self, flight: Flight, receiver: int) -> None:
         if flight is not self.flight:

@@ -37,6 +37,7 @@ class Receiver(AddressedCarrier[Train]):
     acknowledges a whole message even before it hands it over.
     """
 
+    protocol = "tcp"
     __slots__ = ("end", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",
                  "received_ns", "acknowledged", "pingpong", "prompt", "_full", "_every",
                  "_delay_ns", "_tick_ns", "_timer", "_kernel", "_transmit", "_counts", "_frames",
@@ -62,6 +63,13 @@ class Receiver(AddressedCarrier[Train]):
         self._counts, self._frames = context.discovery_bytes, context.discovery_frames
         self._host, self._to = end.host, (end.peer,)
         self._entity = entity
+
+    @property
+    def conversation(self) -> Connection:
+        return self.end.connection
+
+    def first_sent(self, train: Train, now_ns: int) -> int:
+        return self.transit.first_sent(train[0], train[1], now_ns)
 
     def arrived(self, train: Train, receiver: int) -> None:
         start, end, ack, sent_ns, echo_ns, _, _ = train

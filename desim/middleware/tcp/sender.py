@@ -36,6 +36,7 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
     """
 
     back: Receiver
+    protocol = "tcp"
     __slots__ = ("end", "back", "open", "nodelay", "transit", "_messages", "una", "nxt",
                  "written", "finishing", "received_ns", "repair", "retransmission", "timer",
                  "_waiters", "_small", "_trains", "sent_ns", "_context", "_kernel", "_way",
@@ -64,6 +65,10 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         self._transmit = end.way.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = context.host_ids[end.host], context.host_ids[end.peer]
+
+    @property
+    def conversation(self) -> Connection:
+        return self.end.connection
 
     @property
     def now_ns(self) -> int:
@@ -106,6 +111,8 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         if size_bytes % MSS_BYTES:
             self._small = end
         self.sent_ns = sent_ns
+        if self.transit.firsts is not None:
+            self.transit.firsts.append((end, sent_ns))
         return start
 
     def wake(self) -> None:

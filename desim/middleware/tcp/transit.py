@@ -27,15 +27,17 @@ class Transit:
 
     The ``sender`` appends ``messages`` and removes acknowledged ones; the ``receiver`` counts how
     many of them, from the first, it has ``delivered``. ``express_ns``: when the last express
-    message arrived.
+    message arrived. ``firsts``, where somebody keeps a ledger: the end of each train of new bytes
+    that are not acknowledged, and when it was sent.
     """
 
-    __slots__ = ("messages", "delivered", "express_ns", "sender", "receiver")
+    __slots__ = ("messages", "delivered", "express_ns", "firsts", "sender", "receiver")
     receiver: Receiver
 
     def __init__(self, sender: Sender) -> None:
         self.messages: deque[Entry] = deque()
         self.delivered = self.express_ns = 0
+        self.firsts: deque[tuple[int, int]] | None = None
         self.sender = sender
 
     def lose(self, losses: Iterable[tuple[int, int, str]], end: int) -> None:
@@ -44,6 +46,17 @@ class Transit:
         for start, stop, reason in losses:
             self.sender.end.lost_train(start, stop, reason)
         self.sender.retransmission.hide(end)
+
+    def first_sent(self, start: int, end: int, now_ns: int) -> int:
+        """The time when bytes ``start`` to ``end``, which are sent now, were sent first."""
+        firsts, una = self.firsts, self.sender.una
+        if firsts is None:
+            firsts = self.firsts = deque()
+        while firsts and firsts[0][0] <= una:
+            firsts.popleft()
+        if not firsts or end > firsts[-1][0]:
+            firsts.append((end, now_ns))
+        return next(sent_ns for stop, sent_ns in firsts if stop > start)
 
     def clear(self) -> None:
         """Forget all messages."""

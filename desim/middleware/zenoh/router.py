@@ -365,6 +365,7 @@ class ZenohRouter:
                 return
             to = tuple(receiver for receiver in to if receiver != own)
         if to:
+            self.context.relay(parcel.message, own)
             self.forward(parcel.message, parcel.publication, to, parcel.first_ns, parcel.last_ns,
                          parcel.hops)
 

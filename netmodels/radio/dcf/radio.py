@@ -61,8 +61,8 @@ class DcfRadio:
     walls and doors; they are updated when a frame is sent or settled. A host without a place
     hears nobody, and nobody hears it, unless the path loss is ``fixed``.
 
-    Capabilities: LimitsReach, Retransmits, Refuses, CountsAttempts, CountsBusyTime, KnowsLinks,
-    PredictsSignal; with ``channels``, Separates.
+    Capabilities: LimitsReach, Retransmits, Refuses, CountsAttempts, CountsBusyTime, Itemizes,
+    KnowsLinks, PredictsSignal; with ``channels``, Separates.
     """
 
     class Params(ports.Params):
@@ -140,6 +140,7 @@ class DcfRadio:
     refuses = ("queue_full",)
     judges_transmissions = True
     air: Air  # that it shares, once it has started
+    ledger: ports.Ledger | None = None
 
     def __init__(self, params: Params, standard: Standard | None = None) -> None:
         """``standard``: its numbers, where they are not those of the one in ``params``."""
@@ -150,6 +151,9 @@ class DcfRadio:
                                params.power_dbm + best_db - params.reception.found_dbm)
         if params.channels:
             self.separates = self._on_different_channels
+
+    def itemize(self, ledger: ports.Ledger) -> None:
+        self.ledger = ledger
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         params = self.params

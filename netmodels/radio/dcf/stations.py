@@ -10,7 +10,7 @@ import numpy as np
 from desim.ports.kernels import compiled_function
 from netmodels.kernels import Addresses
 from netmodels.radio.dcf.kernels import machine as kernels
-from netmodels.radio.dcf.kernels import records
+from netmodels.radio.dcf.kernels import records, times
 from netmodels.radio.dcf.kernels.records import (
     ACKED,
     DONE,
@@ -88,14 +88,15 @@ class Stations:
     receiver when they go on the air (``choose``), not at their own. Where transmissions are
     ``judged``, the caller of ``advance`` says at once which of them are lost (``judge``, ``miss``).
     With ``difs_first`` a packet that comes while the medium is idle waits for DIFS all the same,
-    and needs no backoff then, even if the medium becomes busy in between.
+    and needs no backoff then, even if the medium becomes busy in between. ``timed``: it keeps the
+    parts of frames' time (``times``).
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
                  reception: Reception = Reception(), limit: int = 500, tries: int = 7,
                  reset_at: int = 7, lifetime_ns: int | None = None,
                  first_rate: int | None = None, judged: bool = False,
-                 difs_first: bool = False) -> None:
+                 difs_first: bool = False, timed: bool = False) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
         self._ended = np.empty(3 + n, np.int64)
         self._enqueue = compiled_function(kernels.enqueue)
@@ -126,9 +127,11 @@ class Stations:
             np.ascontiguousarray(errors.log_log), setup,
             np.zeros(4 * n + 8 + (n * limit if lifetime_ns else 0), records.OUTCOME),
             np.zeros((0, 0), np.int8) if first_rate is None
-            else np.full((n, n), first_rate, np.int8))
+            else np.full((n, n), first_rate, np.int8),
+            np.zeros((n * timed, times.COLUMNS), np.int64))
         self._arrays = Addresses(
-            present, present._replace(stations=first.copy(), due=present.due.copy()))
+            present, present._replace(stations=first.copy(), due=present.due.copy(),
+                                      times=present.times.copy()))
 
     def link(self, now_ns: int, first: np.ndarray, hearer: np.ndarray, mw: np.ndarray,
              delay_ns: np.ndarray | int = 0) -> None:
@@ -211,6 +214,14 @@ class Stations:
         it had errors, both ascending."""
         count = self._end(self._arrays.rows, self._present, self._ended)
         return self._ended[:count].tolist()
+
+    def times(self, station: int) -> tuple[int, int, int, int, int]:
+        """Of the frame of ``station`` that has arrived or was given up last: when it became the
+        first of its queue and when that was; and for how long (ns) it was contended for, sent and
+        repeated."""
+        first_ns, over_ns, *sums = self._arrays.states[self._present].times[
+            station, times.KEPT:].tolist()
+        return first_ns, over_ns, *sums
 
     def counts(self, now_ns: int) -> Counts:
         """The counters up to now."""

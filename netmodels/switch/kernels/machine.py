@@ -43,7 +43,7 @@ def run(rows, now_ns):
         f = line.sending
         cross(wires, f, end_ns + switch.hop_ns)
         if frames[f].begun == frames[f].packets:
-            leave(wires, line, f)
+            leave(wires, line, f, end_ns)
         begin_next(wires, line, end_ns)
 
 
@@ -187,17 +187,17 @@ def _go_on(rows, now_ns, port):
             _enter(rows, now_ns, f)
         else:
             line.queued -= 1
-            note(wires, f, ALL_SENT, out_ns)
+            note(wires, f, ALL_SENT, out_ns, frame.begin_ns + frame.total_ns)
 
 
-@lean(types.UniTuple(I8, 5)(ROWS, I8))
+@lean(types.UniTuple(I8, 6)(ROWS, I8))
 def wake(rows, now_ns):
     """Send up to now. Returns how many notes there are or ``FULL``, when to call next, and the
     first note. The records of frames in notes that all is sent are free then."""
     wires = arrays_at(rows[0])
     switch, lines, notes = wires.switch[0], wires.ports, wires.notes
     if not run(rows, now_ns):
-        return FULL, NEVER, 0, 0, 0
+        return FULL, NEVER, 0, 0, 0, 0
     due_ns = NEVER
     for p in range(lines.size):
         line = lines[p]
@@ -217,4 +217,4 @@ def wake(rows, now_ns):
             wires.frames[f].next = switch.free
             switch.free = f
             switch.room += 1
-    return noted, due_ns, notes[0, 0], notes[0, 1], notes[0, 2]
+    return noted, due_ns, notes[0, 0], notes[0, 1], notes[0, 2], notes[0, 3]

@@ -59,9 +59,11 @@ class Wires(NamedTuple):
     """The state of a switch: switch [1] | ports | flows | frames | exits | spans | notes | many.
 
     ``spans`` [ports, 2 * ``MOST_SPANS``]: when an exit sends, begin and end (ns) in turn, ascending
-    and apart. ``notes`` [n, 3]: a frame's record and the number of a packet that was lost at its
-    exit, or ``ALL_SENT`` and the time (ns) when the last of the others is at the receivers, after
-    ``wake`` from now on. ``many`` [n]: exits of frames that are sent at once, and the answers.
+    and apart. ``notes`` [n, 4]: a frame's record; ``ALL_SENT``, or the number of a packet that
+    was lost at its exit; the time (ns) when the last of the others is at the receivers, after
+    ``wake`` from now on; and when the last of all has left the interface. In the note of a lost
+    packet both are the time when it came to the exit. ``many`` [n]: exits of frames that are sent
+    at once, and the answers.
     """
 
     switch: np.ndarray

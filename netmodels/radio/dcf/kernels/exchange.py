@@ -47,6 +47,14 @@ from netmodels.radio.dcf.kernels.records import (
     schedule,
     set_rate,
 )
+from netmodels.radio.dcf.kernels.times import (
+    CONTENDED,
+    REPEATED,
+    SENT,
+    begin_frame,
+    keep_times,
+    stamp,
+)
 
 boolean, int64, void = types.boolean, types.int64, types.void
 
@@ -80,6 +88,8 @@ def send(d, s, now_ns, kind):
     setup = d.setup[0]
     owner = s if kind in (RTS, DATA) else d.stations[s.answer_to]
     frame = d.frames[owner.index, owner.queue_head]
+    if owner.index == s.index:
+        stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
     data_ns = frame.last_ns if owner.packet == frame.packets - 1 else frame.air_ns
     s.kind, s.rate, s.reserve_ns = kind, frame.rts_rate, 0
     s.dest = s.answer_to if kind in (CTS, ACK) else frame.dest
@@ -169,20 +179,21 @@ def next_packet(setup, due, s, now_ns):
     plan_start(setup, due, s)
 
 
-@inner(void(a_dcf, a_station))
-def dequeue(d, s):
+@inner(void(a_dcf, a_station, _i8))
+def dequeue(d, s, now_ns):
     """Take the first frame out of station s's queue."""
     s.queue_head = (s.queue_head + 1) % d.frames.shape[1]
     s.queue_length -= 1
     s.packet = 0
+    begin_frame(d, s, now_ns)
 
 
-@inner(void(a_dcf, a_station))
-def end_packet(d, s):
+@inner(void(a_dcf, a_station, _i8))
+def end_packet(d, s, now_ns):
     """Go on to the next packet of station s's queue."""
     s.packet += 1
     if s.packet == d.frames[s.index, s.queue_head].packets:
-        dequeue(d, s)
+        dequeue(d, s, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
@@ -191,9 +202,12 @@ def succeed(d, s, now_ns):
     frame = d.frames[s.index, s.queue_head]
     s.window, s.failed_in_a_row = d.setup[0].cw_min, 0
     note_attempt(d, now_ns, ACKED, s)
-    if frame.dest < 0 and s.packet == frame.packets - 1:
-        note(d, now_ns, DONE, s, -1)
-    end_packet(d, s)
+    if frame.dest < 0:
+        stamp(d, s, now_ns, SENT)
+        if s.packet == frame.packets - 1:
+            note(d, now_ns, DONE, s, -1)
+            keep_times(d, s)
+    end_packet(d, s, now_ns)
     next_packet(d.setup[0], d.due, s, now_ns)
 
 
@@ -218,9 +232,11 @@ def fail(d, s, now_ns):
         plan_start(setup, d.due, s)
         return
     s.dropped += 1
+    stamp(d, s, now_ns, REPEATED)
     if s.delivered == 0:  # else only the acknowledgements were lost
         note(d, now_ns, DROPPED, s, d.frames[s.index, s.queue_head].dest)
-    end_packet(d, s)
+        keep_times(d, s)
+    end_packet(d, s, now_ns)
     next_packet(setup, d.due, s, now_ns)
 
 
@@ -250,6 +266,9 @@ def set_nav(d, r, s, now_ns):
 def acknowledge(d, r, s, now_ns):
     """Station r has received the present packet of station s, and will acknowledge it."""
     answer(d.setup[0], d.due, r, s, now_ns, ACK)
+    stamp(d, s, now_ns, SENT if s.delivered == 0 else REPEATED)
+    if s.delivered == 0:
+        keep_times(d, s)
     s.delivered = 1
 
 
@@ -322,7 +341,7 @@ def end_transmission(d, s, now_ns):
 def expire(d, s, now_ns):
     """Drop the first frame of station s's queue, which has waited too long."""
     note(d, now_ns, EXPIRED, s, -1)
-    dequeue(d, s)
+    dequeue(d, s, now_ns)
     s.ready_ns = now_ns
     plan_start(d.setup[0], d.due, s)
 

@@ -34,6 +34,7 @@ from netmodels.radio.dcf.kernels.records import (
     set_rate,
     station_due,
 )
+from netmodels.radio.dcf.kernels.times import begin_frame, copy_times
 
 boolean, int64, void = types.boolean, types.int64, types.void
 
@@ -120,6 +121,7 @@ def foresee(rows, present):
         touched[1 + i, 1] = 0
         future.stations[i] = d.stations[i]
         future.due[blocks + i], future.due[i // BLOCK] = d.due[blocks + i], d.due[i // BLOCK]
+        copy_times(d, future, i)
     touched[0, 0] = 0
     run(future, NEVER // KINDS - 1)
     return future.outcomes[0].time_ns if future.setup[0].outcomes > 0 else NEVER
@@ -168,6 +170,8 @@ def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, las
     frame.size_bytes, frame.last_bytes = size_bytes, last_bytes
     set_rate(d.rates, frame, rate, rts)
     s.queue_length += 1
+    if s.queue_length == 1:
+        begin_frame(d, s, now_ns)
     if s.queue_length == 1 and s.role == IDLE:
         s.ready_ns = now_ns
         if (s.busy == 1 or now_ns < s.nav_ns) and s.slots_left == 0:

@@ -117,7 +117,8 @@ class Dcf(NamedTuple):
     have changed since their future was the same: how many, then the list, and beside it whether
     each is in it | frames [n, limit] rings | links | rates | table [rates, k]
     log(-log(chance that a bit has no error)) | setup [1] | outcomes, for more than 2 n |
-    choices [n, n] the rate of each sender and receiver, or [0, 0]: each frame has its own
+    choices [n, n] the rate of each sender and receiver, or [0, 0]: each frame has its own |
+    times [n, 10] the parts of frames' time (``kernels.times``), or [0, 10]: nobody asks
     """
 
     stations: np.ndarray
@@ -130,6 +131,7 @@ class Dcf(NamedTuple):
     setup: np.ndarray
     outcomes: np.ndarray
     choices: np.ndarray
+    times: np.ndarray
 
 
 _i8, _f8 = int64, float64
@@ -138,7 +140,7 @@ _rate, _frame = from_dtype(RATE), from_dtype(FRAME)
 all_due, all_rates, a_table = _i8[::1], _rate[::1], _f8[:, ::1]
 a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], _frame[:, ::1],
                          from_dtype(LINK)[::1], all_rates, a_table, a_setup[::1],
-                         from_dtype(OUTCOME)[::1], int8[:, ::1]), Dcf)
+                         from_dtype(OUTCOME)[::1], int8[:, ::1], _i8[:, ::1]), Dcf)
 
 
 @kernel(a_dcf(_i8[:, ::1]), inner=True)
@@ -153,7 +155,8 @@ def arrays_at(rows):
                carray(pointer(rows[6, 0]), (rows[6, 1], rows[6, 2]), np.float64),
                carray(pointer(rows[7, 0]), (rows[7, 1],), SETUP),
                carray(pointer(rows[8, 0]), (rows[8, 1],), OUTCOME),
-               carray(pointer(rows[9, 0]), (rows[9, 1], rows[9, 2]), np.int8))
+               carray(pointer(rows[9, 0]), (rows[9, 1], rows[9, 2]), np.int8),
+               carray(pointer(rows[10, 0]), (rows[10, 1], rows[10, 2]), np.int64))
 
 
 @inner(_i8(_rate, _i8))

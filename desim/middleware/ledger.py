@@ -1,0 +1,119 @@
+"""The ledger of messages: where the time of each went on its way, or where it was lost."""
+
+from __future__ import annotations
+
+from struct import Struct
+
+import numpy as np
+
+from desim.middleware.graph import OnFate
+from desim.middleware.message import Message
+from desim.network.passages import Passage, Passages, Stamp
+from desim.ports import TimePart
+
+# A row; its topic is an id, its fate an index into ``reasons``. A stamp; its part is one of
+# ``PARTS``. No medium: -1.
+ROW = np.dtype([(name, "<i8") for name in (
+    "number", "topic", "seq", "source", "destination", "size_bytes", "born_ns", "fate", "end_ns",
+    "medium", "host")])
+STAMP = np.dtype([("part", "<i8"), ("medium", "<i8"), ("host", "<i8"), ("time_ns", "<i8")])
+_pack_row, _pack_stamp = Struct("<11q").pack, Struct("<4q").pack
+PARTS = tuple(TimePart)
+_NUMBER = {part: number for number, part in enumerate(PARTS)}
+
+
+class MessageLedger:
+    """Collects the parts of each message's time: a ``Graph``'s ``on_fate``, and passes fates on to
+    ``further``. ``passages`` are those of the graph's media.
+
+    ``rows`` are of dtype ``ROW``, one for each message and receiver: its fate, when it had that,
+    and where it was lost. ``stamps`` are of dtype ``STAMP``, so many of each row as ``counts``
+    says.
+
+    The parts are those of the frame that completed the message: from its birth until what this
+    frame carries was first sent, the sender's queue; until it was sent for the last time,
+    retransmission; and then the frame's own. Of a frame that was under way at the message's birth
+    (it repairs older data, for which the message has to wait) only the rest counts. Where hosts
+    pass messages on, it is so from host to host.
+    """
+
+    def __init__(self, passages: Passages, further: OnFate | None = None) -> None:
+        self.passages = passages
+        self.reasons = ["delivered"]
+        self.rows: list[bytes] = []
+        self.counts: list[int] = []
+        self.stamps: list[bytes] = []
+        self._further = further
+        self._reason: dict[str | None, int] = {None: 0}
+
+    def __call__(self, message: Message, receiver: int, time_ns: int, reason: str | None,
+                 first_ns: int, last_ns: int) -> None:
+        passages = self.passages
+        passage = passages.expected.pop((message, receiver), None)
+        medium, host, count = -1, message.origin.index, 0
+        if reason is None:
+            for stamp in parts_of(message, receiver, passage or passages.arriving, passages):
+                self.stamps.append(_pack_stamp(_NUMBER[stamp.part], stamp.medium, stamp.host,
+                                               stamp.time_ns))
+                count += 1
+        else:
+            lost = passage or passages.losing
+            if lost is not None:
+                medium, host = lost.medium, lost.place_of_loss(receiver)
+            elif passages.arriving is not None and reason in _AT_RECEIVER:
+                host = receiver
+        number = self._reason.get(reason)
+        if number is None:
+            number = self._reason[reason] = len(self.reasons)
+            self.reasons.append(str(reason))
+        self.rows.append(_pack_row(message.number, message.about.id, message.seq,
+                                   message.origin.index, receiver, message.size_bytes,
+                                   message.born_ns, number, time_ns, medium, host))
+        self.counts.append(count)
+        if self._further is not None:
+            self._further(message, receiver, time_ns, reason, first_ns, last_ns)
+
+
+# A message that has arrived is dropped for these.
+_AT_RECEIVER = frozenset({"no_subscriber", "unmatched", "overtaken"})
+
+
+def parts_of(message: Message, receiver: int, passage: Passage | None, passages: Passages
+             ) -> list[Stamp]:
+    """The parts of the time from a message's birth to the arrival of the frame that completed it.
+    """
+    if passage is None:
+        return []
+    if passage.source == message.origin.index:
+        return _hop(message.born_ns, TimePart.SENDER, receiver, passage)
+    before = passages.relays.get((message, passage.source))
+    if before is None:  # a frame that another host sent: it has asked for what was missing
+        return _hop(message.born_ns, TimePart.RETRANSMISSION, receiver, passage)
+    came, came_ns = before
+    return [*parts_of(message, passage.source, came, passages),
+            *_hop(came_ns, TimePart.RELAY, receiver, passage)]
+
+
+def _hop(since_ns: int, queue: TimePart, receiver: int, passage: Passage) -> list[Stamp]:
+    """The parts of the time from ``since_ns``, when a host began to send a message, to the arrival
+    of the frame that completed it at the next; ``queue``: what it first waited for."""
+    source, handed_ns = passage.source, passage.handed_ns
+    after = [Stamp(passage.held, -1, source, passage.sent_ns - handed_ns),
+             *passage.stamps(receiver)]
+    if handed_ns < since_ns:
+        return _since(since_ns - handed_ns, after)
+    first_ns = max(passage.first_ns, since_ns)
+    return [stamp for stamp in (Stamp(queue, -1, source, first_ns - since_ns),
+                                Stamp(TimePart.RETRANSMISSION, -1, source, handed_ns - first_ns),
+                                *after) if stamp.time_ns]
+
+
+def _since(gone_ns: int, stamps: list[Stamp]) -> list[Stamp]:
+    """The parts of ``stamps`` that are later than ``gone_ns`` from their beginning."""
+    left = []
+    for stamp in stamps:
+        over_ns = min(gone_ns, stamp.time_ns)
+        gone_ns -= over_ns
+        if stamp.time_ns > over_ns:
+            left.append(stamp._replace(time_ns=stamp.time_ns - over_ns))
+    return left

@@ -1,0 +1,117 @@
+"""The ledger of a run in sum: what messages' time went into, by family of topics."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from desim.middleware.ledger import PARTS
+from desim.monitor.traffic import family
+from desim.ports import natural_key
+from desim.results.seal import Json
+
+LEDGER_TOPICS = "ledger_topics.json"  # kept beside the ledger, so that campaigns need not read that
+_NUMBER = re.compile(r"_\d+$")
+
+
+class Lost(NamedTuple):
+    """Messages that were dropped for one reason at one place."""
+
+    reason: str
+    place: str
+    messages: int
+
+
+@dataclass(frozen=True)
+class TopicAccount:
+    """The messages of a family of topics: of the ``delivered`` ones the sum of their latencies, and
+    the time (ns) in each part, in the order of ``PARTS``; and those ``lost``."""
+
+    delivered: int
+    latency_ns: int
+    times_ns: dict[str, int]
+    lost: tuple[Lost, ...]
+
+    @property
+    def dropped(self) -> int:
+        """The number of those lost."""
+        return sum(lost.messages for lost in self.lost)
+
+
+TopicAccounts = dict[str, TopicAccount]  # by family
+
+
+def hosts_of(ledger: pa.Table) -> frozenset[str]:
+    """The hosts between which a ledger's messages went."""
+    return frozenset(host for end in ("source", "destination")
+                     for host in pc.unique(ledger[end].cast(pa.string())).to_pylist())
+
+
+def accounts(ledger: pa.Table, hosts: Collection[str]) -> TopicAccounts:
+    """The account of each family of topics of a ledger (``ledger_recorder.SCHEMA``), by name.
+    ``hosts``: those whose names a family leaves open."""
+    topics, topic = _coded(ledger["topic"])
+    families = [family(name, frozenset(hosts)) for name in topics]
+    names = sorted(set(families), key=natural_key)
+    of_row = np.array([names.index(name) for name in families], int)[topic]
+    latency_ns = ledger["latency_ns"].fill_null(0).to_numpy()
+    lost = np.asarray(ledger["latency_ns"].is_null())
+    sums = np.zeros(len(names), np.int64)
+    np.add.at(sums, of_row, latency_ns)
+    times_ns = _times_ns(ledger, of_row, len(names))
+    delivered = np.bincount(of_row[~lost], minlength=len(names))
+    return {name: TopicAccount(
+        int(delivered[i]), int(sums[i]),
+        {str(part): int(time_ns) for part, time_ns in zip(PARTS, times_ns[i], strict=True)
+         if time_ns}, losses(ledger.filter(pa.array(lost & (of_row == i)))))
+        for i, name in enumerate(names)}
+
+
+def losses(dropped: pa.Table) -> tuple[Lost, ...]:
+    """The rows of a ledger, all of them drops, by reason and place; the most frequent first."""
+    flat = pa.table({name: dropped[name].cast(pa.string()) for name in ("reason", "place")})
+    rows = flat.group_by(["reason", "place"]).aggregate([([], "count_all")]).to_pylist()
+    return tuple(sorted((Lost(row["reason"], row["place"], row["count_all"]) for row in rows),
+                        key=lambda lost: (-lost.messages, lost.reason, natural_key(lost.place))))
+
+
+def without_numbers(place: str) -> str:
+    """A place for all hosts of its kind: ``lan at robot_3`` to ``lan at robot_*``."""
+    return _NUMBER.sub("_*", place)
+
+
+def as_json(found: TopicAccounts) -> Json:
+    """All of it, for ``from_json``."""
+    return {name: {"delivered": one.delivered, "latency_ns": one.latency_ns,
+                   "times_ns": one.times_ns, "lost": [lost._asdict() for lost in one.lost]}
+            for name, one in found.items()}
+
+
+def from_json(found: Json) -> TopicAccounts:
+    """The accounts that ``as_json`` has written."""
+    return {name: TopicAccount(one["delivered"], one["latency_ns"], one["times_ns"],
+                               tuple(Lost(**lost) for lost in one["lost"]))
+            for name, one in found.items()}
+
+
+def _times_ns(ledger: pa.Table, of_row: np.ndarray, families: int) -> np.ndarray:
+    """[families, parts] the time in each part."""
+    words, word = _coded(pc.list_flatten(ledger["parts"]))
+    part = np.array([list(map(str, PARTS)).index(name) for name in words], int)[word]
+    counts = pc.list_value_length(ledger["parts"]).to_numpy()
+    times_ns = np.zeros((families, len(PARTS)), np.int64)
+    np.add.at(times_ns, (np.repeat(of_row, counts), part),
+              pc.list_flatten(ledger["times_ns"]).to_numpy())
+    return times_ns
+
+
+def _coded(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
+    """The words of a column, and the index [rows] of each row's."""
+    coded = column.cast(pa.string()).combine_chunks().dictionary_encode()
+    return coded.dictionary.to_pylist(), coded.indices.to_numpy()
