@@ -19,7 +19,7 @@ from desim.compiler.kernel import compiled_function
 from desim.monitor import kernels
 from desim.ports import GridSpec
 from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import FREE, OCCUPIED, tiles_of
+from desim.robot.tiles import FREE, OCCUPIED, raster, tiles_of
 from desim.units import NS_PER_S
 
 _recount = compiled_function(kernels.recount)
@@ -76,7 +76,7 @@ class Coverage:
         self.cells = int(ground.reachable.sum())
         self.known = [0] * len(robots)
         self.union_known = 0
-        self._changed = changed
+        self._changed, self._grid = changed, ground.grid
         self._inside = tiles_of(ground.grid, ground.reachable.astype(np.uint8))
         self._union = np.zeros_like(self._inside)
         self._counts = np.zeros((len(robots) + 1, len(self._inside)), np.int32)
@@ -100,6 +100,15 @@ class Coverage:
         self.known[i] = totals >> 32
         self.union_known = totals & 0xFFFFFFFF
         self._changed(i)
+
+    @property
+    def known_to_some(self) -> tuple[np.ndarray, np.ndarray]:
+        """uint8 [tiles, 1024] each: 1 for cells of G, and for those that some robot has known."""
+        return self._inside, self._union
+
+    def explored(self) -> np.ndarray:
+        """[height, width] bool: the cells of G that some robot has known."""
+        return raster(self._grid, self._union) != 0
 
     def cells_for(self, share: float) -> int:
         """The fewest cells that make at least ``share`` of G."""

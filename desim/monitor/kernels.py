@@ -1,11 +1,11 @@
-"""Counting known cells of a map, tile by tile."""
+"""Known cells of a map, tile by tile: how many there are, and since when."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from desim.ports.kernels import lean
-from desim.robot.tiles import CELLS, FREE, OCCUPIED
+from desim.robot.tiles import CELLS, FREE, OCCUPIED, TILE
 
 _FREE, _OCCUPIED = np.int16(FREE), np.int16(OCCUPIED)
 
@@ -40,3 +40,39 @@ def recount(fused, inside, tiles, robot, union, known, total):
         known[robot, tile] = own
         known[last, tile] = all_
     return total[robot] << 32 | total[last]
+
+
+@lean("b1(i2[:, ::1], u1[:, ::1], u1[:, ::1], i8[::1])")
+def known_elsewhere(fused, inside, union, cells):
+    """Whether one robot's map lacks some of ``cells``, and some robot has known each of these.
+
+    fused [T, 1024] its log-odds | inside [T, 1024] 1 where a cell counts | union [T, 1024] 1 where
+    some robot has known the cell | cells [k] numbers, tile * 1024 + place in the tile.
+    """
+    lacking = False
+    for number in cells:
+        tile, place = number // CELLS, number % CELLS
+        value = fused[tile, place]
+        if inside[tile, place] == 1 and value > _FREE and value < _OCCUPIED:
+            if union[tile, place] == 0:
+                return False
+            lacking = True
+    return lacking
+
+
+@lean("void(i2[:, ::1], i4[::1], i8, u2, u2[:, ::1])")
+def note_known(fused, tiles, halvings, now, known_since):
+    """Write ``now`` where cells of ``tiles`` have become known.
+
+    fused [T, 1024] log-odds | tiles [k] changed tiles | halvings: a square of 2^halvings cells a
+    side is one place | known_since [T, 1024 >> 2 halvings], 65535 where nothing is known yet.
+    """
+    side = np.int64(TILE) >> halvings
+    for k in range(tiles.shape[0]):
+        values, since = fused[tiles[k]], known_since[tiles[k]]
+        for row in range(TILE):
+            for column in range(TILE):
+                value = values[row * TILE + column]
+                if value <= _FREE or value >= _OCCUPIED:
+                    place = (row >> halvings) * side + (column >> halvings)
+                    since[place] = min(since[place], now)

@@ -15,10 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.engine.kernel import Kernel, Phase
-from desim.engine.trace import Trace, bits
+from desim.engine.trace import Trace, bits, real
 from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
 from desim.monitor.coverage import EXPLORED, Coverage, Ground, Reached, map_age_s
+from desim.monitor.outdated_goals import MOVING_M, OutdatedGoals
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
 from desim.monitor.reachability import SampledReachability
@@ -28,8 +29,6 @@ from desim.scenario.expression import condition
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
-
-MOVING_M = 0.05  # a robot that came farther than this within the last second is moving
 
 
 class StopReason(StrEnum):
@@ -69,6 +68,7 @@ class Monitor:
         self.maps: dict[str, RobotMap | None] = dict.fromkeys(explorers)
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
+        self._own = [robots.index(name) for name in explorers]
         self.partitions = Partitions()
         self.overlap = Overlap(ground.grid, ground.reachable)
         self.belief_metrics = BeliefMetrics(graph, [host for host in self.hosts
@@ -95,7 +95,8 @@ class Monitor:
         self._moved_m = travelled_m().copy()
         self._moving = 0
         self._watch_coverage(scenario)
-        graph.listeners["recovery"] = self._recovered
+        graph.listeners |= {"recovery": self._recovered, "goal": self._sets_out,
+                            "goal_reached": self._ends, "goal_aborted": self._ends}
         self._name_rows(trace)
         # Entity 0: before the sample of the same instant, whichever was booked first.
         kernel.ticker(1, Phase.OBSERVE, 0, self._each_second)
@@ -105,6 +106,7 @@ class Monitor:
     def _watch_coverage(self, scenario: Scenario) -> None:
         self.coverage = Coverage(self.ground, self.explorers, self._learned)
         count = len(self.explorers)
+        self.outdated_goals = OutdatedGoals(self.ground.grid, self.coverage, count)
         self.explored = Reached(self.coverage.cells_for(EXPLORED), count)
         enough = self.coverage.cells_for(scenario.stop.explored)
         self._enough = (self.explored if enough == self.explored.cells
@@ -128,6 +130,7 @@ class Monitor:
             self.overlap.forgets(robot, before)
         self.maps[robot] = robot_map
         self.coverage.restart(i)
+        self.outdated_goals.ends(i)
         if robot_map is not None:
             robot_map.observers.append(self.coverage.observer(i))
 
@@ -139,7 +142,13 @@ class Monitor:
             self.collisions_of[other] += 1
         self._happened("collision")
 
-    def _recovered(self, robot: str) -> None:
+    def _sets_out(self, robot: str, x_bits: int, y_bits: int, _: int) -> None:
+        self.outdated_goals.sets_out(self.explorers.index(robot), real(x_bits), real(y_bits))
+
+    def _ends(self, robot: str, *_: int) -> None:
+        self.outdated_goals.ends(self.explorers.index(robot))
+
+    def _recovered(self, robot: str, *_: int) -> None:
         self.recoveries_of[self.robots.index(robot)] += 1
         self._happened("recovery")
 
@@ -244,6 +253,7 @@ class Monitor:
             row(now_ns, pose_kind, entity, x, y, yaw)
         self._moving = int(np.count_nonzero(travelled_m - self._moved_m > MOVING_M))
         self._moved_m = travelled_m
+        self.outdated_goals.each_second(now_ns, travelled_m[self._own], list(self.maps.values()))
         self.tracks.append(Track(now_ns, poses, tuple(self.coverage.known),
                                  self.coverage.union_known, travelled_m,
                                  [host.rx_bytes for host in self.hosts],

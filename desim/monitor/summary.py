@@ -67,6 +67,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "partitions": monitor.partitions.summary(),
         **monitor.belief_metrics.summary(monitor.samples),
         **monitor.overlap.measures(monitor.maps),
+        **monitor.outdated_goals.summary(),
         "map_age_s": mean_over(monitor.samples, "map_age_s"),
         "traffic": by_kind(monitor.graph),
         "messages_by_topic": monitor.families.fates(),
@@ -109,9 +110,11 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
     kilo_s = max(now_ns, 1) / NS_PER_S * 1000.0
     travelled_m = monitor.travelled_m().tolist()
     shares = dict(zip(monitor.explorers, monitor.coverage.known, strict=True))
+    in_vain = {name: monitor.outdated_goals.of(i) for i, name in enumerate(monitor.explorers)}
     return {name: {
         "explored": monitor.coverage.share(shares[name]) if name in shares else None,
         "distance_m": travelled_m[i],
+        **in_vain.get(name, {"outdated_goal_s": None, "outdated_goal_m": None}),
         "collisions": monitor.collisions_of[i],
         "recoveries": monitor.recoveries_of[i],
         "rx_kBps": host.rx_bytes / kilo_s,

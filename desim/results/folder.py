@@ -12,16 +12,21 @@ from itertools import chain, count
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 
 from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.files import refuse_link, synced
 from desim.monitor.coverage import states
 from desim.monitor.monitor import Monitor
+from desim.monitor.recorder import Recorder
 from desim.monitor.summary import judged_robot, known_map, robots_table, samples_table, summarize
 from desim.monitor.traffic import latency_table
 from desim.results import identity, maps, parquet
+from desim.results.ledger_recorder import LEDGER, LedgerRecorder
+from desim.results.ledger_topics import LEDGER_TOPICS, accounts, as_json
 from desim.results.message_log import MessageLog
+from desim.results.recording_tables import EVENTS, RECORDED, recorded
 from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, seal
 from desim.results.status import RunStatus
 from desim.scenario.resolved import resolved
@@ -31,9 +36,9 @@ _FULL = (errno.ENOSPC, errno.EDQUOT)
 _SCENARIO, _NAMES, _LOCK = "scenario.resolved.yaml", "names.json", ".lock"
 # The files that a run may have left when it was cut off.
 _WRITTEN = (
-    MANIFEST, SUMMARY, _SCENARIO, _NAMES, _LOCK,
+    MANIFEST, SUMMARY, _SCENARIO, _NAMES, _LOCK, LEDGER_TOPICS,
     *(f"{table}.parquet" for table in ("trace", "messages", "samples", "robots", "latency",
-                                       "links")),
+                                       "links", "ledger", *RECORDED)),
     *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml")))
 
 
@@ -41,9 +46,9 @@ class RunFolder:
     """``out/<name>/<run id>/``, written beside it and renamed at the end. What somebody else has
     put into a run's folder stays in it when the run is made again.
 
-    Give ``trace_sink`` to the run's ``Trace`` and ``on_fate`` to its ``Graph`` (None where nothing
-    is kept), and call ``begin`` before the clock runs. Raises ``InputError`` where the folder
-    cannot be written, or another process is writing it.
+    Give ``trace_sink``, ``on_fate``, ``recorder`` and ``ledger`` (None where nothing is kept) to
+    the ``Simulation``, and call ``begin`` before the clock runs. Raises ``InputError`` where the
+    folder cannot be written, or another process is writing it.
     """
 
     def __init__(self, out: str | Path, scenario: Scenario) -> None:
@@ -54,11 +59,18 @@ class RunFolder:
         self._partial = self.path.with_name(f"{self.run_id}.partial")
         keep = scenario.trace.keep
         self._trace: parquet.TraceTable | None = None
+        self._events: parquet.TraceTable | None = None
         self._messages: parquet.MessageTable | None = None
         self._log = MessageLog(self._add_messages) if keep != "none" else None
+        self.recorder = Recorder(self._add_events) if keep in ("replay", "all") else None
+        self._ledger = LedgerRecorder(self._log) if scenario.trace.ledger else None
         self.trace_sink: Callable[[np.ndarray], None] | None = (
-            self._add_rows if keep == "all" else None)
+            None if self.recorder is None and self._ledger is None else self._add_rows)
         self.on_fate = self._log
+        # For those who watch the run: what goes into the tables of events and of messages.
+        self.on_events: Callable[[np.ndarray], object] = _ignored
+        self.on_messages: Callable[[np.ndarray, list[str]], object] = _ignored
+        self.ledger = None if self._ledger is None else self._ledger.messages
         with self._writing():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._lock: int | None = self._claim()
@@ -68,7 +80,9 @@ class RunFolder:
     def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
         """Open the tables. ``names`` are those of the run's trace, ``hosts`` are in index order."""
         with self._writing():
-            if self.trace_sink is not None:
+            if self.recorder is not None:
+                self._events = parquet.TraceTable(self._partial / EVENTS, names)
+            if self.scenario.trace.keep == "all":
                 self._trace = parquet.TraceTable(self._partial / "trace.parquet", names)
             if self._log is not None:
                 self._messages = parquet.MessageTable(self._partial / "messages.parquet", names,
@@ -84,20 +98,25 @@ class RunFolder:
             parquet.write(self._partial / "samples.parquet", samples_table(monitor))
             parquet.write(self._partial / "robots.parquet", robots_table(monitor))
             parquet.write(self._partial / "latency.parquet", latency_table(monitor.graph))
-            if monitor.links is not None:
+            if monitor.links is not None and self.recorder is None:
                 parquet.write(self._partial / "links.parquet", monitor.links.table())
             self._write_maps(monitor)
             _write_json(self._partial / SUMMARY, summary)
-            if self.trace_sink is not None:
-                names = monitor.trace.names.items()
-                _write_json(self._partial / _NAMES,
-                            {str(id_): names[id_] for id_ in sorted(names)})
+            if self.recorder is not None:
+                self._write_recording(self.recorder)
+            if self._ledger is not None:
+                hosts = [host.name for host in monitor.graph.hosts]
+                ledger = self._ledger.table(monitor.trace.names, hosts)
+                pq.write_table(ledger, self._partial / LEDGER, compression="zstd")
+                _write_json(self._partial / LEDGER_TOPICS, as_json(accounts(ledger, hosts)))
             return self._publish(manifest)
 
     def abandon(self, manifest: Json) -> None:
         """Keep what there is of a failed run, with a manifest that says so."""
         with self._writing():
             self._close_tables()
+            if self.recorder is not None and self.recorder.times_ns:
+                self._write_recording(self.recorder)
             self._publish(manifest)
 
     def discard(self) -> None:
@@ -106,24 +125,39 @@ class RunFolder:
             _clear(self._partial, _WRITTEN)
         self._release()
 
+    def flush(self) -> None:
+        """Pass on the messages that wait for a full batch."""
+        if self._log is not None:
+            self._log.flush()
+
     def active_links(self, since_ns: int) -> int:
         """The number of pairs of hosts with a message settled since then; 0 where none are kept."""
         return self._log.active_links(since_ns) if self._log is not None else 0
 
     def _add_rows(self, rows: np.ndarray) -> None:
+        if self.recorder is not None:
+            self.recorder.rows(rows)
+        if self._ledger is not None:
+            self._ledger.sink(rows)
         if self._trace is not None:  # it is open while the clock runs
             with self._writing():
                 self._trace.add(rows)
 
+    def _add_events(self, rows: np.ndarray) -> None:
+        self.on_events(rows)
+        if self._events is not None:
+            with self._writing():
+                self._events.add(rows)
+
     def _add_messages(self, rows: np.ndarray, reasons: list[str]) -> None:
+        self.on_messages(rows, reasons)
         if self._messages is not None:
             with self._writing():
                 self._messages.add(rows, reasons)
 
     def _close_tables(self) -> None:
-        if self._log is not None:
-            self._log.flush()
-        for table in (self._trace, self._messages):
+        self.flush()
+        for table in (self._trace, self._events, self._messages):
             if table is not None:
                 table.close()
 
@@ -134,6 +168,14 @@ class RunFolder:
         maps.save(folder, "truth", truth, ground.grid)
         maps.save(folder, "merged", states(known_map(monitor, judged_robot(monitor))),
                   ground.grid)
+
+    def _write_recording(self, recorder: Recorder) -> None:
+        recorder.finish()
+        for name, table in recorded(recorder).items():
+            parquet.write_integers(self._partial / f"{name}.parquet", table)
+        parquet.write(self._partial / "links.parquet", recorder.links.table())
+        names = recorder.names.items()
+        _write_json(self._partial / _NAMES, {str(id_): names[id_] for id_ in sorted(names)})
 
     def _publish(self, manifest: Json) -> Path | None:
         complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,
@@ -246,3 +288,7 @@ def _free(path: Path) -> Path:
 
 def _write_json(path: Path, content: Json) -> None:
     path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")
+
+
+def _ignored(*_: object) -> None:
+    pass

@@ -16,11 +16,12 @@ import pyarrow.parquet as pq
 from desim.errors import InputError
 from desim.results import maps
 from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, wrong_with
+from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
 from desim.scenario.schema.scenario import Scenario
 
 
-class Run:
+class Run(InNotebooks):
     """A run's folder: everything is read when it is asked for."""
 
     def __init__(self, path: str | Path) -> None:
@@ -54,6 +55,14 @@ class Run:
     def robots(self) -> dict[str, np.ndarray]:
         """The robots' places, once a second, by column."""
         return self.table("robots")
+
+    @cached_property
+    def ledger(self) -> pa.Table:
+        """The parts of each message's time, kept or made by running the scenario again
+        (docs/why.md; ``desim.results.ledger_recorder.SCHEMA``)."""
+        from desim.results.ledger import ledger_of  # which needs a Simulation
+
+        return ledger_of(self)
 
     @cached_property
     def map(self) -> maps.OccupancyMap:

@@ -16,7 +16,7 @@ from desim.engine.trace import ROW, Names
 from desim.errors import InputError
 from desim.results import identity
 from desim.results.run import Run, readable
-from desim.results.status import RunStatus
+from desim.results.status import RunStatus, simulated_only
 from desim.scenario.load import load
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
@@ -102,15 +102,24 @@ def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
     rows = kept(run, spool)
     if rows is not None:
         return rows
+    return simulated(repeatable(run, "trace rows", "trace.keep=all"), spool, until_ns)
+
+
+def repeatable(run: Run, missing: str, setting: str = "") -> Scenario:
+    """The scenario of a run that is to be repeated because it has not kept ``missing``, as it does
+    with ``setting`` (empty: never). Raises ``InputError`` where other versions are
+    installed now, and for what was imported."""
+    simulated_only(run.path, run.manifest, missing)
     scenario = load(run.file("scenario.resolved.yaml")).scenario
     now = {"versions": identity.versions(), "plugins": identity.plugin_references(scenario),
            "source": identity.source(identity.modules(scenario))}
     other = [name for name, value in now.items() if run.manifest.get(name) != value]
     if other:
-        raise InputError(f"{run.path}: its trace rows were not kept, and it cannot be repeated: "
+        raise InputError(f"{run.path}: its {missing} were not kept, and it cannot be repeated: "
                          f"{', '.join(other)} in its manifest differ from those installed now; "
-                         "run the scenario again (with --set trace.keep=all the rows are kept)")
-    return simulated(scenario, spool, until_ns)
+                         "run the scenario again"
+                         f"{setting and f' (with --set {setting} they are kept)'}")
+    return scenario
 
 
 def first_difference(first: np.ndarray, second: np.ndarray) -> int | None:

@@ -134,6 +134,8 @@ class Explore(Node):
             self._avoid(self._planner.beside(chosen)[0])
             chosen = self._chosen()
         self._checked = self._costmap.robot_map.version
+        if self.is_watched:
+            self.display("frontiers", np.array([place[:2] for place in self.shown]).reshape(-1, 2))
         if chosen is not None:
             self.record("goal", bits(chosen.x_m), bits(chosen.y_m), chosen.cells)
             self.publish("goal", Goal(chosen.x_m, chosen.y_m))

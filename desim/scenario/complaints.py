@@ -94,6 +94,8 @@ def _complaint(block: type[Params], data: object, base: Path, more: tuple[str, .
     if "[key]" in error["loc"]:
         return Complaint(path, _pattern_rule(str(own[-1]), context), at_key=True)
     given = _short(_at(data, own))
+    if kind == "union_tag_not_found" and isinstance(_at(data, own), dict):
+        given += f" with {', '.join(map(str, _at(data, own)))}"
     if kind == "literal_error":
         options = _options(_annotation(block, location))
         guess = did_you_mean(str(_at(data, own)), options)

@@ -20,9 +20,11 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.graph import OnFate
 from desim.middleware.host import Host
+from desim.middleware.ledger import MessageLedger
 from desim.middleware.node import Node
 from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason
+from desim.monitor.recorder import Recorder
 from desim.ports import World
 from desim.robot.robot_map import RobotMap
 from desim.robot.software import robot_software
@@ -52,13 +54,16 @@ class Simulation:
 
     ``payloads``: when lazy contents are computed (lazy, birth, delivery: no result depends on it).
     ``trace_sink`` gets every trace row in batches, ``on_fate`` each message's fate; see ``Trace``
-    and ``Graph``. Raises ``InputError`` for what only shows when the parts meet: a start inside a
-    wall, an unreachable terrain.
+    and ``Graph``. ``recorder`` watches the run; its rows are the sink's affair. With a ``ledger``
+    the fates go there, and it passes them on. Raises
+    ``InputError`` for what only shows when the parts meet: a start inside a wall, an unreachable
+    terrain.
     """
 
     def __init__(self, scenario: Scenario, *, payloads: str = "lazy",
                  trace_sink: Callable[[np.ndarray], None] | None = None,
-                 on_fate: OnFate | None = None) -> None:
+                 on_fate: OnFate | None = None, recorder: Recorder | None = None,
+                 ledger: MessageLedger | None = None) -> None:
         self.scenario = scenario
         # The clock, the random numbers, the log.
         self.kernel, self.streams, self.names = Kernel(), Streams(scenario.seed), Names()
@@ -71,11 +76,17 @@ class Simulation:
         self.plan = plan(scenario)
         self.graph = wired(scenario, HostPlaces(self.world, self.plan), self.kernel, self.trace,
                            self.streams, [host.name for host in self.plan], payloads=payloads,
-                           on_fate=on_fate)
+                           on_fate=on_fate if ledger is None else ledger,
+                           passages=None if ledger is None else ledger.passages)
         # The observer, and what drives sensors and motors.
         self._controlled = [host.software for host in self.plan if host.software is not None]
         self._explorers = tuple(self.world.robots[robot] for robot in self._controlled)
         self.monitor = self._watching()
+        self._watchers: list[Monitor | Recorder] = [self.monitor]
+        if recorder is not None:
+            recorder.begin(self.kernel, self.names, self.world, self.grid, self.graph,
+                           self.monitor)
+            self._watchers.append(recorder)
         self._drivers: dict[str, Driver] = {}  # of the hosts that are up
         self._clock = WorldClock(self.kernel, self.world, self.trace, scenario, self._up_drivers,
                                  self.monitor.collided)
@@ -124,11 +135,15 @@ class Simulation:
             nodes.append(MonitorNode(host, self._explorers))
         if host_plan.software is not None:
             robot_map = RobotMap(self.grid, self._pool)
-            self.monitor.watch(host.name, robot_map)
+            self._watch(host.name, robot_map)
             nodes += robot_software(host, scenario, self.world.body(host_plan.software), robot_map,
                                     tuple(n for n in self._explorers if n != host.name),
                                     monitored=any(other.monitor for other in self.plan))
         return nodes
+
+    def _watch(self, robot: str, robot_map: RobotMap | None) -> None:
+        for watcher in self._watchers:
+            watcher.watch(robot, robot_map)
 
     def _up_drivers(self) -> Iterator[Driver]:
         """The drivers of the hosts that are up, in the order of hosts."""
@@ -141,7 +156,7 @@ class Simulation:
         host.stop()
         self._drivers.pop(host.name, None)
         if host.name in self._explorers:
-            self.monitor.watch(host.name, None)
+            self._watch(host.name, None)
         if fault.down_for_ns is not None:
             yield fault.down_for_ns
             host.start()

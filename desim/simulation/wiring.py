@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,9 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Trace
 from desim.errors import below
 from desim.middleware.graph import Graph, OnFate
+from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
+from desim.network.passages import Passages
 from desim.network.surroundings import Surroundings
 from desim.ports import Obstacles, Snapshot, World
 from desim.scenario.schema.communication import PluginChoice
@@ -55,14 +58,16 @@ def _rows(indices: np.ndarray) -> slice | np.ndarray:
 
 
 def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace, streams: Streams,
-          hosts: Sequence[str], *, payloads: str = "lazy", on_fate: OnFate | None = None) -> Graph:
+          hosts: Sequence[str], *, payloads: str = "lazy", on_fate: OnFate | None = None,
+          passages: Passages | None = None) -> Graph:
     """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware and media;
-    ``payloads`` and ``on_fate`` as ``Graph`` takes them. Raises ``InputError`` that begins with
-    the path of what does not fit."""
+    ``payloads``, ``on_fate`` and ``passages`` as ``Graph`` takes them. Raises ``InputError``
+    that begins with the path of what does not fit."""
     with below("middleware"):
         middleware = _plugin(scenario.middleware)
     graph = Graph(kernel, trace.names, trace, streams, middleware, hosts,
-                  payloads=payloads, on_fate=on_fate)
+                  payloads=payloads, on_fate=on_fate, passages=passages)
+    new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
     for name, choice in scenario.network.media.items():
         path = f"network.media.{name}"
         with below(path):
@@ -72,8 +77,8 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
             with below(f"{path}.rules.{number}"):
                 rules.append(_plugin(rule))
         with below(path):
-            graph.attach(Medium(name, model, rules, kernel=kernel, names=trace.names,
-                                streams=streams, hosts=hosts, place=place), choice.hosts)
+            graph.attach(new_medium(name, model, rules, kernel=kernel, names=trace.names,
+                                    streams=streams, hosts=hosts, place=place), choice.hosts)
     return graph
 
 

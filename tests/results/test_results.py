@@ -58,9 +58,10 @@ def test_a_mapping_is_as_good_as_a_file(hello):
 def test_the_contract(finished):
     assert finished.path.name == finished.manifest["run_id"]
     assert sorted(file.name for file in finished.path.iterdir()) == [
-        "latency.parquet", "manifest.json", "map", "messages.parquet", "names.json",
-        "robots.parquet", "samples.parquet", "scenario.resolved.yaml", "summary.json",
-        "trace.parquet"]
+        "events.parquet", "growth.parquet", "latency.parquet", "links.parquet", "manifest.json",
+        "map", "messages.parquet", "moving_obstacles.parquet", "names.json", "plans.parquet",
+        "poses.parquet", "robots.parquet", "samples.parquet", "scenario.resolved.yaml",
+        "summary.json", "trace.parquet", "walls.parquet"]
     assert sorted(file.name for file in (finished.path / "map").iterdir()) == [
         "merged.pgm", "merged.yaml", "truth.pgm", "truth.yaml"]
     assert set(finished.manifest) >= {

@@ -99,6 +99,13 @@ WRONG = {
     "no generator of terrains": ("environment: {terrain: {warehous: {size: [9 m, 9 m]}}}", [
         "2:25: environment.terrain.warehous: unknown key (did you mean 'warehouse'?); allowed: "
         "warehouse"]),
+    "a generator nearly as long as another key": (
+        "environment: {terrain: {maz: {size: [9 m, 9 m]}}}", [
+            "2:25: environment.terrain.maz: unknown key (did you mean 'maze'?); allowed: maze"]),
+    "a key of no terrain": ("environment: {terrain: {castle: {size: [9 m, 9 m]}}}", [
+        "2:24: environment.terrain: must be text, or a mapping with map, image, offset, material, "
+        "or a mapping with size, rectangles, walls, drawing, or a mapping with maze, or a mapping "
+        "with office, or a mapping with warehouse, got a mapping with castle"]),
     "a warehouse without a size": ("environment: {terrain: {warehouse: {seed: 2}}}", [
         "2:25: environment.terrain.warehouse: the key 'size' is missing: width and depth, centred "
         "on the origin"]),
@@ -408,7 +415,8 @@ def test_wrong_scenario(here, case):
     (b"name: \x00\n", "case.yaml: not YAML: special characters are not allowed"),
     (b"name: [\n", "case.yaml:2:1: not YAML: expected the node content, but found '<stream end>'"),
     (b"name: " + b"[" * 5000, "case.yaml: nested too deeply"),
-    (b"seed: 1\n", "case.yaml:1:1: the key 'name' is missing"),
+    (b"seed: 1\n", "case.yaml:1:1: the key 'name' is missing: of the run; its results are in "
+                    "results/<name>/<run id>"),
     (b"name: a b\n", "case.yaml:1:7: name: 'a b' is not allowed; allowed: text that matches "
                      "^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"),
 ])

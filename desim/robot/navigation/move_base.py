@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from desim.engine.trace import bits
 from desim.middleware.contents import Empty, Goal, GoalResult, Pose, Twist
 from desim.middleware.host import Host
@@ -18,6 +20,7 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser, Navigation
 from desim.units import NS_PER_S
 
+_NOWHERE = np.empty((0, 2))
 _RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer; maze_8: same
 
 
@@ -162,6 +165,7 @@ class MoveBase(Node):
         if path is None:
             return False
         self._local.follow(path)
+        self.display("plan", path)
         self._progress.begin(self.now_ns, pose.x_m, pose.y_m)
         return True
 
@@ -175,6 +179,7 @@ class MoveBase(Node):
     def _halt(self) -> None:
         """Stop, and send no more velocities until the next goal."""
         self._goal = None
+        self.display("plan", _NOWHERE)
         self._local.command(0.0, 0.0)
         self.publish("cmd_vel", Twist(0.0, 0.0, 0.0))
 

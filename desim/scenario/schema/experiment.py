@@ -44,5 +44,9 @@ class Measure(Params):
 class TraceParams(Params):
     """The rows that are kept of the trace; the digest is the same either way."""
 
-    keep: Literal["none", "messages", "all"] = Field("messages", description=(
-        "none; messages: one row a message between hosts; all: every trace row too"))
+    keep: Literal["none", "messages", "replay", "all"] = Field("replay", description=(
+        "none; messages: one row a message between hosts; replay: also what desim view shows; all: "
+        "every trace row too"))
+    ledger: bool = Field(False, description=(
+        "keep the parts of each message's time, in ledger.parquet; without it desim why makes the "
+        "run again"))

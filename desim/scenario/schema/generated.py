@@ -45,8 +45,8 @@ class Maze(FloorPlan):
 
 
 class Office(FloorPlan):
-    """An office: binary space partitioning (Shaker, Togelius and Nelson 2016, Procedural Content
-    Generation in Games, chapter 3) with corridors, and rooms with a door along them."""
+    """An office of corridors and rooms with a door along them: binary space partitioning (Shaker,
+    Togelius and Nelson 2016, Procedural Content Generation in Games, chapter 3)."""
 
     corridor_m: Length = Field("2.4 m", gt=0, description="width (ours: two robots can pass)")
     room_m: tuple[Length, Length] = Field(("4 m", "10 m"), description=(
@@ -103,3 +103,5 @@ class GeneratedWarehouse(Params):
 
 
 Generated = GeneratedMaze | GeneratedOffice | GeneratedWarehouse
+# By the key that chooses one.
+GENERATED: dict[str, type[FloorPlan]] = {"maze": Maze, "office": Office, "warehouse": Warehouse}

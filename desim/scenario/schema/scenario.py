@@ -45,8 +45,9 @@ class Physics(Params):
 class Scenario(Params):
     """One run, fully described."""
 
-    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$")
-    seed: int = Field(0, ge=0, le=2**63 - 1)
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$", description=(
+        "of the run; its results are in results/<name>/<run id>"))
+    seed: int = Field(0, ge=0, le=2**63 - 1, description="of all random numbers")
     deployment: Literal["testbed", "field"] = Field("testbed", description=(
         "testbed: the paper's cluster, everything over one LAN; field: a computer on each robot, "
         "radio between them"))

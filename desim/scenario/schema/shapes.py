@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import types
 from collections.abc import Mapping
+from difflib import SequenceMatcher
 from functools import cache
 from typing import Annotated, Union, get_args, get_origin
 
@@ -46,14 +47,17 @@ def tag(shape: object) -> str:
 def which(shapes: Shapes, value: object) -> str | None:
     """The tag of the alternative that ``value`` is meant to be, None if it is none of them.
 
-    Among mappings it is the one whose keys ``value`` has, or nearly has, most of.
+    Among mappings it is the one whose keys ``value`` has, or nearly has, most of; of several blocks
+    none if it has no key like one of theirs.
     """
     if isinstance(value, dict):
         blocks = [shape for shape in shapes if isinstance(shape, type) and
                   issubclass(shape, Params)]
         known = next((shape for shape in blocks if value.keys() <= {*keys(shape)}), None)
-        return tag(known or max(blocks, key=lambda shape: _likeness(value, shape))) \
-            if blocks else None
+        alike = [_likeness(value, shape) for shape in blocks]
+        if known is None and len(blocks) > 1 and not any(alike):
+            return None
+        return tag(known or blocks[alike.index(max(alike))]) if blocks else None
     for shape in shapes:
         kind = get_origin(shape) or shape
         if isinstance(kind, type) and isinstance(value, (list, tuple) if kind is tuple else kind):
@@ -82,6 +86,13 @@ def without_null(annotation: object) -> Shapes:
     return (annotation,)
 
 
-def _likeness(value: Mapping[object, object], block: type[Params]) -> int:
+def _likeness(value: Mapping[object, object], block: type[Params]) -> float:
+    """2 for each key that ``block`` has, up to 1 for one that it nearly has."""
     known = keys(block)
-    return sum(2 if key in known else bool(did_you_mean(str(key), known)) for key in value)
+    return sum(2.0 if key in known else max((_similarity(str(key), name) for name in known),
+                                            default=0.0) for key in value)
+
+
+def _similarity(word: str, name: str) -> float:
+    """Of a word to a name that it may be meant for (``did_you_mean``), else 0."""
+    return SequenceMatcher(None, name, word).ratio() if did_you_mean(word, [name]) else 0.0

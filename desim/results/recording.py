@@ -1,0 +1,214 @@
+"""The recording of a run: what people look at, read again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from desim.engine.trace import real
+from desim.monitor.recorder import StandingWall
+from desim.ports import GridSpec
+from desim.results.run import Run, readable
+from desim.results.seal import Json
+from desim.results.trace_words import values
+from desim.simulation.deployment import HostPlan, plan
+from desim.units import MM_PER_M, NS_PER_S
+
+
+class Poses(NamedTuple):
+    """The true poses of all robots: ``times_ns`` [n], ascending, ``xy_mm`` int32 [n, robots, 2] and
+    ``yaw_mrad`` int16 [n, robots]."""
+
+    times_ns: np.ndarray
+    xy_mm: np.ndarray
+    yaw_mrad: np.ndarray
+
+    def at(self, time_ns: int) -> np.ndarray:
+        """[robots, 3] x m, y m, yaw rad at ``time_ns``, on straight lines between the instants."""
+        times_ns = self.times_ns
+        after = int(np.clip(np.searchsorted(times_ns, time_ns), 1, max(len(times_ns) - 1, 1)))
+        before = min(after, len(times_ns) - 1)
+        one, other = before - (after <= before), before
+        span_ns = max(int(times_ns[other] - times_ns[one]), 1)
+        share = min(max((time_ns - int(times_ns[one])) / span_ns, 0.0), 1.0)
+        xy_mm = self.xy_mm[one] + share * (self.xy_mm[other] - self.xy_mm[one])
+        turn = (self.yaw_mrad[other] - self.yaw_mrad[one].astype(float)) / MM_PER_M
+        turn = (turn + np.pi) % (2 * np.pi) - np.pi
+        yaw_rad = self.yaw_mrad[one] / MM_PER_M + share * turn
+        return np.column_stack([xy_mm / MM_PER_M, yaw_rad])
+
+
+class Growth(NamedTuple):
+    """The map of one robot from a start of its software to its end. ``known_since`` uint16 [height,
+    width] of ``grid``, row 0 at the bottom: tenths of a second after the start, 65535 for never;
+    ``occupied`` bool alike, as believed at the end."""
+
+    robot: str
+    started_ns: int
+    until_ns: int
+    grid: GridSpec
+    known_since: np.ndarray
+    occupied: np.ndarray
+
+
+class ShownPlan(NamedTuple):
+    """Points [k, 2] in mm that a robot showed at an instant, until the next ones of their ``kind``:
+    plan, goal, frontiers, or what a strategy calls it."""
+
+    time_ns: int
+    robot: str
+    kind: str
+    xy_mm: np.ndarray
+
+
+class Event(NamedTuple):
+    """A rare row of the trace, in words."""
+
+    time_ns: int
+    kind: str
+    entity: str
+    detail: str
+
+
+class LinkChange(NamedTuple):
+    """Frames get from ``host`` to ``other`` from ``time_ns`` on, or do not."""
+
+    time_ns: int
+    host: str
+    other: str
+    linked: bool
+
+
+class Recording:
+    """The recording of a run whose folder has one. Everything is read when it is asked for; each
+    may raise ``InputError`` for a damaged file."""
+
+    def __init__(self, run: Run, home: TemporaryDirectory[str] | None = None) -> None:
+        self.run = run
+        self.begin_ns = 0
+        self._home = home  # of a run that was made again, gone with this object
+
+    @cached_property
+    def hosts(self) -> tuple[HostPlan, ...]:
+        """The hosts in index order, with their places."""
+        return tuple(plan(self.run.scenario))
+
+    @cached_property
+    def robots(self) -> tuple[str, ...]:
+        """The robots, in the order of ``poses``."""
+        return tuple(self._table("poses")["robot"].combine_chunks().dictionary.to_pylist())
+
+    @cached_property
+    def end_ns(self) -> int:
+        """The last instant of the run."""
+        return round(self.run.manifest["simulated_s"] * NS_PER_S)
+
+    @cached_property
+    def poses(self) -> Poses:
+        """The poses of all robots."""
+        table, robots = self._table("poses"), max(len(self.robots), 1)
+        by_robot = {name: table[name].to_numpy().reshape(robots, -1)
+                    for name in ("time_ns", "x_mm", "y_mm", "yaw_mrad")}
+        return Poses(by_robot["time_ns"][0],
+                     np.stack([by_robot["x_mm"].T, by_robot["y_mm"].T], axis=-1),
+                     by_robot["yaw_mrad"].T)
+
+    @cached_property
+    def moving_obstacles(self) -> np.ndarray:
+        """int32 [n, obstacles, 3] x mm, y mm, radius mm, at the instants of ``poses``."""
+        table, count = self._table("moving_obstacles"), len(self.poses.times_ns)
+        columns = [table[name].to_numpy() for name in ("x_mm", "y_mm", "radius_mm")]
+        return np.stack(columns, axis=-1).reshape(-1, count, 3).swapaxes(0, 1)
+
+    @cached_property
+    def growths(self) -> tuple[Growth, ...]:
+        """The growth of each map, in the order in which robots' software started."""
+        table = self._table("growth")
+        return tuple(_growth({name: table[name][i] for name in table.column_names})
+                     for i in range(len(table)))
+
+    @cached_property
+    def walls(self) -> tuple[StandingWall, ...]:
+        """The terrain: its walls, and closed doors as long as they were closed."""
+        return tuple(StandingWall(**row) for row in self._table("walls").to_pylist())
+
+    @cached_property
+    def plans(self) -> tuple[ShownPlan, ...]:
+        """All that the robots' software has shown, and their goals, by time."""
+        table = self._table("plans")
+        places = [np.column_stack([x, y]).astype(np.int32) for x, y in
+                  zip(table["x_mm"].to_pylist(), table["y_mm"].to_pylist(), strict=True)]
+        shown = list(map(ShownPlan, table["time_ns"].to_pylist(), table["robot"].to_pylist(),
+                         table["kind"].to_pylist(), places))
+        return tuple(sorted(shown + goals_of(self._rows), key=lambda plan: plan.time_ns))
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """The rare rows of the trace, by time."""
+        return events_of(self._rows, self.run.names)
+
+    @cached_property
+    def links(self) -> tuple[LinkChange, ...]:
+        """The changes of links, sampled once a second. In the beginning nobody is linked."""
+        table = self.run.table("links")
+        times_ns = np.rint(table["time_s"] * NS_PER_S).astype(np.int64).tolist()
+        return tuple(map(LinkChange, times_ns, table["host"], table["other"],
+                         table["linked"].tolist()))
+
+    @cached_property
+    def messages(self) -> pa.Table:
+        """One row a message and receiver."""
+        return self._table("messages")
+
+    @cached_property
+    def _rows(self) -> list[Json]:
+        return rows_of(self._table("events"))
+
+    def _table(self, name: str) -> pa.Table:
+        file = self.run.file(f"{name}.parquet")
+        with readable(file):
+            return pq.read_table(file)
+
+
+def rows_of(events: pa.Table) -> list[Json]:
+    """Rows of a trace, by time, as mappings."""
+    rows: list[Json] = events.sort_by("t_ns").to_pylist()
+    return rows
+
+
+def events_of(rows: Sequence[Json], names: Mapping[int, str]) -> tuple[Event, ...]:
+    """Rows of a trace in words; ``names`` are those of its ids."""
+    return tuple(Event(row["t_ns"], row["kind"], row["entity"], values(row, row["kind"], names))
+                 for row in rows)
+
+
+def goals_of(rows: Sequence[Json]) -> list[ShownPlan]:
+    """The goals that explore has set, and their ends."""
+    goals = []
+    for row in rows:
+        if row["kind"] == "goal":
+            place = [real(row[column]) * MM_PER_M for column in "ab"]
+        elif row["kind"] in ("goal_reached", "goal_aborted"):
+            place = []
+        else:
+            continue
+        goals.append(ShownPlan(row["t_ns"], row["entity"], "goal",
+                               np.rint(place).astype(np.int32).reshape(-1, 2)))
+    return goals
+
+
+def _growth(row: Mapping[str, pa.Scalar]) -> Growth:
+    robot, started_ns, until_ns, *grid = (row[name].as_py() for name in (
+        "robot", "started_ns", "until_ns", "resolution_m", "width", "height", "x_m", "y_m"))
+    spec = GridSpec(*grid)
+    shape = spec.height, spec.width
+    occupied = np.unpackbits(row["occupied"].values.to_numpy(), count=spec.width * spec.height)
+    return Growth(robot, started_ns, until_ns, spec,
+                  row["known_since"].values.to_numpy().reshape(shape),
+                  occupied.reshape(shape).astype(bool))
