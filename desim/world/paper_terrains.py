@@ -36,14 +36,16 @@ def _block(x0: int, y0: int, x1: int, y1: int) -> dict:
     return {"x": (f"{x0} m", f"{x1} m"), "y": (f"{y0} m", f"{y1} m")}
 
 
+ABOUT = {
+    "loop": "One block; the road is the ring around it.",
+    "cross": "Four blocks; the roads are the ring and the cross between them.",
+    "zigzag": "Nine walls and ten roads. The first wall from the left leaves its gap at the top.",
+    "maze": "Thin walls on a grid of 10 x 10 cells.",
+}
 BUILTIN: dict[str, dict] = {
-    # Four blocks; the roads are the ring and the cross between them.
     "cross": {"rectangles": [_block(x, y, x + 28, y + 28) for x in (-32, 4) for y in (-32, 4)]},
-    # One block; the road is the ring around it.
     "loop": {"rectangles": [_block(-32, -32, 32, 32)]},
-    # Thin walls on a grid of 10 x 10 cells.
     "maze": {"drawing": {"lines": MAZE.splitlines()}},
-    # Nine walls and ten roads. The first wall from the left leaves its gap at the top.
     "zigzag": {"walls": [{"from": (f"{x} m", f"{low} m"), "to": (f"{x} m", f"{low + 72} m")}
                          for x, low in zip(range(-32, 33, 8), cycle((-40, -32)), strict=False)]},
 }

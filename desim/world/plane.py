@@ -162,6 +162,10 @@ class Plane:
         """[3] x m, y m, yaw rad as the odometer of ``robot`` shows at its tick ``tick``."""
         return self._odometers.read(snapshot.poses, snapshot.geometry.reckoned, robot, tick)
 
+    def moving_obstacles(self) -> np.ndarray:
+        """[obstacles, 3] x m, y m, radius m as of the last tick."""
+        return self._movers.discs
+
     def contacts(self) -> list[tuple[int, int]]:
         """Collision episodes that began since the last call: (robot, other robot or -1 for wall,
         door or moving obstacle), sorted; of two robots the lower index stands first."""

@@ -1,11 +1,14 @@
 """An index of walls: a grid of tiles, each with a list of the walls within its reach."""
 
 import math
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from desim.world.geometry import point_distance
+
+_BESIDE = 16  # tiles that are indexed at a time: few walls are near all of them
 
 
 class TileIndex(NamedTuple):
@@ -26,15 +29,20 @@ def tile_index(walls: np.ndarray, bounds: tuple[float, float, float, float], til
     cols = max(int(np.ceil((x1 - x0) / tile_m)), 1)
     rows = max(int(np.ceil((y1 - y0) / tile_m)), 1)
     reach_m += tile_m * np.sqrt(0.5)
-    centre_x = x0 + (np.arange(cols) + 0.5) * tile_m
+    low, high = (pick(walls[:, :2], walls[:, 2:]) for pick in (np.minimum, np.maximum))
     start = np.zeros((rows, cols + 1), dtype=np.int64)
     items, total = [], 0
-    for row in range(rows):
-        centres = np.stack([centre_x, np.full(cols, y0 + (row + 0.5) * tile_m)], axis=1)
-        tile, wall = np.nonzero(point_distance(centres, walls) <= reach_m)
-        start[row, :] = total + np.searchsorted(tile, np.arange(cols + 1))
+    for row, first in product(range(rows), range(0, cols, _BESIDE)):
+        x_m = x0 + (np.arange(first, min(first + _BESIDE, cols)) + 0.5) * tile_m
+        y_m = y0 + (row + 0.5) * tile_m
+        near = np.flatnonzero(((high >= (x_m[0] - reach_m, y_m - reach_m))
+                               & (low <= (x_m[-1] + reach_m, y_m + reach_m))).all(axis=1))
+        centres = np.column_stack([x_m, np.full(len(x_m), y_m)])
+        tile, wall = np.nonzero(point_distance(centres, walls[near]) <= reach_m)
+        ends = total + np.searchsorted(tile, np.arange(len(x_m) + 1))
+        start[row, first:first + len(ends)] = ends
         total += len(wall)
-        items.append(wall)
+        items.append(near[wall])
     return TileIndex(start, np.concatenate(items).astype(np.int64),
                      np.array([x0, y0, 1.0 / tile_m]))
 
