@@ -1,0 +1,164 @@
+"""A recording of ROS as a replayed fleet: the folder of a run that was not simulated."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import unicodedata
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import yaml
+
+from desim.errors import InputError
+from desim.export.gathered import Gathered
+from desim.export.imported_tables import ReplayedFleet, Tables, tables
+from desim.export.targets import writing
+from desim.export.trajectories import Trajectory, together, tracks
+from desim.results import identity, parquet
+from desim.results.run import Run
+from desim.results.seal import MANIFEST, SUMMARY, Json, seal
+from desim.results.status import RunStatus
+from desim.scenario.schema.fleet import MAX_ROBOTS
+from desim.units import NS_PER_S
+
+_LISTED = 8  # robots, with where their poses come from
+_DIGITS = 12  # as of a run's id
+_MOST_DAYS, _FARTHEST_M = 31, 2_000_000  # int32 mm
+_CHUNK = 1 << 20
+
+
+class Imported(NamedTuple):
+    """A run that was imported, and sentences about what it has and what was left out."""
+
+    run: Run
+    notes: list[str]
+
+
+def import_recording(path: Path, out: Path, name: str | None = None, topic: str | None = None
+                     ) -> Imported:
+    """Make a run's folder, ``out/<name>/<id>``, of the trajectories, maps, paths and log of links
+    in the MCAP file or bag at ``path``. ``name`` None: as the file is
+    called, in ASCII. ``topic`` is a
+    pattern for the topics of poses (None: all).
+
+    The manifest's status is ``imported``; such a run can be looked at, not repeated. A file that
+    was cut short is read up to there, which the notes say. Raises ``InputError`` for a file that
+    cannot be read or has no trajectories, and a folder that cannot be written.
+    """
+    gathered = Gathered(path, topic)
+    found = tracks(gathered.trajectories, gathered.frames)
+    _check(path, gathered, found)
+    times_ns, poses = together(found, gathered.start_ns)
+    fleet = ReplayedFleet(gathered, found, times_ns, poses)
+    made = tables(fleet)
+    source = path.resolve()
+    about: Json = {
+        "status": RunStatus.IMPORTED, "source": source.name, "digest": None, "seed": None,
+        "name": _run_name(name or source.stem), "run_id": _digest(source), "events": 0,
+        "simulated_s": fleet.end_ns / NS_PER_S, "desim_version": identity.versions()["desim"],
+        "broken": gathered.file.broken}
+    folder = _written(out / about["name"] / about["run_id"], about, made, _scenario(fleet),
+                      _summary(source.name, fleet, made))
+    return Imported(Run(folder), _notes(fleet, made))
+
+
+def _run_name(text: str) -> str:
+    """A run's name in ASCII: letters without their accents, ``_`` for all else between them."""
+    bare = "".join(letter for letter in unicodedata.normalize("NFKD", text)
+                   if not unicodedata.combining(letter))
+    name = re.sub(r"\W", "_", bare, flags=re.ASCII).strip("_")
+    return name if name[:1].isalpha() else f"recording_{name}".rstrip("_")
+
+
+def _check(path: Path, gathered: Gathered, found: Mapping[str, Trajectory]) -> None:
+    """Refuse what cannot be a recording of one fleet."""
+    days = (gathered.end_ns - gathered.start_ns) / (86_400 * NS_PER_S)
+    if days > _MOST_DAYS:
+        raise InputError(f"{path}: its stamps are {days:.0f} days apart; at most {_MOST_DAYS}: "
+                         "some may count from 0, and others from 1970; --topic takes some only")
+    farthest_m = max(float(np.abs(track.poses[:, :2]).max()) for track in found.values())
+    if farthest_m > _FARTHEST_M:
+        raise InputError(f"{path}: its robots are up to {farthest_m:.0f} m from the origin; at "
+                         f"most {_FARTHEST_M} m: poses in a local frame are wanted")
+    if len(found) > MAX_ROBOTS:
+        raise InputError(f"{path}: it has {len(found)} robots; at most {MAX_ROBOTS}; --topic takes "
+                         "some only")
+
+
+def _digest(path: Path) -> str:
+    """A hash of the file's content, of all files' in a folder."""
+    digest = hashlib.sha256()
+    for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
+        if file.is_file():
+            with file.open("rb") as opened:
+                while part := opened.read(_CHUNK):
+                    digest.update(part)
+    return digest.hexdigest()[:_DIGITS]
+
+
+def _scenario(fleet: ReplayedFleet) -> Json:
+    """The least of a scenario: who is there, and where they start. Nothing else is known."""
+    side_m = 2 * float(np.abs(fleet.poses[..., :2]).max()) + 1
+    return {"deployment": "field",
+            "environment": {"terrain": {"size": [f"{side_m:.3f} m", f"{side_m:.3f} m"]}},
+            "fleet": {"start": {"poses": [
+                {"name": robot, "x": f"{x:.3f} m", "y": f"{y:.3f} m", "heading": f"{yaw:.3f} rad"}
+                for robot, (x, y, yaw) in zip(fleet.robots, fleet.poses[0].tolist(), strict=True)]},
+                "size": len(fleet.robots)},
+            "hosts": {host: {} for host in fleet.stations}}
+
+
+def _summary(source: str, fleet: ReplayedFleet, made: Tables) -> Json:
+    """Those metrics that a replay shows; None is unknown."""
+    fates = made["messages"]["fate"].to_pylist()
+    links = fleet.gathered.links
+    return {"imported_from": source, "stop_reason": "imported",
+            "simulated_s": fleet.end_ns / NS_PER_S, "exploration_time_s": None, "collisions": None,
+            "exploration_cost_m": float(np.hypot(*np.diff(
+                fleet.poses[..., :2], axis=0).transpose(2, 0, 1)).sum()),
+            "messages_delivered": sum(one.messages for one in links),
+            "messages_dropped": {"logged": sum(one.dropped for one in links)} if "dropped" in fates
+            else {}, "partitions": {"count": None, "episodes_s": []}, "warnings": []}
+
+
+def _written(folder: Path, about: Json, made: Tables, scenario: Json, summary: Json) -> Path:
+    """Write the folder beside its place, and its files then into it, the manifest last."""
+    partial = folder.with_name(f"{folder.name}.partial")
+    with writing(folder, "--out"):
+        partial.mkdir(parents=True, exist_ok=True)
+        for name, table in made.items():
+            parquet.write(partial / f"{name}.parquet", table)
+        (partial / "names.json").write_text("{}\n")
+        (partial / "scenario.resolved.yaml").write_text(
+            yaml.safe_dump({"name": about["name"], "seed": 0, **scenario}, sort_keys=False))
+        (partial / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n")
+        names = sorted(file.name for file in partial.iterdir() if file.name != MANIFEST)
+        seal(partial, about, names)
+        folder.mkdir(exist_ok=True)
+        for name in [*names, MANIFEST]:
+            os.replace(partial / name, folder / name)
+        partial.rmdir()
+    return folder
+
+
+def _notes(fleet: ReplayedFleet, made: Tables) -> list[str]:
+    gathered, notes = fleet.gathered, []
+    poses = made["poses"].num_rows // len(fleet.robots)
+    notes.append(f"{len(fleet.robots)} robots, {fleet.end_ns / NS_PER_S:.1f} s, {poses} poses each")
+    listed = [f"  {robot}: {track.source}" for robot, track in fleet.tracks.items()]
+    notes += listed if len(listed) <= _LISTED else [*listed[:_LISTED - 2], "  ...", listed[-1]]
+    mapped, maps = made["growth"].num_rows, len(gathered.grids)
+    if maps:
+        notes.append(f"maps of {mapped} robots, of {maps} topics with maps")
+    if gathered.links:
+        notes.append(f"{made['links'].num_rows} changes of links, "
+                     f"{len(gathered.links)} entries of their log")
+    if gathered.file.broken:
+        notes.append("the file is damaged, and was read as far as it can be: "
+                     f"{gathered.file.broken}")
+    return notes

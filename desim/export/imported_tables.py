@@ -1,0 +1,194 @@
+"""The tables of a replayed fleet, made of a ROS recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pyarrow as pa
+
+from desim.export.gathered import Corners, Gathered, LinkNews
+from desim.export.imported_maps import growth_table
+from desim.export.trajectories import Trajectory
+from desim.monitor.recorder import StandingWall
+from desim.results.parquet import MESSAGES, TRACE
+from desim.units import MM_PER_M, NS_PER_S
+
+LOGGED = "/logged"  # the topic of messages of which only a log of links knows
+_PLACES = pa.list_(pa.int32())
+
+Tables = dict[str, pa.Table]
+
+
+class ReplayedFleet:
+    """The robots of a recording, with their poses at common times from 0; the other hosts that its
+    log of links names."""
+
+    def __init__(self, gathered: Gathered, found: Mapping[str, Trajectory], times_ns: np.ndarray,
+                 poses: np.ndarray) -> None:
+        self.gathered, self.tracks = gathered, found
+        self.times_ns, self.poses = times_ns, poses
+        self.robots = tuple(found)
+        named = {host: None for news in gathered.links for host in (news.host, news.other)}
+        self.stations = [host for host in named if host not in found]
+        self.end_ns = max(int(times_ns[-1]), gathered.end_ns - gathered.start_ns)
+
+    def since(self, time_ns: int) -> int:
+        """The time from the beginning of the recording on."""
+        return time_ns - self.gathered.start_ns
+
+    def robot_of(self, topic: str) -> str | None:
+        """The robot to which a map or a plan belongs: the one whose topic, or frame, begins
+        alike."""
+        for robot, track in self.tracks.items():
+            stem = "/" + track.source.lstrip("/").rpartition("/")[0]
+            if topic.startswith(stem.rstrip("/") + "/") and (
+                    stem != "/" or len(self.robots) == 1):
+                return robot
+        return None
+
+
+def tables(fleet: ReplayedFleet) -> Tables:
+    """All tables by name, as a run leaves them; without trace rows, events and samples."""
+    return {"poses": _poses(fleet), "moving_obstacles": _none(
+                time_ns=pa.int64(), obstacle=pa.int32(), x_mm=pa.int32(), y_mm=pa.int32(),
+                radius_mm=pa.int32()),
+            "growth": growth_table(fleet.robots, fleet.end_ns, {
+                topic: [(fleet.since(time_ns), grid) for time_ns, grid in grids]
+                for topic, grids in fleet.gathered.grids.items()}, fleet.robot_of),
+            "plans": _plans(fleet), "walls": _walls(fleet), "links": _links(fleet),
+            "messages": _messages(fleet), "robots": _robots(fleet),
+            "events": TRACE.empty_table(),
+            "samples": pa.table({
+                "time_s": pa.array(_explored(fleet)[0] / NS_PER_S, pa.float64()),
+                "explored_union": pa.array(_explored(fleet)[1], pa.float64())})}
+
+
+def _none(**columns: pa.DataType) -> pa.Table:
+    return pa.schema(list(columns.items())).empty_table()
+
+
+def _poses(fleet: ReplayedFleet) -> pa.Table:
+    """A row a robot and instant, robot by robot; as a run's, it lasts to the end."""
+    times_ns, poses = fleet.times_ns, fleet.poses
+    if times_ns[-1] < fleet.end_ns:
+        times_ns, poses = np.append(times_ns, fleet.end_ns), np.append(poses, poses[-1:], axis=0)
+    yaw = (poses[..., 2] + np.pi) % (2 * np.pi) - np.pi
+    robot = np.repeat(np.arange(len(fleet.robots), dtype=np.int32), len(times_ns))
+    x_mm, y_mm = (_mm(poses[..., axis].T.ravel()) for axis in (0, 1))
+    return pa.table({
+        "time_ns": np.tile(times_ns, len(fleet.robots)),
+        "robot": pa.DictionaryArray.from_arrays(robot, pa.array(fleet.robots, pa.string())),
+        "x_mm": x_mm, "y_mm": y_mm, "yaw_mrad": _mm(yaw.T.ravel()).astype(np.int16)})
+
+
+def _mm(values_m: np.ndarray) -> np.ndarray:
+    return np.rint(values_m * MM_PER_M).astype(np.int32)
+
+
+def _plans(fleet: ReplayedFleet) -> pa.Table:
+    rows = [(fleet.since(time_ns), robot, kind, _mm(places.reshape(-1, 2)))
+            for time_ns, topic, kind, places in fleet.gathered.plans
+            if (robot := fleet.robot_of(topic)) is not None]
+    return pa.table({"time_ns": pa.array([row[0] for row in rows], pa.int64()),
+                     "robot": pa.array([row[1] for row in rows], pa.string()),
+                     "kind": pa.array([row[2] for row in rows], pa.string()),
+                     "x_mm": pa.array([row[3][:, 0] for row in rows], _PLACES),
+                     "y_mm": pa.array([row[3][:, 1] for row in rows], _PLACES)})
+
+
+def _walls(fleet: ReplayedFleet) -> pa.Table:
+    """Each wall, from the first message that shows it to the first one without it."""
+    rows: list[StandingWall] = []
+    since: dict[Corners, tuple[int, str, float]] = {}
+    shown = [(fleet.since(time_ns), standing) for time_ns, standing in fleet.gathered.walls]
+    for time_ns, standing in [*shown, (fleet.end_ns + 1, {})]:
+        for corners in [corners for corners in since if corners not in standing]:
+            from_ns, material, height_m = since.pop(corners)
+            x1, y1, x2, y2 = (round(place * MM_PER_M) for place in corners)
+            rows.append(StandingWall(from_ns, time_ns, x1, y1, x2, y2, material,
+                                     round(height_m * MM_PER_M)))
+        for corners, (material, height_m) in standing.items():
+            since.setdefault(corners, (time_ns, material, height_m))
+    return pa.table({name: pa.array([getattr(row, name) for row in rows],
+                                    pa.string() if name == "material" else pa.int64())
+                     for name in StandingWall._fields})
+
+
+def _links(fleet: ReplayedFleet) -> pa.Table:
+    """The changes of links."""
+    state: dict[tuple[str, str], bool] = {}
+    rows = []
+    for news in sorted(fleet.gathered.links, key=lambda one: one.time_ns):
+        pair = news.host, news.other
+        if news.linked is not None and news.linked != state.get(pair, False):
+            state[pair] = news.linked
+            rows.append((fleet.since(news.time_ns) / NS_PER_S, *pair, news.linked))
+    return pa.table({"time_s": pa.array([row[0] for row in rows], pa.float64()),
+                     "host": pa.array([row[1] for row in rows], pa.string()),
+                     "other": pa.array([row[2] for row in rows], pa.string()),
+                     "linked": pa.array([row[3] for row in rows], pa.bool_())})
+
+
+def _messages(fleet: ReplayedFleet) -> pa.Table:
+    """A row for what a link delivered, and one for what it dropped, in each entry of the log: their
+    bytes together, and their mean latency."""
+    rows: list[tuple[LinkNews, int, int, str, str | None, int, int | None]] = []
+    for news in fleet.gathered.links:
+        end_ns = max(fleet.since(news.time_ns) - 1, 0)  # an entry is about the time before it
+        born_ns = max(end_ns - news.latency_ns, 0)
+        if news.messages:
+            rows.append((news, news.size_bytes, born_ns, "delivered", None, end_ns,
+                         end_ns - born_ns))
+        if news.dropped:
+            rows.append((news, 0, end_ns, "dropped", "logged", end_ns, None))
+    born = [row[2] for row in rows]
+    columns = [range(1, len(rows) + 1), [LOGGED] * len(rows), [row[0].host for row in rows],
+               [row[0].other for row in rows], [row[1] for row in rows], born, born, born,
+               *([row[i] for row in rows] for i in (3, 4, 5, 6))]
+    return pa.table([pa.array(list(column), pa.string()).dictionary_encode()
+                     if pa.types.is_dictionary(field.type) else pa.array(list(column), field.type)
+                     for column, field in zip(columns, MESSAGES, strict=True)], schema=MESSAGES)
+
+
+def _robots(fleet: ReplayedFleet) -> pa.Table:
+    """A row a second and robot: its pose, and the way that it has gone. What it knew is unknown."""
+    seconds = np.arange(0, fleet.end_ns + 1, NS_PER_S)
+    count, robots = len(seconds), len(fleet.robots)
+    steps_m = np.hypot(*np.diff(fleet.poses[..., :2], axis=0).transpose(2, 0, 1))
+    ways_m = np.concatenate([np.zeros((1, robots)), np.cumsum(steps_m, axis=0)])
+
+    def at(values: np.ndarray) -> np.ndarray:
+        return np.stack([np.interp(seconds, fleet.times_ns, values[:, i])
+                         for i in range(robots)], axis=1).ravel()
+
+    unknown = np.full(count * robots, np.nan)
+    times_ns, shares = _explored(fleet)
+    union = np.interp(seconds, times_ns, shares) if len(times_ns) else np.full(count, np.nan)
+    received, sent = _bytes(fleet, seconds)
+    return pa.table({
+        "time_s": np.repeat(seconds / NS_PER_S, robots), "robot": list(fleet.robots) * count,
+        "x_m": at(fleet.poses[..., 0]), "y_m": at(fleet.poses[..., 1]),
+        "yaw_rad": at(fleet.poses[..., 2]), "explored": unknown,
+        "explored_union": np.repeat(union, robots), "distance_m": at(ways_m),
+        "rx_bytes": received.ravel(), "tx_bytes": sent.ravel()})
+
+
+def _explored(fleet: ReplayedFleet) -> tuple[np.ndarray, np.ndarray]:
+    """The instants at which the explored share was recorded, and the shares."""
+    rows = [(fleet.since(time_ns), share) for time_ns, share in fleet.gathered.explored
+            if 0 <= fleet.since(time_ns) <= fleet.end_ns]
+    return (np.array([row[0] for row in rows], np.int64), np.array([row[1] for row in rows], float))
+
+
+def _bytes(fleet: ReplayedFleet, seconds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """[seconds, robots] each: the bytes of messages that a robot has received and sent by then."""
+    number = {robot: i for i, robot in enumerate(fleet.robots)}
+    both = np.zeros((2, len(seconds), len(fleet.robots)), np.int64)
+    for news in fleet.gathered.links:
+        second = np.searchsorted(seconds, fleet.since(news.time_ns))
+        for way, host in enumerate((news.other, news.host)):
+            if host in number and second < len(seconds):
+                both[way, second, number[host]] += news.size_bytes
+    received, sent = both.cumsum(axis=1)
+    return received, sent

@@ -1,0 +1,41 @@
+"""A layout for Foxglove, in which a recording is seen without set-up."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+
+from desim.results.recording import Recording
+from desim.results.seal import Json
+from desim.results.status import is_imported
+from desim.units import MM_PER_M
+
+_SCENE, _SPEEDS = "3D!desim", "Plot!speeds"
+_VIEW = 0.9  # of the larger side of the terrain, from above
+
+
+def layout(recording: Recording) -> Json:
+    """``foxglove_layout.json`` with the topics and the extent of ``recording``."""
+    found: Json = json.loads((files("desim.export") / "foxglove_layout.json").read_text())
+    panels = found["configById"]
+    scene = panels[_SCENE]
+    for robot in recording.robots:
+        if not is_imported(recording.run.manifest):
+            scene["topics"][f"/{robot}/scan"] = {
+                "visible": True, "colorMode": "flat", "flatColor": "#e69f0055", "pointSize": 2}
+        scene["topics"] |= {
+            f"/{robot}/plan": {"visible": True, "lineWidth": 0.08},
+            f"/{robot}/goal": {"visible": True, "type": "arrow", "arrowScale": [0.8, 0.15, 0.15]},
+            f"/{robot}/map": {"visible": False}, f"/{robot}/odom": {"visible": False}}
+    panels[_SPEEDS]["paths"] = [
+        {"value": f"/{robot}/odom.twist.twist.linear.x", "enabled": True, "label": robot,
+         "timestampMethod": "receiveTime"} for robot in recording.robots[:6]]
+    corners = [(x, y) for wall in recording.walls
+               for x, y in ((wall.x1_mm, wall.y1_mm), (wall.x2_mm, wall.y2_mm))]
+    if corners:
+        xs, ys = zip(*corners, strict=True)
+        scene["cameraState"] |= {
+            "distance": max(max(xs) - min(xs), max(ys) - min(ys), MM_PER_M) / MM_PER_M * _VIEW,
+            "targetOffset": [(min(xs) + max(xs)) / 2 / MM_PER_M,
+                             (min(ys) + max(ys)) / 2 / MM_PER_M, 0]}
+    return found

@@ -1,0 +1,62 @@
+"""The scans of a recording, cast again at the recorded poses by the sensors of the run's world."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim import plugins
+from desim.engine.streams import Streams
+from desim.ports import Snapshot
+from desim.results.source import ReplaySource
+from desim.scenario.schema.robot import Laser
+from desim.scenario.schema.scenario import Scenario
+from desim.units import MM_PER_M, NS_PER_S
+from desim.world.plane import Plane
+
+_STEPS_PER_M = 1024  # ranges keep 1 mm, and files half of their bytes
+
+
+class Scanner:
+    """The lasers of all robots of ``scenario``, among the walls, doors and moving obstacles of a
+    recording. Raises ``InputError`` where the terrain's file has gone."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.laser: Laser = scenario.robot.scanner
+        self._world = plugins.load("world", scenario.physics.model).build(
+            scenario, Streams(scenario.seed))
+        self._all = np.arange(len(self._world.robots))
+        self._start: Snapshot = self._world.snapshot()
+        self._doors = {_corners(door.start_m, door.end_m) for door in scenario.environment.doors}
+
+    def ranges_m(self, recording: ReplaySource, k: int) -> np.ndarray:
+        """[robots, beams] float32 m, to a millimetre, at the poses of recorded instant ``k``;
+        infinite where a beam meets nothing."""
+        of = recording.poses
+        time_ns = int(of.times_ns[k])
+        poses = np.column_stack([of.xy_mm[k], of.yaw_mrad[k]]) / MM_PER_M
+        tick = int(time_ns * self.laser.rate_hz // NS_PER_S)
+        snapshot = self._start._replace(time_ns=time_ns, poses=np.ascontiguousarray(poses))
+        if isinstance(self._world, Plane):
+            snapshot = snapshot._replace(geometry=self._start.geometry._replace(
+                walls=self._walls(self._world, recording, time_ns),
+                discs=recording.moving_obstacles[k] / MM_PER_M))
+        ranges = self._world.scan(snapshot, self._all, tick)
+        beyond = ranges >= np.float32(self.laser.max_range_m)
+        ranges = np.round(ranges * _STEPS_PER_M) / np.float32(_STEPS_PER_M)
+        ranges[beyond] = np.inf
+        return ranges
+
+    def _walls(self, world: Plane, recording: ReplaySource, time_ns: int) -> np.ndarray:
+        """The terrain, and behind it the doors that are closed at an instant."""
+        if not self._doors:
+            return world.terrain.lines
+        corners = [(wall.x1_mm, wall.y1_mm, wall.x2_mm, wall.y2_mm) for wall in recording.walls
+                   if wall.from_ns <= time_ns < wall.until_ns]
+        closed = [corner for corner in corners if corner in self._doors]
+        return np.concatenate([world.terrain.lines, np.array(closed).reshape(-1, 4) / MM_PER_M])
+
+
+def _corners(start_m: tuple[float, float], end_m: tuple[float, float]
+             ) -> tuple[int, int, int, int]:
+    x1, y1, x2, y2 = (round(place * MM_PER_M) for place in (*start_m, *end_m))
+    return x1, y1, x2, y2

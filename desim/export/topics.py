@@ -1,0 +1,211 @@
+"""The topics of a recording: what a fleet with ROS would have recorded, message by message."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from heapq import merge
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.export.link_log import DIAGNOSTICS, link_log
+from desim.export.markers import ARRAY, MAP_FRAME, Markers, Timed, repeated
+from desim.export.ros_types import Message, RosTypes
+from desim.export.scans import Scanner
+from desim.export.traffic import Traffic
+from desim.results.recording import Growth, ShownPlan
+from desim.results.source import ReplaySource
+from desim.units import MM_PER_M, NS_PER_S
+
+SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
+TRANSFORMS, GRID = "tf2_msgs/msg/TFMessage", "nav_msgs/msg/OccupancyGrid"
+PATH, GOAL = "nav_msgs/msg/Path", "geometry_msgs/msg/PoseStamped"
+NUMBER = "std_msgs/msg/Float64"
+MAP_EVERY_NS = 15 * NS_PER_S  # between maps, if they have grown
+_MAP_AGAIN_NS = 60 * NS_PER_S  # if not
+_TENTH_NS, _NEVER = NS_PER_S // 10, 65535
+
+
+class Sample(NamedTuple):
+    """A message on a topic at an instant; ``kind`` is its type."""
+
+    time_ns: int
+    topic: str
+    kind: str
+    message: Message
+
+
+def samples(recording: ReplaySource, types: RosTypes, scanner: Scanner | None
+            ) -> Iterator[Sample]:
+    """All messages of a recording, by time; ``scanner`` is that of its scenario. None: nothing is
+    known of its lasers, and there are no scans."""
+    markers, traffic = Markers(recording, types), Traffic(recording)
+    streams: list[Iterator[Sample]] = [
+        _on("/tf_static", TRANSFORMS, _fixed(recording, types, scanner is not None)),
+        _moving(recording, types),
+        _on("/terrain", ARRAY, markers.terrain()),
+        _on("/robots", ARRAY, markers.robots()),
+        _on("/links", ARRAY, markers.links(traffic)),
+        _on("/diagnostics", DIAGNOSTICS, link_log(recording, traffic, types)),
+        _plans(recording, types),
+        _on("/map", GRID, _grids(list(recording.growths), recording, types)),
+        _on("/explored", NUMBER, _explored(recording, types)),
+    ]
+    if scanner is not None:
+        streams.append(_scans(recording, types, scanner))
+    for robot in recording.robots:
+        own = [growth for growth in recording.growths if growth.robot == robot]
+        if own:
+            streams.append(_on(f"/{robot}/map", GRID, _grids(own, recording, types)))
+    return merge(*streams, key=lambda sample: sample.time_ns)
+
+
+def _on(topic: str, kind: str, messages: Iterator[Timed]) -> Iterator[Sample]:
+    return (Sample(time_ns, topic, kind, message) for time_ns, message in messages)
+
+
+def _transform(types: RosTypes, time_ns: int, parent: str, child: str,
+               pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Message:
+    x_m, y_m, yaw_rad = pose
+    moved = types.make("geometry_msgs/msg/Transform", translation=types.vector(x_m, y_m),
+                       rotation=types.turned(yaw_rad))
+    return types.make("geometry_msgs/msg/TransformStamped", header=types.header(time_ns, parent),
+                      child_frame_id=child, transform=moved)
+
+
+def _fixed(recording: ReplaySource, types: RosTypes, lasers: bool) -> Iterator[Timed]:
+    """The frames that do not move: odometry starts at the map's origin, the laser is in the middle
+    of its robot. Repeated for those who join late."""
+    for time_ns in repeated([0], recording):
+        yield time_ns, types.make(TRANSFORMS, transforms=[
+            _transform(types, time_ns, parent, child) for robot in recording.robots
+            for parent, child in ((MAP_FRAME, f"{robot}/odom"),
+                                  (f"{robot}/base_link", f"{robot}/laser"))[:1 + lasers]])
+
+
+def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[Sample]:
+    """Transforms and odometry at each recorded pose."""
+    names, poses, before = recording.robots, recording.poses, 0
+    for k, time_ns in enumerate(poses.times_ns.tolist()):
+        now = np.column_stack([poses.xy_mm[k], poses.yaw_mrad[k]]) / MM_PER_M
+        then = np.column_stack([poses.xy_mm[before], poses.yaw_mrad[before]]) / MM_PER_M
+        speeds = _speeds(then, now, (time_ns - int(poses.times_ns[before])) / NS_PER_S)
+        before = k
+        places = [(x, y, yaw) for x, y, yaw in now.tolist()]
+        yield Sample(time_ns, "/tf", TRANSFORMS, types.make(TRANSFORMS, transforms=[
+            _transform(types, time_ns, f"{name}/odom", f"{name}/base_link", place)
+            for name, place in zip(names, places, strict=True)]))
+        for name, place, speed in zip(names, places, speeds.tolist(), strict=True):
+            yield Sample(time_ns, f"/{name}/odom", ODOMETRY,
+                         _odometry(types, time_ns, name, place, speed))
+
+
+def _scans(recording: ReplaySource, types: RosTypes, scanner: Scanner) -> Iterator[Sample]:
+    """Scans at recorded poses, no oftener than the laser's rate."""
+    laser, due_ns = scanner.laser, 0
+    period_ns = round(NS_PER_S / laser.rate_hz)
+    increment = laser.field_of_view_rad / (laser.beams - 1)
+    for k, time_ns in enumerate(recording.poses.times_ns.tolist()):
+        if time_ns < due_ns:
+            continue
+        due_ns = time_ns + period_ns
+        for name, ranges in zip(recording.robots, scanner.ranges_m(recording, k), strict=True):
+            yield Sample(time_ns, f"/{name}/scan", SCAN, types.make(
+                SCAN, header=types.header(time_ns, f"{name}/laser"),
+                angle_min=-laser.field_of_view_rad / 2, angle_max=laser.field_of_view_rad / 2,
+                angle_increment=increment, range_max=laser.max_range_m, ranges=ranges))
+
+
+def _speeds(then: np.ndarray, now: np.ndarray, seconds: float) -> np.ndarray:
+    """[robots, 3] forward and left m/s, turn rad/s, in the frames of the robots: the mean since the
+    pose before."""
+    if seconds <= 0.0:
+        return np.zeros_like(now)
+    east, north = (now[:, :2] - then[:, :2]).T / seconds
+    turn = (now[:, 2] - then[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    cos, sin = np.cos(now[:, 2]), np.sin(now[:, 2])
+    return np.column_stack([cos * east + sin * north, cos * north - sin * east, turn / seconds])
+
+
+def _odometry(types: RosTypes, time_ns: int, name: str, place: tuple[float, float, float],
+              speed: list[float]) -> Message:
+    forward, left, turn = speed
+    twist = types.make("geometry_msgs/msg/Twist", linear=types.vector(forward, left),
+                       angular=types.vector(0.0, 0.0, turn))
+    return types.make(
+        ODOMETRY, header=types.header(time_ns, f"{name}/odom"), child_frame_id=f"{name}/base_link",
+        pose=types.make("geometry_msgs/msg/PoseWithCovariance", pose=types.pose(*place)),
+        twist=types.make("geometry_msgs/msg/TwistWithCovariance", twist=twist))
+
+
+def _plans(recording: ReplaySource, types: RosTypes) -> Iterator[Sample]:
+    """Paths, and goals; a goal that was reached or given up has no message."""
+    made: dict[str, tuple[str, Callable[[RosTypes, ShownPlan], Message]]] = {
+        "plan": (PATH, _path), "goal": (GOAL, _goal)}
+    for plan in recording.plans:
+        if plan.kind in made and (plan.kind != "goal" or len(plan.xy_mm)):
+            kind, make = made[plan.kind]
+            yield Sample(plan.time_ns, f"/{plan.robot}/{plan.kind}", kind, make(types, plan))
+
+
+def _goal(types: RosTypes, plan: ShownPlan) -> Message:
+    x_m, y_m = (plan.xy_mm[0] / MM_PER_M).tolist()
+    return types.make(GOAL, header=types.header(plan.time_ns, MAP_FRAME),
+                      pose=types.pose(x_m, y_m))
+
+
+def _path(types: RosTypes, plan: ShownPlan) -> Message:
+    header = types.header(plan.time_ns, MAP_FRAME)
+    return types.make(PATH, header=header, poses=[
+        types.make(GOAL, header=header, pose=types.pose(x_m, y_m))
+        for x_m, y_m in (plan.xy_mm / MM_PER_M).tolist()])
+
+
+def known_at(growths: list[Growth], time_ns: int) -> np.ndarray | None:
+    """int8 [height, width] of what the maps that exist at ``time_ns`` know together: 0 free, 100
+    occupied (as most of them believed at their ends), -1 unknown; None: there is no map."""
+    votes: np.ndarray | None = None
+    for growth in growths:
+        if not growth.started_ns <= time_ns <= growth.until_ns:
+            continue
+        if votes is None:
+            votes = np.zeros((2, *growth.occupied.shape), np.int32)
+        known = growth.known_since <= min((time_ns - growth.started_ns) // _TENTH_NS, _NEVER - 1)
+        votes[0] += known & ~growth.occupied
+        votes[1] += known & growth.occupied
+    if votes is None:
+        return None
+    free, occupied = votes
+    return np.where(free + occupied == 0, -1, np.where(occupied >= free, 100, 0)).astype(np.int8)
+
+
+def _grids(growths: list[Growth], recording: ReplaySource, types: RosTypes) -> Iterator[Timed]:
+    """The map of one robot, or of all together, a few times a minute while it grows."""
+    shown: np.ndarray | None = None
+    shown_ns = 0
+    begin_ns = -(-recording.begin_ns // MAP_EVERY_NS) * MAP_EVERY_NS
+    end_ns = recording.end_ns
+    for time_ns in sorted({*range(begin_ns, end_ns, MAP_EVERY_NS), end_ns}):
+        cells = known_at(growths, time_ns)
+        if cells is None:
+            continue
+        old = time_ns - shown_ns >= _MAP_AGAIN_NS
+        if shown is not None and not old and np.array_equal(shown, cells):
+            continue
+        shown, shown_ns = cells, time_ns
+        grid = growths[0].grid
+        info = types.make("nav_msgs/msg/MapMetaData", map_load_time=types.time(time_ns),
+                          resolution=grid.resolution_m, width=grid.width, height=grid.height,
+                          origin=types.pose(grid.x_m, grid.y_m))
+        yield time_ns, types.make(GRID, header=types.header(time_ns, MAP_FRAME), info=info,
+                                  data=cells.ravel())
+
+
+def _explored(recording: ReplaySource, types: RosTypes) -> Iterator[Timed]:
+    """The share of the terrain that some robot knows, as the monitor has sampled it, if it has."""
+    if not recording.run.has("samples.parquet"):
+        return
+    rows = recording.run.samples
+    for time_s, share in zip(rows["time_s"].tolist(), rows["explored_union"].tolist(),
+                             strict=True):
+        yield round(time_s * NS_PER_S), types.make(NUMBER, data=share)
