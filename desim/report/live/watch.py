@@ -1,0 +1,53 @@
+"""A run that is watched while it goes on, from programs of this machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+
+from desim.engine.kernel import Phase
+from desim.errors import InputError
+from desim.report.live.feed import LiveFeed, Sink, page_sink
+from desim.report.live.server import ChunkLog, LiveServer
+from desim.report.live.stretch import Stretches
+from desim.report.replay.page import page
+from desim.results.folder import RunFolder
+from desim.simulation.simulation import Simulation
+
+_LAST = (1 << 64) - 1  # the entity after all others
+
+# A server that runs until the context ends: what it serves, and its address.
+Served = AbstractContextManager[tuple[Sink, str]]
+
+
+@contextmanager
+def live(simulation: Simulation, folder: RunFolder, servers: Sequence[Served],
+         opened: Callable[[str], object], pace: float = math.inf) -> Iterator[None]:
+    """Serve a run while its clock runs, at most ``pace`` simulated seconds a second; ``opened`` is
+    called with the address of each of ``servers``. In the end they have the whole run.
+
+    Raises ``InputError`` for a run that keeps no recording.
+    """
+    if folder.recorder is None:
+        raise InputError("a run with trace.keep none or messages has nothing to show while it goes "
+                         "on; allowed: replay, all")
+    stretches = Stretches(simulation, folder, folder.recorder)
+    with ExitStack() as stack:
+        sinks = []
+        for server in servers:
+            sink, url = stack.enter_context(server)
+            sinks.append(sink)
+            opened(url)
+        feed = LiveFeed(stretches, sinks, pace)
+        simulation.kernel.ticker(1, Phase.OBSERVE, _LAST, feed.sample)
+        yield
+        feed.end()
+
+
+@contextmanager
+def page_served(port: int = 0) -> Iterator[tuple[Sink, str]]:
+    """The page of the run, for browsers. Raises ``InputError`` for a ``port`` that is taken."""
+    log = ChunkLog()
+    with LiveServer(page([]), log, port) as server:
+        yield page_sink(log), server.url

@@ -1,0 +1,170 @@
+"""All that the replay page has of one run: a description, and columns of numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from desim.report.replay.columns import Columns
+from desim.report.replay.facts import facts
+from desim.report.replay.happenings import add_beliefs, happenings
+from desim.report.replay.knowledge import add_growth
+from desim.report.replay.ledger import add_ledger
+from desim.report.replay.traffic import add_loads, add_messages, add_topics, traffic_of
+from desim.results.ledger_recorder import LEDGER
+from desim.results.seal import SUMMARY
+from desim.results.source import ReplaySource
+from desim.results.status import is_imported
+from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams
+from desim.units import MM_PER_M
+
+Description = dict[str, object]  # what JSON can hold
+_NO_SECONDS = {name: np.empty(0) for name in (
+    "time_s", "explored", "explored_union", "distance_m", "rx_bytes", "tx_bytes")}
+PLANS = ("plan", "goal", "frontiers")
+MAX_PLAN_POINTS = 1_500_000
+
+
+def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
+    """The description of a run and its columns; ``assets/store.js`` reads them.
+
+    Times are nanoseconds where exactness shows (poses), else microseconds; lengths are mm."""
+    run, columns = recording.run, Columns()
+    scenario, manifest = run.scenario, run.manifest
+    metrics = run.metrics if run.has(SUMMARY) else {}  # a failed run has none
+    hosts = [host.name for host in recording.hosts]
+    traffic = traffic_of(recording.messages, hosts)
+    notes = []
+    _add_poses(columns, recording)
+    grown, reduced = add_growth(columns, recording.growths, recording.robots)
+    notes.append(reduced)
+    notes += _imported(recording) if is_imported(manifest) else []
+    drawn, reduced = add_messages(columns, traffic)
+    notes.append(reduced)
+    ledger = (add_ledger(columns, run.ledger, traffic, drawn, hosts)
+              if run.has(LEDGER) else None)
+    load_s = add_loads(columns, traffic)
+    if load_s > 1:
+        notes.append(f"loads of links are means over {load_s} s")
+    add_topics(columns, traffic, recording.begin_ns, recording.end_ns)
+    notes.append(_add_plans(columns, recording))
+    _add_links(columns, recording)
+    add_beliefs(columns, recording.events, hosts)
+    _add_robots(columns, recording)
+    partitions_s = metrics.get("partitions", {}).get("episodes_s", [])
+    listed, reduced = happenings(recording.events, traffic, hosts, partitions_s)
+    notes.append(reduced)
+    laser = scenario.robot.scanner
+    about: Description = {
+        "name": manifest["name"], "seed": manifest["seed"],
+        "digest": manifest["digest"], "status": manifest["status"],
+        "run_id": manifest["run_id"], "error": manifest.get("error"),
+        "stop_reason": metrics.get("stop_reason"), "version": manifest["desim_version"],
+        "start_ns": recording.begin_ns, "end_ns": recording.end_ns,
+        "facts": facts(scenario, metrics, len(recording.robots)),
+        "robots": list(recording.robots), "hosts": hosts,
+        "places": {host.name: [host.x_m, host.y_m] for host in recording.hosts
+                   if not math.isnan(host.x_m)},
+        "radius_m": _radii(scenario.fleet, len(recording.robots)),
+        "laser": None if is_imported(manifest) else {
+            "beams": laser.beams, "field_of_view_rad": laser.field_of_view_rad,
+            "range_m": laser.max_range_m},
+        "deployment": scenario.deployment, "middleware": scenario.middleware.model,
+        "terrain": _add_terrain(columns, recording),
+        "growth": grown, "load_s": load_s,
+        "topics": list(traffic.topics), "families": list(traffic.families),
+        "topic_family": traffic.family.tolist(), "topic_kind": traffic.kind.tolist(),
+        "reasons": list(traffic.reasons), "ledger": ledger, "partitions_s": partitions_s,
+        "events": [[one.time_ns, one.kind, one.text, list(one.subjects)] for one in listed],
+        "notes": [note for note in notes if note]}
+    return about, columns
+
+
+def _imported(recording: ReplaySource) -> list[str]:
+    """Sentences about what an imported run has not."""
+    notes = ["it was imported: only what was recorded is shown, no laser fans and no beliefs"]
+    if recording.growths:
+        notes.append("maps grow in the recording's steps; ground that several robots' maps gain in "
+                     "one step has the first of these robots' colour in the merged map")
+    return notes
+
+
+def _add_poses(columns: Columns, recording: ReplaySource) -> None:
+    poses = recording.poses
+    columns.add("pose.ns", poses.times_ns)
+    columns.add("pose.x_mm", poses.xy_mm[:, :, 0].T)
+    columns.add("pose.y_mm", poses.xy_mm[:, :, 1].T)
+    columns.add("pose.yaw_mrad", poses.yaw_mrad.T)
+    moving = recording.moving_obstacles
+    for k, name in enumerate(("x_mm", "y_mm", "radius_mm")):
+        columns.add(f"obstacle.{name}", moving[:, :, k].T)
+
+
+def _add_plans(columns: Columns, recording: ReplaySource) -> str | None:
+    plans = [plan for plan in recording.plans if plan.kind in PLANS]
+    place = {name: i for i, name in enumerate(recording.robots)}
+    lengths = [len(plan.xy_mm) for plan in plans]
+    every = -(-sum(lengths) // MAX_PLAN_POINTS) or 1
+    points = [_every(plan.xy_mm, every) for plan in plans]
+    columns.add("plan.ns", np.array([plan.time_ns for plan in plans], np.int64))
+    columns.add("plan.robot", np.array([place[plan.robot] for plan in plans], np.int64))
+    columns.add("plan.kind", np.array([PLANS.index(plan.kind) for plan in plans], np.int64))
+    columns.add("plan.count", np.array([len(own) for own in points], np.int64))
+    whole = np.concatenate([np.empty((0, 2), np.int64), *points])
+    columns.add("plan.x_mm", whole[:, 0])
+    columns.add("plan.y_mm", whole[:, 1])
+    return None if every == 1 else f"plans are drawn through one point in {every}"
+
+
+def _every(points: np.ndarray, step: int) -> np.ndarray:
+    """One point in ``step``, and the last."""
+    if step == 1 or len(points) < 3:
+        return points
+    return points[np.unique(np.append(np.arange(0, len(points), step), len(points) - 1))]
+
+
+def _add_links(columns: Columns, recording: ReplaySource) -> None:
+    place = {host.name: i for i, host in enumerate(recording.hosts)}
+    rows = np.array([(change.time_ns, place[change.host], place[change.other], change.linked)
+                     for change in recording.links
+                     if change.host in place and change.other in place], np.int64).reshape(-1, 4)
+    for name, values in zip(("ns", "host", "other", "linked"), rows.T, strict=True):
+        columns.add(f"link.{name}", values)
+
+
+def _add_robots(columns: Columns, recording: ReplaySource) -> None:
+    """Add each robot's explored share (1e-4, -1: it has no software), and its way [mm] and the
+    bytes that it received and sent until then, once a second; the share that all together know."""
+    run, count = recording.run, len(recording.robots)
+    table = run.robots if run.has("robots.parquet") else _NO_SECONDS
+
+    def by_robot(name: str, scale: float) -> np.ndarray:
+        values = np.nan_to_num(table[name].astype(float) * scale, nan=-1.0)
+        return np.rint(values).astype(np.int64).reshape(-1, count).T
+
+    columns.add("second.us", np.rint(table["time_s"][::count] * 1e6).astype(np.int64))
+    columns.add("second.union", by_robot("explored_union", 1e4)[:1])
+    for name, scale in (("explored", 1e4), ("distance_m", MM_PER_M), ("rx_bytes", 1.0),
+                        ("tx_bytes", 1.0)):
+        columns.add(f"second.{name}", by_robot(name, scale))
+
+
+def _add_terrain(columns: Columns, recording: ReplaySource) -> Description:
+    walls = recording.walls
+    materials = sorted({wall.material for wall in walls})
+    corners = np.array([wall[2:6] for wall in walls], np.int64).reshape(-1, 4)
+    columns.add("wall.corners_mm", corners.T)
+    columns.add("wall.material", np.array([materials.index(wall.material) for wall in walls], int))
+    for name in ("height_mm", "from_ns", "until_ns"):
+        columns.add(f"wall.{name}", np.array([getattr(wall, name) for wall in walls], np.int64))
+    return {"materials": materials}
+
+
+def _radii(fleet: FleetParams, count: int) -> list[float]:
+    types = {**BUILT_IN_TYPES, **fleet.types}
+    groups: Sequence[tuple[str, int]] = (
+        [(fleet.robots, count)] if isinstance(fleet.robots, str)
+        else [(group.type, group.count) for group in fleet.robots])
+    return [types[name].radius_m for name, size in groups for _ in range(size)][:count]

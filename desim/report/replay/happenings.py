@@ -1,0 +1,118 @@
+"""The events of a run that its replay lists and jumps to, in words, and who believes in whom."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.report.replay.columns import Columns
+from desim.report.replay.traffic import BornMessages
+from desim.results.recording import Event
+from desim.robot.navigation.recovery import Recovery
+from desim.units import NS_PER_S
+
+# Kinds of events that happen by the thousand: they are drawn, not listed.
+_DRAWN = ("advertises", "subscribes", "believes", "sees", "goal", "goal_reached", "partition")
+_RECOVERIES = {Recovery.REPLAN: "plans again", Recovery.ROTATE: "turns",
+               Recovery.RETREAT: "backs off"}
+_PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
+          "goal_aborted": "{} gives up its goal", "stop": "the run ends"}
+_FULL = "full"  # in the reasons queue_full, outbox_full, ...
+_APART_NS = 10 * NS_PER_S  # late messages that are closer than this are one episode
+_STATES = ("never", "online", "offline", "removed")
+MOST = 3000  # events that the page lists
+
+
+class Happening(NamedTuple):
+    """One line of the page's list of events; ``subjects`` are robots, hosts or a topic."""
+
+    time_ns: int
+    kind: str
+    text: str
+    subjects: tuple[str, ...] = ()
+
+
+def happenings(events: Iterable[Event], traffic: BornMessages, hosts: Sequence[str],
+               partitions_s: Sequence[Sequence[float]]
+               ) -> tuple[list[Happening], str | None]:
+    """All that is listed, by time, and the sentence that says what was left out, if anything
+    was."""
+    found = [Happening(event.time_ns, event.kind, _words(event, hosts),
+                       (event.entity,) if event.entity in hosts else ())
+             for event in events
+             if event.kind not in _DRAWN and (event.kind != "host_started" or event.time_ns > 0)]
+    for begin_s, end_s in partitions_s:
+        found.append(Happening(round(begin_s * NS_PER_S), "partition",
+                               f"the fleet is split for {end_s - begin_s:.0f} s"))
+        found.append(Happening(round(end_s * NS_PER_S), "partition", "the fleet is whole again"))
+    found += _late(traffic, hosts) + _full(traffic, hosts)
+    found.sort(key=lambda one: one.time_ns)
+    if len(found) <= MOST:
+        return found, None
+    kept = np.linspace(0, len(found) - 1, MOST).astype(int)
+    return [found[k] for k in kept], f"{MOST:,} of {len(found):,} events are listed, evenly"
+
+
+def _words(event: Event, hosts: Sequence[str]) -> str:
+    values = event.detail.split()
+    if event.kind == "collision":
+        return f"{event.entity} hits {values[0] if values[0] in hosts else 'a wall'}"
+    if event.kind == "recovery":
+        return f"{event.entity} {_RECOVERIES[Recovery(int(values[1]))]}"
+    if event.kind in _PLAIN:
+        return _PLAIN[event.kind].format(event.entity)
+    while values and values[-1] == "0":  # columns that this kind of row does not use
+        values.pop()
+    return " ".join([event.entity, event.kind.replace("_", " "), *values])
+
+
+def _late(traffic: BornMessages, hosts: Sequence[str]) -> list[Happening]:
+    """The first late message of each episode, and how many follow it."""
+    rows = np.flatnonzero(traffic.is_late)
+    rows = rows[np.argsort(traffic.end_ns[rows], kind="stable")]
+    if not len(rows):
+        return []
+    starts = np.flatnonzero(np.diff(traffic.end_ns[rows], prepend=-2 * _APART_NS) > _APART_NS)
+    out = []
+    for begin, end in zip(starts, [*starts[1:], len(rows)], strict=True):
+        row = rows[begin]
+        took_s = (traffic.end_ns[row] - traffic.born_ns[row]) / NS_PER_S
+        more = f", {end - begin - 1} more follow" if end - begin > 1 else ""
+        source, destination = hosts[traffic.source[row]], hosts[traffic.destination[row]]
+        out.append(Happening(
+            int(traffic.end_ns[row]), "late", f"{traffic.topics[traffic.topic[row]]} to "
+            f"{destination} took {took_s:.1f} s{more}", (source, destination)))
+    return out
+
+
+def _full(traffic: BornMessages, hosts: Sequence[str]) -> list[Happening]:
+    """The first message that was dropped for a full queue."""
+    full = [k for k, reason in enumerate(traffic.reasons) if _FULL in reason]
+    rows = np.flatnonzero(np.isin(traffic.reason, full))
+    if not len(rows):
+        return []
+    row = rows[np.argmin(traffic.end_ns[rows])]
+    source, destination = hosts[traffic.source[row]], hosts[traffic.destination[row]]
+    return [Happening(int(traffic.end_ns[row]), "saturation",
+                      f"first message dropped for a full queue: "
+                      f"{traffic.reasons[traffic.reason[row]]}, "
+                      f"{traffic.topics[traffic.topic[row]]} to {destination}",
+                      (source, destination))]
+
+
+def add_beliefs(columns: Columns, events: Iterable[Event], hosts: Sequence[str]) -> None:
+    """Add the changes of ``sees``: who takes whom for online (1), offline (2), removed (3)."""
+    place = {name: i for i, name in enumerate(hosts)}
+    rows = []
+    for event in events:
+        if event.kind == "sees" and event.entity in place:
+            words = event.detail.split()
+            other = next((place[word] for word in words if word in place), None)
+            state = next((k for k, word in enumerate(_STATES) if word in words), None)
+            if other is not None and state is not None:
+                rows.append((event.time_ns, place[event.entity], other, state))
+    table = np.array(rows, np.int64).reshape(-1, 4)
+    for name, values in zip(("ns", "believer", "other", "state"), table.T, strict=True):
+        columns.add(f"sees.{name}", values)

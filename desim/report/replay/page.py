@@ -1,0 +1,66 @@
+"""The replay page: the bundles of one or two runs, the scripts and the style, in one file."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+
+from desim.errors import InputError
+from desim.report.replay.bundle import bundle
+from desim.results.comparison import ComparedRuns
+from desim.results.recording import Recording
+
+# In the order in which the page reads them.
+SCRIPTS = ("columns", "store", "palette", "camera", "rays", "growth", "traffic", "beliefs",
+           "terrain", "paths", "network", "robots", "scene", "player", "timeline", "series",
+           "matrix", "messages", "panel", "hint", "stage", "keyboard", "live", "page")
+STYLES = ("theme", "layout")
+_NOT_NAMED = ("name", "seed", "trace")  # keys that need not be named where two runs differ
+
+
+def write(recordings: Sequence[Recording], path: Path) -> None:
+    """Write the page of one or two runs to ``path``. Raises ``InputError`` for a file that cannot
+    be written."""
+    try:
+        path.write_text(page_of(recordings), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"--to: {path} cannot be written: {error.strerror or error}") from error
+
+
+def page_of(recordings: Sequence[Recording]) -> str:
+    """The page of one run or two."""
+    if len(recordings) == 1:
+        return page([_bundled(recordings[0], [])])
+    first, second = (recording.run for recording in recordings)
+    keys = [key for key in ComparedRuns(first, second).keys
+            if key.key.partition(".")[0] not in _NOT_NAMED]
+    values = [[key.first for key in keys], [key.second for key in keys]]
+    return page([_bundled(recording, [f"{key.key} {'none' if value is None else value}"
+                                      for key, value in zip(keys, own, strict=True)])
+                 for recording, own in zip(recordings, values, strict=True)])
+
+
+def _bundled(recording: Recording, apart: Sequence[str]) -> str:
+    """The elements of a page that hold one run; ``apart``: its keys that the other run has not."""
+    about, columns = bundle(recording)
+    about |= {"columns": columns.index, "apart": list(apart)}
+    # "</script>" in a name would end the element.
+    head = json.dumps(about, allow_nan=False).replace("<", "\\u003c")
+    return (f'<script type="application/json" class="run-about">{head}</script>\n'
+            f'<script type="text/plain" class="run-columns">{columns.text()}</script>\n')
+
+
+def page(runs: Sequence[str]) -> str:
+    """A page of the elements that hold its runs; without any it asks its server for a stream of
+    chunks (``desim/report/live``)."""
+    script = "\n".join(_asset(f"{name}.js") for name in SCRIPTS)
+    parts = {"style": "\n".join(_asset(f"{name}.css") for name in STYLES), "runs": "".join(runs),
+             "script": f'(() => {{\n"use strict";\n{script}\n}})();'}
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("replay.html"))
+
+
+def _asset(name: str) -> str:
+    return files("desim.report.replay").joinpath("assets", name).read_text("utf-8")

@@ -1,0 +1,74 @@
+"""A run that Foxglove watches while it goes on: the messages are those of the export."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from itertools import count
+
+import pytest
+
+import desim
+from desim.api import recording_of
+from desim.engine.kernel import Phase
+from desim.report.live.feed import LiveFeed, ViewersTime
+from desim.report.live.stretch import Stretches
+
+foxglove = pytest.importorskip("foxglove")
+pytest.importorskip("rosbags")
+
+from desim.export.ros_types import RosTypes  # noqa: E402
+from desim.export.scans import Scanner  # noqa: E402
+from desim.export.topics import samples  # noqa: E402
+from desim.report.live.foxglove import Channels, foxglove_served  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def watched(tmp_path_factory, repository):
+    """A run of hello, 12 s, and what its stretches say on each topic: times and bytes."""
+    scenario, types, found = desim.load(repository / "scenarios" / "hello.yaml",
+                                        ["stop.elapsed=12 s"]).scenario, RosTypes(2), {}
+    scanner = Scanner(scenario)
+
+    def note(stretch):
+        for sample in samples(stretch, types, scanner):
+            found.setdefault(sample.topic, []).append(
+                (sample.time_ns, types.data(sample.kind, sample.message)))
+
+    @contextmanager
+    def watch(simulation, folder):
+        feed = LiveFeed(Stretches(simulation, folder, folder.recorder), [note],
+                        clock=ViewersTime(now_s=count(0.0, 0.2).__next__))
+        simulation.kernel.ticker(1, Phase.OBSERVE, (1 << 64) - 1, feed.sample)
+        yield
+        feed.end()
+
+    return desim.run(scenario, out=tmp_path_factory.mktemp("live"), watch=watch), found
+
+
+@pytest.mark.parametrize("topic", ["/tf", "/robot_0/odom", "/robot_2/scan", "/robot_1/plan",
+                                   "/robot_1/goal", "/explored"])
+def test_what_moves_is_as_in_the_export(watched, topic):
+    run, found = watched
+    types, recording = RosTypes(2), recording_of(run)
+    wanted = [(sample.time_ns, types.data(sample.kind, sample.message))
+              for sample in samples(recording, types, Scanner(run.scenario))
+              if sample.topic == topic]
+    assert len(wanted) > 1
+    if topic.endswith("odom"):  # speeds are means since the pose before, which a stretch has not
+        wanted, now = ([time_ns for time_ns, _ in each] for each in (wanted, found[topic]))
+        assert now == wanted
+    else:
+        assert found[topic] == wanted
+
+
+def test_maps_and_markers_come(watched):
+    _, found = watched
+    assert {"/map", "/robot_0/map", "/terrain", "/robots", "/links", "/diagnostics",
+            "/tf_static"} <= set(found)
+
+
+def test_a_server_for_this_machine(watched):
+    run, _ = watched
+    with foxglove_served(run.scenario, 0) as (sink, url):
+        assert isinstance(sink, Channels)
+        assert url.startswith("ws://127.0.0.1:")
