@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -30,10 +32,26 @@ _BENDS = 12  # straight pieces that a robot's way of one second is drawn with
 _PREFIX = "bytes_per_s:"
 
 
-@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11,
-             "legend.fontsize": 8.5})
 def draw(run: Run, path: Path) -> None:
     """Write the picture of ``run`` to ``path``; its ending says the format (png, pdf, svg)."""
+    with _style():
+        save(_figure(run), path)
+
+
+def png(run: Run, dpi: int) -> bytes:
+    """The picture of ``run``, 11 x 10 inches, as a PNG."""
+    file = BytesIO()
+    with _style():
+        _figure(run).savefig(file, format="png", dpi=dpi)
+    return file.getvalue()
+
+
+def _style() -> AbstractContextManager[None]:
+    return rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11,
+                       "legend.fontsize": 8.5})
+
+
+def _figure(run: Run) -> Figure:
     figure = Figure(figsize=(11, 10), dpi=160, layout="constrained")
     (where, what), (when, said) = figure.subplots(2, 2)
     robots = list(dict.fromkeys(run.robots["robot"].tolist()))
@@ -52,7 +70,7 @@ def draw(run: Run, path: Path) -> None:
     figure.suptitle(f"{manifest['name']}, seed {manifest['seed']}: {len(robots)} robots, "
                     f"{metrics['simulated_s']:.1f} s, {metrics['stop_reason']}{status}",
                     fontsize=13)
-    save(figure, path)
+    return figure
 
 
 def save(figure: Figure, path: Path) -> None:

@@ -13,11 +13,12 @@ from desim.report.campaign import formatting
 from desim.report.campaign.answers import findings, groups, methods, rungs, sensitivity, warnings
 from desim.report.campaign.answers.answer import answer_of
 from desim.report.campaign.figures import style, time_series
+from desim.report.campaign.figures.latency import latency_figure
 from desim.report.campaign.figures.metric import caption, metric_figure, reading
-from desim.report.campaign.numbers import Estimates, Study, contrasts, knees, lines
+from desim.report.campaign.numbers import Estimates, Study, contrasts, knees, ledgers, lines
 from desim.report.campaign.page import page
 from desim.report.campaign.page.page import Section
-from desim.report.campaign.tables import overview
+from desim.report.campaign.tables import latency, overview
 from desim.report.campaign.tables.table import Cell, ReportTable, as_csv, as_html, as_latex
 
 _PAGE = "report.html"
@@ -82,7 +83,8 @@ class _Report:
         return page.page(study.design.name, self._lead(), [
             self._findings(), self._run(), Section("metrics", "Metrics", how),
             *map(self._metric, self._single), *map(self._group, self._groups), *self._explored(),
-            self._table(), self._methods(), self._files()])  # the list of files is last
+            *self._latency(), self._table(), self._methods(),
+            self._files()])  # the list of files is last
 
     def _lead(self) -> str:
         study = self._study
@@ -207,6 +209,25 @@ class _Report:
         return [] if drawn is None else [Section("time", "Explored share over time", self._figure(
             drawn, "explored_over_time", "Median and quartiles over the runs of a vector of what "
             "the robot that knows most knows; a run that has ended keeps its last share. "))]
+
+    def _latency(self) -> list[Section]:
+        study = self._study
+        found = ledgers.latencies(study, self._estimates)
+        if not found:
+            return []
+        parts = []
+        if any(one.latency for one in found):
+            drawn, left_out = latency_figure(study, found)
+            parts.append(self._figure(
+                drawn, "latency_parts", "Mean latency of delivered messages by topic, in its "
+                "parts. Means over the runs that kept a ledger, with the 95 % interval of the "
+                f"whole as a dark line. {left_out}"))
+        parts.append(page.folded("By topic and vector", self._written(
+            latency.latency_table(study, found), wide=True)))
+        lost = latency.loss_table(study, found)
+        parts.append(page.paragraph("No message was lost.") if lost is None else page.folded(
+            "Losses by reason and place", self._written(lost)))
+        return [Section("latency", "Where messages' time went", "\n".join(parts))]
 
     def _table(self) -> Section:
         return Section("table", "All metrics", self._written(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -29,8 +28,7 @@ def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
     None if no run's folder is left."""
     parts = [(panel.place(line), evenly(line.vectors, _MOST_LINES))
              for panel in panels for line in panel.lines][:_MOST_PANELS]
-    folders = {entry.name: entry for entry in sorted(study.folder.glob("runs/*/*"))}
-    series = [(title, [(vector, list(_read(study, vector, folders))) for vector in vectors])
+    series = [(title, [(vector, list(_read(study, vector))) for vector in vectors])
               for title, vectors in parts]
     longest_s = max((time_s[-1] for _, vectors in series for _, runs in vectors
                      for time_s, _ in runs), default=0.0)
@@ -58,13 +56,12 @@ def explored_figure(study: Study, panels: list[Panel]) -> Figure | None:
 
 
 
-def _read(study: Study, vector: VectorRuns, folders: dict[str, Path],
-          ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _read(study: Study, vector: VectorRuns) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Times [s] and explored shares [%] of a vector's finished runs."""
     ids = study.text("run_id")
     for row in vector.rows[~study.failed[vector.rows]][:_MOST_RUNS]:
         try:
-            file = Run(folders[ids[row]]).file("samples.parquet")
+            file = Run(study.run_folders[ids[row]]).file("samples.parquet")
         except (KeyError, InputError):  # gone, or damaged: it is left out, and counted
             continue
         table = pq.read_table(file, columns=["time_s", "explored"])

@@ -167,12 +167,13 @@ class Estimates:
         there = np.isfinite(column)
         # A rule that stops by a width looks at the t interval, whatever the number of runs.
         stops = getattr(study.design.iterations, "metric", None) == metric
-        found = t_interval(column[there]) if stops else self._interval(column[there])
+        found = t_interval(column[there]) if stops else self.interval(column[there])
         found = found.within(*self.bounds(metric))
         return Estimate(found.mean, found.low, found.high, found.method, column[there],
                         rows[there], *counts, None)
 
-    def _interval(self, values: np.ndarray) -> Interval:
+    def interval(self, values: np.ndarray) -> Interval:
+        """The mean of values [n] of as many runs, with the interval of all means of the report."""
         return interval(values, resamples=self.resamples) if self.resamples else t_interval(values)
 
     def _time(self, metric: str, rows: np.ndarray, counts: tuple[int, int, int]) -> Estimate:
@@ -184,7 +185,7 @@ class Estimates:
         least, greatest = self.bounds(metric)
         low, high = ((None, None) if mean.low is None or mean.high is None
                      else (max(mean.low, least), min(mean.high, greatest)))
-        times = Times(self._interval(ends[reached]).within(least, math.inf),
+        times = Times(self.interval(ends[reached]).within(least, math.inf),
                       censoring.median_time(ends, reached), limit,
                       int((~reached | (ends > limit)).sum()))
         return Estimate(mean.mean, low, high, "restricted", np.minimum(ends, limit), rows,

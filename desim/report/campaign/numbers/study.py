@@ -125,6 +125,11 @@ class Study:
         return name in self.metrics and bool(np.isfinite(self.column(name)).any())
 
     @cached_property
+    def run_folders(self) -> dict[str, Path]:
+        """The folders of runs that are there, by run id."""
+        return {entry.name: entry for entry in sorted(self.folder.glob("runs/*/*"))}
+
+    @cached_property
     def once(self) -> np.ndarray:
         """A mask [rows] in which a run that several vectors share, with a row each, counts once."""
         once = np.zeros(len(self.failed), bool)

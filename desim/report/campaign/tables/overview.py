@@ -20,12 +20,12 @@ def all_metrics(study: Study, estimates: Estimates) -> ReportTable:
     others = [name for name in study.metrics if name not in presented and name != "censored"]
     means = {name: _means(study, estimates, name) for name in (*presented, *others)}
     names = [*presented, *(others if len(study.vectors) <= _WIDE_FOR else [])]
-    head, exact_head = _head(study), _exact_head(study)
-    rows = [[*_begin(study, vector), *(
+    head, exact_head = vector_head(study), exact_vector_head(study)
+    rows = [[*vector_cells(study, vector), *(
         Shown(_with_half(*(column[i] for column in means[name])), means[name].mean[i])
         for name in names)] for i, vector in enumerate(study.vectors)]
     columns = [column for name, found in means.items() for column in found[:len(_endings(name))]]
-    exact = ([*_exact_begin(study, vector), *(
+    exact = ([*exact_vector_cells(study, vector), *(
         None if np.isnan(column[i]) else float(column[i]) for column in columns)]
         for i, vector in enumerate(study.vectors))  # a file's rows, one at a time
     caption = ("All metrics by vector: mean ± half of the 95 % interval; times are restricted to "
@@ -46,8 +46,8 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
     vectors only those that are drawn. ``holds``, by the vector's number: the share of such
     intervals that hold the mean, where that was measured."""
     timed = metric in TIMES
-    head = [*_head(study), "mean" if not timed else "restricted mean", "95 % interval", "n"]
-    exact_head = [*_exact_head(study), "mean", "low", "high", "n", "method"]
+    head = [*vector_head(study), "mean" if not timed else "restricted mean", "95 % interval", "n"]
+    exact_head = [*exact_vector_head(study), "mean", "low", "high", "n", "method"]
     if holds:
         head.append("which holds")
         exact_head.append("coverage")
@@ -60,10 +60,10 @@ def one_metric(study: Study, estimates: Estimates, metric: str, drawn: list[Vect
     few = len(study.vectors) <= _MOST_VECTORS
     for vector in study.vectors if few else drawn:
         one = estimates.of(metric, vector)
-        row = [*_begin(study, vector),
+        row = [*vector_cells(study, vector),
                Shown(formatting.at_least(one.mean, one.late), one.mean),
                Shown(formatting.between(one.low, one.high), one.low), one.n]
-        line = [*_exact_begin(study, vector), one.mean, one.low, one.high, one.n, one.method]
+        line = [*exact_vector_cells(study, vector), one.mean, one.low, one.high, one.n, one.method]
         if holds:
             share = holds.get(vector.number)
             row.append(Shown("–" if share is None else f"{share:.1%}", share))
@@ -105,11 +105,13 @@ def compared(metric: str, found: list[Contrast]) -> ReportTable:
         exact)
 
 
-def _head(study: Study) -> list[str]:
+def vector_head(study: Study) -> list[str]:
+    """The head of a table's first columns, which say which vector a row is about."""
     return ["vector", *study.axes, "runs", "reached", "failed"]
 
 
-def _begin(study: Study, vector: VectorRuns) -> list[Cell | Shown]:
+def vector_cells(study: Study, vector: VectorRuns) -> list[Cell | Shown]:
+    """The cells of a vector in these columns."""
     rows = vector.rows
     return [vector.number, *(
         Shown(axis.label(vector), float(axis.numbers[vector.levels[name]])) if axis.is_numeric
@@ -117,14 +119,15 @@ def _begin(study: Study, vector: VectorRuns) -> list[Cell | Shown]:
         len(rows), int(study.reached[rows].sum()), int(study.failed[rows].sum())]
 
 
-def _exact_head(study: Study) -> list[str]:
+def exact_vector_head(study: Study) -> list[str]:
     """The head for programs: that of the table, and a column of numbers for each axis with a unit.
     """
-    return [*_head(study), *(axis.title for axis in _with_units(study))]
+    return [*vector_head(study), *(axis.title for axis in _with_units(study))]
 
 
-def _exact_begin(study: Study, vector: VectorRuns) -> list[Cell]:
-    words = [cell.text if isinstance(cell, Shown) else cell for cell in _begin(study, vector)]
+def exact_vector_cells(study: Study, vector: VectorRuns) -> list[Cell]:
+    """The cells of a vector under that head."""
+    words = [cell.text if isinstance(cell, Shown) else cell for cell in vector_cells(study, vector)]
     return [*words, *(float(axis.numbers[vector.levels[axis.name]])
                       for axis in _with_units(study))]
 

@@ -1,0 +1,102 @@
+"""The ledgers of a campaign's runs: the mean parts of messages' latency by vector and topic."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.errors import InputError
+from desim.ports import natural_key
+from desim.report.campaign.numbers.estimates import Estimates
+from desim.report.campaign.numbers.study import Study, VectorRuns
+from desim.results.ledger_topics import (
+    LEDGER_TOPICS,
+    TopicAccount,
+    TopicAccounts,
+    from_json,
+    without_numbers,
+)
+from desim.results.run import Run, readable
+from desim.statistics.intervals import Interval
+
+_NONE = TopicAccount(0, 0, {}, ())
+
+
+class MeanLoss(NamedTuple):
+    """Messages that were lost for a reason at a place: their number, and their share of all of
+    their topic, as means over the runs. Numbered hosts are one place, ``robot_*``."""
+
+    reason: str
+    place: str
+    messages: float
+    share: float
+
+
+class TopicLatency(NamedTuple):
+    """A family of topics in the ``runs`` of a vector that kept a ledger: how many messages were
+    ``delivered`` and what was ``lost`` in the mean of these. The ``latency`` (s) and its
+    ``parts_s`` are means over the runs that delivered any of a run's mean, None and empty without
+    such a run."""
+
+    vector: VectorRuns
+    topic: str
+    runs: int
+    delivered: float
+    latency: Interval | None
+    parts_s: dict[str, float]
+    lost: tuple[MeanLoss, ...]
+
+
+def latencies(study: Study, estimates: Estimates) -> list[TopicLatency]:
+    """Those of all vectors, by topic and vector; empty where no run has kept its ledger."""
+    found = []
+    for vector in study.vectors:
+        runs = _read(study, vector)
+        found += [_mean(vector, topic, [run.get(topic, _NONE) for run in runs], estimates)
+                  for topic in sorted({topic for run in runs for topic in run})]
+    return sorted(found, key=lambda one: (natural_key(one.topic), one.vector.number))
+
+
+def _read(study: Study, vector: VectorRuns) -> list[TopicAccounts]:
+    ids, found = study.text("run_id"), []
+    for row in vector.rows[~study.failed[vector.rows]]:
+        folder = study.run_folders.get(ids[row])
+        if folder is None or not (folder / LEDGER_TOPICS).exists():
+            continue
+        try:
+            with readable(Run(folder).file(LEDGER_TOPICS)) as file:
+                found.append(from_json(json.loads(file.read_text())))
+        except InputError:  # damaged: it is left out, and not counted
+            continue
+    return found
+
+
+def _mean(vector: VectorRuns, topic: str, accounts: list[TopicAccount], estimates: Estimates,
+          ) -> TopicLatency:
+    arrived = [one for one in accounts if one.delivered]
+    parts = dict.fromkeys(part for one in arrived for part in one.times_ns)
+    means = {part: float(np.mean([one.times_ns.get(part, 0) / one.delivered / 1e9
+                                  for one in arrived])) for part in parts}
+    latency = estimates.interval(
+        np.array([one.latency_ns / one.delivered / 1e9 for one in arrived])
+    ).within(0.0, math.inf) if arrived else None
+    return TopicLatency(vector, topic, len(accounts),
+                        float(np.mean([one.delivered for one in accounts])), latency, means,
+                        _losses(accounts))
+
+
+def _losses(accounts: list[TopicAccount]) -> tuple[MeanLoss, ...]:
+    """The most frequent first."""
+    messages: dict[tuple[str, str], float] = {}
+    share: dict[tuple[str, str], float] = {}
+    for one in accounts:
+        for lost in one.lost:
+            where = lost.reason, without_numbers(lost.place)
+            own = lost.messages / len(accounts)
+            messages[where] = messages.get(where, 0.0) + own
+            share[where] = share.get(where, 0.0) + own / (one.delivered + one.dropped)
+    return tuple(sorted((MeanLoss(*where, messages[where], share[where]) for where in messages),
+                        key=lambda loss: (-loss.messages, loss.reason, loss.place)))

@@ -1,0 +1,209 @@
+"""The report of a campaign whose runs kept their ledgers: where messages' time went, by topic."""
+
+import csv
+import json
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from typer.testing import CliRunner
+
+from desim.campaign.design.design import load_design
+from desim.cli import app
+from desim.report.campaign.campaign_report import write
+from desim.report.campaign.figures.latency import latency_figure
+from desim.report.campaign.numbers import Estimates, Study
+from desim.report.campaign.numbers.ledgers import latencies
+from desim.results.ledger_recorder import LEDGER
+from desim.results.ledger_topics import (
+    LEDGER_TOPICS,
+    accounts,
+    as_json,
+    from_json,
+    hosts_of,
+    without_numbers,
+)
+from desim.results.run import Run
+from desim.results.why import Question, find
+from desim.statistics.intervals import t_interval
+
+PARTS = {"sender's queue": "senders_queue_s", "queue": "queue_s", "airtime": "airtime_s",
+         "propagation": "propagation_s", "retransmission": "retransmission_s"}
+
+def swept(folder, repository, ledger):
+    """A campaign on a LAN of 300 kb/s: maps wait, and outboxes lose some."""
+    design = folder / "design.yaml"
+    design.write_text(f"""\
+name: d
+base: {repository / "scenarios" / "hello.yaml"}
+set: {{stop.elapsed: 4 s, trace.ledger: {ledger},
+      network.media: {{lan: {{model: switch, rate: 300 kb/s}}}}}}
+parameters: {{robots: {{key: fleet.size, values: [2, 3]}}}}
+iterations: 2
+report: {{metrics: [explored_area_m2]}}
+""")
+    outcome = CliRunner().invoke(app, ["sweep", str(design), "--jobs", "1", "--quiet", "--out",
+                                       str(folder / "d")])
+    assert outcome.exit_code == 0, outcome.output
+    return folder / "d", load_design(design).design
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory, repository):
+    """A campaign that kept its ledgers, and its design."""
+    return swept(tmp_path_factory.mktemp("kept"), repository, "true")
+
+
+@pytest.fixture(scope="module")
+def by_hand(kept):
+    """From ``ledger.parquet``: of each vector and topic, a run's mean latency, mean parts and
+    counts of losses, message by message."""
+    found = {}
+    study = Study(*kept)
+    for vector in study.vectors:
+        for row in vector.rows:
+            ledger = pq.read_table(study.run_folders[study.text("run_id")[row]] / LEDGER)
+            run = {}
+            for message in ledger.to_pylist():
+                topic = "/".join("*" if word.startswith("robot_") or word == "workstation" else word
+                                 for word in message["topic"].split("/"))
+                latency, parts, lost = run.setdefault(topic, ([], {}, {}))
+                if message["latency_ns"] is None:
+                    where = message["reason"], without_numbers(message["place"])
+                    lost[where] = lost.get(where, 0) + 1
+                    continue
+                latency.append(message["latency_ns"])
+                for part, time_ns in zip(message["parts"], message["times_ns"], strict=True):
+                    parts[part] = parts.get(part, 0) + time_ns
+            for topic, of_run in run.items():
+                found.setdefault((vector.number, topic), []).append(of_run)
+    return found
+
+
+def rows_of(folder, name):
+    with open(folder / "report" / "tables" / f"{name}.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def disagreements(folder, by_hand):
+    """Rows of ``latency_by_topic.csv`` with a number that is not that of the ledgers."""
+    wrong, rows = [], rows_of(folder, "latency_by_topic")
+    assert {(int(row["vector"]), row["topic"]) for row in rows} == set(by_hand)
+    for row in rows:
+        runs = [run for run in by_hand[int(row["vector"]), row["topic"]] if run[0]]
+        if not runs:
+            assert row["n"] == "0" and not row["latency_s"]
+            continue
+        expected = t_interval([np.mean(latency) / 1e9 for latency, _, _ in runs]
+                              ).within(0.0, np.inf)
+        wanted = {"latency_s": expected.mean, "n": len(runs)}
+        if expected.low is not None:
+            wanted["latency_low_s"] = expected.low
+        wanted |= {column: np.mean([parts.get(part, 0) / len(latency) / 1e9
+                                    for latency, parts, _ in runs])
+                   for part, column in PARTS.items() if column in row}
+        if any(float(row[column]) != pytest.approx(value, rel=1e-9, abs=1e-15)
+               for column, value in wanted.items()):
+            wrong.append(row)
+    return wrong
+
+
+def test_the_table_has_the_numbers_of_the_ledgers(kept, by_hand):
+    page = write(*kept).read_text()
+    assert not disagreements(kept[0], by_hand)
+    assert 'id="latency"' in page and "latency_parts" in page
+    rows = [row for row in rows_of(kept[0], "latency_by_topic") if row["latency_s"]]
+    assert rows and max(float(row["senders_queue_s"]) for row in rows) > 0.01
+    for row in rows:  # the parts are the whole
+        parts = sum(float(row[name]) for name in row if name in PARTS.values())
+        assert parts == pytest.approx(float(row["latency_s"]), rel=1e-9)
+
+
+def test_a_shifted_part_is_noticed(kept, by_hand, monkeypatch):
+    """The twin: a part is a twentieth longer."""
+    def shifted(found):
+        for one in found.values():
+            if "airtime" in one["times_ns"]:
+                one["times_ns"]["airtime"] += one["times_ns"]["airtime"] // 20
+        return from_json(found)
+
+    monkeypatch.setattr("desim.report.campaign.numbers.ledgers.from_json", shifted)
+    write(*kept)
+    assert disagreements(kept[0], by_hand)
+
+
+def test_losses_by_reason_and_place(kept, by_hand):
+    write(*kept)
+    rows = rows_of(kept[0], "losses_by_topic")
+    found = {(int(row["vector"]), row["topic"], row["reason"], row["place"]):
+             float(row["messages"]) for row in rows}
+    wanted = {}
+    for (vector, topic), runs in by_hand.items():
+        for _, _, lost in runs:
+            for where, count in lost.items():
+                key = vector, topic, *where
+                wanted[key] = wanted.get(key, 0.0) + count / 2
+    assert found == wanted and found
+    assert all(0.0 < float(row["share"]) <= 1.0 for row in rows)
+
+
+def test_without_ledgers_the_report_has_nothing_of_it(tmp_path, repository, kept):
+    folder, design = swept(tmp_path, repository, "false")
+    page = write(folder, design).read_text()
+    assert "messages' time" not in page and "latency_parts" not in page
+    assert not list((folder / "report").glob("*/latency*"))
+    digests = [Study(*one).text("digest").tolist() for one in (kept, (folder, design))]
+    assert digests[0] == digests[1]
+
+
+def test_runs_without_a_ledger_are_left_out(kept, tmp_path):
+    study = Study(*kept)
+    vector = study.vectors[0]
+    study.run_folders.pop(study.text("run_id")[vector.rows[0]])
+    found = latencies(study, Estimates(study))
+    assert {one.runs for one in found if one.vector is vector} == {1}
+    assert {one.runs for one in found if one.vector is not vector} == {2}
+
+
+def test_a_run_keeps_the_sum_of_its_ledger(kept):
+    study = Study(*kept)
+    for folder in study.run_folders.values():
+        ledger = Run(folder).ledger
+        summed = accounts(ledger, hosts_of(ledger))
+        kept_sums = json.loads(Run(folder).file(LEDGER_TOPICS).read_text())
+        assert as_json(summed) == kept_sums and from_json(kept_sums) == summed
+
+
+def test_why_has_the_same_by_topic(kept):
+    folder = next(iter(Study(*kept).run_folders.values()))
+    ledger = Run(folder).ledger
+    found = find(ledger, Question())
+    assert found.by_topic == accounts(ledger, hosts_of(ledger))
+    assert sum(one.delivered for one in found.by_topic.values()) == found.delivered
+    assert sum(one.dropped for one in found.by_topic.values()) == found.dropped
+    outcome = CliRunner().invoke(app, ["why", str(folder)])
+    assert "by topic: delivered, dropped, mean latency, and the shares of its parts" \
+        in outcome.output
+    data = json.loads(CliRunner().invoke(app, ["why", str(folder), "--json"]).output)
+    assert data["by_topic"] == as_json(found.by_topic)
+
+
+def test_an_empty_ledger_has_no_topics(kept):
+    folder = next(iter(Study(*kept).run_folders.values()))
+    assert accounts(Run(folder).ledger.slice(0, 0), ()) == {}
+
+
+def test_places_of_numbered_hosts_are_one():
+    assert without_numbers("lan at robot_12") == "lan at robot_*"
+    assert without_numbers("lan at workstation") == "lan at workstation"
+
+
+def test_the_caption_says_what_is_left_out(kept):
+    study = Study(*kept)
+    found = latencies(study, Estimates(study))
+    slowest = max(found, key=lambda one: one.latency.mean)
+    many = [slowest._replace(topic=f"/t{i}") for i in range(14)]
+    assert latency_figure(study, found)[1] == \
+        "Drawn: 5 of 6 topics, the slowest; the table has all. "
+    assert latency_figure(study, many)[1] == \
+        "Drawn: 12 of 14 topics, the slowest; the table has all. "
