@@ -2,21 +2,25 @@
 
 ``desim.load(path)`` reads a scenario, ``desim.from_mapping(data)`` takes one from a mapping;
 ``desim.run(scenario)`` runs it and returns a ``desim.Run``; ``desim.Campaign(path)`` reads a
-campaign's folder.
+campaign's folder; ``desim.compare(a, b)`` puts two runs or two campaigns side by side. Notebooks
+show what these return as tables and figures.
 """
 
 from importlib import import_module
 from typing import Any
 
 from desim.compiler.folder import choose_folder
+from desim.results.shown import draw_with
 
 __version__ = "0.1.0"
-__all__ = ["Campaign", "Run", "from_mapping", "load", "run"]
+__all__ = ["Campaign", "Run", "compare", "from_mapping", "load", "run"]
 
 _WHERE = {"Campaign": "desim.campaign.folder.campaign", "Run": "desim.results.run",
+          "compare": "desim.campaign.folder.comparison",
           "from_mapping": "desim.scenario.load", "load": "desim.scenario.load", "run": "desim.api"}
 
 choose_folder()  # before anything imports numba
+draw_with(lambda thing: import_module("desim.report.notebook").html_of(thing))  # when it is asked
 
 
 def __getattr__(name: str) -> Any:

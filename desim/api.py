@@ -13,8 +13,9 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -23,9 +24,13 @@ from desim.compiler.store import compiling_s
 from desim.errors import InputError, ModelError
 from desim.monitor.monitor import StopReason
 from desim.results.folder import RunFolder
+from desim.results.recording import Recording
+from desim.results.recording_tables import RECORDED
 from desim.results.run import Run
-from desim.results.status import RunStatus
+from desim.results.status import RunStatus, refuse_imported
+from desim.results.traces import repeatable
 from desim.scenario.load import Loaded, load
+from desim.scenario.schema.experiment import TraceParams
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
@@ -47,6 +52,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     scenario or a folder that cannot be written.
     """
     if isinstance(scenario, (str, Path)):
+        refuse_imported(Path(scenario))
         scenario = load(scenario, overrides, seed)
     elif overrides or seed is not None:
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
@@ -57,7 +63,8 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     try:
         with _blamed(loaded):
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
-                                    on_fate=folder.on_fate)
+                                    on_fate=folder.on_fate, recorder=folder.recorder,
+                                    ledger=folder.ledger)
         folder.begin(simulation.names, tuple(host.name for host in simulation.graph.hosts))
         with _blamed(loaded):
             simulation.graph.start()
@@ -79,6 +86,9 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
             error = ModelError("sys.exit() was called").with_traceback(error.__traceback__)
         now_ns, events = (0, 0) if simulation is None else (simulation.kernel.now_ns,
                                                             simulation.kernel.events)
+        if simulation is not None:
+            with suppress(Exception):  # what failed may fail again
+                simulation.trace.flush()
         folder.abandon({"status": RunStatus.FAILED, "digest": None, "events": events,
                         "command": command, **_costs(begin_s, now_ns), "error": blame(error).line,
                         "traceback": traceback.format_exc()})
@@ -88,6 +98,25 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     if interrupted:
         raise KeyboardInterrupt(str(path))
     return Run(path)
+
+
+def recording_of(kept: Run, watch: Watch | None = None) -> Recording:
+    """The recording of the run ``kept``: its own, or that of running its scenario again, with
+    ``watch`` as ``run`` takes it. Raises ``InputError`` where none was kept and the run cannot be
+    repeated: it failed, or other versions are installed now."""
+    if kept.has(f"{RECORDED[0]}.parquet"):
+        return Recording(kept)
+    if kept.manifest["status"] == RunStatus.FAILED:
+        raise InputError(f"{kept.path}: the run failed and has kept nothing to look at; its "
+                         "manifest.json has the error")
+    scenario = repeatable(kept, "poses and maps", "trace.keep=replay")
+    changes: dict[str, object] = {"trace": TraceParams(keep="replay")}
+    if kept.manifest["status"] == RunStatus.INTERRUPTED:
+        end_ns = round(kept.manifest["simulated_s"] * NS_PER_S)
+        changes["stop"] = scenario.stop.model_copy(update={"elapsed_ns": end_ns})
+    home = TemporaryDirectory(prefix="desim-")
+    repeated = run(scenario.model_copy(update=changes), out=home.name, watch=watch)
+    return Recording(repeated, home)
 
 
 @contextmanager

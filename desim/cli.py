@@ -4,19 +4,27 @@ from __future__ import annotations
 
 import atexit
 import gc
+import sys
+from io import TextIOWrapper
 from typing import Annotated
 
 import typer
 
-from desim.commands import campaigns, networks, plugins, runs
+from desim.commands import campaigns, exports, networks, plugins, replays, results, runs, scenarios
 from desim.commands.usage import Commands
 
-app = typer.Typer(cls=Commands, no_args_is_help=True, add_completion=False,
-                  pretty_exceptions_enable=False, invoke_without_command=True,
+app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False,
+                  invoke_without_command=True,
                   help="Simulate a fleet of robots and the networks between them, on one clock.",
                   epilog="Exit codes: 0 done, 1 failed or a check does not hold, 2 wrong input, "
                          "130 interrupted. With --traceback, anywhere, a plug-in's error shows "
                          "its traceback.")
+
+
+# A terminal that cannot show a character shows a question mark.
+for stream in (sys.stdout, sys.stderr):
+    if isinstance(stream, TextIOWrapper):
+        stream.reconfigure(errors="replace")
 
 
 @app.callback()
@@ -33,11 +41,14 @@ def desim(version: Annotated[bool, typer.Option(
 _UNREAD = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
 
 # In the order of the help.
-for command in (runs.run, runs.trace, runs.diff, runs.figure, runs.graph, campaigns.sweep,
-                campaigns.report, campaigns.ladder, campaigns.deploy, networks.net,
-                networks.coverage, networks.validate, plugins.plugins, plugins.describe,
-                plugins.schema):
-    app.command(context_settings=_UNREAD if command is networks.net else None)(command)
+for command in (scenarios.new, runs.run, replays.view, runs.trace, runs.why, runs.diff,
+                runs.figure, runs.graph, results.ls, results.compare, exports.export,
+                exports.import_,
+                campaigns.sweep, campaigns.report, campaigns.ladder, campaigns.deploy,
+                networks.net, networks.coverage, networks.validate, plugins.plugins,
+                plugins.describe, plugins.schema):
+    app.command(command.__name__.rstrip("_"),  # import_
+                context_settings=_UNREAD if command is networks.net else None)(command)
 
 # Python's end looks for garbage among all that is left: 0.1 s of the 0.7 s of hello.yaml.
 atexit.register(gc.freeze)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from desim.commands import completion
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes, terminable
 from desim.commands.output import say, say_json
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from desim.commands.views.terminal import Terminal
 
 DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,
+                                            autocompletion=completion.yaml_files,
                                             help="a design's YAML file")]
 _MANY = 200  # scenarios, which take a while to check
 
@@ -105,6 +107,7 @@ def _carried_out(sweep: Sweep, jobs: int | None, settings: Settings | None, cons
 
 
 def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_default=False,
+                                                    autocompletion=completion.campaign_folders,
                                                     help="a campaign's folder")],
            design: Annotated[Path | None, typer.Option(
                help="its design, for a folder that has no copy", show_default=False)] = None,
@@ -126,6 +129,7 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
 
 
 def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                                    autocompletion=completion.yaml_files,
                                                     help="a scenario's YAML file")],
            compare: Annotated[str, typer.Option(
                metavar="A.B.C=V1,V2,...", help="a key of the scenario and its values")]

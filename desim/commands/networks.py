@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from desim.commands import completion
 from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say, say_json
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 
 def net(context: typer.Context,
         case: Annotated[str | None, typer.Argument(
-            metavar="CASE", show_default=False, help="a name that desim net lists")] = None,
+            metavar="CASE", show_default=False, autocompletion=completion.case_names,
+            help="a name that desim net lists")] = None,
         seed: Annotated[int | None, typer.Option(min=0, help="seed of all random numbers")] = None,
         as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
         usage: Annotated[bool, typer.Option("--help", help="the options of the case")] = False,
@@ -108,6 +110,7 @@ def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
 
 
 def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                                      autocompletion=completion.yaml_files,
                                                       help="a scenario's YAML file")],
              at: Annotated[str | None, typer.Option(
                  metavar="PLACE", help="a host, or a place as '3 m, -2.5 m' (the first host that "

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from desim.commands import completion
 from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say, say_json
 
@@ -19,7 +20,7 @@ def plugins() -> None:
 
 
 def describe(plugin: Annotated[str, typer.Argument(
-        metavar="PLUGIN", show_default=False,
+        metavar="PLUGIN", show_default=False, autocompletion=completion.plugin_names,
         help="a name that desim plugins lists, or package.module:Class")]) -> None:
     """Describe a plug-in and its parameters."""
     with exit_codes():
@@ -31,6 +32,6 @@ def describe(plugin: Annotated[str, typer.Argument(
 def schema() -> None:
     """The JSON Schema of scenario files, for editors."""
     with exit_codes():
-        from desim.scenario.schema.scenario import Scenario
+        from desim.scenario.json_schema import json_schema
 
-        say_json(Scenario.model_json_schema(by_alias=True))
+        say_json(json_schema())

@@ -8,19 +8,26 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from desim.commands import completion
 from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.exit_codes import command_line, exit_codes
+from desim.commands.extras import extra
 from desim.commands.output import say, say_json
+from desim.errors import InputError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from desim.report.live.watch import Served
     from desim.results.run import Run
+    from desim.scenario.load import Loaded
 
-RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False)]
+RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False,
+                                         autocompletion=completion.run_folders)]
 
 
 def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                                 autocompletion=completion.yaml_files,
                                                  help="a scenario's YAML file")],
         seed: Annotated[int | None, typer.Option(help="a seed, not the scenario's")] = None,
         overrides: Annotated[list[str], typer.Option(
@@ -31,11 +38,22 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
         quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
         check: Annotated[bool, typer.Option(
             "--check", help="run twice and name the first trace row that differs")] = False,
+        live: Annotated[bool, typer.Option(
+            "--live", help="show the run in a browser of this machine while it goes on")] = False,
+        port: Annotated[int, typer.Option(
+            min=0, max=65535, help="of the page of --live (0: a free one)")] = 0,
+        foxglove: Annotated[bool, typer.Option(
+            "--foxglove", help="serve the run to Foxglove while it goes on")] = False,
+        pace: Annotated[float | None, typer.Option(
+            min=0.001, show_default=False,
+            help="with these two: at most so many simulated seconds a second")] = None,
         ) -> None:
     """Run a scenario; the results are in a folder of their own afterwards."""
     with exit_codes():
+        from desim.results.status import refuse_imported
         from desim.scenario.load import load
 
+        refuse_imported(scenario)
         changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
         with compiling(quiet):
             # Complaints about the scenario come before anything is compiled but its plug-ins.
@@ -46,6 +64,13 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
 
         console = Terminal()
         watch = None if quiet else watching(console)
+        if not (live or foxglove) and (pace or port):
+            raise InputError(f"--{'pace' if pace else 'port'}: it belongs to --live"
+                             f"{' and --foxglove' if pace else ''}")
+        if live or foxglove:
+            from desim.commands.views.live import shown_live
+
+            watch = shown_live(watch, _servers(live, port, foxglove, loaded), pace)
         if check:
             from desim.commands.views.differences import checked
 
@@ -60,6 +85,17 @@ def run(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_defaul
             raise typer.Exit(1)
         if check and not quiet:
             say("run twice: every row of the trace is the same")
+
+
+def _servers(live: bool, port: int, foxglove: bool, loaded: Loaded) -> list[Served]:
+    from desim.report.live.watch import page_served
+
+    servers: list[Served] = [page_served(port)] if live else []
+    if foxglove:
+        with extra("live", "--foxglove"):
+            from desim.report.live.foxglove import foxglove_served
+        servers.append(foxglove_served(loaded.scenario))
+    return servers
 
 
 def _show(finished: Run, console: Console) -> None:
@@ -98,6 +134,42 @@ def trace(path: RunPath,
             from desim.commands.views.message import message_list, message_story
         say(message_story(path, message) if message is not None
             else message_list(path, topic, dropped, at_ns))
+
+
+def why(path: RunPath,
+        topic: Annotated[str | None, typer.Option(
+            show_default=False, help="messages of this topic; * and ? stand for letters")] = None,
+        source: Annotated[str | None, typer.Option(
+            "--from", metavar="HOST", show_default=False, help="messages of this host")] = None,
+        to: Annotated[str | None, typer.Option(
+            metavar="HOST", show_default=False, help="messages to this host")] = None,
+        message: Annotated[int | None, typer.Option(
+            min=1, show_default=False, help="the number of one message between hosts")] = None,
+        late: Annotated[int, typer.Option(
+            min=0, metavar="N", help="show the N latest messages")] = 10,
+        dropped: Annotated[bool, typer.Option(
+            "--dropped", help="show messages that were lost")] = False,
+        as_json: Annotated[bool, typer.Option("--json", help="all of it, as JSON")] = False,
+        ) -> None:
+    """The parts of late messages' time: queues, contention, airtime, retransmissions, hops.
+
+    Of lost messages it shows the reason and the place. A run that has not kept its ledger is made
+    again, which takes as long as the run.
+    """
+    with exit_codes():
+        with compiling(as_json):
+            from desim.commands.views.why import json_object, show
+            from desim.results.run import Run
+            from desim.results.why import Question, find
+        made = Run(path)
+        found = find(made.ledger, Question(topic, source, to, message, late, dropped))
+        metrics = made.metrics if made.has("summary.json") else {}
+        if as_json:
+            say_json(json_object(found, metrics))
+        else:
+            from desim.commands.views.terminal import Terminal
+
+            show(found, metrics, Terminal())
 
 
 def diff(first: RunPath, second: RunPath) -> None:
@@ -169,7 +241,6 @@ def graph(path: RunPath,
 
 def _instant(text: str) -> int:
     """The nanoseconds of ``63s``, ``63 s`` or ``1 min 3 s``."""
-    from desim.errors import InputError
     from desim.units import DURATION
 
     try:

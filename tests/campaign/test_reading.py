@@ -48,3 +48,9 @@ def test_what_is_not_there(path, tmp_path):
         assert str(caught.value) == f"{path}: {text}"
     with pytest.raises(InputError, match="not the folder of a campaign"):
         desim.Campaign(tmp_path)
+
+
+def test_a_campaign_in_a_notebook(path):
+    text = desim.Campaign(path)._repr_html_()
+    assert "2 runs, 1 failed" in text and "<p>Why?</p>" in text
+    assert text.count("<tr>") == 4  # the head, and three vectors

@@ -185,7 +185,10 @@ def test_messages_are_found_by_topic_fate_and_time(run_path):
     (under_way,) = {line.split()[1] for line in
                     desim_("trace", run_path, "--topic", "*/scan", "--at", "2 s").splitlines()[1:]}
     assert under_way == "2.000000"
-    assert desim_("trace", run_path, "--dropped").startswith("none of ")
+    assert desim_("trace", run_path, "--dropped") == \
+        f"none of {table['number'].size} messages was dropped\n"
+    assert desim_("trace", run_path, "--topic", "nonsense", "--dropped").startswith(
+        f"none of {table['number'].size} messages; topics are /map_exchange/")
 
 
 def test_the_story_of_a_message_is_the_same_kept_or_run_again(hello, run_path, tmp_path):
@@ -296,6 +299,16 @@ def test_describe_says_what_a_plugin_does_and_takes():
     for slot in "  fading: default None.  by", "    speed: default '1.2 m/s'.  of":
         assert slot in radio
     assert "did you mean 'switch'?" in desim_("describe", "swich", code=2)
+
+
+def test_terrains_are_described_built_in_and_generated():
+    assert "  zigzag     Nine walls and ten roads.\n" in desim_("plugins")
+    built_in, generated = desim_("describe", "maze").split("\n\nmaze (generated terrain): ")
+    assert built_in == ("maze (terrain): environment.terrain: maze\n\nThin walls on a grid of 10 x "
+                        "10 cells, 80 m x 80 m (the paper).\n\nno parameters")
+    assert generated.startswith("environment.terrain: {maze: ...}\n\nA maze of square cells")
+    assert "\n  cell: default '8 m'.  side of a cell" in generated
+    assert "did you mean 'warehouse'?" in desim_("describe", "warehuose", code=2)
 
 
 @pytest.mark.parametrize("path, says", [
@@ -494,3 +507,17 @@ def test_too_little_address_space_is_an_error_and_no_wait(hello):
     assert done.returncode == 2
     assert done.stderr == ("a process may have 550000 kB of address space (ulimit -v); desim wants "
                            "585937 kB at least\n")
+
+
+def test_a_terminal_without_unicode(run_path):
+    """A bar's characters become question marks; nothing fails."""
+    shown = subprocess.run([sys.executable, "-m", "desim.cli", "why", run_path], check=True,
+                           capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"})
+    assert b"?" in shown.stdout and shown.stderr == b""
+
+
+@pytest.mark.parametrize(("option", "says"), [
+    ("--pace", "--pace: it belongs to --live and --foxglove"),
+    ("--port", "--port: it belongs to --live")])
+def test_options_of_a_live_run(hello, option, says):
+    assert desim_("run", hello, option, "5", code=2).strip() == says

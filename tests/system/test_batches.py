@@ -16,6 +16,8 @@ MORE = {
     "flows in turn": (MAZE_8, "stop.elapsed=5 s", f"{LAN}.queue=fq_codel", f"{LAN}.rate=20 Mb/s"),
     "a port that is full": (MAZE_8, "stop.elapsed=5 s", f"{LAN}.rate=6 Mb/s",
                             f"{LAN}.buffer=2 kB"),
+    "a port that loses some": (MAZE_8, "stop.elapsed=10 s", f"{LAN}.queue=fq_codel",
+                               f"{LAN}.rate=7 Mb/s", f"{LAN}.buffer=20 kB"),
     "hosts that stop and start": (
         MAZE_8, "stop.elapsed=6 s",
         "faults=[{at: 1003 ms, host: robot_3, down_for: 700 ms}, "

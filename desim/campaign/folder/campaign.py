@@ -11,10 +11,11 @@ import numpy as np
 from desim.campaign.design.design import Design, read_design
 from desim.errors import InputError
 from desim.results.run import Run, columns
+from desim.results.shown import InNotebooks
 from desim.results.status import RunStatus
 
 
-class Campaign:
+class Campaign(InNotebooks):
     """A campaign's folder, as ``desim sweep`` leaves it. Everything is read on demand. Iterating
     gives its finished runs, by vector and iteration."""
 

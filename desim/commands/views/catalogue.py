@@ -13,6 +13,8 @@ from pydantic.fields import FieldInfo
 from desim import plugins
 from desim.errors import InputError, did_you_mean
 from desim.ports import Params, function_rule
+from desim.scenario.schema.generated import GENERATED
+from desim.world.paper_terrains import ABOUT
 
 _LONG = 120  # characters of a sentence in a list
 
@@ -26,7 +28,9 @@ def listing() -> str:
             lines.append(f"{kind} ({group})")
             width = max(map(len, points))
             lines += [f"  {name:<{width}}  {first_sentence(kind, name)}" for name in points]
-    return "\n".join(lines)
+    lines.append("terrain (of environment.terrain)")
+    return "\n".join([*lines, *(f"  {name:<9}  {_sentence(text)}"
+                                for name, text in _terrain_texts())])
 
 
 def description(name: str) -> str:
@@ -40,12 +44,15 @@ def description(name: str) -> str:
             raise InputError(f"{name!r} is not a plug-in: it names a {type(cls).__name__}, and "
                              "a plug-in is a class")
         return _about(name, "plug-in", cls)
-    if not kinds:
-        known = [known for kind in plugins.GROUPS for known in plugins.available(kind)]
+    terrains = list(_about_terrain(name))
+    if not kinds and not terrains:
+        known = [*(known for kind in plugins.GROUPS for known in plugins.available(kind)),
+                 *dict.fromkeys(known for known, _ in _terrain_texts())]
         near = did_you_mean(name, known)
         raise InputError(f"unknown plug-in {name!r}{near}; desim plugins lists all {len(known)}, "
                          "or write a dotted path 'package.module:Class'")
-    return "\n\n".join(_about(name, kind, plugins.load(kind, name)) for kind in kinds)
+    return "\n\n".join([*(_about(name, kind, plugins.load(kind, name)) for kind in kinds),
+                        *terrains])
 
 
 def first_sentence(kind: str, name: str) -> str:
@@ -54,6 +61,10 @@ def first_sentence(kind: str, name: str) -> str:
         text = " ".join((inspect.getdoc(plugins.load(kind, name)) or "").split())
     except (ImportError, AttributeError, InputError) as error:
         return f"(cannot be loaded: {error})"
+    return _sentence(text)
+
+
+def _sentence(text: str) -> str:
     return f"{_shortened(re.split(r'[.] ', text.rstrip('.') + '. ')[0])}."
 
 
@@ -63,6 +74,25 @@ def _shortened(sentence: str) -> str:
         return sentence
     return next((sentence[:mark.start()] for mark in re.finditer("[:;] ", sentence)
                  if sentence.count("``", 0, mark.start()) % 2 == 0), sentence)
+
+
+def _terrain_texts() -> Iterator[tuple[str, str]]:
+    """Name and description of each terrain: of the built-in ones, then of the generated ones."""
+    for name, text in ABOUT.items():
+        yield name, f"{text.rstrip('.')}, 80 m x 80 m (the paper)."
+    for name, block in GENERATED.items():
+        yield name, " ".join((inspect.getdoc(block) or "").split())
+
+
+def _about_terrain(name: str) -> Iterator[str]:
+    if name in ABOUT:
+        text = next(text for known, text in _terrain_texts() if known == name)
+        yield f"{name} (terrain): environment.terrain: {name}\n\n{text}\n\nno parameters"
+    if name in GENERATED:
+        yield "\n".join([
+            f"{name} (generated terrain): environment.terrain: {{{name}: ...}}", "",
+            inspect.getdoc(GENERATED[name]) or "", "", "parameters:",
+            *_parameters(GENERATED[name].model_fields, "  ")])
 
 
 def _about(name: str, kind: str, cls: type) -> str:

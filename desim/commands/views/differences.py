@@ -7,9 +7,9 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from desim import api
-from desim.commands.views.rows import text
 from desim.results.folder import RunFolder
 from desim.results.run import Run
+from desim.results.trace_words import text
 from desim.results.traces import (
     CONTEXT,
     TRACE,

@@ -47,15 +47,17 @@ def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None
     if not run.has(_MESSAGES):
         raise InputError(f"{path}: its messages were not kept; run it with trace.keep: messages")
     rows = pq.read_table(run.file(_MESSAGES)).to_pylist()
-    found = [row for row in rows
+    asked = [row for row in rows
              if (topic is None or fnmatchcase(row["topic"], topic))
-             and (not dropped or row["fate"] != DELIVERED)
              and (at_ns is None or row["born_ns"] <= at_ns <= row["end_ns"])]
+    found = [row for row in asked if not dropped or row["fate"] != DELIVERED]
     found.sort(key=lambda row: (row["number"], row["destination"]))
     lines = [f"{row['number']:>8}  {row['born_ns'] / 1e9:12.6f} s  "
              f"{(row['end_ns'] - row['born_ns']) / 1e6:12.3f} ms  {row['topic']}  {row['source']} "
              f"-> {row['destination']}  {row['reason'] or row['fate']}" for row in found[:_LISTED]]
     if not found:
+        if asked:
+            return f"none of {len(asked)} messages was dropped"
         return (f"none of {len(rows)} messages; topics are "
                 f"{', '.join(sorted({row['topic'] for row in rows})[:_LISTED])}")
     head = f"{'message':>8}  {'published at':>14}  {'after':>15}  topic, from -> to, fate"

@@ -15,6 +15,7 @@ from rich.live import Live
 from rich.text import Text
 
 from desim.api import Watch
+from desim.commands.views.fleet_map import FleetMap
 from desim.engine.kernel import Kernel
 from desim.monitor.traffic import totals
 from desim.results.folder import RunFolder
@@ -22,6 +23,8 @@ from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
 REFRESH_HZ = 4  # on a terminal
+_MOST_COLUMNS, _MOST_ROWS = 76, 30  # of the map
+_PANEL_LINES = 6
 LINE_EVERY_S = 10.0  # elsewhere
 
 
@@ -78,13 +81,17 @@ def _line(kernel: Kernel, until_ns: int, begin_s: float) -> Text:
 
 
 def watching(console: Console) -> Watch:
-    """A ``watch`` for ``desim.api.run``: a panel on a terminal, else a line every 10 s."""
+    """A ``watch`` for ``desim.api.run``: a panel with a map on a terminal, else a line every 10 s.
+    """
     @contextmanager
     def watch(simulation: Simulation, folder: RunFolder) -> Iterator[None]:
         gauge = Gauge(simulation, folder)
         if console.is_terminal:
+            width, height = console.size
+            fleet = FleetMap(simulation.monitor, min(width, _MOST_COLUMNS),
+                             max(min(height - _PANEL_LINES, _MOST_ROWS), 1))
             with Live(console=console, refresh_per_second=REFRESH_HZ, transient=True,
-                      get_renderable=lambda: _panel(gauge.read())):
+                      get_renderable=lambda: Text("\n").join([_panel(gauge.read()), fleet.draw()])):
                 yield
             return
         over = threading.Event()

@@ -2,91 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from rich.table import Table
 from rich.text import Text
 
-Summary = Mapping[str, Any]  # of summary.json, or of manifest.json
+from desim.report.key_figures import Summary, headline, key_figures
 
 
 def result_table(metrics: Summary, manifest: Summary) -> Table:
     """The results of a run, for the terminal."""
-    title = Text(f"{manifest['name']}, seed {manifest['seed']}: {manifest['status']}, "
-                 f"{metrics['stop_reason']}")
-    table = Table(title=title, title_justify="left", title_style="bold",
-                  box=None, show_header=False, padding=(0, 2, 0, 0))
+    table = Table(title=Text(headline(metrics, manifest)), title_justify="left",
+                  title_style="bold", box=None, show_header=False, padding=(0, 2, 0, 0))
     table.add_column(style="cyan", no_wrap=True)
     table.add_column(no_wrap=True)
     table.add_column(style="dim")
-    speed = ("speed", f"{manifest['real_time_factor']:.1f} x real time",
-             f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
-             f"{manifest['peak_memory_mb']:.0f} MB")
-    for row in (*_exploration(metrics), *_network(metrics), speed):
+    for row in key_figures(metrics, manifest):
         table.add_row(*map(Text, row))
     return table
-
-
-def _exploration(m: Summary) -> list[tuple[str, str, str]]:
-    limit = m["simulated_s"]
-    efficiency = m["exploration_efficiency_m2_per_m"]
-    return [
-        ("exploration time", _time(m["exploration_time_s"], limit),
-         f"not reached; best {m['explored']:.2%}" if m["censored"] else
-         f"99 % known to {m['judged_robot']}"),
-        ("  of the union", _time(m["union_time_s"], limit), "99 % known to some robot"),
-        ("  of the fleet", _time(m["fleet_time_s"], limit), "99 % known to every robot"),
-        ("explored area", f"{m['explored_area_m2']:.0f} m2", f"of {m['reachable_area_m2']:.0f} m2"),
-        ("cost", f"{m['exploration_cost_m']:.0f} m", "driven by all robots"),
-        ("efficiency", "-" if efficiency is None else f"{efficiency:.2f} m2/m", "area / cost"),
-        ("map completeness", f"{m['map_completeness']:.4f}", ""),
-        ("map quality", f"{m['map_quality']:.4f}", f"{m['map_error_cells']} wrong cells"),
-        ("safety", f"{m['safety']:.2f}", f"{m['collisions']} collisions"),
-        ("recoveries", str(m["recoveries"]), ""),
-    ]
-
-
-def _network(m: Summary) -> list[tuple[str, str, str]]:
-    rows = [
-        ("messages", f"{m['messages_sent']} sent", f"{m['messages_delivered']} delivered"),
-        ("", f"{m['messages_in_flight']} in flight", "at the end"),
-        *([("", f"{m['messages_unmatched']} unmatched", "not known who listens")]
-          if m.get("messages_unmatched") else []),
-        *(("", f"{count} dropped", reason) for reason, count in m["messages_dropped"].items()),
-        ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
-         f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),
-        *(("", f"{count} packets", f"lost: {reason}")
-          for reason, count in m.get("packets_lost", {}).items()),
-        *(("", f"{share['mean']:.1%} busy", f"{medium}, on average; at most {share['max']:.1%}")
-          for medium, share in m.get("utilisation", {}).items() if share is not None),
-    ]
-    if m.get("control_bytes"):
-        rows.append(("", f"{m['control_bytes'] / 1e6:.1f} MB", "of routing protocols, beside"))
-    apart = m["partitions"]
-    if apart["count"]:
-        rows.append(("partitions", str(apart["count"]), f"{apart['total_s']:.0f} s in all, the "
-                                                        f"longest {apart['longest_s']:.0f} s"))
-    return rows + _awareness(m)
-
-
-def _awareness(m: Summary) -> list[tuple[str, str, str]]:
-    rows, size_bytes = [], m.get("discovery_bytes", 0)
-    if m.get("discovery_frames"):
-        rows.append(("discovery", f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1e6 else
-                     f"{size_bytes / 1e3:.1f} kB", f"in {m['discovery_frames']} frames"))
-    for key, name, done in (("detection_delay_s", "loss noticed", "noticed"),
-                            ("resync_delay_s", "heard again", "resynced")):
-        delay = m.get(key, {})
-        if delay.get("pairs"):
-            pairs = f"{delay[done]} of {delay['pairs']} pairs"
-            rows.append((name, "never", pairs) if delay["mean"] is None else
-                        (name, f"{delay['mean']:.1f} s", f"later on average, {pairs}"))
-    if m.get("false_alarms"):
-        rows.append(("false alarms", str(m["false_alarms"]),
-                     "robots taken for gone that were up and in reach"))
-    return rows
-
-
-def _time(value: float | None, limit: float) -> str:
-    return f"> {limit:.1f} s" if value is None else f"{value:.1f} s"

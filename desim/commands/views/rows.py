@@ -1,4 +1,4 @@
-"""Trace rows in words, and the selection of those that belong to one message."""
+"""The rows of a trace that belong to one message, in words."""
 
 from __future__ import annotations
 
@@ -7,31 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.engine.trace import Names, real
-from desim.units import NS_PER_S
-
-# Columns that hold the bits of a float.
-_REALS = {"pose": "abc", "sample": "abc", "sample_motion": "c"}
-_SMALLEST_ID = 1 << 16  # below it a value is a number, although it might be the id of a name
+from desim.engine.trace import Names
 
 # Rows about a message: its source is the entity, or column a; column b is its number there.
 _AT_SOURCE = ("sent", "frame")
 _AT_OTHERS = ("lost", "delivered", "dropped", "callback", "read", "overwritten", "repeated")
-
-
-def text(row: np.void, names: Mapping[int, str]) -> str:
-    """A row in words: time, kind, entity, values."""
-    kind = names.get(int(row["kind"]), "?")
-    return (f"{int(row['t_ns']) / NS_PER_S:14.9f} s  {kind:<16} "
-            f"{names.get(int(row['entity']), '?'):<20} {values(row, kind, names)}").rstrip()
-
-
-def values(row: np.void, kind: str, names: Mapping[int, str]) -> str:
-    """The columns a, b and c: ids as names, bits of floats as floats."""
-    reals, found = _REALS.get(kind, ""), ((column, int(row[column])) for column in "abc")
-    return "  ".join(f"{real(value):.9g}" if column in reals else
-                     names.get(value, str(value)) if value >= _SMALLEST_ID else str(value)
-                     for column, value in found)
 
 
 class Step(NamedTuple):

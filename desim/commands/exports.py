@@ -1,0 +1,140 @@
+"""The commands that write and read the formats of other tools."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from desim.commands.compiling import compiling
+from desim.commands.exit_codes import exit_codes
+from desim.commands.extras import extra
+from desim.commands.output import say
+from desim.commands.runs import RunPath
+
+if TYPE_CHECKING:
+    from desim.results.recording import Recording
+
+Done = Callable[[int, int], object]
+
+
+def export(path: RunPath,
+           mcap: Annotated[Path | None, typer.Option(
+               metavar="FILE", help="a recording for Foxglove and ROS 2, and a layout for Foxglove "
+                                    "beside it", show_default=False)] = None,
+           bag: Annotated[Path | None, typer.Option(
+               metavar="FILE", help="a recording for ROS 1", show_default=False)] = None,
+           csv: Annotated[Path | None, typer.Option(
+               metavar="FOLDER", help="all tables, as CSV files", show_default=False)] = None,
+           graphml: Annotated[Path | None, typer.Option(
+               metavar="FILE", help="the network over time", show_default=False)] = None,
+           gif: Annotated[Path | None, typer.Option(
+               metavar="FILE", help="an animation, .gif or .apng", show_default=False)] = None,
+           pcap: Annotated[Path | None, typer.Option(
+               metavar="FILE", help="the packets of a medium, for Wireshark; the run is repeated",
+               show_default=False)] = None,
+           medium: Annotated[str | None, typer.Option(
+               help="the medium of --pcap (default: the only one)", show_default=False)] = None,
+           ) -> None:
+    """A run in the formats of other tools."""
+    with exit_codes():
+        from desim.errors import InputError
+
+        if medium is not None and pcap is None:
+            raise InputError("--medium: it belongs to --pcap")
+        if not (mcap or bag or csv or graphml or gif or pcap):
+            raise InputError("nothing to export; allowed: --mcap, --bag, --csv, --graphml, --gif, "
+                             "--pcap")
+        with compiling(False):
+            from desim.api import recording_of
+            from desim.results.run import Run
+        run = Run(path)
+        if csv is not None:
+            from desim.export.tables import write_csv
+
+            with progress("tables") as done:
+                written = write_csv(run, csv, done)
+            say("\n".join(map(str, written)))
+        if mcap or bag or graphml or gif:
+            _export_recording(recording_of(run), mcap, bag, graphml, gif)
+        if pcap is not None:
+            from desim.export.capture import write_pcap
+            from desim.results.status import simulated_only
+
+            simulated_only(run.path, run.manifest, "packets")
+            with progress("packets") as done:
+                count = write_pcap(run, medium or _only_medium(run.scenario.network.media), pcap,
+                                   done)
+            say(f"{pcap}: {count} packets")
+
+
+def _export_recording(recording: Recording, mcap: Path | None, bag: Path | None,
+                      graphml: Path | None, gif: Path | None) -> None:
+    if mcap or bag:
+        _export_ros(recording, mcap, bag)
+    if graphml is not None:
+        from desim.export.connectivity import write_graphml
+
+        graph = write_graphml(recording, graphml)
+        say(f"{graphml}: {len(graph)} hosts, {graph.number_of_edges()} edges")
+    if gif is not None:
+        from desim.export.film import write_film
+
+        with progress("pictures") as done:
+            count = write_film(recording, gif, done)
+        say(f"{gif}: {count} pictures")
+
+
+def _export_ros(recording: Recording, mcap: Path | None, bag: Path | None) -> None:
+    with extra("recordings", "--mcap" if mcap is not None else "--bag"):
+        from desim.export.ros_files import FOXGLOVE, RVIZ_1, RVIZ_2, write_bag, write_mcap
+    for path, write, beside in (
+            (mcap, write_mcap, ((FOXGLOVE, "a layout to import into Foxglove"),
+                                (RVIZ_2, "rviz2 -d shows all topics with it"))),
+            (bag, write_bag, ((RVIZ_1, "rviz -d shows all topics with it"),))):
+        if path is not None:
+            with progress("messages") as done:
+                counts = write(recording, path, done)
+            say(f"{path}: {sum(counts.values())} messages on {len(counts)} topics")
+            for ending, what in beside:
+                say(f"{path.with_suffix(ending)}: {what}")
+
+
+def import_(path: Annotated[Path, typer.Argument(metavar="FILE", show_default=False, help=(
+                "an MCAP file, a bag of ROS 1, or the folder of a bag of ROS 2"))],
+            out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
+            name: Annotated[str | None, typer.Option(
+                help="the run's name (default: the file's)", show_default=False)] = None,
+            topic: Annotated[str | None, typer.Option(
+                metavar="PATTERN", help="take poses from these topics only, e.g. '/*/odom'",
+                show_default=False)] = None) -> None:
+    """A recording of real robots as a run: to look at it, and to compare it with others."""
+    with exit_codes():
+        with extra("recordings", "import"):
+            from desim.export.imported import import_recording
+
+        done = import_recording(path, out, name, topic)
+        say("\n".join([*done.notes, f"results in {done.run.path}"]))
+
+
+def _only_medium(media: Mapping[str, object]) -> str:
+    from desim.errors import InputError
+
+    if len(media) != 1:
+        raise InputError(f"--pcap: --medium NAME is missing; allowed: {', '.join(media)}")
+    return next(iter(media))
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Done]:
+    """``done(part, whole)`` for long exports: a bar on a terminal, and nothing elsewhere."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True,
+                  disable=not Console(stderr=True).is_terminal) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda part, whole: bar.update(task, completed=part, total=whole)

@@ -1,0 +1,153 @@
+"""Waterfalls of messages: where the time of each went, as bars of characters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from desim.results.ledger_topics import as_json
+from desim.results.why import READ, Findings, Tale
+
+_BESIDE = 58  # characters of a line beside its bar
+_LEAST, _MOST = 20, 60  # of a bar
+_EIGHTHS = " ▏▎▍▌▋▊▉█"
+_DROPS = 20  # lines of them
+_PARTS = 3  # of a topic
+_COLOURS = {"sender's queue": "yellow", "resolution": "magenta", "queue": "red",
+            "contention": "bright_red", "airtime": "green", "propagation": "cyan",
+            "retransmission": "bright_magenta", "rules": "blue", "on the medium": "white",
+            "relay": "bright_yellow"}
+
+
+def show(found: Findings, metrics: Mapping[str, Any], console: Console) -> None:
+    """Print the waterfalls, the shares of the parts and what was lost, and what late maps cost the
+    fleet, of the run's ``metrics``."""
+    for tale in found.tales:
+        _print_tale(tale, console)
+        _print(console)
+    if found.shares:
+        _print_shares(found, console)
+    if found.delivered and len(found.by_topic) > 1:
+        _print_topics(found, console)
+    if found.lost:
+        _print_drops(found, console)
+    if found.untold:
+        _print(console, "on the medium: a network model does not tell the parts of its time "
+                        "(docs/writing-plugins.md, Itemizes)", style="dim")
+
+
+    if metrics.get("outdated_goal_m"):
+        _print(console, f"{metrics['outdated_goal_m']:.0f} of {metrics['exploration_cost_m']:.0f} "
+                        f"m, in {metrics['outdated_goal_s']:.0f} s, robots drove towards places "
+                        "that a teammate had explored", style="bold")
+
+
+def _print_tale(tale: Tale, console: Console) -> None:
+    latency_ns = tale.end_ns - tale.born_ns
+    fate = ("delivered" if tale.reason is None else f"dropped ({tale.reason}, at {tale.place})")
+    _print(console, f"message {tale.number}, {tale.topic}, {tale.source} -> {tale.destination}, "
+                    f"{tale.size_bytes} B", style="bold")
+    _print(console, f"born at {tale.born_ns / 1e9:.6f} s, {fate} after {duration(latency_ns)}")
+    if tale.reason is not None:
+        return
+    lines = [(*part, share(part.time_ns, latency_ns)) for part in tale.parts]
+    if tale.waited_ns is not None:
+        lines.append((READ, tale.destination, tale.waited_ns, ""))
+    _print_bars(lines, console)
+    if tale.waited_ns is None:
+        _print(console, f"{READ:<16} {tale.destination}: never read")
+
+
+def _print_shares(found: Findings, console: Console) -> None:
+    """The shares of all messages that match, beside those of the messages that were shown."""
+    total_ns, shown_ns = (sum(time_ns for part, time_ns in shares.items() if part != READ)
+                         for shares in (found.shares, found.shown))
+    _print(console, f"all {found.delivered} delivered messages that match: mean of each part, its "
+                    "share, and its share in those above", style="bold")
+    _print_bars([(part, "" if part == READ else share(time_ns, total_ns),
+                  time_ns // found.delivered,
+                  "" if part == READ else share(found.shown.get(part, 0), shown_ns) or "-")
+                 for part, time_ns in found.shares.items()], console)
+
+
+def _print_topics(found: Findings, console: Console) -> None:
+    """A line for each family of topics: messages, mean latency, and its greatest parts."""
+    _print(console, "by topic: delivered, dropped, mean latency, and the shares of its parts",
+           style="bold")
+    width = max(map(len, found.by_topic))
+    for topic, one in found.by_topic.items():
+        if not one.delivered:
+            _print(console, f"{topic:<{width}} {0:>8} {one.dropped:>7} {'-':>10}")
+            continue
+        parts = sorted(one.times_ns.items(), key=lambda item: -item[1])[:_PARTS]
+        _print(console, f"{topic:<{width}} {one.delivered:>8} {one.dropped:>7} "
+                        f"{duration(one.latency_ns / one.delivered):>10}  "
+                        + ", ".join(f"{part} {share(time_ns, one.latency_ns)}"
+                                    for part, time_ns in parts))
+
+
+def _print_drops(found: Findings, console: Console) -> None:
+    _print(console, f"{found.dropped} dropped messages that match", style="bold")
+    for reason, place, count in found.lost[:_DROPS]:
+        _print(console, f"{count:>8}  {reason:<16} at {place}")
+    if len(found.lost) > _DROPS:
+        rest = sum(lost.messages for lost in found.lost[_DROPS:])
+        _print(console, f"{rest:>8}  at other places")
+
+
+def _print_bars(lines: Iterable[tuple[str, str, int, str]], console: Console) -> None:
+    """A line for each part: its name, place, time (ns) and a word behind it. The scale is that of
+    the latency."""
+    lines = list(lines)
+    width = min(max(console.width - _BESIDE, _LEAST), _MOST)
+    begin_ns, whole_ns = 0, sum(time_ns for part, _, time_ns, _ in lines if part != READ)
+    for part, place, time_ns, last in lines:
+        drawn = "" if part == READ else bar(begin_ns, time_ns, whole_ns, width)
+        begin_ns += time_ns
+        console.print(Text.assemble(
+            f"{part:<16} {place:<18} ", (f"{drawn:<{width}}", _COLOURS.get(part, "")),
+            f" {duration(time_ns):>10} {last:>7}"), soft_wrap=True)
+
+
+def _print(console: Console, text: str = "", style: str = "") -> None:
+    console.print(Text(text, style=style), soft_wrap=True, highlight=False)
+
+
+def bar(begin_ns: int, time_ns: int, whole_ns: int, width: int) -> str:
+    """A bar from ``begin_ns`` on in a row of ``width`` characters for ``whole_ns``, to an eighth of
+    a character, and never empty."""
+    if whole_ns <= 0:
+        return ""
+    first = begin_ns * width // whole_ns
+    end = max(8 * width * (begin_ns + time_ns) // whole_ns, 8 * first + 1)
+    full, eighths = divmod(end - 8 * first, 8)
+    return " " * first + "█" * full + _EIGHTHS[eighths].strip()
+
+
+def share(time_ns: int, whole_ns: int) -> str:
+    """A share for readers; empty where there is nothing to share."""
+    return f"{100 * time_ns / whole_ns:.1f} %" if whole_ns else ""
+
+
+def duration(time_ns: float) -> str:
+    """A time for readers, with three digits or more: ns, us, ms or s."""
+    for unit, size in (("s", 1e9), ("ms", 1e6), ("us", 1e3)):
+        if time_ns >= size:
+            return f"{time_ns / size:.3f} {unit}"
+    return f"{time_ns:.0f} ns"
+
+
+def json_object(found: Findings, metrics: Mapping[str, Any]) -> Mapping[str, object]:
+    """All of it."""
+    return {
+        **{name: metrics.get(name) for name in ("outdated_goal_s", "outdated_goal_m")},
+        "messages": [{**tale._asdict(), "parts": [part._asdict() for part in tale.parts]}
+                     for tale in found.tales],
+        "delivered": found.delivered, "dropped": found.dropped,
+        "shares_ns": found.shares, "shares_of_messages_ns": found.shown,
+        "lost": [lost._asdict() for lost in found.lost],
+        "by_topic": as_json(found.by_topic),
+    }

@@ -1,0 +1,161 @@
+"""``desim why``: the waterfalls, the selection, and what it refuses."""
+
+import json
+from io import StringIO
+
+import pytest
+from rich.console import Console
+from typer.testing import CliRunner
+
+from desim import api
+from desim.cli import app
+from desim.commands.views.why import bar, duration, show
+from desim.errors import InputError
+from desim.results.ledger import ledger_of
+from desim.results.ledger_recorder import LEDGER
+from desim.results.run import Run
+from desim.results.why import READ, Question, find
+
+SLOW = ("stop.elapsed=4 s", "network.media={lan: {model: switch, rate: 300 kb/s}}")
+
+
+@pytest.fixture(scope="module")
+def made(repository, tmp_path_factory):
+    """A run of hello on a slow LAN that has kept its messages, and one with its ledger."""
+    out = tmp_path_factory.mktemp("results")
+    return [api.run(repository / "scenarios" / "hello.yaml", out=out,
+                    overrides=(*SLOW, f"trace.ledger={kept}")) for kept in ("false", "true")]
+
+
+@pytest.fixture(scope="module")
+def ledger(made):
+    return ledger_of(made[1])
+
+
+def why(*words, code=0):
+    outcome = CliRunner().invoke(app, ["why", *map(str, words)])
+    assert outcome.exit_code == code, outcome.output
+    return outcome.output
+
+
+def test_a_ledger_is_the_same_kept_or_made_again(made, ledger):
+    plain, kept = made
+    assert plain.manifest["digest"] == kept.manifest["digest"]
+    assert kept.has(LEDGER) and not plain.has(LEDGER)
+    assert ledger_of(plain).to_pylist() == ledger.to_pylist()
+
+
+def test_it_has_the_messages_of_the_run(made, ledger):
+    messages = made[1].table("messages")
+    for column in ("number", "born_ns", "end_ns", "size_bytes"):
+        assert (ledger[column].to_numpy() == messages[column]).all()
+    for column in ("topic", "source", "destination", "fate", "reason"):
+        assert ledger[column].to_pylist() == messages[column].tolist()
+
+
+def test_messages_are_read_after_they_have_arrived(ledger):
+    read = [row for row in ledger.to_pylist() if row["read_ns"] is not None]
+    assert read and all(row["read_ns"] >= row["end_ns"] for row in read)
+    assert any(row["read_ns"] > row["end_ns"] for row in read)
+    assert all(row["read_ns"] is None for row in ledger.to_pylist() if row["reason"])
+
+
+def test_the_latest_come_first_and_their_parts_sum_up(ledger):
+    found = find(ledger, Question(late=7))
+    latencies = [tale.end_ns - tale.born_ns for tale in found.tales]
+    assert len(latencies) == 7 and latencies == sorted(latencies, reverse=True)
+    assert latencies[0] == max(row["latency_ns"] or 0 for row in ledger.to_pylist())
+    for tale, latency_ns in zip(found.tales, latencies, strict=True):
+        assert sum(part.time_ns for part in tale.parts) == latency_ns
+    shown_ns = sum(time_ns for part, time_ns in found.shown.items() if part != READ)
+    assert shown_ns == sum(latencies)
+    assert found.delivered + found.dropped == len(ledger)
+
+
+def test_messages_are_chosen_by_topic_host_and_number(ledger):
+    found = find(ledger, Question(topic="/*/cmd_vel", source="robot_1", late=10**6))
+    assert found.delivered == len(found.tales) > 0
+    assert {(tale.topic, tale.source) for tale in found.tales} == {("/robot_1/cmd_vel", "robot_1")}
+    found = find(ledger, Question(destination="robot_?", late=10**6))
+    assert {tale.destination[:6] for tale in found.tales} == {"robot_"}
+    number = find(ledger, Question()).tales[3].number
+    assert [tale.number for tale in find(ledger, Question(message=number)).tales] == [number]
+
+
+def test_dropped_messages_have_a_reason_and_a_place(ledger):
+    found = find(ledger, Question(dropped=True, late=3))
+    assert len(found.tales) == 3
+    assert {(tale.reason, tale.place) for tale in found.tales} == {("outbox_full", "workstation")}
+    assert sum(lost.messages for lost in found.lost) == found.dropped
+    assert find(ledger, Question(message=found.tales[0].number)).tales[0].reason == "outbox_full"
+
+
+@pytest.mark.parametrize("question, says", [
+    (Question(topic="/robot_1/scn"), r"no message has the topic '/robot_1/scn' \(did you mean "
+                                     r"'/robot_1/scan'\?\); there are /map_exchange/robot_"),
+    (Question(source="robto_1"), r"no message has the sender 'robto_1' \(did you mean 'robot_1'"),
+    (Question(destination="nobody"), "no message has the receiver 'nobody'; there are robot_0, "),
+    (Question(message=10**9), r"no message 1000000000 among those with a fate; the last of them "
+                              r"is \d+"),
+    (Question(topic="/robot_0/scan", source="robot_1"), "no message of this topic between these"),
+    (Question(message=1, topic="/robot_9/*"), r"message 1 has not the topic '/robot_9/\*', but /"),
+    (Question(message=1, dropped=True), "message 1 was delivered, not dropped"),
+])
+def test_a_wrong_question_is_one_clear_complaint(ledger, question, says):
+    with pytest.raises(InputError, match=says):
+        find(ledger, question)
+
+
+def test_a_run_without_messages_says_so(ledger):
+    with pytest.raises(InputError, match="no message between hosts had reached its fate when"):
+        find(ledger.slice(0, 0), Question())
+
+
+def test_a_run_of_another_version_that_kept_no_ledger_is_refused(made, monkeypatch):
+    monkeypatch.setitem(made[0].manifest, "source", "another")
+    with pytest.raises(InputError, match="its messages' parts of time were not kept, and it "
+                                         "cannot be repeated: source in its manifest differ from "
+                                         r"those installed now; run the scenario again \(with "
+                                         r"--set trace.ledger=true they are kept\)"):
+        ledger_of(made[0])
+
+
+def test_a_run_that_does_not_repeat_itself_says_so(made, monkeypatch):
+    monkeypatch.setitem(made[0].manifest, "digest", "another")
+    with pytest.raises(InputError, match="the run does not repeat itself: its digest is another,"):
+        ledger_of(made[0])
+
+
+def test_the_command_prints_waterfalls(made):
+    text = why(made[1].path, "--late", 1, "--topic", "/robot_?/scan")
+    assert text.startswith("message ") and "/scan, workstation -> robot_" in text
+    assert "\nqueue            lan at workstation" in text and " █" in text
+    assert "delivered messages that match: mean of each part" in text
+    assert " dropped messages that match\n" in text and "outbox_full      at workstation" in text
+    found = json.loads(why(made[1].path, "--dropped", "--json"))
+    assert found["dropped"] == sum(lost["messages"] for lost in found["lost"])
+    assert len(found["messages"]) == 10
+    assert why(made[1].path, "--from", "nobody", code=2).count("\n") == 1
+    assert "not the folder of a run" in why(made[1].path.parent, code=2)
+
+
+@pytest.mark.parametrize("width", [40, 80, 200])
+def test_bars_begin_where_the_one_before_ends(ledger, width):
+    out = Console(file=StringIO(), width=width)
+    show(find(ledger, Question(late=1)), {}, out)
+    drawn = [line[36:] for line in out.file.getvalue().partition("\n\n")[0].splitlines()
+             if "█" in line]
+    begins = [len(line) - len(line.lstrip()) for line in drawn]
+    assert begins == sorted(begins) and len(drawn) > 2
+
+
+def test_bars_and_durations():
+    assert bar(0, 5, 10, 4) == "██" and bar(5, 5, 10, 4) == "  ██"
+    assert bar(0, 1, 10**6, 4) == "▏" and bar(10**6 - 1, 1, 10**6, 4) == "   █"
+    assert bar(0, 3, 8, 2) == "▊" and bar(0, 0, 0, 9) == ""
+    assert [duration(ns) for ns in (0, 999, 1000, 1.5e6, 2.25e9)] == [
+        "0 ns", "999 ns", "1.000 us", "1.500 ms", "2.250 s"]
+
+
+def test_a_run_knows_its_ledger(made, ledger):
+    assert Run(made[1].path).ledger.equals(ledger)
