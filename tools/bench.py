@@ -351,7 +351,8 @@ def main() -> None:
     if sys.argv[1:2] == ["history"]:
         history_of(sys.argv[2:])
         return
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", metavar="part",
                         help=f"of {', '.join(PARTS)}; default: all")
     parser.add_argument("--json", action="store_true", help="JSON instead of tables")

@@ -26,7 +26,7 @@ IGNORE = re.compile(r"#\s*type: ignore(\[[^]]*\])?")
 STORY = ["units", "errors", "files", "compiler", "ports", "plugins", "engine", "statistics",
          "scenario", "world", "network", "middleware", "robot", "monitor", "simulation",
          "results", "netcases", "blame", "api", "campaign", "validation", "testing",
-         "report", "commands", "cli"]
+         "export", "report", "commands", "cli"]
 
 
 def first_line(file: Path) -> str:

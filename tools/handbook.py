@@ -1,0 +1,179 @@
+"""Builds the documentation site: `python tools/handbook.py [--to FOLDER]`, or `make docs`.
+
+The sources are the Markdown pages as they stand in the repository (links of theirs lead where they
+lead on a Git host), and pages made from the code: gallery, keys, plug-ins, commands, API. Warnings
+are errors. Pictures of the gallery are kept in `build/handbook/cache`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+from sitepages import command_page, gallery, keys, plugin_pages
+from sitepages.pictures import Drawn, drawn
+
+ROOT = Path(__file__).resolve().parent.parent
+# Pages, and files that these link to.
+PAGES = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "CITATION.cff", "pyproject.toml")
+
+INDEX = """\
+```{include} README.md
+```
+
+```{toctree}
+:hidden:
+:caption: Start
+
+docs/tutorial
+reference/gallery
+docs/commands
+reference/commands
+```
+
+```{toctree}
+:hidden:
+:caption: Use
+
+docs/scenarios
+reference/keys
+docs/network-models
+docs/networks-alone
+docs/results
+docs/replay
+docs/why
+docs/export
+MORE
+docs/campaigns
+docs/cluster
+docs/reports
+docs/statistics
+docs/defaults
+docs/validation
+docs/performance
+```
+
+```{toctree}
+:hidden:
+:caption: Middleware
+:glob:
+
+docs/middleware
+docs/middleware/*
+```
+
+```{toctree}
+:hidden:
+:caption: Plug-ins
+
+reference/plugins/index
+docs/writing-plugins
+```
+
+```{toctree}
+:hidden:
+:caption: Studies
+:glob:
+
+docs/studies/*
+```
+
+```{toctree}
+:hidden:
+:caption: Inside
+
+reference/api
+docs/architecture
+docs/where-is
+docs/decisions
+docs/glossary
+CONTRIBUTING
+CHANGELOG
+```
+
+"""
+
+API = """\
+# The Python API
+
+## desim
+
+```{eval-rst}
+.. autofunction:: desim.load
+.. autofunction:: desim.from_mapping
+.. autofunction:: desim.run
+.. autoclass:: desim.Run
+   :members:
+.. autoclass:: desim.Campaign
+   :members:
+.. autofunction:: desim.compare
+.. autoclass:: desim.results.comparison.ComparedRuns
+   :members:
+.. autoclass:: desim.campaign.folder.comparison.ComparedCampaigns
+   :members:
+```
+
+## desim.ports
+
+```{eval-rst}
+.. automodule:: desim.ports
+   :members:
+   :imported-members:
+```
+
+## desim.testing
+
+```{eval-rst}
+.. automodule:: desim.testing
+   :members:
+   :imported-members:
+   :exclude-members: Params
+```
+"""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--to", type=Path, default=ROOT / "build" / "handbook" / "html",
+                        help="the folder of the site (default: build/handbook/html)")
+    arguments = parser.parse_args()
+    work = ROOT / "build" / "handbook"
+    source = work / "source"
+    shutil.rmtree(source, ignore_errors=True)
+    write_sources(source, {one.name: drawn(one, source / "reference" / "pictures",
+                                           source / "extra" / "replays", work / "cache")
+                           for one in gallery.chosen("desim run")})
+    from sphinx.cmd.build import build_main
+
+    code = build_main(["-q", "-E", "-a", "-W", "--keep-going", "-b", "html", "-c",
+                       str(ROOT / "tools" / "sitepages"), "-d", str(work / "doctrees"),
+                       str(source), str(arguments.to)])
+    shutil.copytree(source / "extra" / "replays", arguments.to / "replays", dirs_exist_ok=True)
+    print(arguments.to / "index.html")
+    return code
+
+
+def write_sources(source: Path, pictures: dict[str, Drawn]) -> None:
+    """Copy the pages to where they stand in the repository, and write those that are made from the
+    code."""
+    shutil.copytree(ROOT / "docs", source / "docs")
+    for name in PAGES:
+        shutil.copy2(ROOT / name, source)
+    reference = source / "reference"
+    known = {path.relative_to(ROOT).with_suffix("").as_posix()
+             for path in (ROOT / "docs").glob("*.md")}
+    more = sorted(page for page in known if page not in INDEX)
+    pages = {"gallery.md": gallery.page(pictures, ROOT / "docs"),
+             "keys.md": keys.page(), "commands.md": command_page.page(), "api.md": API,
+             **{f"plugins/{name}": text for name, text in plugin_pages.pages().items()}}
+    (source / "index.md").write_text(INDEX.replace("MORE", "\n".join(more)))
+    for name, text in pages.items():
+        (reference / name).parent.mkdir(parents=True, exist_ok=True)
+        (reference / name).write_text(text)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
