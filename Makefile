@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install run test quick check validate bench dist schema
+.PHONY: install run test quick check validate bench dist schema docs
 
 install: $(VENV)/.installed
 
@@ -38,6 +38,10 @@ bench: $(VENV)/.installed
 dist: $(VENV)/.installed-test
 	.ci/dist
 
+# The documentation site, in build/handbook/html.
+docs: $(VENV)/.installed-docs
+	$(BIN)/python tools/handbook.py
+
 # The keys of scenarios, for editors: .vscode/settings.json reads this file.
 schema: $(VENV)/.installed
 	$(BIN)/desim schema > .vscode/scenario.schema.json
@@ -50,4 +54,9 @@ $(VENV)/.installed: pyproject.toml
 $(VENV)/.installed-test: pyproject.toml
 	test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --editable '.[test]'
+	touch $(VENV)/.installed $@
+
+$(VENV)/.installed-docs: pyproject.toml
+	test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --editable '.[docs]'
 	touch $(VENV)/.installed $@

@@ -21,10 +21,12 @@ MAX_ANY = 100  # names ``Any`` in desim and netmodels: below this
 MAX_CASTS = 30  # casts and ignores there
 
 # Files that may read the wall clock: they report on a run or its cost, and never change it.
-WALL_CLOCK = {"desim/campaign/running/probes.py", "desim/campaign/running/crew.py",
+WALL_CLOCK = {"desim/report/live/feed.py",
+              "desim/campaign/running/probes.py", "desim/campaign/running/crew.py",
               "desim/campaign/running/driver.py", "desim/compiler/store.py",
               "desim/commands/compiling.py", "desim/api.py", "desim/results/folder.py",
-              "desim/commands/views/progress.py", "desim/commands/views/sweep.py"}
+              "desim/commands/views/progress.py", "desim/commands/views/results_list.py",
+              "desim/commands/views/sweep.py"}
 # Who may name the global generators: the makers of streams, and the check that a plug-in draws
 # nothing from them.
 GLOBAL_GENERATORS = {"desim/engine/streams.py", "desim/testing/checks.py"}

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 from benchmarks import history
 
@@ -39,3 +42,10 @@ def test_a_file_with_other_columns_is_refused(file):
 def test_a_commit_that_git_does_not_know_is_refused():
     with pytest.raises(SystemExit, match="^history: .*no-such-commit"):
         history.commit_of("no-such-commit")
+
+
+def test_the_help_names_all_that_bench_can_do(repository):
+    done = subprocess.run([sys.executable, repository / "tools" / "bench.py", "--help"], text=True,
+                          capture_output=True, check=True)
+    for form in ("fleets --figure FILE", "compare REV [--turns N]", "history [REV ...]", "beacons"):
+        assert form in done.stdout
