@@ -23,10 +23,10 @@ ROOT = Path(__file__).resolve().parent.parent
 IGNORE = re.compile(r"#\s*type: ignore(\[[^]]*\])?")
 
 # The story of the house, from the ground up: a room imports only rooms that stand before it.
-STORY = ["units", "errors", "files", "compiler", "ports", "plugins", "engine", "statistics",
-         "scenario", "world", "network", "middleware", "robot", "monitor", "simulation",
-         "results", "netcases", "blame", "api", "campaign", "validation", "testing",
-         "export", "report", "commands", "cli"]
+STORY = ["units", "errors", "files", "colours", "compiler", "ports", "plugins", "engine",
+         "statistics", "scenario", "world", "network", "middleware", "robot", "monitor",
+         "simulation", "results", "netcases", "blame", "api", "campaign", "validation", "testing",
+         "export", "imports", "report", "commands", "cli"]
 
 
 def first_line(file: Path) -> str:

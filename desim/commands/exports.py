@@ -31,8 +31,9 @@ def export(path: RunPath,
                metavar="FOLDER", help="all tables, as CSV files", show_default=False)] = None,
            graphml: Annotated[Path | None, typer.Option(
                metavar="FILE", help="the network over time", show_default=False)] = None,
-           gif: Annotated[Path | None, typer.Option(
-               metavar="FILE", help="an animation, .gif or .apng", show_default=False)] = None,
+           animation: Annotated[Path | None, typer.Option(
+               metavar="FILE", help="an animation for slides, .gif or .apng",
+               show_default=False)] = None,
            pcap: Annotated[Path | None, typer.Option(
                metavar="FILE", help="the packets of a medium, for Wireshark; the run is repeated",
                show_default=False)] = None,
@@ -45,23 +46,23 @@ def export(path: RunPath,
 
         if medium is not None and pcap is None:
             raise InputError("--medium: it belongs to --pcap")
-        if not (mcap or bag or csv or graphml or gif or pcap):
-            raise InputError("nothing to export; allowed: --mcap, --bag, --csv, --graphml, --gif, "
-                             "--pcap")
+        if not (mcap or bag or csv or graphml or animation or pcap):
+            raise InputError("nothing to export; allowed: --mcap, --bag, --csv, --graphml, "
+                             "--animation, --pcap")
         with compiling(False):
             from desim.api import recording_of
             from desim.results.run import Run
         run = Run(path)
         if csv is not None:
-            from desim.export.tables import write_csv
+            from desim.export.csv_tables import write_csv
 
             with progress("tables") as done:
                 written = write_csv(run, csv, done)
             say("\n".join(map(str, written)))
-        if mcap or bag or graphml or gif:
-            _export_recording(recording_of(run), mcap, bag, graphml, gif)
+        if mcap or bag or graphml or animation:
+            _export_recording(recording_of(run), mcap, bag, graphml, animation)
         if pcap is not None:
-            from desim.export.capture import write_pcap
+            from desim.export.pcap.capture import write_pcap
             from desim.results.status import simulated_only
 
             simulated_only(run.path, run.manifest, "packets")
@@ -72,25 +73,25 @@ def export(path: RunPath,
 
 
 def _export_recording(recording: Recording, mcap: Path | None, bag: Path | None,
-                      graphml: Path | None, gif: Path | None) -> None:
+                      graphml: Path | None, animation: Path | None) -> None:
     if mcap or bag:
         _export_ros(recording, mcap, bag)
     if graphml is not None:
-        from desim.export.connectivity import write_graphml
+        from desim.export.graphml import write_graphml
 
         graph = write_graphml(recording, graphml)
         say(f"{graphml}: {len(graph)} hosts, {graph.number_of_edges()} edges")
-    if gif is not None:
-        from desim.export.film import write_film
+    if animation is not None:
+        from desim.export.animation.animation_file import write_animation
 
         with progress("pictures") as done:
-            count = write_film(recording, gif, done)
-        say(f"{gif}: {count} pictures")
+            count = write_animation(recording, animation, done)
+        say(f"{animation}: {count} pictures")
 
 
 def _export_ros(recording: Recording, mcap: Path | None, bag: Path | None) -> None:
     with extra("recordings", "--mcap" if mcap is not None else "--bag"):
-        from desim.export.ros_files import FOXGLOVE, RVIZ_1, RVIZ_2, write_bag, write_mcap
+        from desim.export.ros.recording_files import FOXGLOVE, RVIZ_1, RVIZ_2, write_bag, write_mcap
     for path, write, beside in (
             (mcap, write_mcap, ((FOXGLOVE, "a layout to import into Foxglove"),
                                 (RVIZ_2, "rviz2 -d shows all topics with it"))),
@@ -114,7 +115,7 @@ def import_(path: Annotated[Path, typer.Argument(metavar="FILE", show_default=Fa
     """A recording of real robots as a run: to look at it, and to compare it with others."""
     with exit_codes():
         with extra("recordings", "import"):
-            from desim.export.imported import import_recording
+            from desim.imports.imported_run import import_recording
 
         done = import_recording(path, out, name, topic)
         say("\n".join([*done.notes, f"results in {done.run.path}"]))

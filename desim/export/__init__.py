@@ -1,1 +1,1 @@
-"""Runs in the formats of other tools, and recordings of other tools as runs."""
+"""Runs in the formats of other tools."""

@@ -1,4 +1,4 @@
-"""Objects that a notebook shows as HTML: the rooms below say which, a room above draws them."""
+"""Objects that a notebook shows as HTML; ``desim.report.notebook`` draws them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _draw: list[Draw] = []  # one at most
 
 
 def draw_with(draw: Draw) -> None:
-    """Let ``draw`` make the HTML of all shown objects; ``desim`` itself says so when imported."""
+    """Let ``draw`` make the HTML of all shown objects. ``desim/__init__.py`` calls this."""
     _draw[:] = [draw]
 
 

@@ -7,7 +7,7 @@ import pytest
 from recorded import made
 
 from desim.api import recording_of
-from desim.export.connectivity import write_graphml
+from desim.export.graphml import write_graphml
 from desim.units import NS_PER_S
 
 PARTED = ("deployment=field", "stop.elapsed=12 s", "coordination.exchange.period=1 s",

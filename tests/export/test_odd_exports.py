@@ -17,10 +17,10 @@ import desim
 from desim.api import recording_of
 from desim.engine.kernel import Phase
 from desim.errors import InputError, ModelError
-from desim.export.capture import write_pcap
-from desim.export.connectivity import write_graphml
-from desim.export.film import write_film
-from desim.export.tables import write_csv
+from desim.export.animation.animation_file import write_animation
+from desim.export.csv_tables import write_csv
+from desim.export.graphml import write_graphml
+from desim.export.pcap.capture import write_pcap
 from desim.results.run import Run
 from desim.results.status import RunStatus
 from desim.units import NS_PER_S
@@ -29,7 +29,7 @@ from desim.units import NS_PER_S
 def mcap(run: Run, folder: Path) -> int:
     reader = pytest.importorskip("mcap.reader", reason="mcap is not installed")
     pytest.importorskip("rosbags", reason="rosbags is not installed")
-    from desim.export.ros_files import write_mcap
+    from desim.export.ros.recording_files import write_mcap
 
     write_mcap(recording_of(run), folder / "run.mcap", quiet)
     with (folder / "run.mcap").open("rb") as file:
@@ -39,7 +39,7 @@ def mcap(run: Run, folder: Path) -> int:
 def bag(run: Run, folder: Path) -> int:
     highlevel = pytest.importorskip("rosbags.highlevel", reason="rosbags is not installed")
     pytest.importorskip("mcap", reason="mcap is not installed")
-    from desim.export.ros_files import write_bag
+    from desim.export.ros.recording_files import write_bag
 
     write_bag(recording_of(run), folder / "run.bag", quiet)
     with highlevel.AnyReader([folder / "run.bag"]) as reader:
@@ -51,9 +51,9 @@ def graphml(run: Run, folder: Path) -> int:
     return len(ElementTree.parse(folder / "net.graphml").getroot())
 
 
-def film(kind: str) -> Callable[[Run, Path], int]:
+def animation(kind: str) -> Callable[[Run, Path], int]:
     def write(run: Run, folder: Path) -> int:
-        write_film(recording_of(run), folder / f"run.{kind}", quiet)
+        write_animation(recording_of(run), folder / f"run.{kind}", quiet)
         with Image.open(folder / f"run.{kind}") as image:
             image.seek(image.n_frames - 1)
             image.load()
@@ -73,7 +73,7 @@ def pcap(run: Run, folder: Path) -> int:
     return count + 1  # an empty capture is one, too
 
 
-EXPORTERS = (mcap, bag, csv, graphml, film("gif"), film("apng"), pcap)
+EXPORTERS = (mcap, bag, csv, graphml, animation("gif"), animation("apng"), pcap)
 every = pytest.mark.parametrize("export", EXPORTERS, ids=lambda export: export.__name__)
 of_a_recording = pytest.mark.parametrize(
     "export", [one for one in EXPORTERS if one not in (csv, pcap)], ids=lambda one: one.__name__)

@@ -9,9 +9,9 @@ from dataclasses import replace
 import foxglove
 
 from desim.errors import InputError
-from desim.export.ros_types import RosTypes
-from desim.export.scans import Scanner
-from desim.export.topics import samples
+from desim.export.ros.laser_scans import Scanner
+from desim.export.ros.message_types import RosTypes
+from desim.export.ros.topics import topic_messages
 from desim.report.live.feed import Sink
 from desim.report.live.stretch import Stretch
 from desim.results.recording import LinkChange
@@ -33,9 +33,9 @@ class Channels:
         """Publish all messages of ``stretch``."""
         self._links += stretch.links
         whole = replace(stretch, links=self._links)  # each marker shows all links
-        for sample in samples(whole, self._types, self._scanner):
-            self._channel(sample.topic, sample.kind).log(
-                self._types.data(sample.kind, sample.message), log_time=sample.time_ns)
+        for message in topic_messages(whole, self._types, self._scanner):
+            self._channel(message.topic, message.kind).log(
+                self._types.data(message.kind, message.message), log_time=message.time_ns)
 
     def _channel(self, topic: str, kind: str) -> foxglove.Channel:
         if topic not in self._channels:

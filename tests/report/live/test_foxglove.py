@@ -16,9 +16,9 @@ from desim.report.live.stretch import Stretches
 foxglove = pytest.importorskip("foxglove")
 pytest.importorskip("rosbags")
 
-from desim.export.ros_types import RosTypes  # noqa: E402
-from desim.export.scans import Scanner  # noqa: E402
-from desim.export.topics import samples  # noqa: E402
+from desim.export.ros.laser_scans import Scanner  # noqa: E402
+from desim.export.ros.message_types import RosTypes  # noqa: E402
+from desim.export.ros.topics import topic_messages  # noqa: E402
 from desim.report.live.foxglove import Channels, foxglove_served  # noqa: E402
 
 
@@ -30,7 +30,7 @@ def watched(tmp_path_factory, repository):
     scanner = Scanner(scenario)
 
     def note(stretch):
-        for sample in samples(stretch, types, scanner):
+        for sample in topic_messages(stretch, types, scanner):
             found.setdefault(sample.topic, []).append(
                 (sample.time_ns, types.data(sample.kind, sample.message)))
 
@@ -51,7 +51,7 @@ def test_what_moves_is_as_in_the_export(watched, topic):
     run, found = watched
     types, recording = RosTypes(2), recording_of(run)
     wanted = [(sample.time_ns, types.data(sample.kind, sample.message))
-              for sample in samples(recording, types, Scanner(run.scenario))
+              for sample in topic_messages(recording, types, Scanner(run.scenario))
               if sample.topic == topic]
     assert len(wanted) > 1
     if topic.endswith("odom"):  # speeds are means since the pose before, which a stretch has not

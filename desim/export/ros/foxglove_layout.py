@@ -16,7 +16,7 @@ _VIEW = 0.9  # of the larger side of the terrain, from above
 
 def layout(recording: Recording) -> Json:
     """``foxglove_layout.json`` with the topics and the extent of ``recording``."""
-    found: Json = json.loads((files("desim.export") / "foxglove_layout.json").read_text())
+    found: Json = json.loads((files("desim.export.ros") / "foxglove_layout.json").read_text())
     panels = found["configById"]
     scene = panels[_SCENE]
     for robot in recording.robots:

@@ -4,64 +4,72 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from heapq import merge
-from typing import NamedTuple
 
 import numpy as np
 
-from desim.export.link_log import DIAGNOSTICS, link_log
-from desim.export.markers import ARRAY, MAP_FRAME, Markers, Timed, repeated
-from desim.export.ros_types import Message, RosTypes
-from desim.export.scans import Scanner
+from desim.export.ros.laser_scans import Scanner
+from desim.export.ros.link_diagnostics import link_log
+from desim.export.ros.markers import MAP_FRAME, Markers
+from desim.export.ros.message_times import repeated
+from desim.export.ros.message_types import (
+    DIAGNOSTIC_ARRAY,
+    FLOAT64,
+    LASER_SCAN,
+    MARKER_ARRAY,
+    OCCUPANCY_GRID,
+    ODOMETRY,
+    PATH,
+    POSE_STAMPED,
+    TF_MESSAGE,
+    Message,
+    RosTypes,
+    Timed,
+    TopicMessage,
+)
 from desim.export.traffic import Traffic
 from desim.results.recording import Growth, ShownPlan
 from desim.results.source import ReplaySource
 from desim.units import MM_PER_M, NS_PER_S
 
-SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
-TRANSFORMS, GRID = "tf2_msgs/msg/TFMessage", "nav_msgs/msg/OccupancyGrid"
-PATH, GOAL = "nav_msgs/msg/Path", "geometry_msgs/msg/PoseStamped"
-NUMBER = "std_msgs/msg/Float64"
+EXPLORED = "/explored"  # the topic of the explored share
+_LATCHED = ("tf_static", "terrain", "robots", "map")  # last parts of topics
 MAP_EVERY_NS = 15 * NS_PER_S  # between maps, if they have grown
 _MAP_AGAIN_NS = 60 * NS_PER_S  # if not
 _TENTH_NS, _NEVER = NS_PER_S // 10, 65535
 
 
-class Sample(NamedTuple):
-    """A message on a topic at an instant; ``kind`` is its type."""
-
-    time_ns: int
-    topic: str
-    kind: str
-    message: Message
-
-
-def samples(recording: ReplaySource, types: RosTypes, scanner: Scanner | None
-            ) -> Iterator[Sample]:
+def topic_messages(recording: ReplaySource, types: RosTypes, scanner: Scanner | None
+            ) -> Iterator[TopicMessage]:
     """All messages of a recording, by time; ``scanner`` is that of its scenario. None: nothing is
     known of its lasers, and there are no scans."""
     markers, traffic = Markers(recording, types), Traffic(recording)
-    streams: list[Iterator[Sample]] = [
-        _on("/tf_static", TRANSFORMS, _fixed(recording, types, scanner is not None)),
+    streams: list[Iterator[TopicMessage]] = [
+        _on("/tf_static", TF_MESSAGE, _fixed(recording, types, scanner is not None)),
         _moving(recording, types),
-        _on("/terrain", ARRAY, markers.terrain()),
-        _on("/robots", ARRAY, markers.robots()),
-        _on("/links", ARRAY, markers.links(traffic)),
-        _on("/diagnostics", DIAGNOSTICS, link_log(recording, traffic, types)),
+        _on("/terrain", MARKER_ARRAY, markers.terrain()),
+        _on("/robots", MARKER_ARRAY, markers.robots()),
+        _on("/links", MARKER_ARRAY, markers.links(traffic)),
+        _on("/diagnostics", DIAGNOSTIC_ARRAY, link_log(recording, traffic, types)),
         _plans(recording, types),
-        _on("/map", GRID, _grids(list(recording.growths), recording, types)),
-        _on("/explored", NUMBER, _explored(recording, types)),
+        _on("/map", OCCUPANCY_GRID, _grids(list(recording.growths), recording, types)),
+        _on(EXPLORED, FLOAT64, _explored(recording, types)),
     ]
     if scanner is not None:
         streams.append(_scans(recording, types, scanner))
     for robot in recording.robots:
         own = [growth for growth in recording.growths if growth.robot == robot]
         if own:
-            streams.append(_on(f"/{robot}/map", GRID, _grids(own, recording, types)))
+            streams.append(_on(f"/{robot}/map", OCCUPANCY_GRID, _grids(own, recording, types)))
     return merge(*streams, key=lambda sample: sample.time_ns)
 
 
-def _on(topic: str, kind: str, messages: Iterator[Timed]) -> Iterator[Sample]:
-    return (Sample(time_ns, topic, kind, message) for time_ns, message in messages)
+def is_latched(topic: str) -> bool:
+    """Whether who subscribes late gets the last message at once."""
+    return topic.rpartition("/")[2] in _LATCHED
+
+
+def _on(topic: str, kind: str, messages: Iterator[Timed]) -> Iterator[TopicMessage]:
+    return (TopicMessage(time_ns, topic, kind, message) for time_ns, message in messages)
 
 
 def _transform(types: RosTypes, time_ns: int, parent: str, child: str,
@@ -77,13 +85,13 @@ def _fixed(recording: ReplaySource, types: RosTypes, lasers: bool) -> Iterator[T
     """The frames that do not move: odometry starts at the map's origin, the laser is in the middle
     of its robot. Repeated for those who join late."""
     for time_ns in repeated([0], recording):
-        yield time_ns, types.make(TRANSFORMS, transforms=[
+        yield time_ns, types.make(TF_MESSAGE, transforms=[
             _transform(types, time_ns, parent, child) for robot in recording.robots
             for parent, child in ((MAP_FRAME, f"{robot}/odom"),
                                   (f"{robot}/base_link", f"{robot}/laser"))[:1 + lasers]])
 
 
-def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[Sample]:
+def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[TopicMessage]:
     """Transforms and odometry at each recorded pose."""
     names, poses, before = recording.robots, recording.poses, 0
     for k, time_ns in enumerate(poses.times_ns.tolist()):
@@ -92,15 +100,15 @@ def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[Sample]:
         speeds = _speeds(then, now, (time_ns - int(poses.times_ns[before])) / NS_PER_S)
         before = k
         places = [(x, y, yaw) for x, y, yaw in now.tolist()]
-        yield Sample(time_ns, "/tf", TRANSFORMS, types.make(TRANSFORMS, transforms=[
+        yield TopicMessage(time_ns, "/tf", TF_MESSAGE, types.make(TF_MESSAGE, transforms=[
             _transform(types, time_ns, f"{name}/odom", f"{name}/base_link", place)
             for name, place in zip(names, places, strict=True)]))
         for name, place, speed in zip(names, places, speeds.tolist(), strict=True):
-            yield Sample(time_ns, f"/{name}/odom", ODOMETRY,
+            yield TopicMessage(time_ns, f"/{name}/odom", ODOMETRY,
                          _odometry(types, time_ns, name, place, speed))
 
 
-def _scans(recording: ReplaySource, types: RosTypes, scanner: Scanner) -> Iterator[Sample]:
+def _scans(recording: ReplaySource, types: RosTypes, scanner: Scanner) -> Iterator[TopicMessage]:
     """Scans at recorded poses, no oftener than the laser's rate."""
     laser, due_ns = scanner.laser, 0
     period_ns = round(NS_PER_S / laser.rate_hz)
@@ -110,8 +118,8 @@ def _scans(recording: ReplaySource, types: RosTypes, scanner: Scanner) -> Iterat
             continue
         due_ns = time_ns + period_ns
         for name, ranges in zip(recording.robots, scanner.ranges_m(recording, k), strict=True):
-            yield Sample(time_ns, f"/{name}/scan", SCAN, types.make(
-                SCAN, header=types.header(time_ns, f"{name}/laser"),
+            yield TopicMessage(time_ns, f"/{name}/scan", LASER_SCAN, types.make(
+                LASER_SCAN, header=types.header(time_ns, f"{name}/laser"),
                 angle_min=-laser.field_of_view_rad / 2, angle_max=laser.field_of_view_rad / 2,
                 angle_increment=increment, range_max=laser.max_range_m, ranges=ranges))
 
@@ -138,26 +146,26 @@ def _odometry(types: RosTypes, time_ns: int, name: str, place: tuple[float, floa
         twist=types.make("geometry_msgs/msg/TwistWithCovariance", twist=twist))
 
 
-def _plans(recording: ReplaySource, types: RosTypes) -> Iterator[Sample]:
+def _plans(recording: ReplaySource, types: RosTypes) -> Iterator[TopicMessage]:
     """Paths, and goals; a goal that was reached or given up has no message."""
     made: dict[str, tuple[str, Callable[[RosTypes, ShownPlan], Message]]] = {
-        "plan": (PATH, _path), "goal": (GOAL, _goal)}
+        "plan": (PATH, _path), "goal": (POSE_STAMPED, _goal)}
     for plan in recording.plans:
         if plan.kind in made and (plan.kind != "goal" or len(plan.xy_mm)):
             kind, make = made[plan.kind]
-            yield Sample(plan.time_ns, f"/{plan.robot}/{plan.kind}", kind, make(types, plan))
+            yield TopicMessage(plan.time_ns, f"/{plan.robot}/{plan.kind}", kind, make(types, plan))
 
 
 def _goal(types: RosTypes, plan: ShownPlan) -> Message:
     x_m, y_m = (plan.xy_mm[0] / MM_PER_M).tolist()
-    return types.make(GOAL, header=types.header(plan.time_ns, MAP_FRAME),
+    return types.make(POSE_STAMPED, header=types.header(plan.time_ns, MAP_FRAME),
                       pose=types.pose(x_m, y_m))
 
 
 def _path(types: RosTypes, plan: ShownPlan) -> Message:
     header = types.header(plan.time_ns, MAP_FRAME)
     return types.make(PATH, header=header, poses=[
-        types.make(GOAL, header=header, pose=types.pose(x_m, y_m))
+        types.make(POSE_STAMPED, header=header, pose=types.pose(x_m, y_m))
         for x_m, y_m in (plan.xy_mm / MM_PER_M).tolist()])
 
 
@@ -197,8 +205,9 @@ def _grids(growths: list[Growth], recording: ReplaySource, types: RosTypes) -> I
         info = types.make("nav_msgs/msg/MapMetaData", map_load_time=types.time(time_ns),
                           resolution=grid.resolution_m, width=grid.width, height=grid.height,
                           origin=types.pose(grid.x_m, grid.y_m))
-        yield time_ns, types.make(GRID, header=types.header(time_ns, MAP_FRAME), info=info,
-                                  data=cells.ravel())
+        yield time_ns, types.make(
+            OCCUPANCY_GRID, header=types.header(time_ns, MAP_FRAME), info=info,
+            data=cells.ravel())
 
 
 def _explored(recording: ReplaySource, types: RosTypes) -> Iterator[Timed]:
@@ -208,4 +217,4 @@ def _explored(recording: ReplaySource, types: RosTypes) -> Iterator[Timed]:
     rows = recording.run.samples
     for time_s, share in zip(rows["time_s"].tolist(), rows["explored_union"].tolist(),
                              strict=True):
-        yield round(time_s * NS_PER_S), types.make(NUMBER, data=share)
+        yield round(time_s * NS_PER_S), types.make(FLOAT64, data=share)

@@ -11,7 +11,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
 from scipy.ndimage import median_filter
 
-from desim.export import colours
+from desim import colours
 from desim.export.traffic import Traffic
 from desim.monitor.recorder import StandingWall
 from desim.results.recording import Recording
@@ -30,7 +30,7 @@ _MOST_TONES = 160
 _SMOOTH_CELLS, _GAPS_CELLS = 13, 5
 
 
-class FilmScene:
+class AnimationScene:
     """Draws ``recording``: the terrain, what is explored in the colour of the robot that was there
     first, trails of the last 6 s, robots with their headings, and messages between them."""
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.export.frames import FrameTree
+from desim.imports.frame_tree import FrameTree
 from desim.ports import natural_key
 from desim.units import NS_PER_S
 

@@ -5,7 +5,13 @@ from __future__ import annotations
 import struct
 from typing import BinaryIO
 
-from desim.export.packets import CHECK_BYTES, SNAP_BYTES, CapturedPacket, Radiotap, ethernet
+from desim.export.pcap.packet_headers import (
+    CHECK_BYTES,
+    SNAP_BYTES,
+    CapturedPacket,
+    Radiotap,
+    ethernet,
+)
 from desim.units import NS_PER_S
 
 _MAGIC_NS = 0xA1B23C4D

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import desim
 from desim.cli import app
 from desim.errors import InputError
-from desim.export.capture import write_pcap
+from desim.export.pcap.capture import write_pcap
 from desim.results.run import Run
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation

@@ -9,8 +9,17 @@ from pathlib import Path
 from typing import Never
 
 from desim.errors import InputError, did_you_mean
-from desim.export.packets import ACK, FIN, PUSH, RST, SYN, CapturedPacket, Radiotap, Segment
-from desim.export.pcap import PcapWriter
+from desim.export.pcap.capture_file import PcapWriter
+from desim.export.pcap.packet_headers import (
+    ACK,
+    FIN,
+    PUSH,
+    RST,
+    SYN,
+    CapturedPacket,
+    Radiotap,
+    Segment,
+)
 from desim.export.targets import target
 from desim.middleware.tcp import end
 from desim.middleware.tcp.receiver import Receiver

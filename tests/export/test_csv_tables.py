@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import desim
 from desim.cli import app
 from desim.errors import InputError
-from desim.export.tables import write_csv
+from desim.export.csv_tables import write_csv
 from desim.results.run import Run
 from desim.results.seal import manifest_of, seal
 

@@ -20,8 +20,8 @@ from desim.units import NS_PER_S
 
 rosbags_reader = pytest.importorskip("rosbags.highlevel", reason="rosbags is not installed")
 mcap_reader = pytest.importorskip("mcap.reader", reason="mcap is not installed")
-from desim.export.ros_files import write_bag, write_mcap  # noqa: E402
-from desim.export.topics import known_at  # noqa: E402
+from desim.export.ros.recording_files import write_bag, write_mcap  # noqa: E402
+from desim.export.ros.topics import known_at  # noqa: E402
 
 DOORS = ("environment.doors=[{from: [0 m, 0 m], to: [0 m, 8 m], open: [[2 s, 4 s]]}]",)
 

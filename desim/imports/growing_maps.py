@@ -9,14 +9,12 @@ import numpy as np
 import pyarrow as pa
 
 from desim.errors import InputError
-from desim.export.ros_types import Message
+from desim.export.ros.message_types import Message, Timed
 from desim.ports import GridSpec
 from desim.units import NS_PER_S
 
 _NEVER, _TENTH_NS, _OCCUPIED = 65535, NS_PER_S // 10, 50  # of 100
 _MOST_CELLS = 1 << 26  # of one map: beyond it, a grid's numbers are damaged
-
-Timed = tuple[int, Message]
 
 
 class _Placed(NamedTuple):

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import yaml
 
-from desim.export import colours
-from desim.export.markers import MAP_FRAME
+from desim import colours
+from desim.export.ros.markers import MAP_FRAME
+from desim.export.ros.topics import is_latched
 from desim.results.recording import Recording
 from desim.results.seal import Json
 from desim.results.status import is_imported
 from desim.units import MM_PER_M
 
 _VIEW_PX = 720  # of the scene, which the terrain fills
-_LATCHED = ("/map", "/terrain", "/robots")
 
 
 def rviz_configuration(recording: Recording, version: int) -> str:
@@ -25,7 +25,7 @@ def rviz_configuration(recording: Recording, version: int) -> str:
         where: object = topic if version == 1 else {
             "Value": topic, "Depth": 5, "History Policy": "Keep Last",
             "Reliability Policy": "Reliable",
-            "Durability Policy": "Transient Local" if topic in _LATCHED else "Volatile"}
+            "Durability Policy": "Transient Local" if is_latched(topic) else "Volatile"}
         return {"Class": f"{package}/{kind}", "Name": topic.lstrip("/"), "Enabled": True,
                 "Value": True, name: where, **more}
 

@@ -6,20 +6,19 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from desim.export import colours
-from desim.export.ros_types import Message, RosTypes
+from desim import colours
+from desim.export.ros.message_times import repeated, seconds
+from desim.export.ros.message_types import MARKER_ARRAY, Message, RosTypes, Timed
 from desim.export.traffic import LinkLoad, Traffic, linked_pairs
 from desim.results.source import ReplaySource
-from desim.units import MM_PER_M, NS_PER_S
+from desim.units import MM_PER_M
 
-ARRAY, MARKER = "visualization_msgs/msg/MarkerArray", "visualization_msgs/msg/Marker"
+MARKER = "visualization_msgs/msg/Marker"
 MAP_FRAME = "map"
-_CYLINDER, _LINE_LIST, _TEXT, _TRIANGLE_LIST = 3, 5, 9, 11
-REPEAT_NS = 5 * NS_PER_S  # who joins late sees what stands still
+LINE_LIST, TRIANGLE_LIST, _CYLINDER, _TEXT = 5, 11, 3, 9  # types of markers
+FEET = " feet"  # follows the material in the namespace of walls that are drawn as lines
 _WALL_M, _BODY_M, _LINK_M = 0.12, 0.4, 0.08  # shown so thick, high and wide
 _BUSY_BYTES = 100_000  # a second: the full colour of a busy link
-
-Timed = tuple[int, Message]
 
 
 class Markers:
@@ -42,7 +41,7 @@ class Markers:
                                 for wall in standing if wall.material == material
                                 ]).reshape(-1, 5) / MM_PER_M
                 markers += self._material(time_ns, number, material, own)
-            yield time_ns, self._types.make(ARRAY, markers=markers)
+            yield time_ns, self._types.make(MARKER_ARRAY, markers=markers)
 
     def _material(self, time_ns: int, number: int, material: str, walls: np.ndarray
                   ) -> list[Message]:
@@ -55,9 +54,9 @@ class Markers:
                                                          point(x2, y2, height))
             faces += [low[0], low[1], high[1], low[0], high[1], high[0]]
         colour = colours.of_material(material)
-        return [self._marker(time_ns, f"{material} feet", number, _LINE_LIST, colour, feet,
+        return [self._marker(time_ns, material + FEET, number, LINE_LIST, colour, feet,
                              width_m=_WALL_M),
-                self._marker(time_ns, material, number, _TRIANGLE_LIST, colour, faces, alpha=0.45)]
+                self._marker(time_ns, material, number, TRIANGLE_LIST, colour, faces, alpha=0.45)]
 
     def robots(self) -> Iterator[Timed]:
         """A cylinder and a name in the frame of each robot."""
@@ -75,7 +74,7 @@ class Markers:
                         MARKER, header=types.header(time_ns, f"{robot}/base_link"), ns=ns,
                         id=number, type=kind, pose=pose, scale=size, color=colour, text=text,
                         frame_locked=True))
-            yield time_ns, types.make(ARRAY, markers=markers)
+            yield time_ns, types.make(MARKER_ARRAY, markers=markers)
 
     def links(self, traffic: Traffic) -> Iterator[Timed]:
         """Each second: thin lines between hosts that reach each other, and thick ones between those
@@ -92,10 +91,10 @@ class Markers:
             quiet = self._lines(places, [(host, other) for host, other in shown
                                          if host < other or (other, host) not in linked])
             busy, shades = self._loaded(places, traffic.at(second))
-            yield time_ns, self._types.make(ARRAY, markers=[
-                self._marker(time_ns, "in reach", 0, _LINE_LIST, colours.QUIET, quiet,
+            yield time_ns, self._types.make(MARKER_ARRAY, markers=[
+                self._marker(time_ns, "in reach", 0, LINE_LIST, colours.QUIET, quiet,
                              width_m=_LINK_M / 4, alpha=0.35),
-                self._marker(time_ns, "traffic", 0, _LINE_LIST, colours.BUSY, busy,
+                self._marker(time_ns, "traffic", 0, LINE_LIST, colours.BUSY, busy,
                              width_m=_LINK_M, alpha=0.8, shades=shades)])
 
     def _placed(self, time_ns: int) -> dict[str, tuple[float, float]]:
@@ -128,26 +127,9 @@ class Markers:
                 points: list[Message], *, width_m: float = 1.0, alpha: float = 1.0,
                 shades: list[Message] | None = None) -> Message:
         types = self._types
-        scale = types.vector(width_m, width_m, width_m) if kind == _TRIANGLE_LIST \
+        scale = types.vector(width_m, width_m, width_m) if kind == TRIANGLE_LIST \
             else types.vector(width_m, 0.0, 0.0)
         return types.make(MARKER, header=types.header(time_ns, MAP_FRAME), ns=ns, id=number,
                           type=kind, action=0 if points else 2, pose=types.pose(0.0, 0.0),
                           scale=scale, color=types.colour(*colour, alpha), points=points,
                           colors=shades or [])
-
-
-def seconds(recording: ReplaySource) -> Iterator[tuple[int, int]]:
-    """The number and the instant of every full second, and of the end."""
-    first, end_ns = -(-recording.begin_ns // NS_PER_S), recording.end_ns
-    last = -(-end_ns // NS_PER_S)
-    yield from ((second, second * NS_PER_S) for second in range(first, last))
-    yield last, end_ns
-
-
-def repeated(instants: list[int], recording: ReplaySource) -> Iterator[int]:
-    """``instants``, and each of them again and again until the next one: those of ``recording``."""
-    end_ns = recording.end_ns
-    inside = [time_ns for time_ns in instants if time_ns <= end_ns]
-    for time_ns, next_ns in zip(inside, [*inside[1:], end_ns + 1], strict=True):
-        every = range(time_ns, max(next_ns, time_ns + 1), REPEAT_NS)
-        yield from (again_ns for again_ns in every if again_ns >= recording.begin_ns)

@@ -12,10 +12,9 @@ from desim.report.replay.page import write
 from desim.units import NS_PER_S
 
 pytest.importorskip("rosbags", reason="rosbags is not installed")
-from desim.export.imported import import_recording  # noqa: E402
-from desim.export.ros_files import BagWriter, write_bag  # noqa: E402
-from desim.export.ros_types import RosTypes  # noqa: E402
-from desim.export.topics import ODOMETRY  # noqa: E402
+from desim.export.ros.message_types import ODOMETRY, RosTypes  # noqa: E402
+from desim.export.ros.recording_files import BagWriter, write_bag  # noqa: E402
+from desim.imports.imported_run import import_recording  # noqa: E402
 
 
 @pytest.fixture(scope="module")

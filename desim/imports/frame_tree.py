@@ -1,4 +1,4 @@
-"""FrameTree of reference that move against each other in the plane (ROS's tf), over time."""
+"""A tree of coordinate frames that move in the plane, as ROS's tf has them."""
 
 from __future__ import annotations
 

@@ -21,10 +21,15 @@ from desim.units import NS_PER_S
 
 make_reader = pytest.importorskip("mcap.reader", reason="mcap is not installed").make_reader
 rosbag1 = pytest.importorskip("rosbags.rosbag1", reason="rosbags is not installed")
-from desim.export.imported import import_recording  # noqa: E402
-from desim.export.ros_files import write_bag, write_mcap  # noqa: E402
-from desim.export.ros_types import RosTypes  # noqa: E402
-from desim.export.topics import GOAL, GRID, ODOMETRY, TRANSFORMS  # noqa: E402
+from desim.export.ros.message_types import (  # noqa: E402
+    OCCUPANCY_GRID,
+    ODOMETRY,
+    POSE_STAMPED,
+    TF_MESSAGE,
+    RosTypes,
+)
+from desim.export.ros.recording_files import write_bag, write_mcap  # noqa: E402
+from desim.imports.imported_run import import_recording  # noqa: E402
 
 START_NS = 1_700_000_000 * NS_PER_S  # recordings of real robots count from 1970
 PARTED = ("deployment=field", "stop.elapsed=12 s", "coordination.exchange.period=1 s",
@@ -216,8 +221,8 @@ class Bag:
 
     def pose(self, topic, time_ns, frame, x, y, yaw) -> None:
         types = self.types
-        self.put(topic, GOAL, time_ns, types.make(
-            GOAL, header=types.header(time_ns, frame), pose=types.pose(x, y, yaw)))
+        self.put(topic, POSE_STAMPED, time_ns, types.make(
+            POSE_STAMPED, header=types.header(time_ns, frame), pose=types.pose(x, y, yaw)))
 
     def odometry(self, topic, time_ns, frame, x, y, yaw) -> None:
         types = self.types
@@ -229,7 +234,7 @@ class Bag:
         types = self.types
         moved = types.make("geometry_msgs/msg/Transform", translation=types.vector(x, y),
                            rotation=types.turned(yaw))
-        self.put("/tf", TRANSFORMS, time_ns, types.make(TRANSFORMS, transforms=[types.make(
+        self.put("/tf", TF_MESSAGE, time_ns, types.make(TF_MESSAGE, transforms=[types.make(
             "geometry_msgs/msg/TransformStamped", header=types.header(time_ns, parent),
             child_frame_id=child, transform=moved)]))
 
@@ -237,8 +242,8 @@ class Bag:
         types = self.types
         info = types.make("nav_msgs/msg/MapMetaData", resolution=0.05, width=cells.shape[1],
                           height=cells.shape[0], origin=types.pose(x, y))
-        self.put(topic, GRID, time_ns, types.make(
-            GRID, header=types.header(time_ns, "map"), info=info,
+        self.put(topic, OCCUPANCY_GRID, time_ns, types.make(
+            OCCUPANCY_GRID, header=types.header(time_ns, "map"), info=info,
             data=cells.astype(np.int8).ravel()))
 
     def imported(self, **how):
@@ -311,7 +316,7 @@ def test_an_mcap_file_of_another_library_is_read(tmp_path):
     writer = pytest.importorskip("mcap_ros2.writer", reason="mcap-ros2-support is not installed")
     with (tmp_path / "other.mcap").open("wb") as file:
         other = writer.Writer(file)
-        schema = other.register_msgdef(GOAL, "\n".join([
+        schema = other.register_msgdef(POSE_STAMPED, "\n".join([
             "std_msgs/Header header", "geometry_msgs/Pose pose", "=" * 80, "MSG: std_msgs/Header",
             "builtin_interfaces/Time stamp", "string frame_id", "=" * 80,
             "MSG: builtin_interfaces/Time", "int32 sec", "uint32 nanosec", "=" * 80,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
 from mcap.records import Channel, Chunk, McapRecord, Schema
 from mcap.records import Message as McapMessage
@@ -14,7 +14,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from desim.errors import InputError, described
-from desim.export.ros_types import Message
+from desim.export.ros.message_types import TopicMessage
 from desim.files import opened
 
 _MCAP, _BAG = b"\x89MCAP0\r\n", b"#ROSBAG V"
@@ -22,15 +22,6 @@ _METADATA = "metadata.yaml"  # of a bag of ROS 2
 _BAD_INDEX = re.compile("Bag is not indexed|Bag index looks damaged")  # rosbags says so
 _ALLOWED = "allowed: an .mcap file, a .bag file of ROS 1, the folder of a bag of ROS 2"
 _ENCODINGS = {"cdr": "ros2msg", "ros1": "ros1msg"}  # of messages, and of their definitions
-
-
-class Read(NamedTuple):
-    """A message of a recording, ``time_ns`` when it was recorded."""
-
-    topic: str
-    kind: str
-    time_ns: int
-    message: Message
 
 
 class RosRecording:
@@ -50,7 +41,7 @@ class RosRecording:
                              f"{_ALLOWED}")
         self._is_mcap = not path.is_dir() and self._begins() == _MCAP
 
-    def messages(self, kinds: Collection[str]) -> Iterator[Read]:
+    def messages(self, kinds: Collection[str]) -> Iterator[TopicMessage]:
         """The messages of these types, in the order of the file. Raises ``InputError`` where there
         is none that can be read."""
         try:
@@ -76,7 +67,7 @@ class RosRecording:
                 return magic
         raise InputError(f"{self.path}: is neither an MCAP file nor a bag of ROS; {_ALLOWED}")
 
-    def _mcap(self, kinds: Collection[str]) -> Iterator[Read]:
+    def _mcap(self, kinds: Collection[str]) -> Iterator[TopicMessage]:
         """Record by record, so that a file that was cut short is read up to there."""
         store = get_typestore(Stores.EMPTY)
         schemas: dict[int, Schema] = {}
@@ -100,7 +91,8 @@ class RosRecording:
                         channel := channels.get(record.channel_id)):
                     topic, kind, encoding = channel
                     read = store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
-                    yield Read(topic, kind, record.log_time, read(record.data, kind))
+                    yield TopicMessage(record.log_time, topic, kind,
+                                       read(record.data, kind))
 
     def _records(self, file: BinaryIO) -> Iterator[McapRecord]:
         """All records. A chunk with wrong bytes is left out."""
@@ -115,9 +107,10 @@ class RosRecording:
                 continue
             yield from inside
 
-    def _bag(self, kinds: Collection[str]) -> Iterator[Read]:
+    def _bag(self, kinds: Collection[str]) -> Iterator[TopicMessage]:
         with AnyReader([self.path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             self.topics |= {one.topic: one.msgtype for one in reader.connections}
             wanted = [one for one in reader.connections if one.msgtype in kinds]
             for one, time_ns, data in reader.messages(wanted) if wanted else ():
-                yield Read(one.topic, one.msgtype, time_ns, reader.deserialize(data, one.msgtype))
+                yield TopicMessage(time_ns, one.topic, one.msgtype,
+                                   reader.deserialize(data, one.msgtype))

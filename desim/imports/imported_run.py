@@ -15,10 +15,10 @@ import numpy as np
 import yaml
 
 from desim.errors import InputError
-from desim.export.gathered import Gathered
-from desim.export.imported_tables import ReplayedFleet, Tables, tables
 from desim.export.targets import writing
-from desim.export.trajectories import Trajectory, together, tracks
+from desim.imports.gathered import Gathered
+from desim.imports.run_tables import ReplayedFleet, Tables, tables
+from desim.imports.trajectories import Trajectory, together, tracks
 from desim.results import identity, parquet
 from desim.results.run import Run
 from desim.results.seal import MANIFEST, SUMMARY, Json, seal

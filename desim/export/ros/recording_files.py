@@ -12,12 +12,12 @@ import yaml
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag1 import Writer as BagWriter
 
-from desim.export.layout import layout
-from desim.export.ros_types import RosTypes
-from desim.export.rviz import rviz_configuration
-from desim.export.scans import Scanner
+from desim.export.ros.foxglove_layout import layout
+from desim.export.ros.laser_scans import Scanner
+from desim.export.ros.message_types import RosTypes, TopicMessage
+from desim.export.ros.rviz_configuration import rviz_configuration
+from desim.export.ros.topics import is_latched, topic_messages
 from desim.export.targets import target
-from desim.export.topics import Sample, samples
 from desim.results.recording import Recording
 from desim.results.status import is_imported
 from desim.scenario.load import load
@@ -44,16 +44,16 @@ def write_mcap(recording: Recording, path: Path, done: Done) -> Counts:
         channels: dict[str, int] = {}
         writer.add_metadata("desim", {key: str(manifest[key]) for key in (
             "name", "seed", "run_id", "status", "digest")})
-        for sample in _counted(recording, types, counts, done):
-            topic, kind = sample.topic, sample.kind
+        for message in _counted(recording, types, counts, done):
+            topic, kind = message.topic, message.kind
             if kind not in schemas:
                 schemas[kind] = writer.register_schema(kind, "ros2msg",
                                                        types.definition(kind).encode())
             if topic not in channels:
                 channels[topic] = writer.register_channel(topic, "cdr", schemas[kind],
                                                           _offered(topic))
-            writer.add_message(channels[topic], sample.time_ns, types.data(kind, sample.message),
-                               sample.time_ns, counts[topic])
+            writer.add_message(channels[topic], message.time_ns, types.data(kind, message.message),
+                               message.time_ns, counts[topic])
         if not is_imported(recording.run.manifest):
             writer.add_attachment(0, 0, "scenario.resolved.yaml", "application/yaml",
                                   recording.run.file("scenario.resolved.yaml").read_bytes())
@@ -65,19 +65,14 @@ def write_mcap(recording: Recording, path: Path, done: Done) -> Counts:
     return counts
 
 
-def _is_latched(topic: str) -> bool:
-    """Whether who joins late gets the last message at once."""
-    return topic.rpartition("/")[2] in ("tf_static", "terrain", "robots", "map")
-
-
 def _offered(topic: str) -> dict[str, str]:
     """The quality of service with which ``ros2 bag play`` publishes a topic: reliable, and
     transient local where it is latched (rmw: 1 and 1, volatile is 2); a listener to ``/tf_static``
     hears no other."""
     never = {"sec": 9223372036, "nsec": 854775807}
     return {"offered_qos_profiles": yaml.safe_dump([{
-        "history": 1, "depth": 1 if _is_latched(topic) else 10, "reliability": 1,
-        "durability": 1 if _is_latched(topic) else 2, "deadline": never, "lifespan": never,
+        "history": 1, "depth": 1 if is_latched(topic) else 10, "reliability": 1,
+        "durability": 1 if is_latched(topic) else 2, "deadline": never, "lifespan": never,
         "liveliness": 1, "liveliness_lease_duration": never,
         "avoid_ros_namespace_conventions": False}], sort_keys=False)}
 
@@ -94,24 +89,24 @@ def write_bag(recording: Recording, path: Path, done: Done) -> Counts:
                                     store_size=False)
         connections = {}
         with writer:
-            for sample in _counted(recording, types, counts, done):
-                topic, kind = sample.topic, sample.kind
+            for message in _counted(recording, types, counts, done):
+                topic, kind = message.topic, message.kind
                 if topic not in connections:
                     connections[topic] = writer.add_connection(
-                        topic, kind, typestore=types.store, latching=int(_is_latched(topic)))
-                writer.write(connections[topic], sample.time_ns, types.data(kind, sample.message))
+                        topic, kind, typestore=types.store, latching=int(is_latched(topic)))
+                writer.write(connections[topic], message.time_ns, types.data(kind, message.message))
     with target(path.with_suffix(RVIZ_1), "--bag") as beside:
         beside.write_text(rviz_configuration(recording, 1))
     return counts
 
 
 def _counted(recording: Recording, types: RosTypes, counts: Counts, done: Done
-             ) -> Iterator[Sample]:
+             ) -> Iterator[TopicMessage]:
     """All messages; ``counts`` are those so far, this one among them."""
     scanner = None if is_imported(recording.run.manifest) else Scanner(
         load(recording.run.file("scenario.resolved.yaml")).scenario)
-    for number, sample in enumerate(samples(recording, types, scanner)):
-        counts[sample.topic] = counts.get(sample.topic, 0) + 1
+    for number, message in enumerate(topic_messages(recording, types, scanner)):
+        counts[message.topic] = counts.get(message.topic, 0) + 1
         if number % 1000 == 0:
-            done(sample.time_ns, recording.end_ns)
-        yield sample
+            done(message.time_ns, recording.end_ns)
+        yield message

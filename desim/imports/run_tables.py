@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 import pyarrow as pa
 
-from desim.export.gathered import Corners, Gathered, LinkNews
-from desim.export.imported_maps import growth_table
-from desim.export.trajectories import Trajectory
+from desim.imports.gathered import Corners, Gathered, LinkEntry
+from desim.imports.growing_maps import growth_table
+from desim.imports.trajectories import Trajectory
 from desim.monitor.recorder import StandingWall
 from desim.results.parquet import MESSAGES, TRACE
 from desim.units import MM_PER_M, NS_PER_S
@@ -29,7 +29,7 @@ class ReplayedFleet:
         self.gathered, self.tracks = gathered, found
         self.times_ns, self.poses = times_ns, poses
         self.robots = tuple(found)
-        named = {host: None for news in gathered.links for host in (news.host, news.other)}
+        named = {host: None for entry in gathered.links for host in (entry.host, entry.other)}
         self.stations = [host for host in named if host not in found]
         self.end_ns = max(int(times_ns[-1]), gathered.end_ns - gathered.start_ns)
 
@@ -38,8 +38,8 @@ class ReplayedFleet:
         return time_ns - self.gathered.start_ns
 
     def robot_of(self, topic: str) -> str | None:
-        """The robot to which a map or a plan belongs: the one whose topic, or frame, begins
-        alike."""
+        """The robot whose poses are recorded in the namespace of ``topic`` (``/robot_0`` of
+        ``/robot_0/map``); None: there is none. Without namespaces, a robot that is alone."""
         for robot, track in self.tracks.items():
             stem = "/" + track.source.lstrip("/").rpartition("/")[0]
             if topic.startswith(stem.rstrip("/") + "/") and (
@@ -119,11 +119,11 @@ def _links(fleet: ReplayedFleet) -> pa.Table:
     """The changes of links."""
     state: dict[tuple[str, str], bool] = {}
     rows = []
-    for news in sorted(fleet.gathered.links, key=lambda one: one.time_ns):
-        pair = news.host, news.other
-        if news.linked is not None and news.linked != state.get(pair, False):
-            state[pair] = news.linked
-            rows.append((fleet.since(news.time_ns) / NS_PER_S, *pair, news.linked))
+    for entry in sorted(fleet.gathered.links, key=lambda one: one.time_ns):
+        pair = entry.host, entry.other
+        if entry.linked is not None and entry.linked != state.get(pair, False):
+            state[pair] = entry.linked
+            rows.append((fleet.since(entry.time_ns) / NS_PER_S, *pair, entry.linked))
     return pa.table({"time_s": pa.array([row[0] for row in rows], pa.float64()),
                      "host": pa.array([row[1] for row in rows], pa.string()),
                      "other": pa.array([row[2] for row in rows], pa.string()),
@@ -133,15 +133,15 @@ def _links(fleet: ReplayedFleet) -> pa.Table:
 def _messages(fleet: ReplayedFleet) -> pa.Table:
     """A row for what a link delivered, and one for what it dropped, in each entry of the log: their
     bytes together, and their mean latency."""
-    rows: list[tuple[LinkNews, int, int, str, str | None, int, int | None]] = []
-    for news in fleet.gathered.links:
-        end_ns = max(fleet.since(news.time_ns) - 1, 0)  # an entry is about the time before it
-        born_ns = max(end_ns - news.latency_ns, 0)
-        if news.messages:
-            rows.append((news, news.size_bytes, born_ns, "delivered", None, end_ns,
+    rows: list[tuple[LinkEntry, int, int, str, str | None, int, int | None]] = []
+    for entry in fleet.gathered.links:
+        end_ns = max(fleet.since(entry.time_ns) - 1, 0)  # an entry is about the time before it
+        born_ns = max(end_ns - entry.latency_ns, 0)
+        if entry.messages:
+            rows.append((entry, entry.size_bytes, born_ns, "delivered", None, end_ns,
                          end_ns - born_ns))
-        if news.dropped:
-            rows.append((news, 0, end_ns, "dropped", "logged", end_ns, None))
+        if entry.dropped:
+            rows.append((entry, 0, end_ns, "dropped", "logged", end_ns, None))
     born = [row[2] for row in rows]
     columns = [range(1, len(rows) + 1), [LOGGED] * len(rows), [row[0].host for row in rows],
                [row[0].other for row in rows], [row[1] for row in rows], born, born, born,
@@ -185,10 +185,10 @@ def _bytes(fleet: ReplayedFleet, seconds: np.ndarray) -> tuple[np.ndarray, np.nd
     """[seconds, robots] each: the bytes of messages that a robot has received and sent by then."""
     number = {robot: i for i, robot in enumerate(fleet.robots)}
     both = np.zeros((2, len(seconds), len(fleet.robots)), np.int64)
-    for news in fleet.gathered.links:
-        second = np.searchsorted(seconds, fleet.since(news.time_ns))
-        for way, host in enumerate((news.other, news.host)):
+    for entry in fleet.gathered.links:
+        second = np.searchsorted(seconds, fleet.since(entry.time_ns))
+        for way, host in enumerate((entry.other, entry.host)):
             if host in number and second < len(seconds):
-                both[way, second, number[host]] += news.size_bytes
+                both[way, second, number[host]] += entry.size_bytes
     received, sent = both.cumsum(axis=1)
     return received, sent

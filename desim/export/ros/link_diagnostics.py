@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from desim.export.markers import Timed, seconds
-from desim.export.ros_types import Message, RosTypes
+from desim.export.ros.message_times import seconds
+from desim.export.ros.message_types import DIAGNOSTIC_ARRAY, Message, RosTypes, Timed
 from desim.export.traffic import LinkLoad, Traffic, changes
 from desim.results.source import ReplaySource
 
-DIAGNOSTICS, STATUS = "diagnostic_msgs/msg/DiagnosticArray", "diagnostic_msgs/msg/DiagnosticStatus"
+STATUS = "diagnostic_msgs/msg/DiagnosticStatus"
 NETWORK, LINK = "network", "link: "  # a status's name, and the beginning of one
 _OK, _WARN, _STALE = 0, 1, 3
 _NS_PER_MS = 1_000_000
@@ -33,7 +33,7 @@ def link_log(recording: ReplaySource, traffic: Traffic, types: RosTypes) -> Iter
                 news[pair] = LinkLoad(*pair, 0, 0, 0.0, 0)
         for load in traffic.at(second):
             news[load.source, load.destination] = load
-        yield time_ns, types.make(DIAGNOSTICS, header=types.header(time_ns, ""), status=[
+        yield time_ns, types.make(DIAGNOSTIC_ARRAY, header=types.header(time_ns, ""), status=[
             _network(types, list(news.values()), sum(linked.values())),
             *(_status(types, load, linked.get(pair)) for pair, load in news.items())])
 

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from desim.errors import InputError
-from desim.export.scene import FilmScene
+from desim.export.animation.scene import AnimationScene
 from desim.export.targets import target
 from desim.results.recording import Recording
 from desim.units import NS_PER_S
@@ -20,7 +20,7 @@ _LAST_MS = 2500  # for which the end is shown
 _ENDINGS = {".gif": "GIF", ".apng": "PNG", ".png": "PNG"}
 
 
-def write_film(recording: Recording, path: Path, done: Callable[[int, int], object]) -> int:
+def write_animation(recording: Recording, path: Path, done: Callable[[int, int], object]) -> int:
     """Write the animation of ``recording`` into ``path``, a GIF or an APNG by its ending: ten times
     as fast as simulated time, within 4 to 20 s. ``done(pictures, of)`` is called as it goes on.
 
@@ -29,11 +29,11 @@ def write_film(recording: Recording, path: Path, done: Callable[[int, int], obje
     """
     kind = _ENDINGS.get(path.suffix.lower())
     if kind is None:
-        raise InputError(f"--gif: {path} does not end like an animation; allowed: "
+        raise InputError(f"--animation: {path} does not end like an animation; allowed: "
                          f"{', '.join(_ENDINGS)}")
     instants = instants_of(recording.end_ns, len(recording.poses.times_ns))
-    with target(path, "--gif") as beside:
-        scene, pictures = FilmScene(recording), []
+    with target(path, "--animation") as beside:
+        scene, pictures = AnimationScene(recording), []
         palette = Image.new("P", (1, 1))
         palette.putpalette(scene.palette())  # one for all: what stands still then costs nothing
         for number, time_ns in enumerate(instants, 1):

@@ -4,17 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from desim.units import NS_PER_S
 
-_TRANSFORMS = "tf2_msgs/msg/TFMessage"  # not among those of ROS 1 that rosbags brings along
+# The types of topics' messages.
+DIAGNOSTIC_ARRAY = "diagnostic_msgs/msg/DiagnosticArray"
+FLOAT64 = "std_msgs/msg/Float64"
+LASER_SCAN = "sensor_msgs/msg/LaserScan"
+MARKER_ARRAY = "visualization_msgs/msg/MarkerArray"
+OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
+ODOMETRY = "nav_msgs/msg/Odometry"
+PATH = "nav_msgs/msg/Path"
+POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
+TF_MESSAGE = "tf2_msgs/msg/TFMessage"  # not among those of ROS 1 that rosbags brings along
+
 _ZERO = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
 
 Message = Any  # a message of rosbags, whose classes are made at run time
+
+
+Timed = tuple[int, Message]  # with the instant of its record
+
+
+class TopicMessage(NamedTuple):
+    """A message of type ``kind`` on a topic of a recording, and the instant of its record there."""
+
+    time_ns: int
+    topic: str
+    kind: str
+    message: Message
 
 
 class RosTypes:
@@ -23,9 +45,9 @@ class RosTypes:
     def __init__(self, version: int) -> None:
         self.version = version
         self.store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
-        if _TRANSFORMS not in self.store.types:
+        if TF_MESSAGE not in self.store.types:
             self.store.register(get_types_from_msg(
-                "geometry_msgs/TransformStamped[] transforms", _TRANSFORMS))
+                "geometry_msgs/TransformStamped[] transforms", TF_MESSAGE))
         self._known = cache(self._looked_up)
 
     def make(self, kind: str, **given: object) -> Message:

@@ -1,4 +1,4 @@
-"""``desim export --gif``: an animation whose pictures show robots where they were."""
+"""``desim export --animation``: an animation whose pictures show robots where they were."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import pytest
 from PIL import Image
 from recorded import made, quiet
 
+from desim import colours
 from desim.api import recording_of
 from desim.errors import InputError
-from desim.export import colours
-from desim.export.film import instants_of, write_film
-from desim.export.scene import FilmScene
+from desim.export.animation.animation_file import instants_of, write_animation
+from desim.export.animation.scene import AnimationScene
 from desim.units import NS_PER_S
 
 
@@ -21,9 +21,9 @@ def recording(repository, tmp_path_factory):
 
 
 @pytest.fixture(scope="module", params=[".gif", ".apng", ".png"])
-def film(request, recording, tmp_path_factory):
-    path = tmp_path_factory.mktemp("film") / f"run{request.param}"
-    assert write_film(recording, path, quiet) == len(instants(recording))
+def animation(request, recording, tmp_path_factory):
+    path = tmp_path_factory.mktemp("animation") / f"run{request.param}"
+    assert write_animation(recording, path, quiet) == len(instants(recording))
     with Image.open(path) as image:
         pictures, durations_ms = [], []
         for number in range(image.n_frames):
@@ -56,23 +56,23 @@ def robots_are_at(recording, picture: np.ndarray, time_ns: int) -> bool:
     return (height, width) == (644, 600)
 
 
-def test_each_robot_is_where_it_was(recording, film):
-    pictures, _, _ = film
+def test_each_robot_is_where_it_was(recording, animation):
+    pictures, _, _ = animation
     times_ns = instants(recording)
     for number in (0, 20, len(times_ns) - 1):
         assert robots_are_at(recording, pictures[number], times_ns[number])
     assert not robots_are_at(recording, pictures[0], recording.end_ns)
 
 
-def test_it_lasts_a_tenth_of_the_run_and_repeats(recording, film):
-    pictures, durations_ms, loop = film
+def test_it_lasts_a_tenth_of_the_run_and_repeats(recording, animation):
+    pictures, durations_ms, loop = animation
     assert loop == 0 and sum(durations_ms[:-1]) == pytest.approx(
         max(recording.end_ns / NS_PER_S / 10, 4) * 1000, abs=200)
     assert durations_ms[-1] == 2500
 
 
 def test_what_is_explored_grows(recording):
-    scene = FilmScene(recording)
+    scene = AnimationScene(recording)
     unknown = [(np.asarray(scene.picture(time_ns)) == (213, 218, 225)).all(axis=-1).sum()
                for time_ns in (0, recording.end_ns // 4, recording.end_ns)]
     assert unknown[0] > unknown[1] > unknown[2]
@@ -87,6 +87,7 @@ def test_pictures_cover_the_run(end_s, poses, pictures):
 
 def test_another_ending_is_refused(recording, tmp_path):
     with pytest.raises(InputError) as error:
-        write_film(recording, tmp_path / "a.mp4", quiet)
-    assert str(error.value) == (f"--gif: {tmp_path / 'a.mp4'} does not end like an animation; "
-                                "allowed: .gif, .apng, .png")
+        write_animation(recording, tmp_path / "a.mp4", quiet)
+    assert str(error.value) == (
+        f"--animation: {tmp_path / 'a.mp4'} does not end like an animation; "
+        "allowed: .gif, .apng, .png")

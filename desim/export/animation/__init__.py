@@ -1,0 +1,1 @@
+"""Animations of a run for slides: GIF and APNG."""

@@ -1,0 +1,1 @@
+"""Captures of a medium for Wireshark and tshark."""
