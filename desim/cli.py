@@ -10,7 +10,17 @@ from typing import Annotated
 
 import typer
 
-from desim.commands import campaigns, exports, networks, plugins, replays, results, runs, scenarios
+from desim.commands import (
+    campaigns,
+    communication,
+    exports,
+    networks,
+    pictures,
+    plugins,
+    results,
+    runs,
+    scenarios,
+)
 from desim.commands.usage import Commands
 
 app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_enable=False,
@@ -41,9 +51,9 @@ def desim(version: Annotated[bool, typer.Option(
 _UNREAD = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
 
 # In the order of the help.
-for command in (scenarios.new, runs.run, replays.view, runs.trace, runs.why, runs.diff,
-                runs.figure, runs.graph, results.ls, results.compare, exports.export,
-                exports.import_,
+for command in (scenarios.new, runs.run, pictures.view, communication.trace, communication.why,
+                results.diff, pictures.figure, communication.graph, results.ls, results.compare,
+                exports.export, exports.import_,
                 campaigns.sweep, campaigns.report, campaigns.ladder, campaigns.deploy,
                 networks.net, networks.coverage, networks.validate, plugins.plugins,
                 plugins.describe, plugins.schema):

@@ -26,6 +26,11 @@ class InputError(DesimError):
         return "\n".join(str(line) for line in self.args)
 
 
+def unwritable(place: object, error: OSError) -> InputError:
+    """A file or folder that cannot be written, and the system's reason."""
+    return InputError(f"{place} cannot be written: {error.strerror or error}")
+
+
 class KernelError(DesimError):
     """Clock or agenda were misused: a float delay, a time in the past, an endless instant."""
 

@@ -7,7 +7,7 @@ import math
 import os
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
 
@@ -49,18 +49,18 @@ def refuse_link(path: str | os.PathLike) -> None:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A file to write, which replaces ``path`` when it is complete and on the disk; if something
-    goes wrong ``path`` stays as it was. Raises ``OSError``."""
+    goes wrong ``path`` stays as it was. Raises ``OSError``, which names ``path``."""
     beside = path.with_name(f".{path.name}.new")
-    beside.unlink(missing_ok=True)  # it may be a link
     try:
+        beside.unlink(missing_ok=True)  # it may be a link
         yield beside
         synced(beside)
-        try:
-            os.replace(beside, path)
-        except OSError as error:  # it would name the other file
+        os.replace(beside, path)
+    except BaseException as error:
+        with suppress(OSError):
+            beside.unlink(missing_ok=True)
+        if isinstance(error, OSError) and str(error.filename) == str(beside):
             raise OSError(error.errno, error.strerror, os.fspath(path)) from error
-    except BaseException:
-        beside.unlink(missing_ok=True)
         raise
 
 

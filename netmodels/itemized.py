@@ -1,4 +1,4 @@
-"""The common part of models that tell where their frames' time goes (``ports.Itemizes``)."""
+"""The capability ``ports.Itemizes`` for models of this package: the parts of frames' time."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from desim.ports import Frame, Ledger, TimePart
 
 
 class Itemized:
-    """A model that tells the parts of its frames' time, if there is a ledger."""
+    """A network model that enters its frames' times in a ledger, if there is one."""
 
     _ledger: Ledger | None = None
 
     def itemize(self, ledger: Ledger) -> None:
-        """``ports.Itemizes``."""
+        """Enter the times of frames in ``ledger`` from now on (``ports.Itemizes``)."""
         self._ledger = ledger
 
 
 class FrameTimes:
-    """Sums up the parts of frames' time from stamp to stamp, and tells them to ``ledger``."""
+    """Stopwatches of frames: each ``until`` ends one part, and ``end`` enters all in the ledger."""
 
     def __init__(self, ledger: Ledger) -> None:
         self._ledger = ledger
@@ -25,22 +25,22 @@ class FrameTimes:
 
     @classmethod
     def of(cls, ledger: Ledger | None) -> FrameTimes | None:
-        """Those that a model needs."""
+        """Stopwatches for this ledger; None where there is none."""
         return None if ledger is None else cls(ledger)
 
     def begin(self, frame: Frame, now_ns: int) -> None:
-        """The model takes the frame."""
+        """The model takes the frame: its first part begins."""
         self._since_ns[frame.id] = now_ns
         self._sums[frame.id] = {}
 
     def until(self, frame: Frame, part: TimePart, now_ns: int) -> None:
-        """Since its last stamp the frame was in ``part``."""
+        """The frame was in ``part`` since its last stamp."""
         sums = self._sums[frame.id]
         sums[part] = sums.get(part, 0) + now_ns - self._since_ns[frame.id]
         self._since_ns[frame.id] = now_ns
 
     def end(self, frame: Frame) -> None:
-        """It is about to be settled: tell its parts."""
+        """The frame is about to be settled: enter its parts."""
         for part, time_ns in self._sums.pop(frame.id).items():
             self._ledger.spent(frame, part, time_ns)
         del self._since_ns[frame.id]

@@ -38,7 +38,7 @@ def refuse(context: ports.Context, frame: ports.Frame, fit: int) -> None:
 class SenderQueues:
     """One unbounded queue per sender. Its frames go out one after another at ``rate_bps``, and
     nobody hinders anybody else: delay = wait behind the sender's own earlier frames + size * 8 /
-    rate. Where there is a ``ledger`` it is told the parts of that."""
+    rate. Their parts are entered in ``ledger``, if there is one."""
 
     def __init__(self, hosts: int, rate_bps: int, ledger: ports.Ledger | None = None) -> None:
         self._free_ns = [0] * hosts

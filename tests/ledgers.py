@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.middleware.ledger import PARTS, ROW, STAMP, MessageLedger
+from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
 from desim.network.passages import Passages
 
 

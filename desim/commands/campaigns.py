@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from desim.commands import completion
+from desim.commands.arguments import DesignPath, Overrides, Quiet, ScenarioPath
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes, terminable
 from desim.commands.output import say, say_json
+from desim.commands.targets import writing_to
 
 if TYPE_CHECKING:
     from desim.campaign.design.design import LoadedDesign
@@ -20,9 +22,6 @@ if TYPE_CHECKING:
     from desim.campaign.running.sweep import Sweep
     from desim.commands.views.terminal import Terminal
 
-DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,
-                                            autocompletion=completion.yaml_files,
-                                            help="a design's YAML file")]
 _MANY = 200  # scenarios, which take a while to check
 
 
@@ -42,7 +41,7 @@ def sweep(design: DesignPath,
               "--retry-failed", help="run again what failed")] = False,
           dry_run: Annotated[bool, typer.Option(
               "--dry-run", help="list the runs and predict the time, run nothing")] = False,
-          quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
+          quiet: Quiet = False,
           ) -> None:
     """Run a design: all its runs that are not done yet.
 
@@ -114,38 +113,35 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
            out: Annotated[Path | None, typer.Option(
                help="folder for the report (default: CAMPAIGN/report)",
                show_default=False)] = None,
-           quiet: Annotated[bool, typer.Option("--quiet",
-                                               help="print nothing but errors")] = False) -> None:
+           quiet: Quiet = False) -> None:
     """Write the report of a campaign: a page, figures and tables."""
     with exit_codes():
         from desim.campaign.design.design import read_design
         from desim.campaign.folder.campaign import Campaign
         from desim.report.campaign.campaign_report import write
 
-        chosen = read_design(str(design))[0] if design else Campaign(campaign).design
-        page = write(campaign, chosen, out)
+        read = read_design(str(design))[0] if design else Campaign(campaign).design
+        with writing_to(out, campaign / "report", "--out FOLDER") as folder:
+            page = write(campaign, read, folder)
         if not quiet:
             say(f"report: {page}")
 
 
-def ladder(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
-                                                    autocompletion=completion.yaml_files,
-                                                    help="a scenario's YAML file")],
+def ladder(scenario: ScenarioPath,
            compare: Annotated[str, typer.Option(
                metavar="A.B.C=V1,V2,...", help="a key of the scenario and its values")]
            = "coordination.strategy=nearest_frontier,random_frontier",
            seeds: Annotated[int, typer.Option(min=1, help="runs of each value on each rung")] = 5,
            metric: Annotated[str, typer.Option(help="the metric by which the values are ranked")]
            = "exploration_time_s",
-           overrides: Annotated[list[str], typer.Option(
-               "--set", metavar="A.B.C=VALUE", help="a key's value; can be given again")] = [],  # noqa: B006
+           overrides: Overrides = [],  # noqa: B006
            out: Annotated[Path | None, typer.Option(
                help="the campaign's folder (default: results/ladder_...)",
                show_default=False)] = None,
            jobs: Annotated[int | None, typer.Option(
                min=1, help="worker processes (default: one for each core)",
                show_default=False)] = None,
-           quiet: Annotated[bool, typer.Option("--quiet", help="print nothing but errors")] = False,
+           quiet: Quiet = False,
            ) -> None:
     """Compare settings on every rung of the fidelity ladder: does their ranking hold?
 

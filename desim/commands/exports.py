@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from desim.commands.arguments import RunPath
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
 from desim.commands.extras import extra
 from desim.commands.output import say
-from desim.commands.runs import RunPath
 
 if TYPE_CHECKING:
     from desim.results.recording import Recording

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from desim.commands import completion
+from desim.commands.arguments import Overrides, ScenarioPath
 from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say, say_json
-from desim.errors import InputError
+from desim.commands.targets import writing_to
+from desim.errors import InputError, unwritable
 
 if TYPE_CHECKING:
     from desim.scenario.block_file import PlacedBlock
@@ -109,16 +111,13 @@ def _net_fleet(words: list[str], seed: int | None, as_json: bool) -> None:
     say(verdict)
 
 
-def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
-                                                      autocompletion=completion.yaml_files,
-                                                      help="a scenario's YAML file")],
+def coverage(scenario: ScenarioPath,
              at: Annotated[str | None, typer.Option(
                  metavar="PLACE", help="a host, or a place as '3 m, -2.5 m' (the first host that "
                                        "has a place)", show_default=False)] = None,
              medium: Annotated[str | None, typer.Option(
                  help="the name of a medium (the first)", show_default=False)] = None,
-             overrides: Annotated[list[str], typer.Option(
-                 "--set", metavar="A.B.C=VALUE", help="a key's value; can be given again")] = [],  # noqa: B006
+             overrides: Overrides = [],  # noqa: B006
              to: Annotated[Path | None, typer.Option(
                  help="file to write, png, pdf or svg (default: results/<name>/coverage.png)",
                  show_default=False)] = None) -> None:
@@ -132,12 +131,19 @@ def coverage(scenario: Annotated[Path, typer.Argument(metavar="SCENARIO", show_d
         with compiling(False):
             loaded = load(scenario, overrides)
             from desim.report.reach import draw
-        target = to or Path("results") / loaded.scenario.name / "coverage.png"
-        if to is None:
-            target.parent.mkdir(parents=True, exist_ok=True)
-        with _placed(loaded), compiling_inside(False):
+        default = Path("results") / loaded.scenario.name / "coverage.png"
+        with _placed(loaded), compiling_inside(False), writing_to(to, default) as target:
+            if to is None:
+                _make(target.parent)
             outcome = draw(loaded.scenario, at, medium, target)
         say(f"{outcome}\n{target}")
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise unwritable(f"--to: {folder}", error) from error
 
 
 def validate(only: Annotated[list[str], typer.Option(

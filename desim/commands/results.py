@@ -1,4 +1,4 @@
-"""The commands about what runs have left: a list of it, and two of them side by side."""
+"""The commands about several results: their list, and two of them compared."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import Annotated
 import typer
 
 from desim.commands import completion
+from desim.commands.arguments import RunPath
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
-from desim.commands.output import say_json
+from desim.commands.output import say, say_json
 
 
 def ls(folder: Annotated[Path, typer.Argument(
@@ -49,3 +50,14 @@ def compare(first: Annotated[Path, typer.Argument(metavar="FIRST", show_default=
             say_json(found.json_object())
         else:
             comparison.show(found)
+
+
+def diff(first: RunPath, second: RunPath) -> None:
+    """The first trace row in which two runs differ; exit code 1 if there is one."""
+    with exit_codes():
+        with compiling(False):
+            from desim.commands.views.differences import difference
+        text = difference(first, second)
+        say(text or "the traces are equal")
+        if text:
+            raise typer.Exit(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +13,7 @@ from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say
 
 if TYPE_CHECKING:
-    from desim.commands.views.starters import Texts
+    from desim.scenario.starter import Texts
 
 
 def new(name: Annotated[str | None, typer.Argument(
@@ -27,33 +28,43 @@ def new(name: Annotated[str | None, typer.Argument(
     and checks its keys.
     """
     with exit_codes():
-        from desim.commands.views import starters
+        from desim.commands.views import shipped
 
         if name is None:
-            say(starters.listing())
+            say(shipped.listing())
             return
-        texts = starters.texts(name)
-        _write(texts, to, force)
-        say(starters.next_steps(to, texts))
+        from desim.scenario.starter import texts
+
+        written = texts(name)
+        _write(written, to, force)
+        say(shipped.next_steps(to, written))
 
 
 def _write(texts: Texts, to: Path, force: bool) -> None:
     """Write all files, or none where one would be replaced by another. Raises ``InputError``."""
-    from desim.commands.views.starters import is_schema
-    from desim.errors import InputError
+    from desim.errors import InputError, unwritable
     from desim.files import replacing
 
-    other = [str(to / file) for file, text in texts.items() if not force
-             and (to / file).exists() and (to / file).read_bytes() != text.encode()
-             and not is_schema(to / file)]
+    other = [str(to / file) for file, text in texts.items()
+             if not force and _has_other_content(to / file, text)]
     if other:
         raise InputError(f"{', '.join(other)}: already there, with other content; allowed: another "
                          "folder (--to FOLDER), or --force to replace it")
-    try:
-        for file, text in texts.items():
+    for file, text in texts.items():
+        try:
             (to / file).parent.mkdir(parents=True, exist_ok=True)
             with replacing(to / file) as beside:
                 beside.write_text(text)
-    except OSError as error:
-        raise InputError(f"{error.filename or to}: cannot be written: {error.strerror or error}"
-                         ) from error
+        except OSError as error:
+            raise InputError(f"{unwritable(to / file, error)}; another folder: --to FOLDER"
+                             ) from error
+
+
+def _has_other_content(file: Path, text: str) -> bool:
+    """Whether there is something that is neither ``text`` nor a schema that desim wrote."""
+    from desim.scenario.starter import is_schema
+
+    try:
+        return os.path.exists(file) and file.read_bytes() != text.encode() and not is_schema(file)
+    except OSError:  # a folder, or it cannot be read
+        return True

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from desim.network.carrier import BroadcastCarrier, Carrier
 from desim.network.flights import Flights
 from desim.network.medium import Medium
-from desim.network.passages import Escort, Passage, Passages
+from desim.network.passages import ItemizedCarrier, Passage, Passages
 from desim.network.terms import Claim
 from desim.ports import Frame, Itemizes, NetworkModel, TimePart
 
@@ -57,7 +57,7 @@ class ItemizedFlights(Flights):
 
     def _enter(self, carrier: Carrier[Any], receiver: int, delay_ns: int, rules_ns: int = 0
                ) -> None:
-        assert isinstance(carrier, Escort)
+        assert isinstance(carrier, ItemizedCarrier)
         passage = carrier.passage
         passage.settled(receiver, self._kernel.now_ns + delay_ns - passage.sent_ns, rules_ns)
 
@@ -92,7 +92,7 @@ class ItemizedMedium(Medium):
             self._due = 2 * len(ledger.open) + (1 << 10)
         ledger.open[self.frames + 1] = passage
         due_ns = super().transmit(source, receivers, size_bytes, segments, broadcast,
-                                  Escort(passage, carrier, self._passages), token, at_once)
+                                  ItemizedCarrier(passage, carrier, self._passages), token, at_once)
         if at_once and due_ns is not None:
             passage.left = 0
         return due_ns

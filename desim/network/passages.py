@@ -1,7 +1,7 @@
-"""Passages: single frames under way, with the parts of their time, where somebody keeps a ledger.
+"""Frames under way: where the time of each goes, and where it is lost, for a run with a ledger.
 
-A run without a ledger has none of these objects. With one, ``ItemizedMedium`` puts an ``Escort``
-between each frame's carrier and the medium; what happens is the same.
+A run without a ledger has none of these objects. With one, ``ItemizedMedium`` puts an
+``ItemizedCarrier`` between each frame's carrier and the medium, which changes nothing else.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from desim.network.medium import Medium
 
 
-RELAYED = 1 << 16
+RELAYED = 1 << 16  # messages whose arrival at a relay is remembered
 
 
 class Stamp(NamedTuple):
-    """A part of a frame's time, and where it was spent: at ``host`` (index), on the medium with
-    that number (-1: above all media)."""
+    """A part of a frame's time, spent at ``host`` (index) on ``medium`` (its number; -1: above all
+    media)."""
 
     part: TimePart
     medium: int
@@ -30,10 +30,11 @@ class Stamp(NamedTuple):
 
 
 class Passage:
-    """One frame, from its carrier's hands to its fate at each receiver.
+    """The way of one frame, from its carrier to its fate at each receiver.
 
-    What it carries was first sent at ``first_ns``; it was handed over at ``handed_ns`` and then,
-    for another part of ``held``, not given to the medium before ``sent_ns``.
+    ``first_ns``: the first transmission of the data that it carries. ``handed_ns``: its carrier
+    sends this frame. ``sent_ns``: the medium takes it; until then it waited for ``held`` (for
+    ``RESOLUTION``, if the receiver's address was not known).
     """
 
     __slots__ = ("medium", "source", "first_ns", "handed_ns", "held", "sent_ns", "left", "_common",
@@ -43,7 +44,7 @@ class Passage:
                  sent_ns: int, receivers: int) -> None:
         self.medium, self.source = medium, source
         self.first_ns, self.handed_ns, self.held, self.sent_ns = first_ns, handed_ns, held, sent_ns
-        self.left = receivers  # without a fate
+        self.left = receivers  # that it has no fate at yet
         self._common: list[Stamp] = []
         self._own: dict[int, list[Stamp]] = {}
         self._model_ns: dict[int, int] = {}
@@ -84,11 +85,12 @@ class Passage:
 
 
 class Passages:
-    """The common part of all itemized media of a run, and the stamps of transports.
+    """The passages of all itemized media of a run, and what transports add to them.
 
-    ``arriving`` and ``losing``: the passage whose arrival or loss is being told to its carrier.
-    ``expected``: those that nobody waits for, by token and receiver. ``relays``: with which passage
-    and when a message came to a host that passes it on, for the last ``RELAYED`` of them.
+    ``arriving`` and ``losing``: the passage of whose arrival or loss a carrier is being notified.
+    ``expected``, by token and receiver: passages whose arrival was announced when they were sent.
+    ``relays``, by message and host that passes it on: the passage with which the message came
+    there, and when; of the last ``RELAYED`` messages.
     """
 
     def __init__(self) -> None:
@@ -119,9 +121,9 @@ class Passages:
         return Passage(medium, source, first_ns, handed_ns, held, now_ns, receivers)
 
 
-class Escort(BroadcastCarrier[Any]):
-    """The carrier that a medium sees of a frame with a passage. It passes everything on to the
-    frame's own ``carrier``, and tells ``passages`` which passage it is about."""
+class ItemizedCarrier(BroadcastCarrier[Any]):
+    """The carrier of a frame on an ``ItemizedMedium``. It passes each fate on to the frame's own
+    ``carrier``; meanwhile ``passages`` has this frame's ``passage`` as arriving or losing."""
 
     __slots__ = ("passage", "carrier", "_passages")
 
@@ -157,7 +159,7 @@ class Escort(BroadcastCarrier[Any]):
         passages.arriving = before
 
     def arrived_in_part(self, token: object, receiver: int, lost: dict[int, str]) -> None:
-        """Some of it may be delivered, and the rest be what loses a message."""
+        """The packets that arrive may deliver messages, and the ``lost`` ones lose others."""
         self.passage.left -= 1
         passages = self._passages
         before = passages.arriving, passages.losing

@@ -18,7 +18,6 @@ from desim.ports.frames import (
     packet_sizes,
 )
 from desim.ports.function_rules import RuleFunction, function_rule, rule_of
-from desim.ports.ledger import Ledger, TimePart
 from desim.ports.networks import (
     Context,
     CountsAttempts,
@@ -52,6 +51,7 @@ from desim.ports.parameters import (
     yaml_key,
 )
 from desim.ports.strategies import ExplorationView, Frontier, Peer, Pose2D, Strategy
+from desim.ports.time_parts import Ledger, TimePart
 from desim.ports.worlds import GridSpec, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [

@@ -235,7 +235,7 @@ class MiddlewareContext(Protocol):
         ``seq``; ``source`` and ``to`` are trace ids of hosts, or of a medium for a multicast."""
 
     def relay(self, message: Published, host: int) -> None:
-        """Note, for a ledger, that ``host`` will pass on a message that arrives there now."""
+        """Note for the ledger that ``host`` will pass on a message that arrives there now."""
 
     def record_loss(self, source: int, receiver: int, seq: int, reason: str) -> None:
         """Write the trace row of a frame of message ``seq`` that will be sent again."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from desim.ports import parameters
 from desim.ports.frames import Deliver, Drop, Frame, Frames, Verdict
-from desim.ports.ledger import Ledger
+from desim.ports.time_parts import Ledger
 
 T = TypeVar("T")
 
@@ -274,12 +274,12 @@ class CountsBusyTime(Protocol):
 
 @runtime_checkable
 class Itemizes(Protocol):
-    """A network model that tells the parts of each frame's time. It is called only where somebody
-    asks for them, once, before ``start``; the model then calls ``ledger.spent``. Without it a frame
+    """A network model that enters the parts of each frame's time in a ledger. ``itemize`` is called
+    once, before ``start``, and only for a run that keeps a ledger. Without this capability a frame
     has the one part "on the medium"."""
 
     def itemize(self, ledger: Ledger) -> None:
-        """Tell the parts to ``ledger`` from now on."""
+        """Enter the parts by ``ledger.spent`` from now on."""
 
 
 @runtime_checkable

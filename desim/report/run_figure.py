@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
-from desim.errors import InputError
+from desim.errors import InputError, unwritable
 from desim.monitor.coverage import EXPLORED
 from desim.report.log_axis import plain
 from desim.results.maps import OccupancyMap
@@ -80,7 +80,7 @@ def save(figure: Figure, path: Path) -> None:
     try:
         figure.savefig(path)
     except OSError as error:
-        raise InputError(f"--to: {path} cannot be written: {error.strerror or error}") from error
+        raise unwritable(f"--to: {path}", error) from error
 
 
 def check_ending(path: Path) -> None:

@@ -23,8 +23,8 @@ from desim.monitor.recorder import Recorder
 from desim.monitor.summary import judged_robot, known_map, robots_table, samples_table, summarize
 from desim.monitor.traffic import latency_table
 from desim.results import identity, maps, parquet
-from desim.results.ledger_recorder import LEDGER, LedgerRecorder
-from desim.results.ledger_topics import LEDGER_TOPICS, accounts, as_json
+from desim.results.latency_by_topic import LEDGER_TOPICS, as_json, by_topic
+from desim.results.ledger import LEDGER, LedgerRecorder
 from desim.results.message_log import MessageLog
 from desim.results.recording_tables import EVENTS, RECORDED, recorded
 from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, seal
@@ -108,7 +108,7 @@ class RunFolder:
                 hosts = [host.name for host in monitor.graph.hosts]
                 ledger = self._ledger.table(monitor.trace.names, hosts)
                 pq.write_table(ledger, self._partial / LEDGER, compression="zstd")
-                _write_json(self._partial / LEDGER_TOPICS, as_json(accounts(ledger, hosts)))
+                _write_json(self._partial / LEDGER_TOPICS, as_json(by_topic(ledger, hosts)))
             return self._publish(manifest)
 
     def abandon(self, manifest: Json) -> None:

@@ -1,17 +1,88 @@
-"""The ledger of a run, kept or made again: where each message's time went."""
+"""The ledger of a run as a table: recorded while the run lasts, read again, or made again."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from desim.engine.trace import Names
 from desim.errors import InputError
-from desim.results.ledger_recorder import LEDGER, SCHEMA, LedgerRecorder
+from desim.middleware.graph import OnFate
+from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
+from desim.network.passages import Passages
 from desim.results.run import Run, readable
 from desim.results.status import RunStatus
-from desim.results.traces import complete, repeatable
+from desim.results.traces import TRACE, Rows, Spool, complete, repeatable, trace_of
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
+
+LEDGER = "ledger.parquet"
+_INT, _TEXT = pa.int64(), pa.dictionary(pa.int32(), pa.string())
+SCHEMA = pa.schema([
+    ("number", _INT), ("topic", _TEXT), ("source", _TEXT), ("destination", _TEXT),
+    ("size_bytes", _INT), ("born_ns", _INT), ("fate", _TEXT), ("reason", _TEXT), ("place", _TEXT),
+    ("end_ns", _INT), ("latency_ns", _INT), ("read_ns", _INT),
+    ("parts", pa.list_(_TEXT)), ("places", pa.list_(_TEXT)), ("times_ns", pa.list_(_INT))])
+RowSink = Callable[[np.ndarray], object]  # takes trace rows
+
+
+class LedgerRecorder:
+    """Collects the ledger of a run in memory. Give ``messages`` to the ``Simulation``, which then
+    notifies ``on_fate`` of fates, too, and ``sink`` as its trace's sink."""
+
+    def __init__(self, on_fate: OnFate | None = None) -> None:
+        self.messages = MessageLedger(Passages(), on_fate)
+        self._reads: list[np.ndarray] = []
+        self._kinds = [Names().id(kind) for kind in ("callback", "read")]
+
+    def sink(self, rows: np.ndarray) -> None:
+        """Keep the trace rows that say when messages were read."""
+        self._reads.append(rows[np.isin(rows["kind"], self._kinds)].copy())
+
+    def table(self, names: Names, hosts: Sequence[str]) -> pa.Table:
+        """The table, of schema ``SCHEMA``; ``hosts`` in index order."""
+        ledger = self.messages
+        rows = np.frombuffer(b"".join(ledger.rows), ROW)
+        stamps = np.frombuffer(b"".join(ledger.stamps), STAMP)
+        topics, topic = np.unique(rows["topic"], return_inverse=True)
+        lost = rows["fate"] != 0
+        places = _Places(ledger.passages.media, hosts)
+        offsets = pa.array(np.concatenate([[0], np.cumsum(ledger.counts)]).astype(np.int32))
+        read_ns = self._read_ns(rows, names, hosts)
+        return pa.table([
+            pa.array(rows["number"]), _words(topic, [names[id_] for id_ in topics.tolist()]),
+            _words(rows["source"], hosts), _words(rows["destination"], hosts),
+            pa.array(rows["size_bytes"]), pa.array(rows["born_ns"]),
+            _words(lost, ("delivered", "dropped")),
+            _words(rows["fate"], ledger.reasons, mask=~lost),
+            places.words(rows["medium"], rows["host"], mask=~lost),
+            pa.array(rows["end_ns"]), pa.array(rows["end_ns"] - rows["born_ns"], mask=lost),
+            pa.array(read_ns, mask=read_ns < 0),
+            pa.ListArray.from_arrays(offsets, _words(stamps["part"], PARTS)),
+            pa.ListArray.from_arrays(offsets, places.words(stamps["medium"], stamps["host"])),
+            pa.ListArray.from_arrays(offsets, pa.array(stamps["time_ns"])),
+        ], schema=SCHEMA)
+
+    def _read_ns(self, rows: np.ndarray, names: Names, hosts: Sequence[str]) -> np.ndarray:
+        """[rows] the time when each message was first read at its destination; -1: never."""
+        reads = np.concatenate([np.empty(0, self._reads[0].dtype), *self._reads]) \
+            if self._reads else None
+        if reads is None or not len(reads) or not len(rows):
+            return np.full(len(rows), -1)
+        ids = np.array([names.id(host) for host in hosts])
+        order = np.argsort(ids)
+        index = {column: order[np.searchsorted(ids[order], reads[column])]
+                 for column in ("entity", "a")}
+        keys = _key(index["entity"], index["a"], reads["b"], len(hosts))
+        known, first = np.unique(keys, return_index=True)
+        wanted = _key(rows["destination"], rows["source"], rows["seq"], len(hosts))
+        at = np.minimum(np.searchsorted(known, wanted), len(known) - 1)
+        return np.where(known[at] == wanted, reads["t_ns"][first[at]], -1)
 
 
 def ledger_of(run: Run) -> pa.Table:
@@ -19,15 +90,71 @@ def ledger_of(run: Run) -> pa.Table:
     in the order of their fates: the kept one, or that of running its scenario again. Raises
     ``InputError`` where it was not kept and the run cannot be repeated."""
     if run.has(LEDGER):
-        with readable(run.file(LEDGER)) as file:
-            return pq.read_table(file).cast(SCHEMA)
+        return _kept(run)
     complete(run)
-    scenario = repeatable(run, "messages' parts of time", "trace.ledger=true")
+    return _made_again(run, repeatable(run, "messages' parts of time", "trace.ledger=true"))[0]
+
+
+def trace_and_ledger(run: Run, spool: Path, until_ns: int | None,
+                     ) -> tuple[Rows, pa.Table | None]:
+    """The trace of a run (in the file ``spool``) and its ledger. Where it has not kept its trace,
+    both come from running its scenario again until ``until_ns``; a run is not repeated for its
+    ledger alone (None). Raises ``InputError`` as ``trace_of`` does."""
+    if run.has(LEDGER):
+        return trace_of(run, spool, until_ns), _kept(run)
+    if run.has(TRACE):
+        return trace_of(run, spool, until_ns), None
+    if until_ns is None:
+        complete(run)
+    sink = Spool(spool)
+    ledger, names = _made_again(run, repeatable(run, "trace rows", "trace.keep=all"), until_ns,
+                                sink.add)
+    return Rows(sink.rows(), names.items()), ledger
+
+
+def _kept(run: Run) -> pa.Table:
+    with readable(run.file(LEDGER)) as file:
+        return pq.read_table(file).cast(SCHEMA)
+
+
+def _made_again(run: Run, scenario: Scenario, until_ns: int | None = None,
+                sink: RowSink = lambda _: None) -> tuple[pa.Table, Names]:
+    """The ledger of repeating a run (until ``until_ns``), and the names in its trace; ``sink`` gets
+    the trace's rows."""
     recorder = LedgerRecorder()
-    simulation = Simulation(scenario, trace_sink=recorder.sink, ledger=recorder.messages)
-    outcome = simulation.run(round(run.manifest["simulated_s"] * NS_PER_S))
-    if run.manifest["status"] == RunStatus.FINISHED \
+
+    def rows(batch: np.ndarray) -> None:
+        recorder.sink(batch)
+        sink(batch)
+
+    simulation = Simulation(scenario, trace_sink=rows, ledger=recorder.messages)
+    whole_ns = round(run.manifest["simulated_s"] * NS_PER_S)
+    end_ns = whole_ns if until_ns is None else min(until_ns, whole_ns)
+    outcome = simulation.run(end_ns)
+    if end_ns == whole_ns and run.manifest["status"] == RunStatus.FINISHED \
             and outcome.digest != run.manifest["digest"]:
         raise InputError(f"{run.path}: the run does not repeat itself: its digest is "
                          f"{run.manifest['digest']}, now {outcome.digest}; desim diff tells more")
-    return recorder.table(simulation.names, [host.name for host in simulation.graph.hosts])
+    return recorder.table(simulation.names,
+                          [host.name for host in simulation.graph.hosts]), simulation.names
+
+
+def _key(to: np.ndarray, source: np.ndarray, seq: np.ndarray, hosts: int) -> np.ndarray:
+    return ((to.astype(np.int64) * hosts + source) << 40) | seq
+
+
+class _Places:
+    """Places in words: ``lan at robot_3``, or ``robot_3`` above all media."""
+
+    def __init__(self, media: Sequence[str], hosts: Sequence[str]) -> None:
+        self._hosts = len(hosts)
+        self._words = [*hosts, *(f"{medium} at {host}" for medium in media for host in hosts)]
+
+    def words(self, medium: np.ndarray, host: np.ndarray, mask: np.ndarray | None = None
+              ) -> pa.Array:
+        return _words((medium + 1) * self._hosts + host, self._words, mask)
+
+
+def _words(index: np.ndarray, words: Sequence[str], mask: np.ndarray | None = None) -> pa.Array:
+    return pa.DictionaryArray.from_arrays(pa.array(index.astype(np.int32), mask=mask),
+                                          pa.array(list(map(str, words)), pa.string()))

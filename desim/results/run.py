@@ -59,7 +59,7 @@ class Run(InNotebooks):
     @cached_property
     def ledger(self) -> pa.Table:
         """The parts of each message's time, kept or made by running the scenario again
-        (docs/why.md; ``desim.results.ledger_recorder.SCHEMA``)."""
+        (docs/why.md; ``desim.results.ledger.SCHEMA``)."""
         from desim.results.ledger import ledger_of  # which needs a Simulation
 
         return ledger_of(self)

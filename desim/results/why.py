@@ -1,4 +1,4 @@
-"""Questions to a ledger: which messages were late or lost, and what their time went into."""
+"""Late and lost messages of a ledger, and the breakdown of their latency into parts."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from desim.errors import InputError, did_you_mean
-from desim.middleware.ledger import PARTS
-from desim.ports import natural_key
-from desim.results.ledger_topics import Lost, TopicAccounts, accounts, hosts_of, losses
+from desim.middleware.message_ledger import PARTS
+from desim.ports import TimePart, natural_key
+from desim.results.latency_by_topic import Lost, TopicBreakdowns, by_topic, hosts_of, losses
 
 READ = "receiver's queue"  # behind the parts: from a message's arrival until it was first read
 _NAMED = 12  # topics in a complaint
 
 
 @dataclass(frozen=True)
-class Question:
-    """The messages that are asked about: those of a ``topic``, from or to a host (in names, * and ?
-    stand for letters), or one by its number; of them the ``late`` ones with the greatest latency,
-    or ``late`` of those ``dropped``."""
+class Query:
+    """A selection of messages: those of a ``topic``, from or to a host (in names, * and ? stand for
+    letters), or one by its number; of them the ``late`` ones with the greatest latency, or ``late``
+    of those ``dropped``."""
 
     topic: str | None = None
     source: str | None = None
@@ -34,17 +34,17 @@ class Question:
     dropped: bool = False
 
 
-class Portion(NamedTuple):
-    """Time in a part, somewhere."""
+class MessagePart(NamedTuple):
+    """A part of a message's time, and the place where it was spent."""
 
     part: str
     place: str
     time_ns: int
 
 
-class Tale(NamedTuple):
-    """One message at one receiver. Where it was dropped, ``reason`` and ``place`` say why and
-    where. ``waited_ns``: from its arrival until it was first read (None: never)."""
+class MessageFate(NamedTuple):
+    """One message at one receiver: delivered, or dropped for a ``reason`` at a ``place``.
+    ``waited_ns``: from its arrival until it was first read (None: never)."""
 
     number: int
     topic: str
@@ -55,71 +55,81 @@ class Tale(NamedTuple):
     end_ns: int
     reason: str | None
     place: str | None
-    parts: tuple[Portion, ...]
+    parts: tuple[MessagePart, ...]
     waited_ns: int | None
+
+    @property
+    def latency_ns(self) -> int:
+        """The time from its birth to its fate."""
+        return self.end_ns - self.born_ns
 
 
 @dataclass(frozen=True)
-class Findings:
-    """The answer to a question: ``tales`` of single messages, the latest first or, of those
-    dropped, in order of time. For all ``delivered`` messages that match, the time (ns) in each part
-    (of ``PARTS``, or ``READ``), and the same for those ``shown``; the drops by
+class LatencyBreakdown:
+    """The answer to a query: the fates of the ``messages`` that it selects, the latest first or, of
+    those dropped, in order of time. For all ``delivered`` messages that match, the time (ns) in
+    each part (of ``PARTS``, or ``READ``), and the same of the ``messages`` alone; the drops by
     reason and place; and all that match ``by_topic``."""
 
-    tales: tuple[Tale, ...]
+    messages: tuple[MessageFate, ...]
     delivered: int
     dropped: int
-    shares: dict[str, int]
-    shown: dict[str, int]
+    times_ns: dict[str, int]
+    messages_times_ns: dict[str, int]
     lost: tuple[Lost, ...]
-    by_topic: TopicAccounts
+    by_topic: TopicBreakdowns
 
     @property
-    def untold(self) -> bool:
-        """Whether a network model on the way tells no parts."""
-        return "on the medium" in self.shares
+    def is_itemized(self) -> bool:
+        """Whether all network models on the way give the parts of their time."""
+        return TimePart.MEDIUM not in self.times_ns
 
 
-def find(ledger: pa.Table, question: Question) -> Findings:
-    """Answer ``question`` from a ledger (``ledger.SCHEMA``). Raises ``InputError`` where no message
-    matches."""
+def breakdown(ledger: pa.Table, query: Query) -> LatencyBreakdown:
+    """The answer of a ledger (of ``ledger.SCHEMA``) to ``query``. Raises ``InputError`` where no
+    message matches."""
     if not len(ledger):
         raise InputError("no message between hosts had reached its fate when the run ended")
-    found = _matching(ledger, question)
+    found = _matching(ledger, query)
     arrived = pc.equal(found["fate"], "delivered").to_numpy(zero_copy_only=False)
     delivered, dropped = found.filter(pa.array(arrived)), found.filter(pa.array(~arrived))
-    if question.dropped:
-        shown = dropped.slice(0, question.late)
+    if query.dropped:
+        shown = dropped.slice(0, query.late)
     else:
         order = np.argsort(-delivered["latency_ns"].to_numpy(), kind="stable")
-        shown = delivered.take(pa.array(order[:question.late]))
-        if question.message is not None:
+        shown = delivered.take(pa.array(order[:query.late]))
+        if query.message is not None:
             shown = pa.concat_tables([shown, dropped])
-    return Findings(tuple(map(_tale, shown.to_pylist())), len(delivered), len(dropped),
-                    _shares(delivered), _shares(shown), losses(dropped),
-                    accounts(found, hosts_of(ledger)))
+    return LatencyBreakdown(fates(shown), len(delivered), len(dropped),
+                    _times_ns(delivered), _times_ns(shown), losses(dropped),
+                    by_topic(found, hosts_of(ledger)))
 
 
-def _matching(ledger: pa.Table, question: Question) -> pa.Table:
-    if question.message is not None:
-        ledger = _numbered(ledger, question.message)
+def fates(rows: pa.Table) -> tuple[MessageFate, ...]:
+    """The messages in ``rows`` of a ledger, in their order."""
+    return tuple(map(_fate, rows.to_pylist()))
+
+
+def _matching(ledger: pa.Table, query: Query) -> pa.Table:
+    if query.message is not None:
+        ledger = _numbered(ledger, query.message)
     whole = ledger
-    for column, pattern, what in (("topic", question.topic, "topic"),
-                                  ("source", question.source, "sender"),
-                                  ("destination", question.destination, "receiver")):
+    for column, pattern, what in (("topic", query.topic, "topic"),
+                                  ("source", query.source, "sender"),
+                                  ("destination", query.destination, "receiver")):
         if pattern is None:
             continue
         words = pc.unique(whole[column].cast(pa.string())).to_pylist()
         wanted = [word for word in words if fnmatchcase(word, pattern)]
         if not wanted:
-            raise _unknown(what, pattern, words, question.message)
+            raise _unknown(what, pattern, words, query.message)
         ledger = ledger.filter(pc.is_in(ledger[column].cast(pa.string()), pa.array(wanted)))
     if not len(ledger):
         raise InputError("no message of this topic between these hosts had reached its fate when "
                          "the run ended")
-    if question.dropped and question.message is not None \
+    if query.dropped and query.message is not None \
             and not pc.any(pc.not_equal(ledger["fate"], "delivered")).as_py():
-        raise InputError(f"message {question.message} was delivered, not dropped")
+        raise InputError(f"message {query.message} was delivered, not dropped")
     return ledger
 
 
@@ -141,7 +151,7 @@ def _unknown(what: str, pattern: str, words: Sequence[str], message: int | None)
                       f"are {names}")
 
 
-def _shares(table: pa.Table) -> dict[str, int]:
+def _times_ns(table: pa.Table) -> dict[str, int]:
     """The time (ns) in each part, in the order of ``PARTS``, and until messages were read."""
     names, times = (pc.list_flatten(table[column]) for column in ("parts", "times_ns"))
     sums = dict.fromkeys((*map(str, PARTS), READ), 0)
@@ -152,8 +162,9 @@ def _shares(table: pa.Table) -> dict[str, int]:
     return {part: time_ns for part, time_ns in sums.items() if time_ns}
 
 
-def _tale(row: dict[str, Any]) -> Tale:
-    spent = tuple(map(Portion, row["parts"], row["places"], row["times_ns"]))
+def _fate(row: dict[str, Any]) -> MessageFate:
+    spent = tuple(map(MessagePart, row["parts"], row["places"], row["times_ns"]))
     waited_ns = None if row["read_ns"] is None else row["read_ns"] - row["end_ns"]
-    return Tale(row["number"], row["topic"], row["source"], row["destination"], row["size_bytes"],
-                row["born_ns"], row["end_ns"], row["reason"], row["place"], spent, waited_ns)
+    return MessageFate(row["number"], row["topic"], row["source"], row["destination"],
+                       row["size_bytes"], row["born_ns"], row["end_ns"], row["reason"],
+                       row["place"], spent, waited_ns)

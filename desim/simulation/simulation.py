@@ -20,7 +20,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.graph import OnFate
 from desim.middleware.host import Host
-from desim.middleware.ledger import MessageLedger
+from desim.middleware.message_ledger import MessageLedger
 from desim.middleware.node import Node
 from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason

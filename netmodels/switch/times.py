@@ -1,4 +1,4 @@
-"""The parts of the time that a frame spends in a switch, for a ledger."""
+"""The parts of a frame's time in a switch, for a run's ledger."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from netmodels.switch.trains import PacketTrain
 
 
 class SwitchTimes:
-    """Tells a ledger the parts of each frame's time from two stamps: when its last packet has left
-    the sender's interface, and when it is at the receiver.
+    """Enters the parts of each frame's time in a ledger, from two stamps: when its last packet has
+    left the sender's interface, and when it is at the receiver.
 
     Queue at the sender: until then, without the time for which the line served the frame itself.
     Queue at the receiver: from the last packet's arrival in the switch until the exit began to send

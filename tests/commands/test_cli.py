@@ -20,7 +20,7 @@ from desim.cli import app
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
 from desim.commands.views import progress
-from desim.commands.views.rows import story
+from desim.commands.views.message_rows import story
 from desim.compiler.store import announced
 from desim.engine.kernel import Phase
 from desim.results.traces import kept
@@ -192,16 +192,18 @@ def test_messages_are_found_by_topic_fate_and_time(run_path):
 
 
 def test_the_story_of_a_message_is_the_same_kept_or_run_again(hello, run_path, tmp_path):
-    desim_("run", hello, "--until", "4 s", "--set", "trace.keep=all", "--out", tmp_path, "--quiet")
+    desim_("run", hello, "--until", "4 s", "--set", "trace.keep=all", "--set", "trace.ledger=true",
+           "--out", tmp_path, "--quiet")
     table = desim.Run(run_path).table("messages")
     # The driver looks at a command when it moves the robot next.
     number = table["number"][table["topic"] == "/robot_0/cmd_vel"][0]
     of_kept = desim_("trace", only(tmp_path / "hello"), "--message", number)
     assert desim_("trace", run_path, "--message", number) == of_kept
-    lines = [line.split() for line in of_kept.splitlines()]
-    assert lines[0][4] == "sent"
-    assert {line[4] for line in lines[1:-1]} >= {"frame", "delivered", "read"}
-    assert "in the outbox" in of_kept.splitlines()[-1]
+    rows, times = of_kept.split("\n\n")
+    steps = [line.split()[4] for line in rows.splitlines()]
+    assert steps[0] == "sent" and set(steps[1:]) >= {"frame", "delivered", "read"}
+    assert times == desim_("why", run_path, "--message", number).split("\n\n")[0] + "\n"
+    assert times.splitlines()[-1].startswith("receiver's queue workstation ")
 
 
 def test_every_message_has_its_own_rows(hello, tmp_path):
@@ -217,6 +219,8 @@ def test_every_message_has_its_own_rows(hello, tmp_path):
         assert ("delivered", table["destination"][i], table["end_ns"][i]) in [
             (step.what, step.where, step.time_ns) for step in steps]
     assert story(rows, names, int(table["number"].max()) + 10**6) == []
+    assert desim_("trace", run.path, "--message", 1).splitlines()[-1] == (
+        f"where its time went (the run is repeated): desim why {run.path} --message 1")
 
 
 def test_a_message_that_does_not_exist(run_path):
@@ -247,21 +251,20 @@ def test_diff_of_a_failed_run_says_so(hello, run_path, tmp_path, monkeypatch):
     assert "the run failed" in desim_("trace", failed, "--message", 10**7, code=2)
 
 
-def test_a_message_lost_for_good_was_not_on_the_medium_all_the_time(hello, tmp_path):
+def test_a_message_lost_for_good_has_a_place_of_its_loss(hello, tmp_path):
     @contextmanager
     def stopping(simulation, folder):
         simulation.kernel.at(S, Phase.WORLD, 0, lambda _: simulation.graph.hosts[0].stop())
         yield
 
     run = desim.run(hello, out=tmp_path, watch=stopping, overrides=(
-        "stop.elapsed=2 s", "trace.keep=all",
+        "stop.elapsed=2 s", "trace.keep=all", "trace.ledger=true",
         "network.media.lan={model: ideal, rules: [{rule: loss, probability: 50 %}]}"))
     table = run.table("messages")
     waited = (table["fate"] == "dropped") & (table["end_ns"] > table["last_ns"])
     said = desim_("trace", run.path, "--message", table["number"][waited][0]).splitlines()[-1]
-    assert ": dropped (" in said
-    assert said.endswith("until it was dropped")
-    assert "on the medium" not in said
+    assert ", dropped (sender_down at robot_0) after 201.318 ms" in said
+    assert "propagation" not in said
 
 
 def test_a_folder_that_is_no_run(tmp_path):

@@ -1,15 +1,14 @@
 """``desim new``: the shipped scenarios, their questions, and what is written of one."""
 
 import json
-import re
 
 import pytest
 from typer.testing import CliRunner
 
 from desim.cli import app
-from desim.commands.views.starters import SCHEMA
 from desim.scenario.load import load
 from desim.scenario.shipped import belongings, folder, question, shipped
+from desim.scenario.starter import SCHEMA
 
 
 @pytest.fixture
@@ -92,5 +91,11 @@ def test_a_name_that_is_not_shipped(new):
 def test_a_folder_that_cannot_be_written(new, tmp_path):
     (tmp_path / "file").write_text("")
     code, lines = new("hello", "--to", "file")
-    assert code == 2 and len(lines) == 1
-    assert re.fullmatch(r"file.*: cannot be (read|written): .*", lines[0]), lines
+    assert (code, lines) == (2, ["file/hello.yaml cannot be written: File exists; another folder: "
+                                 "--to FOLDER"])
+    (tmp_path / "hello.yaml").mkdir()
+    assert new("hello") == (2, ["hello.yaml: already there, with other content; allowed: another "
+                                "folder (--to FOLDER), or --force to replace it"])
+    assert new("hello", "--force") == (2, ["hello.yaml cannot be written: Is a directory; another "
+                                           "folder: --to FOLDER"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "hello.yaml"]

@@ -1,5 +1,6 @@
 """``desim view`` writes a page, says where, and opens it only where there is a screen."""
 
+import shutil
 import sys
 import webbrowser
 
@@ -66,3 +67,15 @@ def test_a_folder_that_is_not_there(run, tmp_path):
     page = tmp_path / "no" / "page.html"
     assert view(run.path, "--to", page, code=2) == (
         f"--to: {page} cannot be written: No such file or directory")
+
+
+def test_a_runs_folder_that_cannot_be_written_names_the_option(run, tmp_path):
+    """The file that desim chose itself is a folder here; on a read-only disk it is the same."""
+    copy = tmp_path / "run"
+    shutil.copytree(run.path, copy)
+    for command, name in (("view", "replay.html"), ("figure", "figure.png")):
+        (copy / name).unlink(missing_ok=True)
+        (copy / name).mkdir()
+        done = CliRunner().invoke(app, [command, str(copy)])
+        assert (done.exit_code, done.output) == (
+            2, f"{copy / name} cannot be written: Is a directory; another place: --to FILE\n")

@@ -11,10 +11,9 @@ from desim import api
 from desim.cli import app
 from desim.commands.views.why import bar, duration, show
 from desim.errors import InputError
-from desim.results.ledger import ledger_of
-from desim.results.ledger_recorder import LEDGER
+from desim.results.ledger import LEDGER, ledger_of
 from desim.results.run import Run
-from desim.results.why import READ, Question, find
+from desim.results.why import READ, Query, breakdown
 
 SLOW = ("stop.elapsed=4 s", "network.media={lan: {model: switch, rate: 300 kb/s}}")
 
@@ -61,54 +60,57 @@ def test_messages_are_read_after_they_have_arrived(ledger):
 
 
 def test_the_latest_come_first_and_their_parts_sum_up(ledger):
-    found = find(ledger, Question(late=7))
-    latencies = [tale.end_ns - tale.born_ns for tale in found.tales]
+    found = breakdown(ledger, Query(late=7))
+    latencies = [fate.latency_ns for fate in found.messages]
     assert len(latencies) == 7 and latencies == sorted(latencies, reverse=True)
     assert latencies[0] == max(row["latency_ns"] or 0 for row in ledger.to_pylist())
-    for tale, latency_ns in zip(found.tales, latencies, strict=True):
-        assert sum(part.time_ns for part in tale.parts) == latency_ns
-    shown_ns = sum(time_ns for part, time_ns in found.shown.items() if part != READ)
+    for fate, latency_ns in zip(found.messages, latencies, strict=True):
+        assert sum(part.time_ns for part in fate.parts) == latency_ns
+    shown_ns = sum(time_ns for part, time_ns in found.messages_times_ns.items() if part != READ)
     assert shown_ns == sum(latencies)
     assert found.delivered + found.dropped == len(ledger)
 
 
 def test_messages_are_chosen_by_topic_host_and_number(ledger):
-    found = find(ledger, Question(topic="/*/cmd_vel", source="robot_1", late=10**6))
-    assert found.delivered == len(found.tales) > 0
-    assert {(tale.topic, tale.source) for tale in found.tales} == {("/robot_1/cmd_vel", "robot_1")}
-    found = find(ledger, Question(destination="robot_?", late=10**6))
-    assert {tale.destination[:6] for tale in found.tales} == {"robot_"}
-    number = find(ledger, Question()).tales[3].number
-    assert [tale.number for tale in find(ledger, Question(message=number)).tales] == [number]
+    found = breakdown(ledger, Query(topic="/*/cmd_vel", source="robot_1", late=10**6))
+    assert found.delivered == len(found.messages) > 0
+    assert {(fate.topic, fate.source) for fate in found.messages} == {
+        ("/robot_1/cmd_vel", "robot_1")}
+    found = breakdown(ledger, Query(destination="robot_?", late=10**6))
+    assert {fate.destination[:6] for fate in found.messages} == {"robot_"}
+    number = breakdown(ledger, Query()).messages[3].number
+    assert [fate.number for fate in breakdown(ledger, Query(message=number)).messages] == [number]
 
 
 def test_dropped_messages_have_a_reason_and_a_place(ledger):
-    found = find(ledger, Question(dropped=True, late=3))
-    assert len(found.tales) == 3
-    assert {(tale.reason, tale.place) for tale in found.tales} == {("outbox_full", "workstation")}
+    found = breakdown(ledger, Query(dropped=True, late=3))
+    assert len(found.messages) == 3
+    assert {(fate.reason, fate.place) for fate in found.messages} == {
+        ("outbox_full", "workstation")}
     assert sum(lost.messages for lost in found.lost) == found.dropped
-    assert find(ledger, Question(message=found.tales[0].number)).tales[0].reason == "outbox_full"
+    one, = breakdown(ledger, Query(message=found.messages[0].number)).messages
+    assert one.reason == "outbox_full"
 
 
-@pytest.mark.parametrize("question, says", [
-    (Question(topic="/robot_1/scn"), r"no message has the topic '/robot_1/scn' \(did you mean "
+@pytest.mark.parametrize("query, says", [
+    (Query(topic="/robot_1/scn"), r"no message has the topic '/robot_1/scn' \(did you mean "
                                      r"'/robot_1/scan'\?\); there are /map_exchange/robot_"),
-    (Question(source="robto_1"), r"no message has the sender 'robto_1' \(did you mean 'robot_1'"),
-    (Question(destination="nobody"), "no message has the receiver 'nobody'; there are robot_0, "),
-    (Question(message=10**9), r"no message 1000000000 among those with a fate; the last of them "
+    (Query(source="robto_1"), r"no message has the sender 'robto_1' \(did you mean 'robot_1'"),
+    (Query(destination="nobody"), "no message has the receiver 'nobody'; there are robot_0, "),
+    (Query(message=10**9), r"no message 1000000000 among those with a fate; the last of them "
                               r"is \d+"),
-    (Question(topic="/robot_0/scan", source="robot_1"), "no message of this topic between these"),
-    (Question(message=1, topic="/robot_9/*"), r"message 1 has not the topic '/robot_9/\*', but /"),
-    (Question(message=1, dropped=True), "message 1 was delivered, not dropped"),
+    (Query(topic="/robot_0/scan", source="robot_1"), "no message of this topic between these"),
+    (Query(message=1, topic="/robot_9/*"), r"message 1 has not the topic '/robot_9/\*', but /"),
+    (Query(message=1, dropped=True), "message 1 was delivered, not dropped"),
 ])
-def test_a_wrong_question_is_one_clear_complaint(ledger, question, says):
+def test_a_wrong_question_is_one_clear_complaint(ledger, query, says):
     with pytest.raises(InputError, match=says):
-        find(ledger, question)
+        breakdown(ledger, query)
 
 
 def test_a_run_without_messages_says_so(ledger):
     with pytest.raises(InputError, match="no message between hosts had reached its fate when"):
-        find(ledger.slice(0, 0), Question())
+        breakdown(ledger.slice(0, 0), Query())
 
 
 def test_a_run_of_another_version_that_kept_no_ledger_is_refused(made, monkeypatch):
@@ -142,7 +144,7 @@ def test_the_command_prints_waterfalls(made):
 @pytest.mark.parametrize("width", [40, 80, 200])
 def test_bars_begin_where_the_one_before_ends(ledger, width):
     out = Console(file=StringIO(), width=width)
-    show(find(ledger, Question(late=1)), {}, out)
+    show(breakdown(ledger, Query(late=1)), {}, out)
     drawn = [line[36:] for line in out.file.getvalue().partition("\n\n")[0].splitlines()
              if "█" in line]
     begins = [len(line) - len(line.lstrip()) for line in drawn]

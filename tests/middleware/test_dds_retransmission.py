@@ -5,7 +5,7 @@ import pytest
 from ddsnets import Nth, dds, partition
 from graphs import MS, Net, S, listener, talker
 
-from desim.commands.views.rows import story
+from desim.commands.views.message_rows import story
 from desim.middleware.dds import wire
 from desim.middleware.direct import Direct
 from desim.ports import Drop

@@ -4,7 +4,7 @@ from graphs import MS, Net, listener, silent, talker
 from ledgers import rows_of, stamps_of
 
 from desim import ports
-from desim.middleware.ledger import MessageLedger
+from desim.middleware.message_ledger import MessageLedger
 from desim.network.passages import Passages
 from desim.testing import ImmediateNetwork
 from netmodels.ideal import Ideal

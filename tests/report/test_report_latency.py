@@ -13,18 +13,18 @@ from desim.cli import app
 from desim.report.campaign.campaign_report import write
 from desim.report.campaign.figures.latency import latency_figure
 from desim.report.campaign.numbers import Estimates, Study
-from desim.report.campaign.numbers.ledgers import latencies
-from desim.results.ledger_recorder import LEDGER
-from desim.results.ledger_topics import (
+from desim.report.campaign.numbers.latencies import by_topic_and_vector
+from desim.results.latency_by_topic import (
     LEDGER_TOPICS,
-    accounts,
     as_json,
+    by_topic,
     from_json,
     hosts_of,
     without_numbers,
 )
+from desim.results.ledger import LEDGER
 from desim.results.run import Run
-from desim.results.why import Question, find
+from desim.results.why import Query, breakdown
 from desim.statistics.intervals import t_interval
 
 PARTS = {"sender's queue": "senders_queue_s", "queue": "queue_s", "airtime": "airtime_s",
@@ -127,7 +127,7 @@ def test_a_shifted_part_is_noticed(kept, by_hand, monkeypatch):
                 one["times_ns"]["airtime"] += one["times_ns"]["airtime"] // 20
         return from_json(found)
 
-    monkeypatch.setattr("desim.report.campaign.numbers.ledgers.from_json", shifted)
+    monkeypatch.setattr("desim.report.campaign.numbers.latencies.from_json", shifted)
     write(*kept)
     assert disagreements(kept[0], by_hand)
 
@@ -160,7 +160,7 @@ def test_runs_without_a_ledger_are_left_out(kept, tmp_path):
     study = Study(*kept)
     vector = study.vectors[0]
     study.run_folders.pop(study.text("run_id")[vector.rows[0]])
-    found = latencies(study, Estimates(study))
+    found = by_topic_and_vector(study, Estimates(study))
     assert {one.runs for one in found if one.vector is vector} == {1}
     assert {one.runs for one in found if one.vector is not vector} == {2}
 
@@ -169,7 +169,7 @@ def test_a_run_keeps_the_sum_of_its_ledger(kept):
     study = Study(*kept)
     for folder in study.run_folders.values():
         ledger = Run(folder).ledger
-        summed = accounts(ledger, hosts_of(ledger))
+        summed = by_topic(ledger, hosts_of(ledger))
         kept_sums = json.loads(Run(folder).file(LEDGER_TOPICS).read_text())
         assert as_json(summed) == kept_sums and from_json(kept_sums) == summed
 
@@ -177,8 +177,8 @@ def test_a_run_keeps_the_sum_of_its_ledger(kept):
 def test_why_has_the_same_by_topic(kept):
     folder = next(iter(Study(*kept).run_folders.values()))
     ledger = Run(folder).ledger
-    found = find(ledger, Question())
-    assert found.by_topic == accounts(ledger, hosts_of(ledger))
+    found = breakdown(ledger, Query())
+    assert found.by_topic == by_topic(ledger, hosts_of(ledger))
     assert sum(one.delivered for one in found.by_topic.values()) == found.delivered
     assert sum(one.dropped for one in found.by_topic.values()) == found.dropped
     outcome = CliRunner().invoke(app, ["why", str(folder)])
@@ -190,7 +190,7 @@ def test_why_has_the_same_by_topic(kept):
 
 def test_an_empty_ledger_has_no_topics(kept):
     folder = next(iter(Study(*kept).run_folders.values()))
-    assert accounts(Run(folder).ledger.slice(0, 0), ()) == {}
+    assert by_topic(Run(folder).ledger.slice(0, 0), ()) == {}
 
 
 def test_places_of_numbered_hosts_are_one():
@@ -200,7 +200,7 @@ def test_places_of_numbered_hosts_are_one():
 
 def test_the_caption_says_what_is_left_out(kept):
     study = Study(*kept)
-    found = latencies(study, Estimates(study))
+    found = by_topic_and_vector(study, Estimates(study))
     slowest = max(found, key=lambda one: one.latency.mean)
     many = [slowest._replace(topic=f"/t{i}") for i in range(14)]
     assert latency_figure(study, found)[1] == \

@@ -87,8 +87,8 @@ def close(simulation: Simulation) -> None:
         assert medium.intended == medium.delivered + sum(medium.dropped.values()), medium.name
 
 
-class Ledger:
-    """An account of a run kept beside it, from its trace rows and its messages' fates.
+class Tally:
+    """Counts of a run, kept beside it, of its trace rows and its messages' fates.
 
     Give ``sink`` and ``fate`` to the ``Simulation`` as ``trace_sink`` and ``on_fate``.
     """

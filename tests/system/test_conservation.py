@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from runs import HELLO, ROUGH, Ledger, built, finished
+from runs import HELLO, ROUGH, Tally, built, finished
 
 from desim.units import NS_PER_S
 
@@ -63,31 +63,31 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_every_message_meets_one_fate(case):
-    ledger = Ledger()
-    simulation = built(*CASES[case], trace_sink=ledger.sink, on_fate=ledger.fate)
+    tally = Tally()
+    simulation = built(*CASES[case], trace_sink=tally.sink, on_fate=tally.fate)
     finished(simulation)
     simulation.trace.flush()
-    ledger.fold(simulation.names)
+    tally.fold(simulation.names)
     graph = simulation.graph
     intended = sum(topic.counts.intended for topic in graph.topics.values())
-    assert len(ledger.fates) == intended > 0 or case == "no exchange"
+    assert len(tally.fates) == intended > 0 or case == "no exchange"
     for name, topic in graph.topics.items():
-        assert ledger.delivered[name] == topic.counts.delivered
-        assert dict(ledger.dropped.get(name, {})) == topic.counts.dropped
-    for message, receiver, flight_ns in ledger.flights:
+        assert tally.delivered[name] == topic.counts.delivered
+        assert dict(tally.dropped.get(name, {})) == topic.counts.dropped
+    for message, receiver, flight_ns in tally.flights:
         assert flight_ns >= fastest_ns(simulation, message, receiver)
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_trace_says_what_the_counters_say(case):
-    ledger = Ledger()
-    simulation = built(*CASES[case], trace_sink=ledger.sink)
+    tally = Tally()
+    simulation = built(*CASES[case], trace_sink=tally.sink)
     finished(simulation)
     simulation.trace.flush()
-    ledger.fold(simulation.names)
+    tally.fold(simulation.names)
     topics = simulation.graph.topics.values()
     media = simulation.graph.media
-    rows = ledger.rows
+    rows = tally.rows
     assert rows["sent"] == simulation.graph.messages
     assert rows["delivered"] == sum(topic.counts.delivered for topic in topics)
     assert rows["callback"] == sum(topic.counts.called for topic in topics)
@@ -95,11 +95,11 @@ def test_the_trace_says_what_the_counters_say(case):
     assert rows["repeated"] == sum(medium.copies for medium in media)
     assert rows["overwritten"] == sum(topic.counts.overwritten for topic in topics)
     assert rows["frame"] == sum(medium.frames for medium in media)
-    assert ledger.frame_bytes == sum(sum(medium.tx_bytes) + medium.refused_bytes
+    assert tally.frame_bytes == sum(sum(medium.tx_bytes) + medium.refused_bytes
                                      for medium in media)
     assert all(medium.bytes_on_air <= sum(medium.tx_bytes) for medium in media)
     # One row for all whom a broadcast misses; a row of its own for each who got a part of it.
-    in_bulk = sum(ledger.missed[reason]
+    in_bulk = sum(tally.missed[reason]
                   for reason in ("out_of_reach", "collision", "channel_error"))
     assert rows["dropped"] + in_bulk == sum(
         count for topic in topics for count in topic.counts.dropped.values())

@@ -7,7 +7,7 @@ import pytest
 from ledgers import sums
 from runs import MAZE_8, MAZE_30, SCENARIOS, built
 
-from desim.middleware.ledger import MessageLedger
+from desim.middleware.message_ledger import MessageLedger
 from desim.network import passages
 from desim.network.passages import Passages
 

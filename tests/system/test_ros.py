@@ -1,7 +1,7 @@
 """Robots over ROS 1 masters and a network that breaks: they go on, and every message has a fate."""
 
 import pytest
-from runs import HELLO, ROUGH, Ledger, built, finished
+from runs import HELLO, ROUGH, Tally, built, finished
 
 from desim.monitor.summary import summarize
 
@@ -19,10 +19,10 @@ CUT = ("network.media.lan={model: switch, rules: [{rule: partition, groups: [[ro
 
 @pytest.mark.parametrize("middleware", MIDDLEWARE.values(), ids=MIDDLEWARE)
 def test_books_balance_when_everything_goes_wrong(middleware):
-    ledger = Ledger()
-    run = built(ROUGH, middleware, trace_sink=ledger.sink, on_fate=ledger.fate)
+    tally = Tally()
+    run = built(ROUGH, middleware, trace_sink=tally.sink, on_fate=tally.fate)
     finished(run)
-    assert sum(ledger.delivered.values()) > 30
+    assert sum(tally.delivered.values()) > 30
 
 
 @pytest.mark.parametrize("middleware", [f"{ROS1}, master: base}}", f"{MULTI}}}"],

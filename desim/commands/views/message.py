@@ -1,4 +1,4 @@
-"""The story of one message, row by row, with the time of each part; and lists of messages."""
+"""The story of one message, row by row, and where its time went; and lists of messages."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ from pathlib import Path
 import numpy as np
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
+from rich.console import Console
 
-from desim.commands.views.rows import story
+from desim.commands.views.message_rows import story
+from desim.commands.views.why import show_message
 from desim.engine.trace import Names
 from desim.errors import InputError
+from desim.results.ledger import trace_and_ledger
 from desim.results.message_log import DELIVERED
 from desim.results.run import Run
-from desim.results.traces import spools, trace_of
+from desim.results.traces import spools
+from desim.results.why import fates
 from desim.units import NS_PER_S
 
 _MESSAGES = "messages.parquet"
@@ -22,22 +26,42 @@ _LISTED = 40  # a screen
 _READ_WITHIN_NS = NS_PER_S  # nodes look at what they keep at least so often
 
 
-def message_story(path: Path, number: int) -> str:
-    """The story of message ``number`` of the run in ``path``; raises ``InputError`` if there is no
-    such message. Where rows were not kept, the run is repeated until the message was read."""
+def show_story(path: Path, number: int, console: Console) -> None:
+    """Print the story of message ``number`` of the run in ``path``. Where its rows were not kept,
+    the run is repeated until the message was read. Raises ``InputError`` if there is no such
+    message."""
     run = Run(path)
-    about, until_ns = _fates(run, number)
     with spools() as folder:
-        rows, names = trace_of(run, folder / "trace", until_ns)
+        (rows, names), ledger = trace_and_ledger(run, folder / "trace", _read_by_ns(run, number))
         steps = story(rows, names, number)
         if not steps:
             last = np.count_nonzero(rows["kind"] == Names().id("sent"))
             raise InputError(f"{path}: no message {number}; a run's messages between hosts have "
                              f"the numbers 1 to {last}")
     born_ns = steps[0].time_ns
-    lines = [f"{step.time_ns / 1e9:16.9f} s  {(step.time_ns - born_ns) / 1e6:+14.6f} ms  "
-             f"{step.what:<12} {step.where:<16} {step.detail}" for step in steps]
-    return "\n".join([*lines, *about])
+    for step in steps:
+        _print(console, f"{step.time_ns / 1e9:16.9f} s  {(step.time_ns - born_ns) / 1e6:+14.6f} ms"
+                        f"  {step.what:<12} {step.where:<16} {step.detail}")
+    if ledger is None:
+        _print(console, f"\nwhere its time went (the run is repeated): desim why {path} --message "
+                        f"{number}")
+        return
+    for fate in fates(ledger.filter(pc.equal(ledger["number"], number))):
+        _print(console)
+        show_message(fate, console)
+
+
+def _print(console: Console, line: str = "") -> None:
+    console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def _read_by_ns(run: Run, number: int) -> int | None:
+    """An instant when the message was read, where the run has kept messages."""
+    if not run.has(_MESSAGES):
+        return None
+    rows = pq.read_table(run.file(_MESSAGES), columns=["end_ns"],
+                         filters=pc.field("number") == number)
+    return max((end_ns + _READ_WITHIN_NS for end_ns in rows["end_ns"].to_pylist()), default=None)
 
 
 def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None) -> str:
@@ -63,26 +87,3 @@ def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None
     head = f"{'message':>8}  {'published at':>14}  {'after':>15}  topic, from -> to, fate"
     more = [f"and {len(found) - _LISTED} more"] if len(found) > _LISTED else []
     return "\n".join([head, *lines, *more])
-
-
-def _fates(run: Run, number: int) -> tuple[list[str], int | None]:
-    """The parts of the time until each receiver's fate, in words, and an instant when
-    it has been read."""
-    if not run.has(_MESSAGES):
-        return [], None
-    rows = pq.read_table(run.file(_MESSAGES), filters=pc.field("number") == number).to_pylist()
-    lines = []
-    for row in rows:
-        name = f"to {row['destination']}: {row['fate']}"
-        if row["first_ns"] is None:
-            lines.append(f"{name} ({row['reason']}) without a frame")
-            continue
-        # A lost frame is off the medium long before its message is given up.
-        end = "on the medium" if row["fate"] == DELIVERED else "until it was dropped"
-        parts = [(row["first_ns"] - row["born_ns"], "in the outbox"),
-                 (row["last_ns"] - row["first_ns"], "until its last transmission"),
-                 (row["end_ns"] - row["last_ns"], end)]
-        where = ", ".join(f"{spent / 1e6:.6f} ms {what}" for spent, what in parts)
-        reason = f" ({row['reason']})" if row["reason"] else ""
-        lines.append(f"{name}{reason} after {where}")
-    return lines, max((row["end_ns"] + _READ_WITHIN_NS for row in rows), default=None)

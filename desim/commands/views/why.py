@@ -8,8 +8,8 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from desim.results.ledger_topics import as_json
-from desim.results.why import READ, Findings, Tale
+from desim.results.latency_by_topic import as_json
+from desim.results.why import READ, LatencyBreakdown, MessageFate
 
 _BESIDE = 58  # characters of a line beside its bar
 _LEAST, _MOST = 20, 60  # of a bar
@@ -22,58 +22,64 @@ _COLOURS = {"sender's queue": "yellow", "resolution": "magenta", "queue": "red",
             "relay": "bright_yellow"}
 
 
-def show(found: Findings, metrics: Mapping[str, Any], console: Console) -> None:
+def show(found: LatencyBreakdown, metrics: Mapping[str, Any], console: Console) -> None:
     """Print the waterfalls, the shares of the parts and what was lost, and what late maps cost the
     fleet, of the run's ``metrics``."""
-    for tale in found.tales:
-        _print_tale(tale, console)
+    for message in found.messages:
+        show_message(message, console)
         _print(console)
-    if found.shares:
+    if found.times_ns:
         _print_shares(found, console)
     if found.delivered and len(found.by_topic) > 1:
         _print_topics(found, console)
     if found.lost:
         _print_drops(found, console)
-    if found.untold:
-        _print(console, "on the medium: a network model does not tell the parts of its time "
+    if not found.is_itemized:
+        _print(console, "on the medium: a network model does not give the parts of its time "
                         "(docs/writing-plugins.md, Itemizes)", style="dim")
-
-
     if metrics.get("outdated_goal_m"):
         _print(console, f"{metrics['outdated_goal_m']:.0f} of {metrics['exploration_cost_m']:.0f} "
                         f"m, in {metrics['outdated_goal_s']:.0f} s, robots drove towards places "
                         "that a teammate had explored", style="bold")
 
 
-def _print_tale(tale: Tale, console: Console) -> None:
-    latency_ns = tale.end_ns - tale.born_ns
-    fate = ("delivered" if tale.reason is None else f"dropped ({tale.reason}, at {tale.place})")
-    _print(console, f"message {tale.number}, {tale.topic}, {tale.source} -> {tale.destination}, "
-                    f"{tale.size_bytes} B", style="bold")
-    _print(console, f"born at {tale.born_ns / 1e9:.6f} s, {fate} after {duration(latency_ns)}")
-    if tale.reason is not None:
+def show_message(message: MessageFate, console: Console) -> None:
+    """Print the waterfall of one message at one receiver, or where and why it was lost."""
+    fate = ("delivered" if message.reason is None else
+            f"dropped ({message.reason} {in_words(str(message.place))})")
+    _print(console, f"message {message.number}, {message.topic}, {message.source} -> "
+                    f"{message.destination}, {message.size_bytes} B", style="bold")
+    _print(console, f"born at {message.born_ns / 1e9:.6f} s, {fate} after "
+                    f"{duration(message.latency_ns)}")
+    if message.reason is not None:
         return
-    lines = [(*part, share(part.time_ns, latency_ns)) for part in tale.parts]
-    if tale.waited_ns is not None:
-        lines.append((READ, tale.destination, tale.waited_ns, ""))
+    lines = [(*part, share(part.time_ns, message.latency_ns)) for part in message.parts]
+    if message.waited_ns is not None:
+        lines.append((READ, message.destination, message.waited_ns, ""))
     _print_bars(lines, console)
-    if tale.waited_ns is None:
-        _print(console, f"{READ:<16} {tale.destination}: never read")
+    if message.waited_ns is None:
+        _print(console, f"{READ:<16} {message.destination}: never read")
 
 
-def _print_shares(found: Findings, console: Console) -> None:
+def in_words(place: str) -> str:
+    """The place of a loss: ``on lan at robot_3``, or ``at robot_3`` above all media."""
+    return f"on {place}" if " at " in place else f"at {place}"
+
+
+def _print_shares(found: LatencyBreakdown, console: Console) -> None:
     """The shares of all messages that match, beside those of the messages that were shown."""
-    total_ns, shown_ns = (sum(time_ns for part, time_ns in shares.items() if part != READ)
-                         for shares in (found.shares, found.shown))
+    times_ns, shown_ns = found.times_ns, found.messages_times_ns
+    total_ns, total_shown_ns = (sum(time_ns for part, time_ns in times.items() if part != READ)
+                                for times in (times_ns, shown_ns))
     _print(console, f"all {found.delivered} delivered messages that match: mean of each part, its "
                     "share, and its share in those above", style="bold")
     _print_bars([(part, "" if part == READ else share(time_ns, total_ns),
                   time_ns // found.delivered,
-                  "" if part == READ else share(found.shown.get(part, 0), shown_ns) or "-")
-                 for part, time_ns in found.shares.items()], console)
+                  "" if part == READ else share(shown_ns.get(part, 0), total_shown_ns) or "-")
+                 for part, time_ns in times_ns.items()], console)
 
 
-def _print_topics(found: Findings, console: Console) -> None:
+def _print_topics(found: LatencyBreakdown, console: Console) -> None:
     """A line for each family of topics: messages, mean latency, and its greatest parts."""
     _print(console, "by topic: delivered, dropped, mean latency, and the shares of its parts",
            style="bold")
@@ -89,10 +95,10 @@ def _print_topics(found: Findings, console: Console) -> None:
                                     for part, time_ns in parts))
 
 
-def _print_drops(found: Findings, console: Console) -> None:
+def _print_drops(found: LatencyBreakdown, console: Console) -> None:
     _print(console, f"{found.dropped} dropped messages that match", style="bold")
     for reason, place, count in found.lost[:_DROPS]:
-        _print(console, f"{count:>8}  {reason:<16} at {place}")
+        _print(console, f"{count:>8}  {reason:<16} {in_words(place)}")
     if len(found.lost) > _DROPS:
         rest = sum(lost.messages for lost in found.lost[_DROPS:])
         _print(console, f"{rest:>8}  at other places")
@@ -140,14 +146,14 @@ def duration(time_ns: float) -> str:
     return f"{time_ns:.0f} ns"
 
 
-def json_object(found: Findings, metrics: Mapping[str, Any]) -> Mapping[str, object]:
-    """All of it."""
+def json_object(found: LatencyBreakdown, metrics: Mapping[str, Any]) -> Mapping[str, object]:
+    """The breakdown as an object for ``--json``."""
     return {
         **{name: metrics.get(name) for name in ("outdated_goal_s", "outdated_goal_m")},
-        "messages": [{**tale._asdict(), "parts": [part._asdict() for part in tale.parts]}
-                     for tale in found.tales],
+        "messages": [{**message._asdict(), "parts": [part._asdict() for part in message.parts]}
+                     for message in found.messages],
         "delivered": found.delivered, "dropped": found.dropped,
-        "shares_ns": found.shares, "shares_of_messages_ns": found.shown,
+        "shares_ns": found.times_ns, "shares_of_messages_ns": found.messages_times_ns,
         "lost": [lost._asdict() for lost in found.lost],
         "by_topic": as_json(found.by_topic),
     }

@@ -8,14 +8,14 @@ from tempfile import TemporaryDirectory
 from matplotlib.figure import Figure
 
 from desim.campaign.design.design import Design
-from desim.errors import InputError
+from desim.errors import unwritable
 from desim.report.campaign import formatting
 from desim.report.campaign.answers import findings, groups, methods, rungs, sensitivity, warnings
 from desim.report.campaign.answers.answer import answer_of
 from desim.report.campaign.figures import style, time_series
 from desim.report.campaign.figures.latency import latency_figure
 from desim.report.campaign.figures.metric import caption, metric_figure, reading
-from desim.report.campaign.numbers import Estimates, Study, contrasts, knees, ledgers, lines
+from desim.report.campaign.numbers import Estimates, Study, contrasts, knees, latencies, lines
 from desim.report.campaign.page import page
 from desim.report.campaign.page.page import Section
 from desim.report.campaign.tables import latency, overview
@@ -41,7 +41,7 @@ def write(folder: Path, design: Design, out: Path | None = None) -> Path:
                 (new / _PAGE).write_text(_Report(study, new).page(), encoding="utf-8")
             _move(new, out)
     except OSError as error:
-        raise InputError(f"{out}: cannot be written: {error.strerror or error}") from error
+        raise unwritable(f"--out: {out}", error) from error
     return out / _PAGE
 
 
@@ -212,7 +212,7 @@ class _Report:
 
     def _latency(self) -> list[Section]:
         study = self._study
-        found = ledgers.latencies(study, self._estimates)
+        found = latencies.by_topic_and_vector(study, self._estimates)
         if not found:
             return []
         parts = []

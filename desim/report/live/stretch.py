@@ -15,7 +15,7 @@ from desim.monitor.summary import robots_table, summarize
 from desim.results import parquet
 from desim.results.folder import RunFolder
 from desim.results.identity import versions
-from desim.results.ledger_recorder import LEDGER
+from desim.results.ledger import LEDGER
 from desim.results.recording import (
     Event,
     Growth,

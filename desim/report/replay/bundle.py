@@ -13,7 +13,7 @@ from desim.report.replay.happenings import add_beliefs, happenings
 from desim.report.replay.knowledge import add_growth
 from desim.report.replay.ledger import add_ledger
 from desim.report.replay.traffic import add_loads, add_messages, add_topics, traffic_of
-from desim.results.ledger_recorder import LEDGER
+from desim.results.ledger import LEDGER
 from desim.results.seal import SUMMARY
 from desim.results.source import ReplaySource
 from desim.results.status import is_imported

@@ -6,10 +6,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from desim.middleware.ledger import PARTS
+from desim.middleware.message_ledger import PARTS
 from desim.report.campaign.figures.style import INK, PALETTE, WIDTH_IN, colour
 from desim.report.campaign.numbers import Study, VectorRuns
-from desim.report.campaign.numbers.ledgers import TopicLatency
+from desim.report.campaign.numbers.latencies import TopicLatency
 from desim.report.campaign.numbers.lines import evenly
 
 _MOST_PANELS, _MOST_BARS = 12, 12

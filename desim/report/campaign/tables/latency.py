@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from desim.middleware.ledger import PARTS
+from desim.middleware.message_ledger import PARTS
 from desim.report.campaign import formatting
 from desim.report.campaign.numbers import Study
-from desim.report.campaign.numbers.ledgers import TopicLatency
+from desim.report.campaign.numbers.latencies import TopicLatency
 from desim.report.campaign.tables.overview import (
     exact_vector_cells,
     exact_vector_head,

@@ -1,7 +1,9 @@
-"""The parts of the time of frames in stations' queues, where there is a ledger.
+"""The parts of a frame's time at the head of a station's queue, where there is a ledger.
 
-Of a station that is [10]: of the first frame of its queue, since when it is the first, its last
-stamp, and its sums; and the same of the frame that has arrived or was given up last.
+``times`` has two blocks of ``KEPT`` columns for each station. The first is of the frame at the head
+of its queue: since when it is there, its last stamp, and ns in contention, on the air, and in
+transmissions that it had to repeat. The second keeps the same of the frame before: the last that
+has arrived or was given up.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ COLUMNS = 2 * KEPT
 
 @inner(void(a_dcf, a_station, int64))
 def begin_frame(d, s, now_ns):
-    """A frame, if there is one, has become the first of station s's queue."""
+    """Start afresh for the frame that is now at the head of station s's queue, if there is one."""
     if d.times.shape[0] > 0 and s.queue_length > 0:
         d.times[s.index, FIRST] = d.times[s.index, STAMPED] = now_ns
         for column in range(CONTENDED, KEPT):
@@ -24,7 +26,7 @@ def begin_frame(d, s, now_ns):
 
 @inner(void(a_dcf, a_station, int64, int64))
 def stamp(d, s, now_ns, column):
-    """The first frame of station s's queue has been in this part since its last stamp."""
+    """Add the time since the last stamp of station s's frame to the part in ``column``."""
     if d.times.shape[0] > 0:
         d.times[s.index, column] += now_ns - d.times[s.index, STAMPED]
         d.times[s.index, STAMPED] = now_ns
@@ -32,7 +34,7 @@ def stamp(d, s, now_ns, column):
 
 @inner(void(a_dcf, a_station))
 def keep_times(d, s):
-    """The first frame of station s's queue has arrived, or was given up."""
+    """Keep the times of station s's frame: it has arrived, or was given up."""
     if d.times.shape[0] > 0:
         for column in range(KEPT):
             d.times[s.index, KEPT + column] = d.times[s.index, column]
@@ -40,7 +42,7 @@ def keep_times(d, s):
 
 @inner(void(a_dcf, a_dcf, int64))
 def copy_times(d, future, i):
-    """Copy what is kept of station i."""
+    """Copy both blocks of station i."""
     if d.times.shape[0] > 0:
         for column in range(COLUMNS):
             future.times[i, column] = d.times[i, column]

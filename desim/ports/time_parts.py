@@ -1,4 +1,4 @@
-"""The contract of the ledger: where the time of each frame goes, told by the code that knows."""
+"""The parts of a message's time, and the ledger in which network models enter those of frames."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from desim.ports.frames import Frame
 
 
 class TimePart(StrEnum):
-    """The parts of a message's time. A network model tells those from ``QUEUE`` to
-    ``RETRANSMISSION``; the others are stamped by transports and media."""
+    """The parts of a message's time. A network model enters those from ``QUEUE`` to
+    ``RETRANSMISSION``; transports and media enter the others."""
 
     SENDER = "sender's queue"  # outbox, socket, window
     RESOLUTION = "resolution"  # of the receiver's address (ARP)
@@ -20,19 +20,19 @@ class TimePart(StrEnum):
     PROPAGATION = "propagation"  # along the wire or through the air, and other constant delays
     RETRANSMISSION = "retransmission"  # from the first transmission to the one that got through
     RULES = "rules"  # delays of the medium's rules
-    MEDIUM = "on the medium"  # of a network model that tells no parts
+    MEDIUM = "on the medium"  # of a network model that enters no parts
     RELAY = "relay"  # at a host that passes the message on, above its media
 
 
 class Ledger(Protocol):
-    """The ledger as a network model sees it."""
+    """A network model's view of a run's ledger: the model enters where the time of frames goes."""
 
     def spent(self, frame: Frame, part: TimePart, time_ns: int, receiver: int | None = None,
               host: int | None = None) -> None:
         """``frame`` has spent or will spend ``time_ns`` (0: no entry) in ``part``, on its way to
         ``receiver`` (None: to all of its receivers), at or from ``host`` (index; None: at its
-        source). Parts are told in their order in time, those for all receivers first, and before
-        the frame is settled there. Those of a delivered frame sum up to the time from ``send`` to
+        source). Enter parts in their order in time, those for all receivers first, and before the
+        frame is settled there. The parts of a delivered frame sum up to the time from ``send`` to
         its arrival, without the delays of rules. A train's are those of its last packet, with the
         times that its other packets were served in front of it."""
 

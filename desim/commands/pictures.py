@@ -1,4 +1,4 @@
-"""The command that shows a run in a browser."""
+"""The commands that draw a run: a replay for a browser, a figure."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Annotated
 import typer
 
 from desim.commands import completion
+from desim.commands.arguments import RunPath
 from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say
-from desim.commands.runs import RunPath
+from desim.commands.targets import writing_to
 
 PAGE = "replay.html"
 
@@ -34,10 +35,24 @@ def view(path: RunPath,
         runs = [Run(each) for each in (path, other) if each is not None]
         with compiling_inside(False):
             recordings = [recording_of(run) for run in runs]
-        target = to or path / PAGE
-        write(recordings, target)
+        with writing_to(to, path / PAGE) as target:
+            write(recordings, target)
         say(str(target))
         if not no_open:
             from desim.commands.browser import open_page
 
             open_page(target.resolve().as_uri())
+
+
+def figure(path: RunPath,
+           to: Annotated[Path | None, typer.Option(
+               help="file to write, png, pdf or svg (default: figure.png in the run's folder)",
+               show_default=False)] = None) -> None:
+    """A picture of a run: terrain, trajectories, map, explored share and traffic over time."""
+    with exit_codes():
+        with compiling(False):
+            from desim.report.run_figure import draw
+            from desim.results.run import Run
+        with writing_to(to, path / "figure.png") as target:
+            draw(Run(path), target)
+        say(str(target))

@@ -1,4 +1,4 @@
-"""The ledgers of a campaign's runs: the mean parts of messages' latency by vector and topic."""
+"""The latency of a campaign's messages by topic and vector: mean parts, and what was lost."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from desim.errors import InputError
 from desim.ports import natural_key
 from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study, VectorRuns
-from desim.results.ledger_topics import (
+from desim.results.latency_by_topic import (
     LEDGER_TOPICS,
-    TopicAccount,
-    TopicAccounts,
+    TopicBreakdown,
+    TopicBreakdowns,
     from_json,
     without_numbers,
 )
 from desim.results.run import Run, readable
 from desim.statistics.intervals import Interval
 
-_NONE = TopicAccount(0, 0, {}, ())
+_NONE = TopicBreakdown(0, 0, {}, ())
 
 
 class MeanLoss(NamedTuple):
@@ -50,8 +50,8 @@ class TopicLatency(NamedTuple):
     lost: tuple[MeanLoss, ...]
 
 
-def latencies(study: Study, estimates: Estimates) -> list[TopicLatency]:
-    """Those of all vectors, by topic and vector; empty where no run has kept its ledger."""
+def by_topic_and_vector(study: Study, estimates: Estimates) -> list[TopicLatency]:
+    """The latencies of all vectors; none where no run has kept its ledger."""
     found = []
     for vector in study.vectors:
         runs = _read(study, vector)
@@ -60,7 +60,7 @@ def latencies(study: Study, estimates: Estimates) -> list[TopicLatency]:
     return sorted(found, key=lambda one: (natural_key(one.topic), one.vector.number))
 
 
-def _read(study: Study, vector: VectorRuns) -> list[TopicAccounts]:
+def _read(study: Study, vector: VectorRuns) -> list[TopicBreakdowns]:
     ids, found = study.text("run_id"), []
     for row in vector.rows[~study.failed[vector.rows]]:
         folder = study.run_folders.get(ids[row])
@@ -74,28 +74,28 @@ def _read(study: Study, vector: VectorRuns) -> list[TopicAccounts]:
     return found
 
 
-def _mean(vector: VectorRuns, topic: str, accounts: list[TopicAccount], estimates: Estimates,
+def _mean(vector: VectorRuns, topic: str, runs: list[TopicBreakdown], estimates: Estimates,
           ) -> TopicLatency:
-    arrived = [one for one in accounts if one.delivered]
+    arrived = [one for one in runs if one.delivered]
     parts = dict.fromkeys(part for one in arrived for part in one.times_ns)
     means = {part: float(np.mean([one.times_ns.get(part, 0) / one.delivered / 1e9
                                   for one in arrived])) for part in parts}
     latency = estimates.interval(
         np.array([one.latency_ns / one.delivered / 1e9 for one in arrived])
     ).within(0.0, math.inf) if arrived else None
-    return TopicLatency(vector, topic, len(accounts),
-                        float(np.mean([one.delivered for one in accounts])), latency, means,
-                        _losses(accounts))
+    return TopicLatency(vector, topic, len(runs),
+                        float(np.mean([one.delivered for one in runs])), latency, means,
+                        _losses(runs))
 
 
-def _losses(accounts: list[TopicAccount]) -> tuple[MeanLoss, ...]:
+def _losses(runs: list[TopicBreakdown]) -> tuple[MeanLoss, ...]:
     """The most frequent first."""
     messages: dict[tuple[str, str], float] = {}
     share: dict[tuple[str, str], float] = {}
-    for one in accounts:
+    for one in runs:
         for lost in one.lost:
             where = lost.reason, without_numbers(lost.place)
-            own = lost.messages / len(accounts)
+            own = lost.messages / len(runs)
             messages[where] = messages.get(where, 0.0) + own
             share[where] = share.get(where, 0.0) + own / (one.delivered + one.dropped)
     return tuple(sorted((MeanLoss(*where, messages[where], share[where]) for where in messages),

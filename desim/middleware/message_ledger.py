@@ -1,4 +1,4 @@
-"""The ledger of messages: where the time of each went on its way, or where it was lost."""
+"""The entries of the ledger while a run lasts: the parts of each message's time, or its loss."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ _NUMBER = {part: number for number, part in enumerate(PARTS)}
 
 
 class MessageLedger:
-    """Collects the parts of each message's time: a ``Graph``'s ``on_fate``, and passes fates on to
-    ``further``. ``passages`` are those of the graph's media.
+    """A ``Graph``'s ``on_fate`` that enters each message at each receiver: the parts of its time,
+    or where it was lost. ``passages`` are those of the graph's media; ``further`` is notified of
+    fates, too.
 
-    ``rows`` are of dtype ``ROW``, one for each message and receiver: its fate, when it had that,
-    and where it was lost. ``stamps`` are of dtype ``STAMP``, so many of each row as ``counts``
-    says.
+    ``rows`` are of dtype ``ROW``, one for each message and receiver. ``stamps`` are of dtype
+    ``STAMP``: of each row in turn, as many as ``counts`` says.
 
-    The parts are those of the frame that completed the message: from its birth until what this
-    frame carries was first sent, the sender's queue; until it was sent for the last time,
-    retransmission; and then the frame's own. Of a frame that was under way at the message's birth
-    (it repairs older data, for which the message has to wait) only the rest counts. Where hosts
-    pass messages on, it is so from host to host.
+    The parts are those of the frame that completed the message. Until the data in this frame was
+    first sent, the message was in the sender's queue; from then until this frame was sent, it was
+    in retransmission; the frame's own parts follow. Where the frame was sent before the message's
+    birth, to repair older data that comes first, only its parts after the birth count. Where hosts
+    pass messages on, each hop has these parts.
     """
 
     def __init__(self, passages: Passages, further: OnFate | None = None) -> None:
@@ -74,14 +74,14 @@ class MessageLedger:
             self._further(message, receiver, time_ns, reason, first_ns, last_ns)
 
 
-# A message that has arrived is dropped for these.
+# A message is dropped for these after it has arrived.
 _AT_RECEIVER = frozenset({"no_subscriber", "unmatched", "overtaken"})
 
 
 def parts_of(message: Message, receiver: int, passage: Passage | None, passages: Passages
              ) -> list[Stamp]:
-    """The parts of the time from a message's birth to the arrival of the frame that completed it.
-    """
+    """The parts of a message's time, from its birth until the frame that completed it arrives at
+    ``receiver``, in order."""
     if passage is None:
         return []
     if passage.source == message.origin.index:
@@ -95,8 +95,8 @@ def parts_of(message: Message, receiver: int, passage: Passage | None, passages:
 
 
 def _hop(since_ns: int, queue: TimePart, receiver: int, passage: Passage) -> list[Stamp]:
-    """The parts of the time from ``since_ns``, when a host began to send a message, to the arrival
-    of the frame that completed it at the next; ``queue``: what it first waited for."""
+    """The parts of a message's time on one hop, from ``since_ns``, when the host that sends it had
+    it. ``queue``: the part until its first transmission."""
     source, handed_ns = passage.source, passage.handed_ns
     after = [Stamp(passage.held, -1, source, passage.sent_ns - handed_ns),
              *passage.stamps(receiver)]
@@ -109,7 +109,7 @@ def _hop(since_ns: int, queue: TimePart, receiver: int, passage: Passage) -> lis
 
 
 def _since(gone_ns: int, stamps: list[Stamp]) -> list[Stamp]:
-    """The parts of ``stamps`` that are later than ``gone_ns`` from their beginning."""
+    """The rest of ``stamps`` when the first ``gone_ns`` of their time are left out."""
     left = []
     for stamp in stamps:
         over_ns = min(gone_ns, stamp.time_ns)

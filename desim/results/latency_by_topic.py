@@ -1,4 +1,4 @@
-"""The ledger of a run in sum: what messages' time went into, by family of topics."""
+"""The latency of messages by family of topics: a ledger's sums of its parts, and of its losses."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from desim.middleware.ledger import PARTS
+from desim.middleware.message_ledger import PARTS
 from desim.monitor.traffic import family
 from desim.ports import natural_key
 from desim.results.seal import Json
 
-LEDGER_TOPICS = "ledger_topics.json"  # kept beside the ledger, so that campaigns need not read that
+LEDGER_TOPICS = "ledger_topics.json"  # beside the ledger, which campaigns then need not read
 _NUMBER = re.compile(r"_\d+$")
 
 
@@ -29,8 +29,8 @@ class Lost(NamedTuple):
 
 
 @dataclass(frozen=True)
-class TopicAccount:
-    """The messages of a family of topics: of the ``delivered`` ones the sum of their latencies, and
+class TopicBreakdown:
+    """The messages of a family of topics: of those ``delivered`` the sum of their latencies, and
     the time (ns) in each part, in the order of ``PARTS``; and those ``lost``."""
 
     delivered: int
@@ -44,7 +44,7 @@ class TopicAccount:
         return sum(lost.messages for lost in self.lost)
 
 
-TopicAccounts = dict[str, TopicAccount]  # by family
+TopicBreakdowns = dict[str, TopicBreakdown]  # by family
 
 
 def hosts_of(ledger: pa.Table) -> frozenset[str]:
@@ -53,8 +53,8 @@ def hosts_of(ledger: pa.Table) -> frozenset[str]:
                      for host in pc.unique(ledger[end].cast(pa.string())).to_pylist())
 
 
-def accounts(ledger: pa.Table, hosts: Collection[str]) -> TopicAccounts:
-    """The account of each family of topics of a ledger (``ledger_recorder.SCHEMA``), by name.
+def by_topic(ledger: pa.Table, hosts: Collection[str]) -> TopicBreakdowns:
+    """The sums of a ledger (of ``ledger.SCHEMA``) by family of topics.
     ``hosts``: those whose names a family leaves open."""
     topics, topic = _coded(ledger["topic"])
     families = [family(name, frozenset(hosts)) for name in topics]
@@ -66,7 +66,7 @@ def accounts(ledger: pa.Table, hosts: Collection[str]) -> TopicAccounts:
     np.add.at(sums, of_row, latency_ns)
     times_ns = _times_ns(ledger, of_row, len(names))
     delivered = np.bincount(of_row[~lost], minlength=len(names))
-    return {name: TopicAccount(
+    return {name: TopicBreakdown(
         int(delivered[i]), int(sums[i]),
         {str(part): int(time_ns) for part, time_ns in zip(PARTS, times_ns[i], strict=True)
          if time_ns}, losses(ledger.filter(pa.array(lost & (of_row == i)))))
@@ -86,16 +86,16 @@ def without_numbers(place: str) -> str:
     return _NUMBER.sub("_*", place)
 
 
-def as_json(found: TopicAccounts) -> Json:
+def as_json(found: TopicBreakdowns) -> Json:
     """All of it, for ``from_json``."""
     return {name: {"delivered": one.delivered, "latency_ns": one.latency_ns,
                    "times_ns": one.times_ns, "lost": [lost._asdict() for lost in one.lost]}
             for name, one in found.items()}
 
 
-def from_json(found: Json) -> TopicAccounts:
-    """The accounts that ``as_json`` has written."""
-    return {name: TopicAccount(one["delivered"], one["latency_ns"], one["times_ns"],
+def from_json(found: Json) -> TopicBreakdowns:
+    """The sums that ``as_json`` has written."""
+    return {name: TopicBreakdown(one["delivered"], one["latency_ns"], one["times_ns"],
                                tuple(Lost(**lost) for lost in one["lost"]))
             for name, one in found.items()}
 

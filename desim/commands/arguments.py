@@ -1,0 +1,22 @@
+"""Arguments and options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from desim.commands import completion
+
+RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False,
+                                         autocompletion=completion.run_folders)]
+ScenarioPath = Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
+                                              autocompletion=completion.yaml_files,
+                                              help="a scenario's YAML file")]
+DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,
+                                            autocompletion=completion.yaml_files,
+                                            help="a design's YAML file")]
+Overrides = Annotated[list[str], typer.Option(
+    "--set", metavar="A.B.C=VALUE", help="a key's value; can be given again")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="print nothing but errors")]
