@@ -38,9 +38,9 @@ bench: $(VENV)/.installed
 dist: $(VENV)/.installed-test
 	.ci/dist
 
-# The documentation site, in build/handbook/html.
+# The documentation site, in build/site/html.
 docs: $(VENV)/.installed-docs
-	$(BIN)/python tools/handbook.py
+	$(BIN)/python tools/build_site.py
 
 # The keys of scenarios, for editors: .vscode/settings.json reads this file.
 schema: $(VENV)/.installed

@@ -8,10 +8,11 @@ import sys
 from html import unescape
 from urllib.parse import unquote
 
-import handbook  # a tool
+import build_site  # a tool
 import pytest
-from sitepages import command_page, gallery, keys, plugin_pages, text
-from sitepages.pictures import Drawn, drawn
+from site_pages import commands, gallery, keys, text
+from site_pages import plugins as plugin_pages
+from site_pages.pictures import Drawn, drawn
 
 from desim import plugins
 from desim.cli import app
@@ -75,7 +76,7 @@ def test_every_plug_in_has_its_place_and_its_parameters():
 
 
 def test_every_command_and_its_options_are_there():
-    page = command_page.page()
+    page = commands.page()
     for command in app.registered_commands:
         assert f"## desim {command.name}\n" in page
     assert "| `--set A.B.C=VALUE` | a key's value; can be given again |" in page
@@ -111,7 +112,7 @@ def test_docstrings_are_meant_word_by_word():
 
 
 def test_every_page_of_the_repository_is_in_the_site(repository, tmp_path):
-    handbook.write_sources(tmp_path / "source", {})
+    build_site.write_sources(tmp_path / "source", {})
     index = (tmp_path / "source" / "index.md").read_text()
     listed = {line for line in index.splitlines() if line.startswith(("docs/", "reference/"))}
     globs = {"docs/studies/*", "docs/middleware/*"}
@@ -125,9 +126,9 @@ def test_the_site_is_built_without_a_warning_and_asks_no_other_host(repository, 
     pytest.importorskip("furo", reason="the extra docs is not installed")
     pytest.importorskip("myst_parser", reason="the extra docs is not installed")
     source, html = tmp_path / "source", tmp_path / "html"
-    handbook.write_sources(source, {})
+    build_site.write_sources(source, {})
     done = subprocess.run([sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html",
-                           "-c", repository / "tools" / "sitepages", source, html],
+                           "-c", repository / "tools" / "site_pages", source, html],
                           text=True, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
     for page in html.rglob("*.html"):

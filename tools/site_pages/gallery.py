@@ -6,8 +6,8 @@ from pathlib import Path
 
 from desim.scenario import yaml12
 from desim.scenario.shipped import Shipped, folder, shipped
-from sitepages.pictures import Drawn, fleet
-from sitepages.text import inline
+from site_pages.pictures import Drawn, fleet
+from site_pages.text import inline
 
 _TITLES = {"desim run": "Scenarios", "desim sweep": "Studies",
            "desim net layout": "Layouts of a network"}

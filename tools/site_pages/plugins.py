@@ -9,8 +9,8 @@ from desim import plugins
 from desim.commands.views.catalogue import first_sentence
 from desim.scenario.schema.generated import GENERATED
 from desim.world.paper_terrains import ABOUT
-from sitepages.keys import parameter_table
-from sitepages.text import code, inline, prose, table
+from site_pages.keys import parameter_table
+from site_pages.text import code, inline, prose, table
 
 _TITLES = {"network": "Network models", "rule": "Rules", "strategy": "Strategies",
            "middleware": "Middleware", "world": "Worlds", "case": "Network cases",

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from desim.ports import Params
 from desim.scenario.schema.scenario import Scenario
 from desim.units import RATIO, Dimension
-from sitepages.text import code, inline, prose, table
+from site_pages.text import code, inline, prose, table
 
 _WORDS = {str: "text", int: "whole number", float: "number", bool: "true or false",
           object: "anything", Any: "anything"}

@@ -1,8 +1,8 @@
-"""Builds the documentation site: `python tools/handbook.py [--to FOLDER]`, or `make docs`.
+"""Builds the documentation site: `python tools/build_site.py [--to FOLDER]`, or `make docs`.
 
 The sources are the Markdown pages as they stand in the repository (links of theirs lead where they
 lead on a Git host), and pages made from the code: gallery, keys, plug-ins, commands, API. Warnings
-are errors. Pictures of the gallery are kept in `build/handbook/cache`.
+are errors. Pictures of the gallery are kept in `build/site/cache`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import shutil
 import sys
 from pathlib import Path
 
-from sitepages import command_page, gallery, keys, plugin_pages
-from sitepages.pictures import Drawn, drawn
+from site_pages import commands, gallery, keys, plugins
+from site_pages.pictures import Drawn, drawn
 
 ROOT = Path(__file__).resolve().parent.parent
 # Pages, and files that these link to.
@@ -137,10 +137,10 @@ API = """\
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--to", type=Path, default=ROOT / "build" / "handbook" / "html",
-                        help="the folder of the site (default: build/handbook/html)")
+    parser.add_argument("--to", type=Path, default=ROOT / "build" / "site" / "html",
+                        help="the folder of the site (default: build/site/html)")
     arguments = parser.parse_args()
-    work = ROOT / "build" / "handbook"
+    work = ROOT / "build" / "site"
     source = work / "source"
     shutil.rmtree(source, ignore_errors=True)
     write_sources(source, {one.name: drawn(one, source / "reference" / "pictures",
@@ -149,7 +149,7 @@ def main() -> int:
     from sphinx.cmd.build import build_main
 
     code = build_main(["-q", "-E", "-a", "-W", "--keep-going", "-b", "html", "-c",
-                       str(ROOT / "tools" / "sitepages"), "-d", str(work / "doctrees"),
+                       str(ROOT / "tools" / "site_pages"), "-d", str(work / "doctrees"),
                        str(source), str(arguments.to)])
     shutil.copytree(source / "extra" / "replays", arguments.to / "replays", dirs_exist_ok=True)
     print(arguments.to / "index.html")
@@ -167,8 +167,8 @@ def write_sources(source: Path, pictures: dict[str, Drawn]) -> None:
              for path in (ROOT / "docs").glob("*.md")}
     more = sorted(page for page in known if page not in INDEX)
     pages = {"gallery.md": gallery.page(pictures, ROOT / "docs"),
-             "keys.md": keys.page(), "commands.md": command_page.page(), "api.md": API,
-             **{f"plugins/{name}": text for name, text in plugin_pages.pages().items()}}
+             "keys.md": keys.page(), "commands.md": commands.page(), "api.md": API,
+             **{f"plugins/{name}": text for name, text in plugins.pages().items()}}
     (source / "index.md").write_text(INDEX.replace("MORE", "\n".join(more)))
     for name, text in pages.items():
         (reference / name).parent.mkdir(parents=True, exist_ok=True)

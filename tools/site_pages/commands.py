@@ -9,7 +9,7 @@ from typing import get_args, get_type_hints
 from typer.models import ArgumentInfo, OptionInfo
 
 from desim.cli import app
-from sitepages.text import code, inline, prose, table
+from site_pages.text import code, inline, prose, table
 
 
 def page() -> str:

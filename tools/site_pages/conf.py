@@ -1,4 +1,4 @@
-"""Sphinx's settings; ``tools/handbook.py`` makes the folder of sources."""
+"""Sphinx's settings; ``tools/build_site.py`` makes the folder of sources."""
 
 import posixpath
 
