@@ -73,7 +73,7 @@ def sweep(design: DesignPath,
 def planned(loaded: LoadedDesign, console: Terminal) -> Plan:
     """The plan of a design, with a bar on the terminal where that takes a while."""
     from desim.campaign.design.plan import Plan
-    from desim.commands.views.sweep import counting
+    from desim.commands.views.bars import counting
 
     with counting(console, "checking scenarios", least=_MANY) as checked:
         return Plan(loaded, checked)
@@ -83,11 +83,12 @@ def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal) ->
     """List the runs of a campaign, and predict what those cost that are not done."""
     from desim.campaign.running import driver, probes
     from desim.commands.views import sweep as view
+    from desim.commands.views.bars import counting
 
     view.show_runs(console, agenda)
     done, _, total = agenda.progress
     if done < total:
-        with view.counting(console, f"probing, {probes.BUDGET_S:.0f} s at most") as probing:
+        with counting(console, f"probing, {probes.BUDGET_S:.0f} s at most") as probing:
             found = driver.predicted(plan, agenda, probing)
         view.show_prediction(console, *found, jobs or driver.cores())
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,8 +17,6 @@ from desim.commands.output import say
 
 if TYPE_CHECKING:
     from desim.results.recording import Recording
-
-Done = Callable[[int, int], object]
 
 
 def export(path: RunPath,
@@ -56,7 +54,7 @@ def export(path: RunPath,
         if csv is not None:
             from desim.export.csv_tables import write_csv
 
-            with progress("tables") as done:
+            with _counting("tables") as done:
                 written = write_csv(run, csv, done)
             say("\n".join(map(str, written)))
         if mcap or bag or graphml or animation:
@@ -66,7 +64,7 @@ def export(path: RunPath,
             from desim.results.status import simulated_only
 
             simulated_only(run.path, run.manifest, "packets")
-            with progress("packets") as done:
+            with _counting("packets") as done:
                 count = write_pcap(run, medium or _only_medium(run.scenario.network.media), pcap,
                                    done)
             say(f"{pcap}: {count} packets")
@@ -84,7 +82,7 @@ def _export_recording(recording: Recording, mcap: Path | None, bag: Path | None,
     if animation is not None:
         from desim.export.animation.animation_file import write_animation
 
-        with progress("pictures") as done:
+        with _counting("pictures") as done:
             count = write_animation(recording, animation, done)
         say(f"{animation}: {count} pictures")
 
@@ -97,7 +95,7 @@ def _export_ros(recording: Recording, mcap: Path | None, bag: Path | None) -> No
                                 (RVIZ_2, "rviz2 -d shows all topics with it"))),
             (bag, write_bag, ((RVIZ_1, "rviz -d shows all topics with it"),))):
         if path is not None:
-            with progress("messages") as done:
+            with _counting("messages") as done:
                 counts = write(recording, path, done)
             say(f"{path}: {sum(counts.values())} messages on {len(counts)} topics")
             for ending, what in beside:
@@ -129,13 +127,9 @@ def _only_medium(media: Mapping[str, object]) -> str:
     return next(iter(media))
 
 
-@contextmanager
-def progress(what: str) -> Iterator[Done]:
-    """``done(part, whole)`` for long exports: a bar on a terminal, and nothing elsewhere."""
-    from rich.console import Console
-    from rich.progress import Progress
+def _counting(what: str) -> AbstractContextManager[Callable[[int, int], None]]:
+    """A bar for a long export, beside what is printed about it."""
+    from desim.commands.views.bars import counting
+    from desim.commands.views.terminal import Terminal
 
-    with Progress(console=Console(stderr=True), transient=True,
-                  disable=not Console(stderr=True).is_terminal) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda part, whole: bar.update(task, completed=part, total=whole)
+    return counting(Terminal(stderr=True), what)

@@ -60,9 +60,9 @@ def _net_case(case: str, words: list[str], seed: int, as_json: bool) -> None:
         else:
             params = options.parsed(words, block, ("seed", "json"))
             errors = options.as_options()
-    from desim.commands.views.progress import progress_line
+    from desim.commands.views.bars import following
 
-    with errors, compiling_inside(as_json), progress_line(Terminal(stderr=True)) as watch:
+    with errors, compiling_inside(as_json), following(Terminal(stderr=True), case) as watch:
         measures = play(plugins.load("case", case)(params).setup(), seed, watch)
     if as_json:
         say_json({"case": case, "seed": seed,

@@ -15,14 +15,13 @@ from rich.live import Live
 from rich.text import Text
 
 from desim.api import Watch
+from desim.commands.views.bars import REFRESH_HZ
 from desim.commands.views.fleet_map import FleetMap
-from desim.engine.kernel import Kernel
 from desim.monitor.traffic import totals
 from desim.results.folder import RunFolder
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
-REFRESH_HZ = 4  # on a terminal
 _MOST_COLUMNS, _MOST_ROWS = 76, 30  # of the map
 _PANEL_LINES = 6
 LINE_EVERY_S = 10.0  # elsewhere
@@ -54,30 +53,6 @@ class Gauge:
                 "messages_per_s": messages / sim_s if sim_s > 0.0 else 0.0,
                 "bytes_per_s": size_bytes / sim_s if sim_s > 0.0 else 0.0,
                 "links": self._folder.active_links(now[1] - NS_PER_S)}
-
-
-@contextmanager
-def progress_line(console: Console) -> Iterator[Callable[[Kernel, int], None]]:
-    """A line on a terminal: the progress of a kernel and the time left at this pace. Yields a
-    function to call with a kernel and the instant until which it will run."""
-    played: list[tuple[Kernel, int, float]] = []
-
-    def watch(kernel: Kernel, until_ns: int) -> None:
-        played.append((kernel, until_ns, time.perf_counter()))
-
-    if not console.is_terminal:
-        yield watch
-        return
-    with Live(console=console, refresh_per_second=REFRESH_HZ, transient=True,
-              get_renderable=lambda: _line(*played[-1]) if played else Text()):
-        yield watch
-
-
-def _line(kernel: Kernel, until_ns: int, begin_s: float) -> Text:
-    share = kernel.now_ns / until_ns
-    left_s = (time.perf_counter() - begin_s) * (1 - share) / share if share else float("inf")
-    return Text(f"{kernel.now_ns / NS_PER_S:.1f} of {until_ns / NS_PER_S:g} simulated s"
-                + (f", {left_s:.0f} s left" if left_s < float("inf") else ""))
 
 
 def watching(console: Console) -> Watch:

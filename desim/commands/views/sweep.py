@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 from rich.progress import (
     BarColumn,
@@ -32,16 +30,6 @@ _MOST_CAUSES = 10
 def console(quiet: bool) -> Terminal:
     """The terminal of a campaign, on which labels are text."""
     return Terminal(quiet=quiet, highlight=False, soft_wrap=True, markup=False, emoji=False)
-
-
-@contextmanager
-def counting(on: Terminal, what: str, least: int = 0) -> Iterator[Callable[[int, int], None]]:
-    """A bar that is there while something is done, shown for more than ``least`` parts. Yields a
-    function to call with the number of parts that are done and of all."""
-    with _progress(on) as progress:
-        bar = progress.add_task(what, total=None, visible=False, failed="", to_go="")
-        yield lambda done, total: progress.update(bar, completed=done, total=total,
-                                                  visible=total > least)
 
 
 def show_runs(on: Terminal, agenda: Agenda) -> None:
