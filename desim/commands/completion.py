@@ -1,4 +1,4 @@
-"""Completions for shells: folders of runs and campaigns, YAML files, names. Nothing is loaded."""
+"""Completions for shells: folders of results, YAML files, names. They load no plug-in."""
 
 from __future__ import annotations
 

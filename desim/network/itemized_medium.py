@@ -63,8 +63,8 @@ class ItemizedFlights(Flights):
 
 
 class ItemizedMedium(Medium):
-    """A ``Medium`` whose frames have passages. ``itemized``: whether its model tells their parts.
-    """
+    """A ``Medium`` whose frames have passages. ``itemized``: whether its model enters their
+    parts."""
 
     __slots__ = ("itemized", "_passages", "_number", "_ledger", "_due")
 
@@ -99,6 +99,6 @@ class ItemizedMedium(Medium):
 
     def lets_pass(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int
                   ) -> bool:
-        """No: each frame has a passage of its own."""
+        """False: each frame has a passage of its own."""
         return False
 

@@ -47,7 +47,7 @@ def _parting(found: ComparedRuns) -> str:
     if found.is_same:
         return "the digests, too: everything that happened is the same"
     if found.parted is None:
-        return "no robot that both have is ever elsewhere"
+        return "every robot that both have is at the same places"
     parted = found.parted
     how = f"elsewhere, by {parted.apart_m:.3g} m" if parted.apart_m else "turned otherwise"
     return f"at {parted.time_s:g} s {parted.robot} is the first to be {how}"

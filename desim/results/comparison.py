@@ -19,7 +19,7 @@ SCENARIO, POSES, PLACES = "scenario.resolved.yaml", "poses.parquet", "robots.par
 
 
 class KeyDifference(NamedTuple):
-    """A key that two files have with different values; None where one has it not."""
+    """A key that two files have with different values; None where one lacks it."""
 
     key: str
     first: object
@@ -52,7 +52,7 @@ class MetricPair(NamedTuple):
         return self.first == self.second
 
     def json_object(self) -> Json:
-        """All of it."""
+        """The metric as an object for ``--json``."""
         return {"name": self.name, "first": self.first, "second": self.second,
                 "difference": self.difference, "percent": self.percent}
 
@@ -80,8 +80,8 @@ class ComparedRuns(InNotebooks):
 
     @cached_property
     def metrics(self) -> list[MetricPair]:
-        """The numbers and words of both summaries, equal ones too, by topic not. There are none
-        where a run has failed."""
+        """The numbers and words of both summaries, equal ones too, without those by topic. There
+        are none where a run has failed."""
         if self.failed:
             return []
         one, other = (flat(run.metrics) for run in (self.first, self.second))
@@ -112,7 +112,7 @@ class ComparedRuns(InNotebooks):
         return one is not None and one == other
 
     def json_object(self) -> Json:
-        """All of it."""
+        """The comparison as an object for ``--json``."""
         return {"first": str(self.first.path), "second": str(self.second.path),
                 "status": [run.manifest["status"] for run in (self.first, self.second)],
                 "same_digest": self.is_same, "keys": [key._asdict() for key in self.keys],

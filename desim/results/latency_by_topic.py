@@ -87,7 +87,7 @@ def without_numbers(place: str) -> str:
 
 
 def as_json(found: TopicBreakdowns) -> Json:
-    """All of it, for ``from_json``."""
+    """The sums as JSON, which ``from_json`` reads."""
     return {name: {"delivered": one.delivered, "latency_ns": one.latency_ns,
                    "times_ns": one.times_ns, "lost": [lost._asdict() for lost in one.lost]}
             for name, one in found.items()}

@@ -15,7 +15,8 @@ _FREE, _OCCUPIED, _UNKNOWN = 254, 0, 205
 
 
 class OccupancyMap(NamedTuple):
-    """``cells`` int8 [height, width], row 0 at the lowest y: 0 free, 100 occupied, -1 unknown."""
+    """An occupancy grid: ``cells`` int8 [height, width], row 0 at the lowest y; 0 is free, 100
+    occupied, -1 unknown."""
 
     cells: np.ndarray
     grid: GridSpec

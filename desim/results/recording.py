@@ -1,4 +1,4 @@
-"""The recording of a run: what people look at, read again."""
+"""The recording of a run, read again: poses, maps, plans, walls, events, links, messages."""
 
 from __future__ import annotations
 

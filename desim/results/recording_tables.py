@@ -15,7 +15,7 @@ _PLACES = pa.list_(pa.int32())
 
 
 def _poses(recorder: Recorder) -> pa.Table:
-    """A row a robot and instant, robot by robot."""
+    """The poses: a row for each robot and instant, ordered by robot."""
     times_ns, robots = np.array(recorder.times_ns, np.int64), len(recorder.robots)
     poses = np.array(recorder.poses).reshape(len(times_ns), robots, 3).swapaxes(0, 1)
     x_mm, y_mm, yaw_mrad = np.rint(poses.reshape(-1, 3).T * MM_PER_M)
@@ -28,7 +28,7 @@ def _poses(recorder: Recorder) -> pa.Table:
 
 
 def _obstacles(recorder: Recorder) -> pa.Table:
-    """A row a moving obstacle and instant, obstacle by obstacle."""
+    """The moving obstacles: a row for each and instant, ordered by obstacle."""
     times_ns = np.array(recorder.times_ns, np.int64)
     obstacles = recorder.moving_obstacles().swapaxes(0, 1)
     x_mm, y_mm, radius_mm = np.rint(obstacles.reshape(-1, 3).T * MM_PER_M).astype(np.int32)
@@ -39,9 +39,9 @@ def _obstacles(recorder: Recorder) -> pa.Table:
 
 
 def _growth(recorder: Recorder) -> pa.Table:
-    """A row a start of a robot's software: when it ran, its raster, and by cell, row by row from
-    below, since when it was known (tenths of a second after the start, 65535: never) and, eight
-    cells a byte, whether it was occupied."""
+    """The maps: a row for each start of a robot's software, with the time that it ran, its raster,
+    and by cell, row by row from below, since when it was known (tenths of a second after the start,
+    65535: never) and, eight cells a byte, whether it was occupied."""
     def column(of: Callable[[MapGrowth], object], type_: pa.DataType) -> pa.Array:
         return pa.array([of(growth) for growth in recorder.growths], type_)
 
@@ -60,7 +60,7 @@ def _growth(recorder: Recorder) -> pa.Table:
 
 
 def _plans(recorder: Recorder) -> pa.Table:
-    """A row a plan that a robot's software has shown."""
+    """The plans that the robots' software has shown, a row for each."""
     def places(plan: Display, axis: int) -> np.ndarray:
         return np.rint(plan.points_m[:, axis] * MM_PER_M).astype(np.int32)
 
@@ -74,7 +74,7 @@ def _plans(recorder: Recorder) -> pa.Table:
 
 
 def _walls(recorder: Recorder) -> pa.Table:
-    """A row a wall and the time that it stood."""
+    """The walls, a row for each, with the time that it stood."""
     columns = list(zip(*recorder.walls, strict=True)) or [()] * len(StandingWall._fields)
     return pa.table({name: pa.array(column, pa.string() if name == "material" else pa.int64())
                      for name, column in zip(StandingWall._fields, columns, strict=True)})

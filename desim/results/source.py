@@ -1,4 +1,4 @@
-"""The source of a replay, or of messages for ROS tools: a recording, or a run that goes on."""
+"""The source of a replay, or of messages for ROS tools: a recording, or a running simulation."""
 
 from __future__ import annotations
 

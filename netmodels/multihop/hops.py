@@ -31,8 +31,8 @@ class _Leg:
 
 
 class HopLedger:
-    """The ledger that the hop model sees: frames of the medium are told to ``ledger`` as they are;
-    of those sent here it keeps the parts until their hop is over."""
+    """The ledger that the hop model sees. Parts of the medium's own frames go on to ``ledger``;
+    those of the frames sent here are kept until their hop is over."""
 
     def __init__(self, ledger: ports.Ledger, itemized: bool) -> None:
         self._ledger, self._itemized = ledger, itemized

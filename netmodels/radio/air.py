@@ -180,7 +180,7 @@ class Air:
             self._settle_frame(what, station, waiting)
 
     def _itemize(self, station: int, position: int, frame: ports.Frame) -> None:
-        """Tell the parts of the time of a frame that is over now."""
+        """Enter the parts of a frame's time in the ledger; the frame is over now."""
         ledger = self.radios[station // self._hosts].ledger
         if ledger is not None:
             first_ns, _, contended_ns, sent_ns, repeated_ns = self.stations.times(station)

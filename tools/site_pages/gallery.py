@@ -14,15 +14,15 @@ _TITLES = {"desim run": "Scenarios", "desim sweep": "Studies",
 
 
 def chosen(command: str) -> list[Shipped]:
-    """The shown ones of those that this command plays, small fleets first."""
+    """The shipped files that the gallery shows for a command, small fleets first."""
     found = [one for one in shipped() if one.command == command
              and not one.name.endswith("_small")]
     return sorted(found, key=fleet) if command == "desim run" else found
 
 
 def page(drawn: dict[str, Drawn], docs: Path) -> str:
-    """Markdown. ``drawn``: by the name of a scenario; ``docs`` has the reports of studies, with
-    figures."""
+    """The page in Markdown. ``drawn``: by the name of a scenario; ``docs`` has the reports of
+    studies, with figures."""
     parts = ["# Gallery", "`desim new NAME` writes any of these into your folder, with what it "
                           "needs, and prints the command that plays it."]
     for command, title in _TITLES.items():

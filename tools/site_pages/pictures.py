@@ -1,4 +1,4 @@
-"""Pictures and replays of scenarios, of a short run each; kept as long as no line changes."""
+"""Pictures and replays of scenarios, of a short run each; cached until a source file changes."""
 
 from __future__ import annotations
 

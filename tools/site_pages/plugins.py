@@ -18,7 +18,7 @@ _TITLES = {"network": "Network models", "rule": "Rules", "strategy": "Strategies
 
 
 def pages() -> dict[str, str]:
-    """File name to Markdown."""
+    """The pages in Markdown, by file name."""
     kinds = {kind: list(plugins.available(kind)) for kind in plugins.GROUPS}
     kinds = {kind: names for kind, names in kinds.items() if names}
     found = {f"{kind}.md": _page(kind, names) for kind, names in kinds.items()}

@@ -15,7 +15,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def prose(docstring: str) -> str:
-    """A docstring as Markdown: paragraphs, and what is indented word by word."""
+    """A docstring as Markdown: paragraphs, and literal blocks where it is indented."""
     parts = []
     for paragraph in re.split(r"\n\s*\n", docstring.strip("\n")):
         if paragraph.startswith("    ") or "\n    " in paragraph:
@@ -26,14 +26,14 @@ def prose(docstring: str) -> str:
 
 
 def inline(text: str) -> str:
-    """Text of one line, with ``code`` in it; all else is meant word by word."""
+    """Text of one line, with ``code`` in it; all other marks of Markdown are escaped."""
     parts = re.split(r"``(.+?)``", text)
     return "".join(code(part) if i % 2 else re.sub(r"([\\`*_<>\[\]{}$#~|])", r"\\\1", part)
                    for i, part in enumerate(parts))
 
 
 def code(text: object) -> str:
-    """Text in a typewriter's letters."""
+    """Text as inline code."""
     words = str(text)
     fence = "``" if "`" in words else "`"
     return f"{fence}{words}{fence}" if words else ""

@@ -50,7 +50,7 @@ class VectorPair(NamedTuple):
     runs: tuple[int, int]
 
     def json_object(self) -> Json:
-        """All of it."""
+        """The pair as an object for ``--json``."""
         return {"levels": self.levels, **self.metric.json_object(), "runs": list(self.runs)}
 
 
@@ -100,7 +100,7 @@ class ComparedCampaigns(InNotebooks):
                                  MetricPair(metric, *means), (values[0].size, values[1].size))
 
     def json_object(self) -> Json:
-        """All of it."""
+        """The comparison as an object for ``--json``."""
         return {"first": str(self.first.path), "second": str(self.second.path),
                 "keys": [key._asdict() for key in self.keys],
                 "metrics": [pair.json_object() for metric in self.metrics

@@ -37,7 +37,7 @@ class ListedResult(NamedTuple):
     note: str = ""
 
     def json_object(self) -> Json:
-        """All of it."""
+        """The entry as an object for ``--json``."""
         return {**self._asdict(), "path": str(self.path)}
 
 

@@ -1,4 +1,4 @@
-"""The table of a run's results."""
+"""The table of a run's key figures."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from desim.report.key_figures import Summary, headline, key_figures
 
 
 def result_table(metrics: Summary, manifest: Summary) -> Table:
-    """The results of a run, for the terminal."""
+    """The key figures of a run, for the terminal."""
     table = Table(title=Text(headline(metrics, manifest)), title_justify="left",
                   title_style="bold", box=None, show_header=False, padding=(0, 2, 0, 0))
     table.add_column(style="cyan", no_wrap=True)

@@ -1,4 +1,4 @@
-"""A run that is watched by other programs while it goes on, beside what the terminal shows."""
+"""The progress of a run for other programs, beside what the terminal shows."""
 
 from __future__ import annotations
 

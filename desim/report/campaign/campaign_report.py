@@ -108,7 +108,8 @@ class _Report:
         said = [sentence for metric in self._single if rungs.is_ladder(study)
                 for sentence in rungs.sentences(study, metric, self._rungs(metric))]
         said += [sentence for group in self._groups for sentence in self._onsets[group][1]]
-        said += findings.failed(study) + findings.starved(study) + findings.differing(self._found)
+        said += [*findings.failed(study), *findings.unreached(study),
+                 *findings.significant(self._found)]
         if study.is_sampled:
             said += [sentence for metric in self._single
                      for sentence in sensitivity.sentences(study, self._estimates, metric)]
@@ -157,7 +158,7 @@ class _Report:
             study, estimates, metric, self._vectors,
             {number: one.share for number, one in covered.items()}))))
         if self._found[metric]:
-            clear = findings.clearest(metric, self._found[metric])
+            clear = findings.largest_effect(metric, self._found[metric])
             parts.append(page.folded(
                 f"Comparisons ({len(self._found[metric])})",
                 (page.paragraph(clear) if clear else "")

@@ -38,7 +38,7 @@ _STATUS: dict[str | None, str] = {None: "running", StopReason.INTERRUPTED: RunSt
 
 @dataclass(frozen=True)
 class FactsSoFar:
-    """The words and figures of a run that goes on, as ``results.Run`` has them."""
+    """The words and figures of a running simulation, as ``results.Run`` has those of a run."""
 
     scenario: Scenario
     manifest: Json
@@ -72,8 +72,8 @@ class Stretch:
 
 
 class Stretches:
-    """Cuts a run that goes on into stretches. Its recording must be kept (``trace.keep``); it is
-    told of nothing that happened before it was made."""
+    """Cuts a running simulation into stretches. Its recording must be kept (``trace.keep``). What
+    happened before this object was made is in none of them."""
 
     def __init__(self, simulation: Simulation, folder: RunFolder, recorder: Recorder) -> None:
         self._simulation, self._folder, self._recorder = simulation, folder, recorder

@@ -1,4 +1,4 @@
-"""A run that is watched while it goes on, from programs of this machine."""
+"""A running simulation that programs of this machine watch."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def causes_of(study: Study) -> Counter[str]:
                    study.text("error")[study.once & study.failed])
 
 
-def starved(study: Study) -> list[str]:
+def unreached(study: Study) -> list[str]:
     """A sentence about vectors in which no finished run reached the aim."""
     tried = [vector for vector in study.vectors if not study.failed[vector.rows].all()]
     never = [vector for vector in tried if not study.reached[vector.rows].any()]
@@ -88,7 +88,7 @@ def starved(study: Study) -> list[str]:
         if never else []
 
 
-def differing(found: dict[str, list[Contrast]]) -> list[str]:
+def significant(found: dict[str, list[Contrast]]) -> list[str]:
     """A sentence: the number of significant comparisons of each metric."""
     counts = [f"{formatting.titled(metric)} in {len(strongest(pairs))} of {len(pairs)}"
               for metric, pairs in found.items() if strongest(pairs)]
@@ -96,7 +96,7 @@ def differing(found: dict[str, list[Contrast]]) -> list[str]:
             f"{formatting.listed(counts)}."] if counts else []
 
 
-def clearest(metric: str, found: list[Contrast]) -> str:
+def largest_effect(metric: str, found: list[Contrast]) -> str:
     """The largest effect of a metric in words; empty where none is significant."""
     clear = strongest(found)
     if not clear:
