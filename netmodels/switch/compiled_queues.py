@@ -45,7 +45,7 @@ class CompiledQueues(Generic[T]):
             np.array([(hop_ns, limit_ns, ahead_ns, local_ns, fair, -1, 0, 0, NEVER)],
                      records.SWITCH),
             lines, flows, np.zeros(0, records.FRAME), np.zeros(ports, records.EXIT),
-            np.zeros((ports, 2 * records.MOST_SPANS), np.int64), np.zeros((ports, 4), np.int64),
+            np.zeros((ports, 2 * records.MOST_SPANS), np.int64), np.zeros((ports, 3), np.int64),
             np.zeros(1, np.int64)))
         self._grow(4)
 
@@ -95,32 +95,39 @@ class CompiledQueues(Generic[T]):
     def wake(self, now_ns: int) -> list[Fate[T]]:
         """Send up to now. Returns the fates of frames that have been sent, or will be soon."""
         while True:
-            noted, self.due_ns, record, packet, delay_ns, left_ns = self._wake(self._rows, now_ns)
+            noted, self.due_ns, record, packet, delay_ns = self._wake(self._rows, now_ns)
             if noted != FULL:
                 break
             self._grow()
         if noted == 0:
             return []
         if noted == 1 and packet == ALL_SENT:  # as most often: no array is read
-            return [(self._tokens.pop(record), delay_ns, self._lost.pop(record, ()), left_ns)]
-        notes = self._notes[:4 * noted].tolist()
-        packets = notes[1::4]
+            return [(self._tokens.pop(record), delay_ns, self._lost.pop(record, ()))]
+        notes = self._notes[:3 * noted].tolist()
+        packets = notes[1::3]
         if not self._lost and max(packets) == ALL_SENT:
-            return list(zip(map(self._tokens.pop, notes[::4]), notes[2::4], repeat(()),
-                            notes[3::4], strict=False))
-        return self._fates(zip(notes[::4], packets, notes[2::4], notes[3::4], strict=True))
+            return list(zip(map(self._tokens.pop, notes[::3]), notes[2::3], repeat(()),
+                            strict=False))
+        return self._fates(zip(notes[::3], packets, notes[2::3], strict=True))
 
     def left_ns(self, port: int) -> int:
         """The time when all that was sent to a port's line will have left it."""
         return int(self._state.ports["free_ns"][port])
 
-    def _fates(self, notes: Iterable[tuple[int, int, int, int]]) -> list[Fate[T]]:
+    def departures_ns(self, fates: int) -> list[int]:
+        """The times when the frames of the last ``wake``, with so many fates, left their
+        interfaces."""
+        notes = self._state.notes
+        records = notes[notes[:, 1] == ALL_SENT, 0][:fates]
+        departures: list[int] = self._state.frames["left_ns"][records].tolist()
+        return departures
+
+    def _fates(self, notes: Iterable[tuple[int, int, int]]) -> list[Fate[T]]:
         """The fates of frames of which packets may be lost."""
         fates: list[Fate[T]] = []
-        for record, packet, delay_ns, left_ns in notes:
+        for record, packet, delay_ns in notes:
             if packet == ALL_SENT:
-                fates.append((self._tokens.pop(record), delay_ns, self._lost.pop(record, ()),
-                              left_ns))
+                fates.append((self._tokens.pop(record), delay_ns, self._lost.pop(record, ())))
             else:
                 self._lost.setdefault(record, []).append(packet)
         return fates
@@ -152,7 +159,7 @@ class CompiledQueues(Generic[T]):
         new["next"] = [*range(old + 1, old + more), switch["free"]]
         switch["free"] = old
         switch["room"] += more
-        notes = np.zeros((len(state.notes) + more, 4), np.int64)
+        notes = np.zeros((len(state.notes) + more, 3), np.int64)
         self._own(state._replace(frames=np.concatenate([state.frames, new]),
                                  notes=np.concatenate([state.notes, notes])))
 

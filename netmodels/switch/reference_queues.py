@@ -18,8 +18,8 @@ from netmodels.switch.trains import PacketTrain
 T = TypeVar("T")  # the sender's token of a frame
 
 # A frame's fate at one exit: its token, after how many ns the last of its packets is at the
-# receivers, which packets are lost, and when the last one has left the interface.
-Fate = tuple[T, int, Sequence[int], int]
+# receivers, and which packets are lost.
+Fate = tuple[T, int, Sequence[int]]
 
 
 class _QueuedTrain(Generic[T]):
@@ -100,7 +100,8 @@ class ReferenceQueues(Generic[T]):
         self._hop_ns = hop_ns
         self._limit_ns = limit_ns
         self._fair = fair
-        self._done: list[Fate[T]] = []
+        self._done: list[tuple[Fate[T], int]] = []  # and when the last of it left the interface
+        self._departures_ns: list[int] = []
 
     @property
     def due_ns(self) -> int:
@@ -131,13 +132,18 @@ class ReferenceQueues(Generic[T]):
         """Send up to now. Returns the fates of frames that have been sent."""
         self._run(now_ns)
         done, self._done = self._done, []
+        self._departures_ns = [left_ns for _, left_ns in done]
         # A gap of the line may take longer than the cable.
-        return [(token, max(arrival_ns - now_ns, 0), lost, left_ns)
-                for token, arrival_ns, lost, left_ns in done]
+        return [(token, max(arrival_ns - now_ns, 0), lost) for (token, arrival_ns, lost), _ in done]
 
     def left_ns(self, port: int) -> int:
         """The time when all that was sent to a port's line will have left it."""
         return self._free_ns[port]
+
+    def departures_ns(self, fates: int) -> list[int]:
+        """The times when the frames of the last ``wake``, with so many fates, left their
+        interfaces."""
+        return self._departures_ns
 
     def busy_ns(self, now_ns: int, ports: Sequence[int]) -> list[int]:
         """For how long there has been something on the wire, in either direction of ``ports``."""
@@ -157,7 +163,7 @@ class ReferenceQueues(Generic[T]):
                 return
             self._cross(frame, end_ns + self._hop_ns)
             if frame.begun == frame.train.packets:
-                self._done += [(token, out_ns + self._hop_ns, lost, end_ns)
+                self._done += [((token, out_ns + self._hop_ns, lost), end_ns)
                                for (_, token), out_ns, lost
                                in zip(frame.exits, frame.outs, frame.lost, strict=True)]
             line.next(end_ns)

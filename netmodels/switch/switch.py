@@ -16,7 +16,7 @@ from netmodels.ethernet import GAP_BYTES
 from netmodels.switch.compiled_queues import CompiledQueues
 from netmodels.switch.kernels.records import NEVER
 from netmodels.switch.reference_queues import ReferenceQueues
-from netmodels.switch.times import SwitchTimes
+from netmodels.switch.times import Copy, SwitchTimes
 from netmodels.switch.trains import cut
 
 # A frame that will be in the switch so soon is settled when it is sent: the time of 35 scans of the
@@ -24,9 +24,6 @@ from netmodels.switch.trains import cut
 _AHEAD_NS = 250_000
 
 _deliver = lru_cache(1 << 10)(ports.Deliver)  # an idle exit gives the same delays again
-
-# A frame at one exit, and the receivers there, which are settled together.
-Copy = tuple[ports.Frame, Sequence[int]]
 
 
 class Switch:
@@ -158,9 +155,9 @@ class Switch:
         fates = queues.wake(context.now_ns)
         self._due_ns, self._timer = NEVER, None
         self._book(queues.due_ns)
-        for (frame, receivers), delay_ns, lost, left_ns in fates:
-            if self._times is not None:
-                self._times.passed(frame, receivers, lost, left_ns, context.now_ns + delay_ns)
+        if self._times is not None:
+            self._times.woken(context.now_ns, fates, queues.departures_ns(len(fates)))
+        for (frame, receivers), delay_ns, lost in fates:
             if len(lost) == frame.segments:
                 context.settle_many(frame, receivers, ports.Drop("queue_full"))
                 continue

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from desim.ports import Frame, Ledger, TimePart
+from netmodels.switch.reference_queues import Fate
 from netmodels.switch.trains import PacketTrain
+
+# A frame at one exit, and the receivers there, which are settled together.
+Copy = tuple[Frame, Sequence[int]]
 
 
 class SwitchTimes:
@@ -33,6 +37,11 @@ class SwitchTimes:
     def sent(self, frame: Frame, receivers: int, now_ns: int) -> None:
         """A frame for so many receivers is handed to its sender's interface."""
         self._sent[frame.id] = now_ns, receivers
+
+    def woken(self, now_ns: int, fates: Sequence[Fate[Copy]], departures_ns: Sequence[int]) -> None:
+        """Frames have been sent: their fates from now on, and when each left its interface."""
+        for ((frame, receivers), delay_ns, lost), left_ns in zip(fates, departures_ns, strict=True):
+            self.passed(frame, receivers, lost, left_ns, now_ns + delay_ns)
 
     def passed(self, frame: Frame, receivers: Sequence[int], lost: Sequence[int], left_ns: int,
                there_ns: int) -> None:

@@ -19,12 +19,12 @@ from netmodels.switch.kernels.records import (
 )
 
 
-@inner(types.void(WIRES, I8, I8, I8, I8))
-def note(wires, f, packet, time_ns, left_ns):
+@inner(types.void(WIRES, I8, I8, I8))
+def note(wires, f, packet, time_ns):
     """Leave a note; the callers have seen to it that there is room."""
     switch, notes = wires.switch[0], wires.notes
     notes[switch.noted, 0], notes[switch.noted, 1] = f, packet
-    notes[switch.noted, 2], notes[switch.noted, 3] = time_ns, left_ns
+    notes[switch.noted, 2] = time_ns
     switch.noted += 1
 
 
@@ -89,7 +89,7 @@ def cross(wires, f, at_ns):
         frame = frames[f]
         begin_ns, k = place(wires, frame.exit, at_ns, wire_ns, at_ns - switch.hop_ns)
         if begin_ns > at_ns and begin_ns - at_ns + wire_ns > switch.limit_ns:
-            note(wires, f, number, at_ns, at_ns)
+            note(wires, f, number, at_ns)
         else:
             frame.out_ns = begin_ns + wire_ns
             book(wires, frame.exit, k, begin_ns, wire_ns)
@@ -104,7 +104,8 @@ def leave(wires, line, f, now_ns):
     while f >= 0:
         frame = wires.frames[f]
         wires.exits[frame.exit].coming -= 1
-        note(wires, f, ALL_SENT, frame.out_ns + wires.switch[0].hop_ns, now_ns)
+        frame.left_ns = now_ns
+        note(wires, f, ALL_SENT, frame.out_ns + wires.switch[0].hop_ns)
         f = frame.copy
 
 

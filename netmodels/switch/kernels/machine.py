@@ -187,17 +187,18 @@ def _go_on(rows, now_ns, port):
             _enter(rows, now_ns, f)
         else:
             line.queued -= 1
-            note(wires, f, ALL_SENT, out_ns, frame.begin_ns + frame.total_ns)
+            frame.left_ns = frame.begin_ns + frame.total_ns
+            note(wires, f, ALL_SENT, out_ns)
 
 
-@lean(types.UniTuple(I8, 6)(ROWS, I8))
+@lean(types.UniTuple(I8, 5)(ROWS, I8))
 def wake(rows, now_ns):
     """Send up to now. Returns how many notes there are or ``FULL``, when to call next, and the
     first note. The records of frames in notes that all is sent are free then."""
     wires = arrays_at(rows[0])
     switch, lines, notes = wires.switch[0], wires.ports, wires.notes
     if not run(rows, now_ns):
-        return FULL, NEVER, 0, 0, 0, 0
+        return FULL, NEVER, 0, 0, 0
     due_ns = NEVER
     for p in range(lines.size):
         line = lines[p]
@@ -217,4 +218,4 @@ def wake(rows, now_ns):
             wires.frames[f].next = switch.free
             switch.free = f
             switch.room += 1
-    return noted, due_ns, notes[0, 0], notes[0, 1], notes[0, 2], notes[0, 3]
+    return noted, due_ns, notes[0, 0], notes[0, 1], notes[0, 2]

@@ -47,23 +47,22 @@ FLOW = np.dtype([("frames", LIST), ("deficit", "i8"), ("next", "i8"), ("listed",
 
 # A frame: the one behind it in a list; its packets (``PacketTrain``), how many have begun; its port
 # and flow, when it begins if nothing is put before it. Its exit, and when the last of its packets
-# leaves that; the record for its next exit, if it is a broadcast, and whether it is none.
+# leaves that; the record for its next exit, if it is a broadcast, and whether it is none. When the
+# last of its packets has left the interface.
 FRAME = np.dtype([("next", "i8"), ("packets", "i8"), ("longer", "i8"), ("long_ns", "i8"),
                   ("short_ns", "i8"), ("long_bytes", "i8"), ("short_bytes", "i8"),
                   ("total_ns", "i8"), ("begun", "i8"), ("port", "i8"), ("flow", "i8"),
                   ("begin_ns", "i8"), ("exit", "i8"), ("out_ns", "i8"), ("copy", "i8"),
-                  ("unicast", "i8")])
+                  ("unicast", "i8"), ("left_ns", "i8")])
 
 
 class Wires(NamedTuple):
     """The state of a switch: switch [1] | ports | flows | frames | exits | spans | notes | many.
 
     ``spans`` [ports, 2 * ``MOST_SPANS``]: when an exit sends, begin and end (ns) in turn, ascending
-    and apart. ``notes`` [n, 4]: a frame's record; ``ALL_SENT``, or the number of a packet that
-    was lost at its exit; the time (ns) when the last of the others is at the receivers, after
-    ``wake`` from now on; and when the last of all has left the interface. In the note of a lost
-    packet both are the time when it came to the exit. ``many`` [n]: exits of frames that are sent
-    at once, and the answers.
+    and apart. ``notes`` [n, 3]: a frame's record and the number of a packet that was lost at its
+    exit, or ``ALL_SENT`` and the time (ns) when the last of the others is at the receivers, after
+    ``wake`` from now on. ``many`` [n]: exits of frames that are sent at once, and the answers.
     """
 
     switch: np.ndarray
