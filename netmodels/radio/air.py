@@ -16,6 +16,7 @@ from netmodels.radio.dcf.stations import ACKED, EXPIRED, FAILED, HEARD, NEVER, R
 from netmodels.radio.errors import error_table
 from netmodels.radio.fates import QueuedFrame
 from netmodels.radio.shadowing import Shadows
+from netmodels.radio.times import AirTimes
 
 if TYPE_CHECKING:
     from netmodels.radio.dcf.radio import DcfRadio
@@ -71,13 +72,14 @@ class Air:
         errors = error_table(tuple(rate.mbps for rate in standard.rates))
         self._judges = [one.context.judge_transmission for one in self.radios]
         judged = any(judge is not None for judge in self._judges)
+        ledgers = [one.ledger for one in self.radios if one.ledger is not None]
         self.stations = Stations(standard, keys, errors, params.reception.for_stations(),
                                  params.queue, params.retries,
                                  params.window_failures or params.retries, params.lifetime_ns,
                                  first_rate=radio.rate if params.rate_control else None,
                                  judged=judged, difs_first=params.difs_first,
-                                 timed=any(one.ledger is not None for one in self.radios))
-        self._taken_ns: dict[tuple[int, int], int] = {}  # by station and place, for ledgers
+                                 timed=bool(ledgers))
+        self._times = AirTimes(ledgers, self._hosts, self.stations) if ledgers else None
         self._unaware = params.reception.unaware
         self._attempts: dict[int, Callable[[int, int], int]] = {}  # the next rate, by outcome
         if params.rate_control:
@@ -109,8 +111,8 @@ class Air:
         if position is None:
             return False
         self._waiting[station, position] = QueuedFrame(frame)
-        if self.radios[number].ledger is not None:
-            self._taken_ns[station, position] = now_ns
+        if self._times is not None:
+            self._times.taken(station, position, now_ns)
         return True
 
     def catch_up(self) -> None:
@@ -155,7 +157,8 @@ class Air:
         plain = self._plain
         if plain and (ended := stations.ended_broadcast()):
             station, position, *_ = ended
-            self._itemize(station, position, self._waiting[station, position].frame)
+            if self._times is not None:
+                self._times.over(station, position, self._waiting[station, position].frame)
             self._update_links(now_ns)
             self._settle_packet(*ended)
             return
@@ -173,23 +176,12 @@ class Air:
                 what, hearer = RECEIVED if what == HEARD else what, hearer % self._hosts
             if waiting.note(what, hearer, packet):
                 self._arrived[key] = queued.pop(key)
-                self._itemize(station, position, waiting.frame)
+                if self._times is not None:
+                    self._times.over(station, position, waiting.frame)
                 decided.append((what, station, waiting))
         self._update_links(now_ns)
         for what, station, waiting in decided:
             self._settle_frame(what, station, waiting)
-
-    def _itemize(self, station: int, position: int, frame: ports.Frame) -> None:
-        """Enter the parts of a frame's time in the ledger; the frame is over now."""
-        ledger = self.radios[station // self._hosts].ledger
-        if ledger is not None:
-            first_ns, _, contended_ns, sent_ns, repeated_ns = self.stations.times(station)
-            part = ports.TimePart
-            for name, time_ns in (
-                    (part.QUEUE, first_ns - self._taken_ns.pop((station, position))),
-                    (part.CONTENTION, contended_ns), (part.RETRANSMISSION, repeated_ns),
-                    (part.AIRTIME, sent_ns)):
-                ledger.spent(frame, name, time_ns)
 
     def _update_links(self, now_ns: int) -> None:
         """Make the links anew if places or walls may have changed and it is time, or fading has."""
