@@ -21,6 +21,7 @@ import numpy as np
 
 from desim.blame import blame
 from desim.compiler.store import compiling_s
+from desim.engine.trace import RowSink
 from desim.errors import InputError, ModelError
 from desim.monitor.monitor import StopReason
 from desim.results.folder import RunFolder
@@ -35,13 +36,12 @@ from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
-Rows = Callable[[np.ndarray], None]  # takes trace rows
 Watch = Callable[[Simulation, RunFolder], AbstractContextManager[object]]
 
 
 def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results",
         overrides: Sequence[str] = (), seed: int | None = None, watch: Watch | None = None,
-        rows: Rows | None = None, command: str = "") -> Run:
+        rows: RowSink | None = None, command: str = "") -> Run:
     """Run a scenario (or the file of one) and leave its folder in ``out/<name>/<run id>``.
 
     ``overrides`` and ``seed`` as ``desim.load`` takes them, for a file. ``watch(simulation,
@@ -151,7 +151,7 @@ def _interruptible(simulation: Simulation) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _both(first: Rows | None, second: Rows | None) -> Rows | None:
+def _both(first: RowSink | None, second: RowSink | None) -> RowSink | None:
     if first is None or second is None:
         return first or second
 

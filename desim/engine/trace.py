@@ -21,6 +21,7 @@ from desim.errors import InputError
 
 ROW = np.dtype([("t_ns", "<i8"), ("kind", "<u4"), ("entity", "<u4"),
                 ("a", "<i8"), ("b", "<i8"), ("c", "<i8")])
+RowSink = Callable[[np.ndarray], object]  # takes rows in batches, arrays of ``ROW``
 pack = struct.Struct("<qIIqqq").pack  # one ROW
 _pack_head, pack_id, _pack_tail = (struct.Struct(part).pack for part in ("<qI", "<I", "<qqq"))
 _BATCH = 1 << 12
@@ -80,7 +81,7 @@ class Trace:
     once after several rows; it takes the bytes of several rows, too.
     """
 
-    def __init__(self, names: Names, sink: Callable[[np.ndarray], None] | None = None) -> None:
+    def __init__(self, names: Names, sink: RowSink | None = None) -> None:
         self.names = names
         self.rows_written = 0
         self._sink = sink

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-from desim.engine.trace import Names
+from desim.engine.trace import Names, RowSink
 from desim.errors import InputError
 from desim.files import refuse_link, synced
 from desim.monitor.coverage import states
@@ -64,11 +64,11 @@ class RunFolder:
         self._log = MessageLog(self._add_messages) if keep != "none" else None
         self.recorder = Recorder(self._add_events) if keep in ("replay", "all") else None
         self._ledger = LedgerRecorder(self._log) if scenario.trace.ledger else None
-        self.trace_sink: Callable[[np.ndarray], None] | None = (
+        self.trace_sink: RowSink | None = (
             None if self.recorder is None and self._ledger is None else self._add_rows)
         self.on_fate = self._log
         # For those who watch the run: what goes into the tables of events and of messages.
-        self.on_events: Callable[[np.ndarray], object] = _ignored
+        self.on_events: RowSink = _ignored
         self.on_messages: Callable[[np.ndarray, list[str]], object] = _ignored
         self.ledger = None if self._ledger is None else self._ledger.messages
         with self._writing():

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from desim.engine.trace import Names
+from desim.engine.trace import Names, RowSink
 from desim.errors import InputError
 from desim.middleware.graph import OnFate
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
@@ -28,7 +28,6 @@ SCHEMA = pa.schema([
     ("size_bytes", _INT), ("born_ns", _INT), ("fate", _TEXT), ("reason", _TEXT), ("place", _TEXT),
     ("end_ns", _INT), ("latency_ns", _INT), ("read_ns", _INT),
     ("parts", pa.list_(_TEXT)), ("places", pa.list_(_TEXT)), ("times_ns", pa.list_(_INT))])
-RowSink = Callable[[np.ndarray], object]  # takes trace rows
 
 
 class LedgerRecorder:

@@ -7,17 +7,15 @@ Nothing is computed here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Generator, Iterator
 from functools import partial
 from typing import NamedTuple
-
-import numpy as np
 
 from desim import plugins
 from desim.engine.garbage import rare_collections
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
-from desim.engine.trace import Names, Trace
+from desim.engine.trace import Names, RowSink, Trace
 from desim.middleware.graph import OnFate
 from desim.middleware.host import Host
 from desim.middleware.message_ledger import MessageLedger
@@ -61,7 +59,7 @@ class Simulation:
     """
 
     def __init__(self, scenario: Scenario, *, payloads: str = "lazy",
-                 trace_sink: Callable[[np.ndarray], None] | None = None,
+                 trace_sink: RowSink | None = None,
                  on_fate: OnFate | None = None, recorder: Recorder | None = None,
                  ledger: MessageLedger | None = None) -> None:
         self.scenario = scenario

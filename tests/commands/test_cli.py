@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import os
+import re
 import subprocess
 import sys
 from contextlib import contextmanager
@@ -221,6 +222,20 @@ def test_every_message_has_its_own_rows(hello, tmp_path):
     assert story(rows, names, int(table["number"].max()) + 10**6) == []
     assert desim_("trace", run.path, "--message", 1).splitlines()[-1] == (
         f"where its time went (the run is repeated): desim why {run.path} --message 1")
+
+
+def test_a_run_that_ends_at_once(hello, tmp_path):
+    """Before the first sample, and before any message has arrived."""
+    desim_("run", hello, "--until", "1 us", "--out", tmp_path, "--quiet")
+    path = only(tmp_path / "hello")
+    ended = "no message between hosts had reached its fate when the run ended\n"
+    assert desim_("trace", path) == desim_("why", path, code=2) == ended
+    assert desim_("trace", path, "--message", 1).endswith(
+        " B with headers\n\nit had not reached its fate when the run ended\n")
+    desim_("figure", path)
+    shown = desim.Run(path)._repr_html_()
+    assert "<td style=\"text-align:left\">exploration time</td>" in shown and "nan" not in \
+        re.sub("<iframe.*</iframe>", "", shown)
 
 
 def test_a_message_that_does_not_exist(run_path):

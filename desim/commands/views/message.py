@@ -46,9 +46,12 @@ def show_story(path: Path, number: int, console: Console) -> None:
         _print(console, f"\nwhere its time went (the run is repeated): desim why {path} --message "
                         f"{number}")
         return
-    for fate in fates(ledger.filter(pc.equal(ledger["number"], number))):
+    found = fates(ledger.filter(pc.equal(ledger["number"], number)))
+    for fate in found:
         _print(console)
         show_message(fate, console)
+    if not found:
+        _print(console, "\nit had not reached its fate when the run ended")
 
 
 def _print(console: Console, line: str = "") -> None:
@@ -79,6 +82,8 @@ def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None
     lines = [f"{row['number']:>8}  {row['born_ns'] / 1e9:12.6f} s  "
              f"{(row['end_ns'] - row['born_ns']) / 1e6:12.3f} ms  {row['topic']}  {row['source']} "
              f"-> {row['destination']}  {row['reason'] or row['fate']}" for row in found[:_LISTED]]
+    if not rows:
+        return "no message between hosts had reached its fate when the run ended"
     if not found:
         if asked:
             return f"none of {len(asked)} messages was dropped"
