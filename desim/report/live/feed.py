@@ -63,7 +63,7 @@ class LiveFeed:
 
 
 def page_sink(log: ChunkLog) -> Sink:
-    """Adds each stretch to ``log``, as a live page reads it (``assets/live.js``)."""
+    """Adds each stretch to ``log``, as a live page reads it (``assets/page/live.js``)."""
     def add(stretch: Stretch) -> None:
         about, columns = bundle(stretch)
         about["columns"] = columns.index

@@ -28,7 +28,7 @@ MAX_PLAN_POINTS = 1_500_000
 
 
 def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
-    """The description of a run and its columns; ``assets/store.js`` reads them.
+    """The description of a run and its columns; ``assets/data/run.js`` reads them.
 
     Times are nanoseconds where exactness shows (poses), else microseconds; lengths are mm."""
     run, columns = recording.run, Columns()

@@ -1,4 +1,4 @@
-"""Columns of integers in little space, as text for a page; ``assets/columns.js`` reads them."""
+"""Columns of integers in little space, as text; ``assets/data/columns.js`` reads them."""
 
 from __future__ import annotations
 

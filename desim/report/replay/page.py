@@ -14,10 +14,16 @@ from desim.results.comparison import ComparedRuns
 from desim.results.recording import Recording
 
 # In the order in which the page reads them.
-SCRIPTS = ("columns", "store", "palette", "camera", "rays", "growth", "traffic", "beliefs",
-           "terrain", "paths", "network", "robots", "scene", "player", "timeline", "series",
-           "matrix", "messages", "panel", "hint", "stage", "keyboard", "live", "page")
-STYLES = ("theme", "layout")
+SCRIPTS = ("data/sorted", "data/columns", "data/tables", "data/run", "data/words",
+           "data/selection", "data/comparison", "data/growth", "data/traffic", "data/beliefs",
+           "canvas/palette", "canvas/camera", "canvas/layer", "canvas/labels", "canvas/shapes",
+           "scene/rays", "scene/terrain", "scene/ground", "scene/fans", "scene/paths",
+           "scene/plans", "scene/hosts", "scene/links", "scene/loads", "scene/flights",
+           "scene/queues", "scene/believed", "scene/robots", "scene/names", "scene/scale_bar",
+           "scene/tethers", "scene/scene", "panel/series", "panel/chart", "panel/matrix",
+           "panel/message_list", "panel/event_list", "panel/panel", "page/player", "page/timeline",
+           "page/hint", "page/stage", "page/keyboard", "page/help", "page/live", "page/page")
+STYLES = ("page/theme", "page/layout")
 _NOT_NAMED = ("name", "seed", "trace")  # keys that need not be named where two runs differ
 
 
@@ -59,7 +65,7 @@ def page(runs: Sequence[str]) -> str:
     script = "\n".join(_asset(f"{name}.js") for name in SCRIPTS)
     parts = {"style": "\n".join(_asset(f"{name}.css") for name in STYLES), "runs": "".join(runs),
              "script": f'(() => {{\n"use strict";\n{script}\n}})();'}
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("replay.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("page/replay.html"))
 
 
 def _asset(name: str) -> str:

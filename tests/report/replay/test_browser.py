@@ -29,12 +29,21 @@ def from_the_start(request):
         yield
 
 
+# The first pane's sheets, put together.
+PICTURE = """(() => {
+    const sheets = [...document.querySelector(".pane").querySelectorAll("canvas")];
+    const canvas = document.createElement("canvas"), context = canvas.getContext("2d");
+    [canvas.width, canvas.height] = [sheets[0].width, sheets[0].height];
+    for (const sheet of sheets) context.drawImage(sheet, 0, 0);
+    return canvas; })()"""
+
+
 def colours(page):
     """The number of different colours of the scene."""
-    return page.value("""(() => {
-        const canvas = document.querySelector(".view canvas");
+    return page.value(f"""(() => {{
+        const canvas = {PICTURE};
         const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
-        return new Set(new Uint32Array(data.buffer)).size; })()""")
+        return new Set(new Uint32Array(data.buffer)).size; }})()""")
 
 
 def test_positions_are_those_of_the_recording(page, hello):
@@ -57,7 +66,7 @@ def test_between_two_samples_it_is_on_the_line(page, hello):
 def test_the_scene_is_drawn_and_changes(page):
     page.value("desimReplay.at(5)")
     assert colours(page) > 100
-    shot = "document.querySelector('.view canvas').toDataURL()"
+    shot = f"{PICTURE}.toDataURL()"
     before = page.value(shot)
     page.value("desimReplay.at(30)")
     after = page.value(shot)
@@ -110,19 +119,20 @@ def test_a_message_is_selected_in_the_list(page):
 
 
 def test_the_loads_of_all_topics_are_pale_below_one(page):
-    """Only widths and opacities of ``loads`` are looked at: the messages of a topic are dots."""
+    """Only widths and opacities of loads are looked at: the messages of topics are dots."""
     drawn = """(() => {
         const { app } = desimReplay, [scene] = app.scenes, strokes = [];
         const context = new Proxy({}, {
             get: (own, name) => name === "stroke"
                 ? () => strokes.push(own.lineWidth * own.globalAlpha) : own[name] ?? (() => {}),
             set: (own, name, value) => { own[name] = value; return true; } });
-        scene.network.loads(context, app.stage.camera,
-            { timeS: 20, theme: app.theme, selection: app.selection });
+        const selected = Object.values(app.selection).join();
+        scene.loads.draw(context, app.stage.camera,
+            { timeS: 20, theme: app.theme, selection: app.selection, selected });
         return strokes; })()"""
     page.value("desimReplay.at(20)")
     whole = page.value(drawn)
-    page.value("desimReplay.select({kind: 'topic', family: 1}); desimReplay.draw()")
+    page.value("desimReplay.select({kind: 'family', family: 1}); desimReplay.draw()")
     pale = page.value(drawn)
     assert len(whole) > 0
     assert pale == pytest.approx([0.35 * ink for ink in whole])
@@ -135,7 +145,7 @@ def test_the_share_explored_grows_as_the_picture_does(page, hello):
     share = dict(zip(table["time_s"].tolist(), table["explored_union"].tolist(), strict=True))
     found = page.value("""[0, 0.3, 0.6, 1, 7, 7.5, 8].map((at) => {
         desimReplay.at(at);
-        const { starts, last } = desimReplay.app.scenes[0].knowledge.merged;
+        const { starts, last } = desimReplay.app.scenes[0].growth.merged;
         return [parseFloat(document.querySelector(".caption").textContent),
             parseFloat(document.querySelector(".chart i").textContent.match(/[0-9.]+/)[0]),
             starts[Math.min(Math.floor(10 * at + 1e-6), last) + 1]]; })""")
@@ -210,7 +220,7 @@ def test_two_runs_of_different_fleets(tmp_path, hello, repository):
     write([recording_of(other), recording_of(hello)], both)
     with Browser(tmp_path / "profile") as page:
         page.open(both)
-        for what in ("{kind: 'robot', robot: 1}", "{kind: 'topic', family: 0}",
+        for what in ("{kind: 'robot', robot: 1}", "{kind: 'family', family: 0}",
                      "{kind: 'link', one: 0, other: 1}", "{kind: 'message', message: 0}", "{}"):
             for mode in ("ghost", "side"):
                 page.value(f"desimReplay.mode('{mode}'); desimReplay.select({what}); "
@@ -227,7 +237,7 @@ def test_two_runs(tmp_path, hello, repository):
     write(recordings, both)
     with Browser(tmp_path / "profile") as page:
         page.open(both)
-        assert page.value("document.querySelectorAll('.view').length") == 2
+        assert page.value("document.querySelectorAll('.pane').length") == 2
         one, two = (recording.poses for recording in recordings)
         count = min(len(one.times_ns), len(two.times_ns))
         apart = np.linalg.norm((one.xy_mm[:count] - two.xy_mm[:count]).astype(float), axis=2) > 1
@@ -240,7 +250,7 @@ def test_two_runs(tmp_path, hello, repository):
         page.key("g")
         page.value("desimReplay.draw()")
         assert page.value("desimReplay.mode()") == "ghost"
-        assert page.value("document.querySelectorAll('.view').length") == 1
+        assert page.value("document.querySelectorAll('.pane').length") == 1
         caption = page.value("document.querySelector('.caption').textContent")
         assert caption.startswith("A: seed 1  /  B: seed 2 (hollow)  ·  ")
         assert page.complaints == []

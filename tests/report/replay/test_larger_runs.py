@@ -37,7 +37,7 @@ def test_maze_30(tmp_path, repository):
             browser.value(f"desimReplay.at({at_s!r})")
             found = np.array(browser.value("desimReplay.positions()"))
             assert (found[:, :2] == recording.poses.xy_mm[k] / 1000).all()
-        browser.value("desimReplay.select({kind: 'topic', family: 0}); desimReplay.at(10)")
+        browser.value("desimReplay.select({kind: 'family', family: 0}); desimReplay.at(10)")
         assert browser.value("document.querySelector('#selection h2').textContent") == "/*/cmd_vel"
         assert browser.complaints == []
 
@@ -56,8 +56,9 @@ def test_a_partitioned_fleet(tmp_path, partitioned):
             assert_beliefs(browser, partitioned, at_s)
         browser.value("desimReplay.at(19)")
         assert not browser.value("document.querySelector('#beliefs').hidden")
-        begin = browser.value("""(() => { desimReplay.at(0); return desimReplay.app.panel.events
-            .filter((event) => event.kind === "partition").map((event) => event.timeS); })()""")
+        begin = browser.value("""(() => { desimReplay.at(0);
+            return desimReplay.app.panel.events.events.filter(
+                (event) => event.kind === "partition").map((event) => event.timeS); })()""")
         assert begin == [6.0, 20.0]
         # The list of events goes back with the time, too.
         scrolled = browser.value("""[24, 0].map((at) => {
@@ -71,7 +72,7 @@ def test_a_partitioned_fleet(tmp_path, partitioned):
 
 def assert_beliefs(browser, run, at_s):
     """The page folds the beliefs as ``desim graph`` does."""
-    seen = browser.value("[...desimReplay.app.scenes[0].beliefs.views.values]")
+    seen = browser.value("[...desimReplay.app.scenes[0].beliefs.sees.values]")
     hosts = browser.value("desimReplay.app.runs[0].hosts")
     words = ["never", "online", "offline", "removed"]
     found = {(hosts[k // len(hosts)], hosts[k % len(hosts)]): words[state]
@@ -102,10 +103,10 @@ def test_waiting_messages_are_counted_at_the_instant(tmp_path, repository):
             counts.append(dict(zip(names.tolist(), sizes.tolist(), strict=True)))
             for speed in (1, 50):
                 found = browser.value(f"""(() => {{
-                    const {{ app }} = desimReplay, {{ run, network }} = app.scenes[0];
+                    const {{ app }} = desimReplay, {{ run, flights }} = app.scenes[0];
                     app.player.speed = {speed};
                     desimReplay.at({now / NS_PER_S!r});
-                    return Object.fromEntries([...network.waiting].map(
+                    return Object.fromEntries([...flights.waiting].map(
                         ([host, count]) => [run.hosts[host], count])); }})()""")
                 assert found == counts[-1], (now, speed)
     assert max(sum(each.values()) for each in counts) > 1
