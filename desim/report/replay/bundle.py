@@ -45,9 +45,8 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
     notes.append(reduced)
     ledger = (add_ledger(columns, run.ledger, traffic, drawn, hosts)
               if run.has(LEDGER) else None)
-    load_s = add_loads(columns, traffic)
-    if load_s > 1:
-        notes.append(f"loads of links are means over {load_s} s")
+    load_s, reductions = add_loads(columns, traffic)
+    notes += reductions
     add_topics(columns, traffic, recording.begin_ns, recording.end_ns)
     notes.append(_add_plans(columns, recording))
     _add_links(columns, recording)

@@ -101,7 +101,7 @@ def add_messages(columns: Columns, traffic: BornMessages) -> tuple[np.ndarray, s
     if len(kept) == len(shown):
         return kept, None
     return kept, (f"{len(kept):,} of {len(shown):,} messages are drawn one by one: late and lost "
-                  "ones first, of the others every so many; loads and topics have all")
+                  "ones first, of the others every so many; topics have all")
 
 
 def _thinned(traffic: BornMessages, shown: np.ndarray) -> np.ndarray:
@@ -119,13 +119,16 @@ def _spread(rows: np.ndarray, most: int) -> np.ndarray:
     return rows[np.linspace(0, len(rows) - 1, most).astype(int)]
 
 
-def add_loads(columns: Columns, traffic: BornMessages) -> int:
-    """Add the bytes delivered per link, kind of traffic and bin of time; the bin in seconds."""
-    done = traffic.reason == 0
-    kinds = traffic.kind[traffic.topic[done]]
+def add_loads(columns: Columns, traffic: BornMessages) -> tuple[int, list[str]]:
+    """Add the bytes delivered per link, kind of traffic and bin of time; the bin in seconds, and
+    the sentences that say what was reduced."""
+    done = np.flatnonzero(traffic.reason == 0)
     hosts = 1 + int(max(traffic.source.max(initial=0), traffic.destination.max(initial=0)))
-    link = (traffic.source[done] * hosts + traffic.destination[done]) * len(KINDS) + kinds
-    width_s = 1
+    links = ((traffic.source * hosts + traffic.destination) * len(KINDS)
+             + traffic.kind[traffic.topic])
+    busy, notes = _busiest(links[done], traffic.size_bytes[done])
+    done = done[busy]
+    link, width_s = links[done], 1
     while True:
         bin_ = traffic.end_ns[done] // (width_s * NS_PER_S)
         keys, inverse = np.unique(bin_ * (hosts * hosts * len(KINDS)) + link, return_inverse=True)
@@ -140,7 +143,21 @@ def add_loads(columns: Columns, traffic: BornMessages) -> int:
     columns.add("load.destination", pair % hosts)
     columns.add("load.kind", kinds)
     columns.add("load.bytes", total)
-    return width_s
+    if width_s > 1:
+        notes.append(f"loads of links are means over {width_s} s")
+    return width_s, notes
+
+
+def _busiest(link: np.ndarray, size_bytes: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """[messages] bool: those on the links that carry most, so few of them that several bins of time
+    have room; and the sentence that says it if these are not all."""
+    links, which = np.unique(link, return_inverse=True)
+    if len(links) <= MAX_LOADS // 4:
+        return np.ones(len(link), bool), []
+    total = np.bincount(which, size_bytes, len(links))
+    kept = np.zeros(len(links), bool)
+    kept[np.argsort(-total, kind="stable")[:MAX_LOADS // 4]] = True
+    return kept[which], [f"only the {kept.sum():,} busiest of {len(links):,} links have loads"]
 
 
 def add_topics(columns: Columns, traffic: BornMessages, begin_ns: int, end_ns: int) -> None:

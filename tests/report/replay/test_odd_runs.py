@@ -1,5 +1,7 @@
 """Runs that are not as most are: each gives a page or one clear error."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from devtools import Browser
@@ -119,3 +121,21 @@ def test_large_runs_are_reduced_and_say_so(hello, monkeypatch):
     coarse, width = found["growth.0.known.is"][0].size, -(-about["growth"]["width"] // 4)
     assert coarse == width * width
     assert np.isin(found["merged.known.is"], (False, True)).all()
+
+
+def test_of_too_many_links_the_busiest_have_loads(hello, monkeypatch):
+    from desim.report.replay import traffic
+
+    def by_link(columns):
+        found = unpacked(columns.index, columns.text())
+        sums = Counter()
+        for *link, size_bytes in zip(*(found[f"load.{name}"][0].tolist() for name in (
+                "source", "destination", "kind", "bytes")), strict=True):
+            sums[tuple(link)] += size_bytes
+        return sums
+
+    every = by_link(bundle(recording_of(hello))[1])
+    monkeypatch.setattr(traffic, "MAX_LOADS", 8)
+    about, columns = bundle(recording_of(hello))
+    assert by_link(columns) == dict(every.most_common(2))
+    assert f"only the 2 busiest of {len(every)} links have loads" in about["notes"]
