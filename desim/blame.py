@@ -68,6 +68,17 @@ def _plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, str]:
             if any(frame.f_code.co_filename == file for frame, _ in below):
                 return cls, [_line(*frame) for frame in frames[depth:]
                              if frame[0].f_code.co_filename == file][-1]
+    return _beside_plugin(frames)
+
+
+def _beside_plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, str]:
+    """The plug-in in whose file the innermost running function stands, a callback, say."""
+    classes = {inspect.getfile(cls): cls for cls in plugins.LOADED
+               if not _is_ours(Path(inspect.getfile(cls)))}
+    for frame in reversed(frames):
+        cls = classes.get(frame[0].f_code.co_filename)
+        if cls is not None:
+            return cls, _line(*frame)
     return None, ""
 
 

@@ -28,6 +28,11 @@ def test_a_rule_is_complete_in_17_lines(page):
     assert len([line for line in rule.splitlines()[1:] if line.strip()]) <= 17
 
 
+def test_an_auction_is_complete_in_60_lines(page):
+    auction, = (text for _, text in blocks(page) if "class Auction" in text)
+    assert len(auction.splitlines()[1:]) <= 60
+
+
 def test_each_command_prints_what_the_page_shows(page, folder):
     played = []
     for command, shown in commands(page):
@@ -36,7 +41,8 @@ def test_each_command_prints_what_the_page_shows(page, folder):
         if not regolden.elsewhere():
             assert_as_shown(shown, output)
     assert {"desim run fenced.yaml", "desim run orbit.yaml", "desim run spreading.yaml",
-            "desim run muddy.yaml", "desim run rooms.yaml", "python test_mine.py"} <= set(played)
+            "desim run auctioning.yaml", "desim run muddy.yaml", "desim run rooms.yaml",
+            "python test_mine.py"} <= set(played)
 
 
 def type_errors(repository, folder):

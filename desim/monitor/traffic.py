@@ -54,7 +54,8 @@ def kind(topic: str) -> str:
     and from controllers to the monitor."""
     if topic.rpartition("/")[2] in SENSORS:
         return "simulation"
-    return "coordination" if topic.startswith("/map_exchange/") else "monitoring"
+    is_coordination = topic.startswith("/map_exchange/") or "/strategy/" in topic
+    return "coordination" if is_coordination else "monitoring"
 
 
 class Families:

@@ -50,17 +50,31 @@ from desim.ports.parameters import (
     with_preset,
     yaml_key,
 )
-from desim.ports.strategies import ExplorationView, Frontier, Peer, Pose2D, Strategy
+from desim.ports.strategies import (
+    FollowsGoals,
+    FollowsMap,
+    FollowsTeam,
+    Frontier,
+    GoalEnd,
+    Peer,
+    Place,
+    Pose2D,
+    Starts,
+    Strategy,
+    StrategyContext,
+    StrategyMessage,
+)
 from desim.ports.time_parts import Ledger, TimePart
 from desim.ports.worlds import GridSpec, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
     "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime", "CountsControl", "Deliver",
-    "Drop", "Duplicate", "ExplorationView", "FULL_PACKET_BYTES", "File", "FollowsHosts", "Frame",
-    "Frames", "Frontier", "GridSpec", "Handle", "Itemizes", "JudgesTransmissions", "KnowsLinks",
-    "Ledger", "LimitsReach", "MovesObstacles", "NetworkModel", "Obstacles", "PASS", "Params",
-    "Pass", "PassesMany", "Peer", "Pose2D", "PredictsSignal", "Preset", "RandomStreams", "Refuses",
-    "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany", "Separates", "Signal",
-    "Snapshot", "Strategy", "TimePart", "Verdict", "World", "function_rule", "natural_key",
-    "packet_sizes", "rule_of", "with_preset", "yaml_key",
+    "Drop", "Duplicate", "FULL_PACKET_BYTES", "File", "FollowsGoals", "FollowsHosts", "FollowsMap",
+    "FollowsTeam", "Frame", "Frames", "Frontier", "GoalEnd", "GridSpec", "Handle", "Itemizes",
+    "JudgesTransmissions", "KnowsLinks", "Ledger", "LimitsReach", "MovesObstacles", "NetworkModel",
+    "Obstacles", "PASS", "Params", "Pass", "PassesMany", "Peer", "Place", "Pose2D",
+    "PredictsSignal", "Preset", "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext",
+    "RuleFunction", "SendsMany", "Separates", "Signal", "Snapshot", "Starts", "Strategy",
+    "StrategyContext", "StrategyMessage", "TimePart", "Verdict", "World", "function_rule",
+    "natural_key", "packet_sizes", "rule_of", "with_preset", "yaml_key",
 ]

@@ -1,13 +1,27 @@
-"""The contract of a strategy: where a robot explores next."""
+"""The contract of a strategy: where a robot goes next, and what it tells its team.
+
+A strategy is asked for a goal (``choose``). It may also take part in what happens: it is called for
+each of the small protocols below that it has the methods of. In all of them it gets a
+``StrategyContext``, through which it acts.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from enum import StrEnum
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from desim.ports import parameters
+from desim.ports.worlds import GridSpec
+
+
+class Place(NamedTuple):
+    """A place on the plane, m."""
+
+    x_m: float
+    y_m: float
 
 
 class Frontier(NamedTuple):
@@ -31,47 +45,164 @@ class Pose2D(NamedTuple):
 
 
 class Peer(NamedTuple):
-    """The last that this robot heard of another one."""
+    """The last that this robot heard of another one: its pose, and its goal if it told one."""
 
     x_m: float
     y_m: float
     yaw_rad: float
     heard_ns: int
+    goal: Place | None = None
 
 
-class ExplorationView(Protocol):
-    """All that a strategy knows: what this robot has sensed and received."""
+class StrategyMessage(NamedTuple):
+    """A message of a teammate's strategy. ``content`` is a copy of what was published; after
+    ``publish`` without a size it is what JSON makes of it: tuples become lists."""
+
+    source: str
+    topic: str
+    content: Any
+    sent_ns: int
+
+
+class GoalEnd(StrEnum):
+    """The end of the drive to a goal. ``spoilt``: the goal is no frontier any more, or is blocked;
+    ``replaced``: the strategy set another goal, or none."""
+
+    REACHED = "reached"
+    FAILED = "failed"
+    SPOILT = "spoilt"
+    REPLACED = "replaced"
+
+
+class StrategyContext(Protocol):
+    """The host of a strategy: its knowledge, sensed and received, and its actions.
+
+    The host is a robot's, or a computer without a body: there ``pose`` is None, ``go`` raises
+    ``ModelError``, and ``frontiers`` and ``path_lengths_m`` need an ``origin``.
+    """
 
     @property
     def name(self) -> str:
-        """The robot's."""
+        """The host's: the robot's."""
 
     @property
     def now_ns(self) -> int:
         """The time."""
 
     @property
-    def pose(self) -> Pose2D:
+    def pose(self) -> Pose2D | None:
         """The robot's own, as localization has it."""
+
+    @property
+    def goal(self) -> Place | None:
+        """The goal that the robot drives to."""
 
     @property
     def peers(self) -> Mapping[str, Peer]:
         """The other robots that it has heard of, by name."""
 
-    def frontiers(self, limit: int | None = None) -> list[Frontier]:
+    @property
+    def team(self) -> tuple[str, ...]:
+        """The names of all other hosts that run a strategy."""
+
+    # ----------------------------------------------------------------------------- the own map
+
+    def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
         """Reachable frontiers, those with the shortest way first; ``limit`` ends the search early.
-        Blacklisted ones are left out."""
+        Blacklisted ones are left out. ``origin``: from there, in place of the robot's pose."""
+
+    def path_lengths_m(self, places: Sequence[tuple[float, float]], origin: Place | None = None
+                       ) -> np.ndarray:
+        """[n] lengths of the ways to ``places``, as ``Frontier.path_m``; inf where there is
+        none."""
+
+    def gain_m2(self, place: tuple[float, float]) -> float:
+        """Unknown area that the laser would see from ``place`` if the unknown were free."""
+
+    @property
+    def grid(self) -> GridSpec:
+        """The raster of ``occupancy`` and ``costmap``."""
+
+    def occupancy(self) -> np.ndarray:
+        """[height, width] int8, read-only: 0 free, 100 occupied, -1 unknown (nav_msgs)."""
+
+    def costmap(self) -> np.ndarray:
+        """[height, width] uint8, read-only: 0 to 252 free, 253 too near to an obstacle for the
+        robot's centre, 254 obstacle, 255 unknown (costmap_2d)."""
+
+    # --------------------------------------------------------------------------------- actions
+
+    def go(self, place: tuple[float, float] | Frontier) -> bool:
+        """Drive to ``place`` in place of the present goal. False, and nothing changes, where the
+        robot cannot be there as far as its map says."""
+
+    def stop(self) -> None:
+        """Give the goal up, and stand."""
+
+    def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
+                  queue: int = 1, latch: bool = False) -> None:
+        """``topic`` may be published from now on. Subscribers connect as the middleware does it;
+        what is published before is lost to them, unless ``latch``."""
+
+    def subscribe(self, topic: str, callback: Callable[[StrategyContext, StrategyMessage], object],
+                  *, queue: int = 10) -> None:
+        """Call ``callback(context, message)`` for each message of ``topic`` from the team."""
+
+    def publish(self, topic: str, content: Any, size_bytes: int | None = None) -> None:
+        """Send ``content`` to the subscribers of ``topic``. Without a size it is sent as JSON in a
+        std_msgs/String; with one it may be anything that can be pickled."""
+
+    def after(self, delay_ns: int, callback: Callable[[StrategyContext], object]) -> None:
+        """Call ``callback(context)`` once, ``delay_ns`` from now."""
+
+    def every(self, period_ns: int, callback: Callable[[StrategyContext], object]) -> None:
+        """Call ``callback(context)`` every ``period_ns``, from a random part of it on."""
 
     def stream(self, *name: str | int) -> np.random.Generator:
-        """Random numbers by name, this robot's own."""
+        """Random numbers by name, this host's own."""
 
 
 class Strategy(Protocol):
-    """Decides where a robot explores next. Built as ``Strategy(params)``."""
+    """Decides where a robot goes next. Built as ``Strategy(params)``, one for each host."""
 
     @property
     def Params(self) -> type[parameters.Params]:
         """The class of its parameters, inside the plug-in's class."""
 
-    def choose(self, view: ExplorationView) -> Frontier | None:
-        """The frontier to drive to, or None when there is nothing left to explore."""
+    def choose(self, context: StrategyContext) -> Frontier | Place | None:
+        """The place to drive to, or None when there is nothing to do. Asked when the robot has no
+        goal and its map has changed, and when its goal is spoilt. Never asked on a host without a
+        body."""
+
+
+@runtime_checkable
+class Starts(Protocol):
+    """A strategy that prepares: ``on_start`` is the place to advertise, subscribe, set timers."""
+
+    def on_start(self, context: StrategyContext) -> None:
+        """The host has started. There is no map and no pose yet."""
+
+
+@runtime_checkable
+class FollowsGoals(Protocol):
+    """A strategy that wants to know what became of its goals."""
+
+    def on_goal(self, context: StrategyContext, place: Place, end: GoalEnd) -> None:
+        """The drive to ``place`` has ended. When it is replaced, the new goal is set already."""
+
+
+@runtime_checkable
+class FollowsMap(Protocol):
+    """A strategy that acts on news of the map, also while the robot drives."""
+
+    def on_map(self, context: StrategyContext) -> None:
+        """The map has changed since the last call; at most once in ``robot.exploration.rate``."""
+
+
+@runtime_checkable
+class FollowsTeam(Protocol):
+    """A strategy that minds who can be heard."""
+
+    def on_teammate(self, context: StrategyContext, name: str, heard: bool) -> None:
+        """``name`` was heard of for the first time or again (``heard``), or was not for
+        ``coordination.lost_after``."""

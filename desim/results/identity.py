@@ -58,6 +58,8 @@ def plugin_references(scenario: Scenario) -> dict[str, str]:
 def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
     chosen = {("strategy", scenario.coordination.strategy), ("world", scenario.physics.model),
               ("middleware", scenario.middleware.model)}
+    chosen.update(("strategy", host.strategy.strategy) for host in scenario.hosts.values()
+                  if host.strategy is not None)
     for medium in scenario.network.media.values():
         chosen.add(("network", medium.model))
         chosen.update(("rule", rule.rule) for rule in medium.rules)

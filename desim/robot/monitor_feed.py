@@ -14,7 +14,7 @@ from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.poses import step
 from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import FREE, OCCUPIED, LayerSnapshot, fuse, raster
+from desim.robot.tiles import LayerSnapshot, fuse, occupancy
 from desim.units import NS_PER_S
 
 
@@ -46,10 +46,10 @@ class MonitorFeed(Node):
     def _on_period(self, _: int) -> None:
         if self.has_subscribers("explored_map"):
             self.publish("explored_map", Lazy(self._size_bytes, partial(
-                _occupancy, self.robot_map.spec, self.robot_map.layers())))
+                _fused_occupancy, self.robot_map.spec, self.robot_map.layers())))
         self.publish("distance", Float64(self._travelled_m))
 
 
-def _occupancy(spec: GridSpec, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:
-    fused = raster(spec, fuse(layers))
-    return np.where(fused <= FREE, 0, np.where(fused >= OCCUPIED, 100, -1)).astype(np.int8)
+
+def _fused_occupancy(spec: GridSpec, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:
+    return occupancy(spec, fuse(layers))

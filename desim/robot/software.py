@@ -1,4 +1,4 @@
-"""The list of a robot's nodes (the paper's Figure 5)."""
+"""The list of a host's nodes: a robot's (the paper's Figure 5), or a central coordinator's."""
 
 from __future__ import annotations
 
@@ -6,16 +6,21 @@ from desim import plugins
 from desim.errors import below
 from desim.middleware.host import Host
 from desim.middleware.node import Node
-from desim.ports import Peer
-from desim.robot import exploration, localization, map_sharing, mapping, monitor_feed
+from desim.ports import Strategy
+from desim.robot import localization, map_sharing, mapping, monitor_feed
+from desim.robot.coordination.coordinate import Coordinate
+from desim.robot.coordination.explore import Explore
+from desim.robot.coordination.team import Team
 from desim.robot.navigation import global_costmap, move_base
+from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.robot_map import RobotMap
+from desim.scenario.schema.communication import StrategyChoice
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.scenario import Scenario
 
 
 def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: RobotMap,
-                   peers: tuple[str, ...], monitored: bool) -> list[Node]:
+                   peers: tuple[str, ...], team: Team, monitored: bool) -> list[Node]:
     """The nodes of one robot, in the order in which they start. ``peers`` are the names of the
     other robots that carry software; ``monitored``: some host collects maps and distances.
 
@@ -24,20 +29,43 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     says that the object of that name has changed or can be used, and carries nothing.
     """
     robot, coordination = scenario.robot, scenario.coordination
-    costmap = global_costmap.GlobalCostmap(
-        robot_map, body.radius_m, robot.navigation.inflation_radius_m,
-        robot.navigation.inflation_scaling)
-    heard: dict[str, Peer] = {}
+    queries = _queries(scenario, robot_map, body.radius_m)
     with below("coordination"):
-        strategy = plugins.load("strategy", coordination.strategy)(coordination.params)
+        strategy = _strategy(coordination)
     nodes = [
         localization.Localization(host, localization.SOURCES[robot.localization]),
         mapping.Mapping(host, robot.mapping, robot_map),
-        map_sharing.MapSharing(host, coordination.exchange, robot_map, peers, heard),
-        move_base.MoveBase(host, robot.navigation, body, robot.scanner, costmap),
-        exploration.Explore(host, robot.exploration, strategy, robot.navigation, body, costmap,
-                            heard),
+        map_sharing.MapSharing(host, coordination.exchange, robot_map, peers, team.peers),
+        move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
+        Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team),
     ]
     if monitored:
         nodes.append(monitor_feed.MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
     return nodes
+
+
+def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
+                         robot_map: RobotMap, robots: tuple[str, ...], team: Team) -> list[Node]:
+    """The nodes of a host without a body that runs a strategy. It plans for the widest robot of the
+    fleet."""
+    queries = _queries(scenario, robot_map,
+                       max(body.radius_m for body in scenario.fleet.types.values()))
+    with below(f"hosts.{host.name}.strategy"):
+        strategy = _strategy(choice)
+    return [
+        map_sharing.MapSharing(host, scenario.coordination.exchange, robot_map, robots,
+                               team.peers),
+        Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team),
+    ]
+
+
+def _strategy(choice: StrategyChoice) -> Strategy:
+    return plugins.load("strategy", choice.strategy)(choice.params)
+
+
+def _queries(scenario: Scenario, robot_map: RobotMap, radius_m: float) -> MapQueries:
+    robot = scenario.robot
+    costmap = global_costmap.GlobalCostmap(robot_map, radius_m, robot.navigation.inflation_radius_m,
+                                           robot.navigation.inflation_scaling)
+    return MapQueries(costmap, robot.exploration, robot.navigation.goal_tolerance_m,
+                      min(robot.mapping.usable_range_m, robot.scanner.max_range_m))

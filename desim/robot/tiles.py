@@ -38,6 +38,13 @@ def raster(spec: GridSpec, tiles: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(whole[:spec.height, :spec.width])
 
 
+def occupancy(spec: GridSpec, fused: np.ndarray) -> np.ndarray:
+    """[height, width] int8 as nav_msgs/OccupancyGrid has it: 0 free, 100 occupied, -1 unknown; of
+    the sum of evidence ``fused`` [tiles, 1024]."""
+    evidence = raster(spec, fused)
+    return np.where(evidence <= FREE, 0, np.where(evidence >= OCCUPIED, 100, -1)).astype(np.int8)
+
+
 def tiles_of(spec: GridSpec, cells: np.ndarray) -> np.ndarray:
     """The inverse of ``raster``; cells beyond the grid are 0."""
     across, up = tiles_across(spec)

@@ -35,7 +35,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         fleet=_fleet(scenario.fleet),
         robot=_robot(scenario.robot),
         network=_network(scenario),
-        hosts=_sorted(scenario.hosts),
+        hosts={name: host.parsed() for name, host in _sorted(scenario.hosts).items()},
         middleware=scenario.middleware.parsed(),
         coordination=_coordination(scenario.coordination, scenario.deployment).parsed(),
     )

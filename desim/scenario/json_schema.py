@@ -13,12 +13,13 @@ from desim.scenario.schema.communication import (
     MiddlewareChoice,
     PluginChoice,
     RuleChoice,
+    StrategyChoice,
 )
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Data
 
 _CHOICES: tuple[type[PluginChoice], ...] = (
-    MediumChoice, RuleChoice, MiddlewareChoice, Coordination)
+    MediumChoice, RuleChoice, MiddlewareChoice, Coordination, StrategyChoice)
 
 
 def json_schema() -> Data:

@@ -18,6 +18,7 @@ from desim.scenario.schema.communication import (
     MediumChoice,
     MiddlewareChoice,
     PluginChoice,
+    StrategyChoice,
 )
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import FleetParams
@@ -31,6 +32,7 @@ CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
     ("network", "media", "*"): MediumChoice,
     ("middleware",): MiddlewareChoice,
     ("coordination",): Coordination,
+    ("hosts", "*", "strategy"): StrategyChoice,
 }
 _SHAPES = {
     ("environment", "terrain"): Environment.model_fields["terrain"],

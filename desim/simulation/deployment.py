@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from desim.ports import natural_key
 from desim.scenario.names import WORKSTATION, robot_names
+from desim.scenario.schema.communication import StrategyChoice
 from desim.scenario.schema.scenario import Scenario
 
 
@@ -20,7 +21,8 @@ class HostPlan(NamedTuple):
     ``robot`` index of the body whose place it shares, or None; otherwise it stands at
     ``x_m, y_m`` (NaN: nowhere, in reach of everybody). ``drives`` indices of the bodies whose
     sensors and motors are attached to it. ``software`` index of the robot that it controls.
-    ``monitor`` whether robots send it their maps and distances.
+    ``monitor`` whether robots send it their maps and distances. ``strategy`` of a host without a
+    body that coordinates.
     """
 
     name: str
@@ -30,6 +32,7 @@ class HostPlan(NamedTuple):
     drives: tuple[int, ...]
     software: int | None
     monitor: bool
+    strategy: StrategyChoice | None = None
 
 
 def plan(scenario: Scenario) -> list[HostPlan]:
@@ -44,5 +47,6 @@ def plan(scenario: Scenario) -> list[HostPlan]:
         hosts.append(HostPlan(WORKSTATION, None, nan, nan, tuple(range(len(robots))), None, True))
     for name, stationary in scenario.hosts.items():
         x_m, y_m = stationary.at_m or (nan, nan)
-        hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor))
+        hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor,
+                              stationary.strategy))
     return sorted(hosts, key=lambda host: natural_key(host.name))

@@ -24,8 +24,9 @@ from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.ports import World
+from desim.robot.coordination.team import Team
 from desim.robot.robot_map import RobotMap
-from desim.robot.software import robot_software
+from desim.robot.software import coordinator_software, robot_software
 from desim.robot.tiles import TilePool
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario
@@ -136,8 +137,19 @@ class Simulation:
             self._watch(host.name, robot_map)
             nodes += robot_software(host, scenario, self.world.body(host_plan.software), robot_map,
                                     tuple(n for n in self._explorers if n != host.name),
+                                    self._team(host.name),
                                     monitored=any(other.monitor for other in self.plan))
+        if host_plan.strategy is not None:
+            nodes += coordinator_software(host, scenario, host_plan.strategy,
+                                          RobotMap(self.grid, self._pool), self._explorers,
+                                          self._team(host.name))
         return nodes
+
+    def _team(self, own: str) -> Team:
+        """The other hosts with a strategy, in natural order; fresh, as their software is."""
+        names = tuple(plan.name for plan in self.plan
+                      if plan.name != own and (plan.name in self._explorers or plan.strategy))
+        return Team(names, self.scenario.coordination.lost_after_ns)
 
     def _watch(self, robot: str, robot_map: RobotMap | None) -> None:
         for watcher in self._watchers:

@@ -7,10 +7,13 @@ runs, ``Fleet`` the hosts that a middleware is tried on, and where a plug-in's o
 theirs.
 """
 
-from desim.testing.checks import check_case, check_network, check_rule, check_strategy
+from desim.testing.checks import check_case, check_network, check_rule
 from desim.testing.fleet import Fleet
 from desim.testing.medium_bench import HOUR_NS, Bench, ImmediateNetwork
 from desim.testing.middleware import Patience, check_discovery, check_middleware
+from desim.testing.strategy_bench import StrategyBench
+from desim.testing.strategy_checks import check_strategy
 
-__all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "Patience", "check_case",
-           "check_discovery", "check_middleware", "check_network", "check_rule", "check_strategy"]
+__all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "Patience", "StrategyBench",
+           "check_case", "check_discovery", "check_middleware", "check_network", "check_rule",
+           "check_strategy"]

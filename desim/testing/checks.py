@@ -12,7 +12,6 @@ from typing import cast
 import numpy as np
 
 from desim import ports
-from desim.engine.streams import Streams
 from desim.netcases.case import play
 from desim.network.passages import Passages
 from desim.ports.cases import Case
@@ -64,42 +63,6 @@ def check_rule(rule: PluginClass[ports.Rule] | ports.RuleFunction, **params: obj
                                   rules=[made(cls, params)]))
         _check_many(cls, lambda: Bench(model(), _HOSTS | _CROWD,  # noqa: B023
                                        rules=[made(cls, params)]))
-
-
-def check_strategy(cls: PluginClass[ports.Strategy], **params: object) -> None:
-    """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, or None when
-    there is none, and takes the same one when asked again."""
-    check_form("strategy", cls, params)
-    frontiers = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
-                 ports.Frontier(-30.0, 2.0, 45.0, 7)]
-    with own_streams(cls):
-        try:
-            chosen, raised = made(cls, params).choose(_View([])), ""
-        except (IndexError, ValueError) as error:
-            chosen, raised = None, f"; choose raised {type(error).__name__}: {error}"
-        need(chosen is None and not raised, cls, f"return None when there is no frontier{raised}")
-        choices = [made(cls, params).choose(_View(frontiers)) for _ in range(2)]
-    need(choices[0] is None or choices[0] in frontiers, cls,
-         f"return one of view.frontiers() or None, not {choices[0]!r}")
-    need(choices[0] == choices[1], cls, f"choose alike in like situations, got {choices}")
-
-
-class _View:
-    """A robot at the origin that heard of one other robot."""
-
-    name = "robot_1"
-    now_ns = 10 * NS_PER_S
-    pose = ports.Pose2D(0.0, 0.0, 0.0)
-
-    def __init__(self, frontiers: list[ports.Frontier]) -> None:
-        self._frontiers = frontiers
-        self.peers = {"robot_2": ports.Peer(5.0, 5.0, 0.0, 9 * NS_PER_S)}
-
-    def frontiers(self, limit: int | None = None) -> list[ports.Frontier]:
-        return self._frontiers[:limit]
-
-    def stream(self, *name: str | int) -> np.random.Generator:
-        return Streams(0)("view", *name)
 
 
 def check_case(cls: PluginClass[Case], **params: object) -> None:

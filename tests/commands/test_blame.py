@@ -83,15 +83,29 @@ def desim(tmp_path, monkeypatch):
      "division by zero at s_raises.py:12 (robot_"),
     ("s_wall", STRATEGY, "return ports.Frontier(900.0, 0.0, 1.0, 9)",
      "s_wall.Plugin (s_wall.py:4) chose Frontier(x_m=900.0, y_m=0.0, path_m=1.0, cells=9); wanted: "
-     "one of view.frontiers(), a Frontier at another place that is free in the robot's map, or "
-     "None (robot_"),
+     "one of frontiers(), a Place that is free in the robot's map, or None (robot_"),
     ("s_nan", STRATEGY, "return ports.Frontier(float('nan'), 0.0, 1.0, 9)",
      "s_nan.Plugin (s_nan.py:4) chose Frontier(x_m=nan, "),
     ("s_block", STRATEGY, "return ports.Frontier(0.0, 0.0, 1.0, 9)",
      "s_block.Plugin (s_block.py:4) chose Frontier(x_m=0.0, "),
     ("s_text", STRATEGY, "return 'left'", "s_text.Plugin (s_text.py:4) chose 'left'; wanted: one "),
+    ("s_silent", STRATEGY, "view.publish('bid', 1)", "strategy s_silent:Plugin raised topic 'bid' "
+     "is published but not advertised; advertised: nothing at s_silent.py:12 (robot_"),
+    ("s_json", STRATEGY, "view.advertise('bid'); view.publish('bid', {1, 2})", "strategy "
+     "s_json:Plugin raised JSON cannot hold {1, 2} (TypeError: Object of type set is not JSON "
+     "serializable); publish numbers, texts, lists and mappings of them, or give size_bytes at "
+     "s_json.py:12 (robot_"),
+    ("s_size", STRATEGY, "view.advertise('bid'); view.publish('bid', 1, -1)", "strategy "
+     "s_size:Plugin raised size_bytes is an int >= 0, not -1 at s_size.py:12 (robot_"),
+    ("s_gone", STRATEGY, "view.go('left')", "strategy s_gone:Plugin raised a robot drives to a "
+     "place of two finite numbers, not to 'left' at s_gone.py:12 (robot_"),
+    ("s_timer", STRATEGY, "view.every(0, print)", "strategy s_timer:Plugin raised a timer's period "
+     "is an int > 0 of ns, not 0 at s_timer.py:12 (robot_"),
+    ("s_late", STRATEGY, "view.after(10**9, lambda view: view.nothing)", "strategy s_late:Plugin "
+     "raised AttributeError: 'HostContext' object has no attribute 'nothing' at s_late.py:12 "
+     "(robot_"),
     ("s_list", STRATEGY, "return view.frontiers()[:1] * 99", "s_list.Plugin (s_list.py:4) chose a "
-     "list of 99; wanted: one of view.frontiers(), a "),
+     "list of 99; wanted: one of frontiers(), a "),
     ("s_tuple", STRATEGY, "return tuple(view.frontiers()[0])",
      "s_tuple.Plugin (s_tuple.py:4) chose ("),
     ("s_words", STRATEGY, "return ports.Frontier('here', 0.0, 1.0, 9)",

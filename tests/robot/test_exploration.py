@@ -14,8 +14,10 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import Frontier, Peer
-from desim.robot.exploration import Explore
+from desim.robot.coordination.explore import Explore
+from desim.robot.coordination.team import Team
 from desim.robot.localization import SOURCES, Localization
+from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.robot.strategies.random_frontier import RandomFrontier
 from desim.scenario.schema.fleet import BodyType
@@ -63,10 +65,11 @@ class Play:
         self.graph = Graph(self.kernel, self.names, self.trace, Streams(3), Direct(), ["r0"])
         host = self.graph.host("r0")
         self.robot_map = Drawn(cells(lines))
-        self.script, self.peers = Script(host), {}
+        self.script, team = Script(host), Team((), S)
+        self.peers, params = team.peers, ExplorationParams(**exploration)
         strategy = strategy or NearestFrontier(NearestFrontier.Params())
-        self.explore = Explore(host, ExplorationParams(**exploration), strategy, Navigation(),
-                               BodyType(), costmap(self.robot_map), self.peers)
+        queries = MapQueries(costmap(self.robot_map), params, Navigation().goal_tolerance_m, 25.0)
+        self.explore = Explore(host, params, strategy, Navigation(), BodyType(), queries, team)
         host.software = lambda _: [self.script, self.explore]
         self.graph.start()
 

@@ -344,7 +344,7 @@ class Fickle(Explorer):
 
 @pytest.mark.parametrize(("cls", "says"), [
     (Restless, "return None when there is no frontier"),
-    (Inventive, "return one of view.frontiers"),
+    (Inventive, r"return one of frontiers\(\), a Place or None"),
     (Fickle, "choose alike in like situations"),
 ])
 def test_the_kit_names_what_is_wrong_with_a_strategy(cls, says):

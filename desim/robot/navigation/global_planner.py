@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -92,6 +93,25 @@ class GlobalPlanner:
                                    spec.x_m, spec.y_m, arrays.points)
         return arrays.points[:count].copy()
 
+    def lengths_m(self, from_m: tuple[float, float], places: Sequence[tuple[float, float]],
+                  tolerance_m: float) -> np.ndarray:
+        """[n] costs of the cheapest paths to ``places`` as lengths, as ``Frontier.path_m``; inf
+        where there is none. A path ends as that of ``plan``."""
+        costmap, arrays = self.costmap, self._arrays
+        costmap.update()
+        lengths_m = np.full(len(places), np.inf)
+        start = costmap.free_near(*from_m, START_REACH_M)
+        if start < 0:
+            return lengths_m
+        if arrays.last != (costmap, costmap.seen, start, kernels.FAR - 1):
+            self._spread(_WALKING, start, -1, 0, 0, _NO_DISCS)
+        for k, place in enumerate(places):
+            goal = costmap.free_near(*place, tolerance_m)
+            if goal >= 0 and arrays.search.distance[goal] < kernels.FAR:
+                lengths_m[k] = (int(arrays.search.distance[goal]) / _STRAIGHT
+                                * costmap.spec.resolution_m)
+        return lengths_m
+
     def frontiers(self, from_m: tuple[float, float], limit: int | None, smallest: int,
                   discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
         """Frontier clusters of at least ``smallest`` cells in the order of ``path_m``. With a
@@ -115,6 +135,10 @@ class GlobalPlanner:
         avoided = ((row - discs[:, 0])**2 + (column - discs[:, 1])**2 <= discs[:, 2]).any(axis=1)
         return [frontier for (frontier, _), skip in zip(found, avoided, strict=True)
                 if not skip][:limit]
+
+    def frontier_at(self, x_m: float, y_m: float) -> Frontier | None:
+        """The frontier of the last search whose cell to drive to is here."""
+        return next((one for one in self._beside if one[:2] == (x_m, y_m)), None)
 
     def beside(self, frontier: Frontier) -> tuple[int, int]:
         """The cell of the unknown's edge that a frontier of the last search stands for, and the

@@ -12,5 +12,5 @@ class NearestFrontier:
     def __init__(self, params: Params) -> None:
         self.params = params
 
-    def choose(self, view: ports.ExplorationView) -> ports.Frontier | None:
-        return next(iter(view.frontiers(limit=1)), None)
+    def choose(self, context: ports.StrategyContext) -> ports.Frontier | None:
+        return next(iter(context.frontiers(limit=1)), None)

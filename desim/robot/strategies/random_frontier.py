@@ -12,8 +12,8 @@ class RandomFrontier:
     def __init__(self, params: Params) -> None:
         self.params = params
 
-    def choose(self, view: ports.ExplorationView) -> ports.Frontier | None:
-        frontiers = view.frontiers()
+    def choose(self, context: ports.StrategyContext) -> ports.Frontier | None:
+        frontiers = context.frontiers()
         if not frontiers:
             return None
-        return frontiers[int(view.stream("choice").integers(len(frontiers)))]
+        return frontiers[int(context.stream("choice").integers(len(frontiers)))]

@@ -132,14 +132,22 @@ class Exchange(Params):
     via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
 
 
-class Coordination(PluginChoice):
-    """Goal choice and map sharing."""
+class StrategyChoice(PluginChoice):
+    """A strategy with its parameters."""
 
     kind, name_key = "strategy", "strategy"
 
     strategy: str = Field("nearest_frontier", description="a strategy plug-in (Yamauchi 1998)")
+
+
+class Coordination(StrategyChoice):
+    """Goal choice and map sharing."""
+
     exchange: Exchange | None = Field(default_factory=Exchange,
                                       description="null: robots share nothing")
+    lost_after_ns: Duration = Field("30 s", description=(
+        "a teammate that was not heard of for so long counts as lost (six periods of the exchange)"
+        ))
 
 
 class StationaryHost(Params):
@@ -148,6 +156,13 @@ class StationaryHost(Params):
     at_m: tuple[Position, Position] | None = Field(None, description=(
         "where it stands; a host without a place is in reach of everybody"))
     monitor: bool = Field(False, description="it receives each robot's map and distance at 1 Hz")
+    strategy: StrategyChoice | None = Field(None, description=(
+        "a strategy that runs here: a central coordinator, which receives the robots' maps"))
+
+    def parsed(self) -> Self:
+        """The host with the values of its strategy's parameters in place of what was written."""
+        return self if self.strategy is None else self.model_copy(
+            update={"strategy": self.strategy.parsed()})
 
 
 class Fault(Params):

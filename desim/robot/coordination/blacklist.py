@@ -1,0 +1,60 @@
+"""The blacklist of goals that a robot avoids for a while (explore_lite's)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from desim.scenario.schema.robot import ExplorationParams
+
+# Visits after which a remaining frontier counts as unresolvable; maze_8 with 1: 197 s, 3: 202 s.
+_VISITS = 2
+
+
+class Blacklist:
+    """Cells around which no goal is chosen, each until its time is over."""
+
+    def __init__(self, exploration: ExplorationParams, across: int, resolution_m: float) -> None:
+        self._for_ns = exploration.blacklist_for_ns
+        self._radius = exploration.blacklist_radius_m / resolution_m
+        self._across = across
+        self._entries: list[tuple[int, int, int]] = []  # row, column, until
+
+    def add(self, cell: int, now_ns: int) -> None:
+        """Avoid the surroundings of ``cell`` from now on."""
+        self._entries.append((*divmod(cell, self._across), now_ns + self._for_ns))
+
+    def expire(self, now_ns: int) -> None:
+        """Forget the entries whose time is over."""
+        self._entries = [entry for entry in self._entries if entry[2] > now_ns]
+
+    def has_expired(self, now_ns: int) -> bool:
+        """Whether the time of an entry is over."""
+        return any(until_ns <= now_ns for _, _, until_ns in self._entries)
+
+    def discs(self) -> np.ndarray:
+        """[k, 3] row, column and squared radius in cells, as the search takes them."""
+        return np.array([(row, column, int(self._radius * self._radius))
+                         for row, column, _ in self._entries], np.int64).reshape(-1, 3)
+
+
+class Visits:
+    """The number of times in a row that the robot has come to one place."""
+
+    def __init__(self, tolerance_m: float) -> None:
+        self._tolerance_m = tolerance_m
+        self._x_m = self._y_m = math.inf
+        self._count = 0
+
+    def add(self, x_m: float, y_m: float) -> None:
+        """The robot has reached a goal."""
+        self._count = self._count + 1 if self._is_near(x_m, y_m) else 1
+        self._x_m, self._y_m = x_m, y_m
+
+    def were_fruitless(self, x_m: float, y_m: float) -> bool:
+        """Whether more visits to this place would find nothing new."""
+        return self._count >= _VISITS and self._is_near(x_m, y_m)
+
+    def _is_near(self, x_m: float, y_m: float) -> bool:
+        return math.hypot(x_m - self._x_m, y_m - self._y_m) <= self._tolerance_m

@@ -1,0 +1,30 @@
+"""The node that runs a strategy on a host without a body: a central coordinator."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from desim.middleware.host import Host
+from desim.middleware.node import Node
+from desim.ports import Strategy
+from desim.robot.coordination.host_context import HostContext
+from desim.robot.coordination.strategy_events import StrategyEvents
+from desim.robot.coordination.team import Team
+from desim.robot.navigation.map_queries import MapQueries
+
+
+class Coordinate(Node):
+    """Tells the strategy of the team and of the map, which ``MapSharing`` of the same host merges.
+    """
+
+    def __init__(self, host: Host, rate_hz: Fraction, strategy: Strategy, queries: MapQueries,
+                 team: Team) -> None:
+        super().__init__(host, "coordinate")
+        self._rate_hz, self._map = rate_hz, queries.costmap.robot_map
+        context = HostContext(self, team, queries, None)
+        self._events = StrategyEvents(strategy, context, team)
+
+    def start(self) -> None:
+        self.timer(self._rate_hz, lambda _: self._events.tick(
+            self.now_ns, self._map.version))
+        self._events.started()

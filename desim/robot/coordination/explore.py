@@ -1,0 +1,225 @@
+"""The node that sends its robot where the strategy wants it to go (the paper's explore)."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.engine.trace import bits
+from desim.errors import ModelError, class_of
+from desim.middleware.contents import Goal, GoalResult
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
+from desim.middleware.topics import Latest
+from desim.ports import Frontier, GoalEnd, Place, Pose2D, Strategy
+from desim.robot.coordination.blacklist import Blacklist, Visits
+from desim.robot.coordination.host_context import HostContext
+from desim.robot.coordination.strategy_events import StrategyEvents
+from desim.robot.coordination.team import Team
+from desim.robot.navigation.map_queries import MapQueries
+from desim.scenario.schema.fleet import BodyType
+from desim.scenario.schema.robot import ExplorationParams, Navigation
+from desim.units import NS_PER_S
+
+# Tuned; ``maze_8`` as in desim/robot/navigation/__init__.py.
+# Pause after a fruitless search, which goes through the whole map; maze_8: same.
+_IDLE_NS = 5 * NS_PER_S
+_VETOES = 5  # refusals after which a strategy that insists on such a frontier gets it; maze_8: same
+
+
+class Target(NamedTuple):
+    """The goal of the robot: its ``cell`` at the unknown's edge, the highest cost that cells of its
+    frontier may have, and their number, 0 for a place that is no frontier."""
+
+    place: Place
+    cell: int
+    highest: int
+    cells: int
+
+
+class Explore(Node):
+    """Asks the strategy for a goal when there is none, or when the present one is spoilt.
+
+    It never stops for good: maps may arrive later. The costmap of ``queries`` belongs to
+    ``MoveBase`` on the same host, which announces on the topic ``costmap`` that it can be used;
+    the peers of ``team`` belong to ``MapSharing``.
+    """
+
+    def __init__(self, host: Host, exploration: ExplorationParams, strategy: Strategy,
+                 navigation: Navigation, body: BodyType, queries: MapQueries, team: Team) -> None:
+        super().__init__(host, "explore")
+        self._rate_hz, self._strategy, self._queries = exploration.rate_hz, strategy, queries
+        self._costmap, self._planner = queries.costmap, queries.planner
+        self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
+        self._context = HostContext(self, team, queries, self)
+        self._events = StrategyEvents(strategy, self._context, team)
+        self._pose = Latest(host)
+        self._mapped = False  # whether the costmap can be used
+        self._target: Target | None = None
+        self._moving = False  # whether move_base has a goal of this node
+        self._blacklist = Blacklist(exploration, self._costmap.across,
+                                    self._costmap.spec.resolution_m)
+        self._visits = Visits(navigation.goal_tolerance_m)
+        self._idle_until_ns = 0
+        self._checked = -1  # the map's version when last a goal was confirmed or none found
+        self._shown: list[Frontier] = []  # the strategy has seen them in this tick
+
+    def start(self) -> None:
+        self.advertise("goal")
+        self._pose = self.latest("pose")
+        self.latest("peers")  # nothing waits for a new peer; the strategy reads them all
+        self.subscribe("costmap", self._on_costmap)
+        self.subscribe("goal_result", self._on_result)
+        self.timer(self._rate_hz, self._tick)
+        self._events.started()
+
+    # --------------------------------------------------------------- for the strategy's context
+
+    def pose(self) -> Pose2D | None:
+        """The newest pose of localization."""
+        message = self._pose.message
+        if message is None:
+            return None
+        pose = message.content
+        return Pose2D(pose.x_m, pose.y_m, pose.yaw_rad)
+
+    def goal(self) -> Place | None:
+        """The place that the robot drives to."""
+        return None if self._target is None else self._target.place
+
+    def go(self, place: tuple[float, float] | Frontier) -> bool:
+        """Drive to ``place``; see ``StrategyContext.go``."""
+        if not self._is_place(place):
+            raise ModelError(f"a robot drives to a place of two finite numbers, not to {place!r}")
+        if not self._mapped or not self._queries.is_free(place[0], place[1]):
+            return False
+        before = self._target
+        if before is None or before.place != place[:2]:
+            self._drive_to(place)
+            if before is not None:
+                self._events.goal_ended(before.place, GoalEnd.REPLACED)
+        return True
+
+    def stop_driving(self) -> None:
+        """Give the goal up, and stand."""
+        before, self._target = self._target, None
+        self._halt()
+        if before is not None:
+            self._events.goal_ended(before.place, GoalEnd.REPLACED)
+
+    def discs(self) -> np.ndarray:
+        """The blacklist, as the search takes it."""
+        return self._blacklist.discs()
+
+    def show(self, frontiers: list[Frontier]) -> None:
+        """The strategy was shown ``frontiers``."""
+        self._shown += frontiers
+
+    # ---------------------------------------------------------------------------- what comes in
+
+    def _on_costmap(self, _: Message) -> None:
+        self._mapped, self._checked = True, -1
+
+    def _on_result(self, message: Message) -> None:
+        result: GoalResult = message.content
+        target = self._target
+        if target is None or (result.x_m, result.y_m) != target.place:
+            return  # of a goal that was replaced meanwhile
+        self._target, self._moving, self._checked = None, False, -1
+        if result.reached:
+            self._visits.add(*target.place)
+        else:
+            self._blacklist.add(target.cell, self.now_ns)
+        self._events.goal_ended(target.place,
+                                GoalEnd.REACHED if result.reached else GoalEnd.FAILED)
+
+    # ---------------------------------------------------------------------------- what it does
+
+    def _tick(self, _: int) -> None:
+        if self._pose.message is None or not self._mapped:
+            return
+        self._shown.clear()
+        self._events.tick(self.now_ns, self._costmap.robot_map.version)
+        target = self._target
+        if target is None:
+            changed = self._costmap.robot_map.version != self._checked
+            if (changed and self.now_ns >= self._idle_until_ns) \
+                    or self._blacklist.has_expired(self.now_ns):
+                self._choose()
+        elif self._is_spoilt(target):
+            self._target = None
+            self._events.goal_ended(target.place, GoalEnd.SPOILT)
+            if self._target is None:
+                self._choose()
+
+    def _choose(self) -> None:
+        self._blacklist.expire(self.now_ns)
+        chosen = self._chosen()
+        for _ in range(_VETOES):
+            if chosen is None or not self._visits.were_fruitless(*chosen[:2]):
+                break
+            self._blacklist.add(self._edge(chosen)[0], self.now_ns)
+            chosen = self._chosen()
+        self._checked = self._costmap.robot_map.version
+        if self.is_watched:
+            self.display("frontiers", np.array([place[:2] for place in self._shown]).reshape(-1, 2))
+        if chosen is not None:
+            self._drive_to(chosen)
+        elif self._target is None:  # nor did the strategy set a goal while it was asked
+            self._idle_until_ns = self.now_ns + _IDLE_NS
+            if self._moving:
+                self._halt()
+
+    def _chosen(self) -> Frontier | Place | None:
+        """The strategy's choice. Raises ``ModelError`` for a place where the robot cannot be."""
+        chosen = self._strategy.choose(self._context)
+        if not (chosen is None or isinstance(chosen, Frontier | Place)
+                and (chosen in self._shown or self._is_place(chosen)
+                     and self._queries.is_free(chosen.x_m, chosen.y_m))):
+            what = f"a list of {len(chosen)}" if isinstance(chosen, list) else repr(chosen)
+            raise ModelError(f"{class_of(self._strategy)} chose {what}; wanted: one of "
+                             "frontiers(), a Place that is free in the robot's map, or None")
+        return chosen
+
+    @staticmethod
+    def _is_place(place: object) -> bool:
+        return (isinstance(place, tuple) and len(place) >= 2
+                and all(isinstance(at, float | int) and math.isfinite(at) for at in place[:2]))
+
+    def _drive_to(self, place: tuple[float, float] | Frontier) -> None:
+        at = Place(place[0], place[1])
+        frontier = (place if isinstance(place, Frontier)
+                    else self._planner.frontier_at(at.x_m, at.y_m))
+        cells = 0 if frontier is None else frontier.cells
+        self.record("goal", bits(at.x_m), bits(at.y_m), cells)
+        self.publish("goal", Goal(at.x_m, at.y_m))
+        self._target, self._moving = Target(at, *self._edge(frontier or at), cells), True
+
+    def _halt(self) -> None:
+        """Tell move_base to stop."""
+        self._moving = False
+        self.publish("goal", Goal(math.nan, math.nan))
+
+    def _edge(self, place: tuple[float, float] | Frontier) -> tuple[int, int]:
+        """``GlobalPlanner.beside`` of a frontier; the cell of any other place."""
+        if isinstance(place, Frontier):
+            return self._planner.beside(place)
+        return self._costmap.cell(place[0], place[1]), 0
+
+    def _is_spoilt(self, target: Target) -> bool:
+        """Whether the unknown cells beside the goal are known now, or the goal is blocked. Cheap as
+        long as nothing changed near by."""
+        costmap = self._costmap
+        reach = math.ceil(self._radius_m / costmap.spec.resolution_m) + 1
+        corners = (target.cell + reach * (dr * costmap.across + dc)
+                   for dr in (-1, 1) for dc in (-1, 1))
+        if not any(costmap.changed_at(corner, self._checked) for corner in corners):
+            return False
+        costmap.update()
+        self._checked = costmap.seen
+        wanted = min(target.cells, self._queries.smallest)
+        return (costmap.frontier_cells(target.cell, reach, target.highest) < wanted
+                or costmap.free_near(*target.place, self._tolerance_m) < 0)

@@ -1,0 +1,183 @@
+"""The ``StrategyContext`` of a host: the knowledge of its strategy, its messages, its timers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from functools import partial
+from typing import Any, Protocol
+
+import numpy as np
+
+from desim.errors import InputError, ModelError
+from desim.middleware.message import Message
+from desim.middleware.node import Node
+from desim.ports import (
+    Frontier,
+    GridSpec,
+    Peer,
+    Place,
+    Pose2D,
+    StrategyContext,
+    StrategyMessage,
+)
+from desim.robot.coordination.strategy_messages import Encoded, encoded
+from desim.robot.coordination.team import Team
+from desim.robot.navigation.map_queries import MapQueries
+from desim.units import NS_PER_S
+
+Callback = Callable[[StrategyContext], object]
+OnMessage = Callable[[StrategyContext, StrategyMessage], object]
+
+_NO_DISCS = np.zeros((0, 3), np.int64)
+
+
+class Drives(Protocol):
+    """A robot that can be sent somewhere."""
+
+    def pose(self) -> Pose2D | None:
+        """Its pose, None before the first one."""
+
+    def goal(self) -> Place | None:
+        """The place that it drives to."""
+
+    def go(self, place: tuple[float, float] | Frontier) -> bool:
+        """See ``StrategyContext.go``."""
+
+    def stop_driving(self) -> None:
+        """See ``StrategyContext.stop``."""
+
+    def discs(self) -> np.ndarray:
+        """The blacklist, as ``GlobalPlanner.frontiers`` takes it."""
+
+    def show(self, frontiers: list[Frontier]) -> None:
+        """The strategy was shown these."""
+
+
+class HostContext:
+    """The knowledge and the actions of a strategy on the host of ``node``. ``body`` None: a host
+    without one."""
+
+    def __init__(self, node: Node, team: Team, queries: MapQueries, body: Drives | None) -> None:
+        self._node, self._team, self._queries, self._body = node, team, queries, body
+        self._topics: set[str] = set()  # advertised
+
+    # -------------------------------------------------------------------------------- knowledge
+
+    @property
+    def name(self) -> str:
+        return self._node.host.name
+
+    @property
+    def now_ns(self) -> int:
+        return self._node.now_ns
+
+    @property
+    def pose(self) -> Pose2D | None:
+        return None if self._body is None else self._body.pose()
+
+    @property
+    def goal(self) -> Place | None:
+        return None if self._body is None else self._body.goal()
+
+    @property
+    def peers(self) -> Mapping[str, Peer]:
+        return self._team.peers
+
+    @property
+    def team(self) -> tuple[str, ...]:
+        return self._team.names
+
+    def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
+        discs = _NO_DISCS if self._body is None else self._body.discs()
+        found = self._queries.frontiers(self._from(origin), limit, discs)
+        if self._body is not None:
+            self._body.show(found)
+        return found
+
+    def path_lengths_m(self, places: Sequence[tuple[float, float]], origin: Place | None = None
+                       ) -> np.ndarray:
+        return self._queries.path_lengths_m(self._from(origin), [place[:2] for place in places])
+
+    def gain_m2(self, place: tuple[float, float]) -> float:
+        return self._queries.gain_m2(*place[:2])
+
+    @property
+    def grid(self) -> GridSpec:
+        return self._queries.grid
+
+    def occupancy(self) -> np.ndarray:
+        return _read_only(self._queries.occupancy())
+
+    def costmap(self) -> np.ndarray:
+        return _read_only(self._queries.costs())
+
+    # ---------------------------------------------------------------------------------- actions
+
+    def go(self, place: tuple[float, float] | Frontier) -> bool:
+        return self._driver().go(place)
+
+    def stop(self) -> None:
+        self._driver().stop_driving()
+
+    def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
+                  queue: int = 1, latch: bool = False) -> None:
+        if topic in self._topics:
+            raise ModelError(f"topic {topic!r} is advertised a second time")
+        self._topics.add(topic)
+        try:
+            self._node.advertise(_absolute(self.name, topic), transport=transport, latch=latch,
+                                 queue=queue, via=via)
+        except InputError as error:
+            raise ModelError(str(error)) from error
+
+    def subscribe(self, topic: str, callback: OnMessage, *, queue: int = 10) -> None:
+        for name in self._team.names:
+            self._node.subscribe(_absolute(name, topic), partial(self._receive, topic, callback),
+                                 queue)
+
+    def publish(self, topic: str, content: Any, size_bytes: int | None = None) -> None:
+        if topic not in self._topics:
+            raise ModelError(f"topic {topic!r} is published but not advertised; advertised: "
+                             f"{', '.join(sorted(self._topics)) or 'nothing'}")
+        self._node.publish(_absolute(self.name, topic), encoded(content, size_bytes))
+
+    def after(self, delay_ns: int, callback: Callback) -> None:
+        self._node.after(delay_ns, callback, self)
+
+    def every(self, period_ns: int, callback: Callback) -> None:
+        if type(period_ns) is not int or period_ns <= 0:
+            raise ModelError(f"a timer's period is an int > 0 of ns, not {period_ns!r}")
+        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._node.stream("strategy", *name)
+
+    # ------------------------------------------------------------------------------------------
+
+    def _receive(self, topic: str, callback: OnMessage, message: Message) -> None:
+        said: Encoded = message.content
+        source = message.origin.name
+        self._team.spoke(source, self.now_ns)
+        callback(self, StrategyMessage(source, topic, said.decoded(), message.born_ns))
+
+    def _from(self, origin: Place | None) -> tuple[float, float]:
+        place = origin or self.pose
+        if place is None:
+            raise ModelError("ways begin somewhere: this host has no pose"
+                             + ("; give an origin" if self._body is None else " yet"))
+        return place[0], place[1]
+
+    def _driver(self) -> Drives:
+        if self._body is None:
+            raise ModelError(f"{self.name} has no body that could drive")
+        return self._body
+
+
+def _absolute(host: str, topic: str) -> str:
+    return f"/{host}/strategy/{topic}"
+
+
+def _read_only(values: np.ndarray) -> np.ndarray:
+    values.flags.writeable = False
+    return values

@@ -1,0 +1,106 @@
+"""A robot without a simulator: a ``StrategyContext`` whose world is a list of frontiers.
+
+What the strategy does is kept: ``goals``, ``published``, ``timers``. A check plays the part of the
+team: it delivers messages, or loses them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from desim import ports
+from desim.engine.streams import Streams
+from desim.robot.coordination.strategy_messages import encoded
+from desim.units import NS_PER_S
+
+Callback = Callable[[ports.StrategyContext], object]
+OnMessage = Callable[[ports.StrategyContext, ports.StrategyMessage], object]
+
+_SIDE_M = 100.0
+_CELL_M = 0.5
+
+
+class StrategyBench:
+    """A robot at the origin, with free space all around, that heard of one other robot."""
+
+    def __init__(self, frontiers: list[ports.Frontier], name: str = "robot_1",
+                 team: tuple[str, ...] = ("robot_2", "robot_10", "base")) -> None:
+        self.name, self.team = name, team
+        self.now_ns = 10 * NS_PER_S
+        self.pose: ports.Pose2D | None = ports.Pose2D(0.0, 0.0, 0.0)
+        self.goal: ports.Place | None = None
+        self.peers = {"robot_2": ports.Peer(5.0, 5.0, 0.0, 9 * NS_PER_S, ports.Place(6.0, 5.0))}
+        self.known = frontiers
+        cells = int(_SIDE_M / _CELL_M)
+        self.grid = ports.GridSpec(_CELL_M, cells, cells, -_SIDE_M / 2, -_SIDE_M / 2)
+        self.goals: list[ports.Place | None] = []
+        self.published: list[ports.StrategyMessage] = []
+        self.timers: list[Callback] = []
+        self.subscriptions: list[tuple[str, OnMessage]] = []
+        self._advertised: set[str] = set()
+
+    def frontiers(self, limit: int | None = None, origin: ports.Place | None = None
+                  ) -> list[ports.Frontier]:
+        return self.known[:limit]
+
+    def path_lengths_m(self, places: Sequence[tuple[float, float]],
+                       origin: ports.Place | None = None) -> np.ndarray:
+        x_m, y_m = (origin or self.pose or (0.0, 0.0))[:2]
+        return np.array([np.hypot(place[0] - x_m, place[1] - y_m) for place in places])
+
+    def gain_m2(self, place: tuple[float, float]) -> float:
+        return sum(float(one.cells) for one in self.known if one[:2] == tuple(place[:2]))
+
+    def occupancy(self) -> np.ndarray:
+        return np.zeros((self.grid.height, self.grid.width), np.int8)
+
+    def costmap(self) -> np.ndarray:
+        return np.zeros((self.grid.height, self.grid.width), np.uint8)
+
+    def go(self, place: tuple[float, float] | ports.Frontier) -> bool:
+        self.goal = ports.Place(place[0], place[1])
+        self.goals.append(self.goal)
+        return True
+
+    def stop(self) -> None:
+        self.goal = None
+        self.goals.append(None)
+
+    def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
+                  queue: int = 1, latch: bool = False) -> None:
+        assert topic not in self._advertised, f"{topic!r} is advertised twice"
+        self._advertised.add(topic)
+
+    def subscribe(self, topic: str, callback: OnMessage, *, queue: int = 10) -> None:
+        self.subscriptions.append((topic, callback))
+
+    def publish(self, topic: str, content: Any, size_bytes: int | None = None) -> None:
+        assert topic in self._advertised, f"{topic!r} is published but not advertised"
+        self.published.append(ports.StrategyMessage(
+            self.name, topic, encoded(content, size_bytes).decoded(), self.now_ns))
+
+    def after(self, delay_ns: int, callback: Callback) -> None:
+        assert type(delay_ns) is int and delay_ns >= 0, f"a delay of {delay_ns!r} ns"
+        self.timers.append(callback)
+
+    def every(self, period_ns: int, callback: Callback) -> None:
+        assert type(period_ns) is int and period_ns > 0, f"a period of {period_ns!r} ns"
+        self.timers.append(callback)
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return Streams(0)("view", *name)
+
+    def run_timers(self) -> None:
+        """Call what is due: all that was set until now, once."""
+        due, self.timers = self.timers, []
+        for callback in due:
+            callback(self)
+
+    def deliver(self, message: ports.StrategyMessage) -> None:
+        """Call those who subscribe to the message's topic."""
+        for topic, callback in self.subscriptions:
+            if topic == message.topic:
+                callback(self, message)

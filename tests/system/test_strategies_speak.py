@@ -1,0 +1,63 @@
+"""Strategies hear of what happens, speak over the network, and may run without a body."""
+
+import pytest
+import speaking
+from runs import HELLO, built, finished
+
+CHATTY = (HELLO, "coordination.strategy=speaking:Chatty", "stop.elapsed=40 s")
+
+
+def log_of(*case):
+    speaking.LOG.clear()
+    outcome = finished(built(*case))
+    return list(speaking.LOG), outcome
+
+
+def test_goals_are_announced_over_the_network_and_their_ends_are_reported():
+    log, _ = log_of(*CHATTY)
+    starts = [entry for entry in log if entry[2] == "start"]
+    assert starts == [(0.0, f"robot_{k}", "start", tuple(
+        f"robot_{j}" for j in range(3) if j != k)) for k in range(3)]
+    announced = {(host, source) for _, host, what, source, *_ in
+            (entry for entry in log if entry[2] == "announced")}
+    assert announced == {(f"robot_{a}", f"robot_{b}") for a in range(3) for b in range(3) if a != b}
+    assert {"reached", "spoilt"} <= {entry[3] for entry in log if entry[2] == "ended"}
+    assert all(kind is list for *_, kind in (entry for entry in log if entry[2] == "announced"))
+
+
+def test_messages_of_strategies_are_messages_like_any_other():
+    lossy = "network.media.air={model: ideal, rules: [{rule: loss, probability: 1}]}"
+    log, _ = log_of(*CHATTY, "deployment=field", lossy)
+    assert {entry[2] for entry in log} >= {"start", "ended"}
+    assert not [entry for entry in log if entry[2] in ("announced", "hears")]
+
+
+def test_a_teammate_that_stops_is_lost_and_comes_back():
+    log, _ = log_of(*CHATTY, "coordination.lost_after=6 s",
+                    "faults=[{at: 12 s, host: robot_2, down_for: 14 s}]", "stop.explored=100 %")
+    team = [entry[2:] for entry in log
+            if entry[1] == "robot_0" and entry[2] in ("hears", "lost") and entry[3] == "robot_2"]
+    assert team == [("hears", "robot_2"), ("lost", "robot_2"), ("hears", "robot_2")]
+
+
+@pytest.mark.parametrize("more", [(), ("network.media.lan={model: switch, rate: 1 Mb/s}",)])
+def test_the_same_run_twice_is_the_same_to_the_last_bit(more):
+    first, outcome = log_of(*CHATTY, *more)
+    second, other = log_of(*CHATTY, *more)
+    assert (first, outcome.digest) == (second, other.digest)
+
+
+CENTRAL = (HELLO, "coordination.strategy=speaking:Central", "hosts.base={}",
+           "hosts.base.strategy={strategy: 'speaking:Central'}")
+
+
+def test_a_host_without_a_body_sends_the_robots():
+    log, outcome = log_of(*CENTRAL)
+    assert {entry[1] for entry in log if entry[2] == "sent"} == {"robot_0", "robot_1", "robot_2"}
+    assert outcome.stop_reason == "explored"
+
+
+def test_robots_go_on_alone_when_their_coordinator_is_gone():
+    log, outcome = log_of(*CENTRAL, "faults=[{at: 10 s, host: base}]")
+    assert min(entry[0] for entry in log if entry[2] == "alone") > 10
+    assert outcome.stop_reason == "explored"
