@@ -52,7 +52,7 @@ class Neighbours:
                  passages: Passages | None = None) -> None:
         self.context = context
         self.tick_ns = tick_ns
-        self.passages = passages  # None: nobody keeps a ledger
+        self.passages = passages  # None: no ledger is kept
         self._known: dict[tuple[Route, int, int], Neighbour] = {}
         self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
 

@@ -49,8 +49,8 @@ class Carrier(Generic[T_contra]):
 
     def first_sent(self, token: T_contra, now_ns: int) -> int:
         """The time when what the frame carries was sent for the first time, maybe in another one;
-        ``BEFORE_NS`` if it can only complete messages that were sent before. Asked where somebody
-        keeps a ledger, when the frame is sent (``now_ns``)."""
+        ``BEFORE_NS`` if it can only complete messages that were sent before. Called where a ledger
+        is kept, when the frame is sent (``now_ns``)."""
         return now_ns
 
     def arrived(self, token: T_contra, receiver: int) -> object:

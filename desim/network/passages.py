@@ -88,7 +88,7 @@ class Passages:
     """The passages of all itemized media of a run, and what transports add to them.
 
     ``arriving`` and ``losing``: the passage of whose arrival or loss a carrier is being notified.
-    ``expected``, by token and receiver: passages whose arrival was announced when they were sent.
+    ``expected``, by token and receiver: passages of ``Carrier.expected``, which end without a call.
     ``relays``, by message and host that passes it on: the passage with which the message came
     there, and when; of the last ``RELAYED`` messages.
     """

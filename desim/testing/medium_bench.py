@@ -37,7 +37,7 @@ class Bench(BroadcastCarrier[Token]):
     which ``parts`` names (label, receiver, packet number to reason); ``"repeated"`` for a copy
     behind an arrival.
 
-    With ``passages`` somebody keeps a ledger: ``spent`` then has the parts of the time of each
+    With ``passages`` a ledger is kept: ``spent`` then has the parts of the time of each
     frame that arrived (label, source, receiver, ns from sending to arrival, stamps).
     """
 

@@ -66,7 +66,7 @@ class Switch:
         self._limit_ns = airtime_ns(params.buffer_bytes, rate_bps)
         self._ahead_ns = _AHEAD_NS
         self._cut = lru_cache(1 << 12)(partial(cut, rate_bps=rate_bps))
-        self._times: SwitchTimes | None = None  # where somebody keeps a ledger
+        self._times: SwitchTimes | None = None  # where a ledger is kept
 
     def itemize(self, ledger: ports.Ledger) -> None:
         self._times = SwitchTimes(ledger, self._params.propagation_ns, self._hop_ns, self._cut)

@@ -27,7 +27,7 @@ class Transit:
 
     The ``sender`` appends ``messages`` and removes acknowledged ones; the ``receiver`` counts how
     many of them, from the first, it has ``delivered``. ``express_ns``: when the last express
-    message arrived. ``firsts``, where somebody keeps a ledger: the end of each train of new bytes
+    message arrived. ``firsts``, where a ledger is kept: the end of each train of new bytes
     that are not acknowledged, and when it was sent.
     """
 
