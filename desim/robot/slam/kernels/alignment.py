@@ -1,0 +1,232 @@
+"""Loops that align a scan with a particle's map: the pose at which its returns fit best.
+
+The residual of a return is its distance from the surface nearby, along the surface's normal: the
+point-to-line metric of Censi (2008), with the surface taken from the cells around. The most likely
+pose, given the scan and the odometry, is found by Gauss-Newton steps with weights that fall for
+outliers (Geman and McClure 1985); its covariance is the inverse of the information there (Laplace's
+approximation).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.ports.kernels import cos, inner, kernel, lean, log, sin, types
+from desim.robot.slam.kernels.points import NX, NY, X, Y
+from desim.robot.slam.kernels.tiles import MAPS, OCCUPIED, SIDE
+
+UNKNOWN, MISSED = -2.0, -3.0  # log-likelihood of a return in the unknown; where no surface is
+LOOSE = 0.25  # weight of a return without a normal, in each direction
+SAME_SIDE = 0.4  # cosine; surfaces turned farther from each other are not matched
+KNOWN_NORMAL = 0.3  # a cell's mean normal is used if it is that long; shorter, they disagree
+MOST_HITS = 8.0  # more returns in a cell do not make it count more
+SMALL_M, SMALL_RAD = 2e-4, 2e-5  # a step shorter than that ends the alignment
+
+
+class Fit(NamedTuple):
+    """How a scan is compared with a map: ``sigma_m`` standard deviation of a residual, ``scale_m``
+    of the weights for outliers, ``reach_m`` in which cells count, ``effective`` number of
+    independent returns in a scan, ``steps`` at most."""
+
+    sigma_m: float
+    scale_m: float
+    reach_m: float
+    effective: float
+    steps: int
+
+
+_f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.float64[:, ::1]
+FIT = types.NamedTuple([_f8, _f8, _f8, _f8, _i8], Fit)
+
+
+@inner(types.UniTuple(_f8, 5)(_i8, _f8, _f8, _f8, _f8, _f8, MAPS))
+def surface(particle, x, y, nx, ny, reach_m, maps):
+    """The surface near (x, y) in m, seen with normal (nx, ny): offset of its point from (x, y), its
+    normal (zeros if unknown) and its weight; 0 if there is none, -1 if all there is unknown.
+
+    Mean of the mean returns of 3 x 3 cells, weighted with (1 - d^2 / reach^2)^2.
+    """
+    per_m = 1.0 / maps.resolution_m
+    at_x, at_y = x * per_m - maps.left * SIDE, y * per_m - maps.low * SIDE
+    rows = maps.seen.shape[1] // maps.columns
+    column, row = int(np.floor(at_x)), int(np.floor(at_y))
+    weight, px, py, qx, qy = 0.0, 0.0, 0.0, 0.0, 0.0
+    if column < 1 or row < 1 or column + 1 >= maps.columns * SIDE or row + 1 >= rows * SIDE:
+        return 0.0, 0.0, 0.0, 0.0, -1.0
+    far = 1.0 / (reach_m * reach_m)
+    directed = nx != 0.0 or ny != 0.0
+    for r in range(row - 1, row + 2):
+        for c in range(column - 1, column + 2):
+            tile = (r >> 3) * maps.columns + (c >> 3)
+            met = maps.met[particle, tile]
+            if met == 0:
+                continue
+            cell = ((r & 7) << 3) | (c & 7)
+            hits = maps.hits[met, cell]
+            if hits == 0 or hits < OCCUPIED * maps.visits[maps.seen[particle, tile], cell]:
+                continue
+            sums = maps.sums[met, cell]
+            part = 1.0 / hits
+            dx = (c + 0.5 - at_x) * maps.resolution_m + sums[0] * part
+            dy = (r + 0.5 - at_y) * maps.resolution_m + sums[1] * part
+            near = 1.0 - (dx * dx + dy * dy) * far
+            if near <= 0.0:
+                continue
+            mx, my = sums[2] * part, sums[3] * part
+            if directed and (mx != 0.0 or my != 0.0) and (
+                    nx * mx + ny * my < SAME_SIDE * np.sqrt(mx * mx + my * my)):
+                continue
+            w = near * near * min(hits, MOST_HITS)
+            weight += w
+            px += w * dx
+            py += w * dy
+            qx += w * mx
+            qy += w * my
+    if weight == 0.0:
+        seen = maps.seen[particle, (row >> 3) * maps.columns + (column >> 3)]
+        known = seen != 0 and maps.visits[seen, ((row & 7) << 3) | (column & 7)] > 0
+        return 0.0, 0.0, 0.0, 0.0, 0.0 if known else -1.0
+    part = 1.0 / weight
+    qx, qy = qx * part, qy * part
+    size = np.sqrt(qx * qx + qy * qy)
+    if size < KNOWN_NORMAL:
+        return px * part, py * part, nx, ny, 1.0
+    return px * part, py * part, qx / size, qy / size, 1.0
+
+
+@inner(_f8(_i8, _f8x1, _f8x2, _i8, MAPS, FIT, _f8x1))
+def compare(particle, pose, points, count, maps, fit, system):
+    """The log-likelihood of a scan at a pose, and the normal equations [9] of a Gauss-Newton step:
+    xx, xy, xt, yy, yt, tt of J^T W J, then x, y, t of -J^T W r."""
+    c, s = cos(pose[2]), sin(pose[2])
+    system[:] = 0.0
+    total, spread = 0.0, -0.5 / (fit.sigma_m * fit.sigma_m)
+    outlier = 1.0 / (fit.scale_m * fit.scale_m)
+    for k in range(count):
+        ax, ay = c * points[k, X] - s * points[k, Y], s * points[k, X] + c * points[k, Y]
+        nx, ny = c * points[k, NX] - s * points[k, NY], s * points[k, NX] + c * points[k, NY]
+        dx, dy, mx, my, found = surface(particle, pose[0] + ax, pose[1] + ay, nx, ny, fit.reach_m,
+                                        maps)
+        if found <= 0.0:
+            total += UNKNOWN if found < 0.0 else MISSED
+            continue
+        if mx == 0.0 and my == 0.0:
+            squared = dx * dx + dy * dy
+            w = 1.0 + squared * outlier
+            w = LOOSE / (w * w)
+            system[0] += w
+            system[2] -= w * ay
+            system[3] += w
+            system[4] += w * ax
+            system[5] += w * (ax * ax + ay * ay)
+            system[6] += w * dx
+            system[7] += w * dy
+            system[8] += w * (ax * dy - ay * dx)
+        else:
+            r = -(mx * dx + my * dy)
+            squared = r * r
+            w = 1.0 + squared * outlier
+            w = 1.0 / (w * w)
+            t = ax * my - ay * mx
+            system[0] += w * mx * mx
+            system[1] += w * mx * my
+            system[2] += w * mx * t
+            system[3] += w * my * my
+            system[4] += w * my * t
+            system[5] += w * t * t
+            system[6] -= w * mx * r
+            system[7] -= w * my * r
+            system[8] -= w * t * r
+        total += max(spread * squared, MISSED)
+    return total * fit.effective / max(count, 1)
+
+
+@inner(_f8(_f8x1, _f8x1, _f8x1, _f8x1))
+def add_odometry(pose, expected, sigmas, system):
+    """Add the odometry to the normal equations; returns its log-likelihood at the pose.
+
+    ``expected``: the pose by odometry | ``sigmas`` [3]: its standard deviations along the robot,
+    across it (m) and of its heading (rad).
+    """
+    c, s = cos(expected[2]), sin(expected[2])
+    dx, dy, dt = pose[0] - expected[0], pose[1] - expected[1], pose[2] - expected[2]
+    along, across = c * dx + s * dy, c * dy - s * dx
+    a, b, t = 1.0 / sigmas[0] ** 2, 1.0 / sigmas[1] ** 2, 1.0 / sigmas[2] ** 2
+    system[0] += a * c * c + b * s * s
+    system[1] += (a - b) * c * s
+    system[3] += a * s * s + b * c * c
+    system[5] += t
+    system[6] -= a * along * c - b * across * s
+    system[7] -= a * along * s + b * across * c
+    system[8] -= t * dt
+    return -0.5 * (a * along * along + b * across * across + t * dt * dt)
+
+
+@inner(types.boolean(_f8x1, _f8x1))
+def factorize(system, root):
+    """Cholesky's factor [6] (rows of the lower triangle) of the matrix in normal equations; whether
+    it has one."""
+    root[0] = np.sqrt(system[0])
+    root[1] = system[1] / root[0]
+    root[2] = np.sqrt(system[3] - root[1] * root[1])
+    root[3] = system[2] / root[0]
+    root[4] = (system[4] - root[1] * root[3]) / root[2]
+    root[5] = np.sqrt(system[5] - root[3] * root[3] - root[4] * root[4])
+    return root[0] > 0.0 and root[2] > 0.0 and root[5] > 0.0
+
+
+@inner(types.UniTuple(_f8, 3)(_f8x1, _f8, _f8, _f8))
+def solve_transposed(root, x, y, t):
+    """v with L^T v = (x, y, t). Standard normal numbers become a draw of covariance (L L^T)^-1."""
+    vt = t / root[5]
+    vy = (y - root[4] * vt) / root[2]
+    vx = (x - root[1] * vy - root[3] * vt) / root[0]
+    return vx, vy, vt
+
+
+@inner(types.UniTuple(_f8, 3)(_f8x1, _f8, _f8, _f8))
+def solve(root, x, y, t):
+    """v with L L^T v = (x, y, t)."""
+    ux = x / root[0]
+    uy = (y - root[1] * ux) / root[2]
+    ut = (t - root[3] * ux - root[4] * uy) / root[5]
+    return solve_transposed(root, ux, uy, ut)
+
+
+@kernel(types.UniTuple(_f8, 2)(_i8, _f8x1, _f8x1, _f8x1, _f8x2, _i8, MAPS, FIT, _f8x1), inner=True)
+def align(particle, pose, expected, sigmas, points, count, maps, fit, root):
+    """Move ``pose`` [3] to the most likely one nearby. Returns the log-likelihoods of the scan and
+    of the odometry there; ``root`` [6], out: Cholesky's factor of the information.
+
+    A step that makes the whole less likely is halved twice, then taken back.
+    """
+    system, best = np.empty(9), np.empty(3)
+    scale = fit.effective / (max(count, 1) * fit.sigma_m * fit.sigma_m)
+    scan, odometry = -np.inf, -np.inf
+    sx, sy, st, halvings = 0.0, 0.0, 0.0, 0
+    for step in range(fit.steps + 1):
+        likelihood = compare(particle, pose, points, count, maps, fit, system)
+        for k in range(9):
+            system[k] *= scale
+        prior = add_odometry(pose, expected, sigmas, system)
+        if step > 0 and likelihood + prior < scan + odometry:
+            sx, sy, st, halvings = 0.5 * sx, 0.5 * sy, 0.5 * st, halvings + 1
+            if halvings > 2:
+                break
+        else:
+            scan, odometry = likelihood, prior
+            best[:] = pose
+            if not factorize(system, root):
+                break
+            sx, sy, st = solve(root, system[6], system[7], system[8])
+            if abs(sx) + abs(sy) < SMALL_M and abs(st) < SMALL_RAD:
+                break
+        pose[0], pose[1], pose[2] = best[0] + sx, best[1] + sy, best[2] + st
+    pose[:] = best
+    return scan, odometry
+
+
+@lean(types.float64(_f8x1))
+def log_determinant(root):
+    """Logarithm of the determinant of L, from Cholesky's factor [6]."""
+    return log(root[0]) + log(root[2]) + log(root[5])

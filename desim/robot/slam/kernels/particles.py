@@ -1,0 +1,89 @@
+"""Loops over particles: the next pose and weight of each, and which of them go on."""
+
+import numpy as np
+
+from desim.ports.kernels import exp, kernel, lean, normal, types, uniform
+from desim.robot.slam.kernels.alignment import FIT, align, log_determinant, solve_transposed
+from desim.robot.slam.kernels.tiles import MAPS
+
+_f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.float64[:, ::1]
+_u8 = types.uint64
+
+
+@kernel(types.void(_f8x2, _f8x2, _f8x1, _f8x2, _i8, MAPS, FIT, _f8, _u8, _u8, _f8x1, _f8x2))
+def propose(poses, expected, sigmas, points, count, maps, fit, spread, key, counter, weights,
+            roots):
+    """Move each particle to a draw from its improved proposal, and add to its log-weight.
+
+    ``poses`` [particles, 3]: where the alignment begins, out: the draws | ``expected`` [particles,
+    3]: the poses by odometry | ``spread``: standard deviations are multiplied with it; 0 takes the
+    most likely pose | ``key``, ``counter``: of the first of 3 normal numbers a particle |
+    ``weights``: log-weights | ``roots`` [particles, 6], out: Cholesky factors of the information.
+
+    The proposal is the normal distribution around the most likely pose of scan and odometry; its
+    integral is the weight: p(z | x) p(x | u) sqrt(det(2 pi C)) (Grisetti, Stachniss and Burgard
+    2007, equations 11 to 19, with Laplace's approximation in the place of samples).
+    """
+    for k in range(len(poses)):
+        scan, odometry = align(k, poses[k], expected[k], sigmas, points, count, maps, fit, roots[k])
+        weights[k] += scan + odometry - log_determinant(roots[k])
+        if spread > 0.0:
+            first = counter + _u8_of(3 * k)
+            x, y, t = solve_transposed(roots[k], normal(key, first), normal(key, first + _u8_of(1)),
+                                       normal(key, first + _u8_of(2)))
+            poses[k, 0] += spread * x
+            poses[k, 1] += spread * y
+            poses[k, 2] += spread * t
+
+
+@lean("u8(i8)")
+def _u8_of(number):
+    return np.uint64(number)
+
+
+@lean("f8(f8[::1], f8[::1])")
+def normalize(weights, shares):
+    """Write the normalized weights of log-weights as ``shares``. Returns the effective sample size,
+    1 / sum of their squares (Liu 1996)."""
+    top = weights[0]
+    for w in weights:
+        top = max(top, w)
+    total = 0.0
+    for k in range(len(weights)):
+        shares[k] = exp(weights[k] - top)
+        total += shares[k]
+    squares = 0.0
+    for k in range(len(weights)):
+        shares[k] /= total
+        squares += shares[k] * shares[k]
+    return 1.0 / squares
+
+
+@lean("void(f8[::1], u8, u8, i8[::1])")
+def ancestors(shares, key, counter, chosen):
+    """Systematic resampling (Carpenter, Clifford and Fearnhead 1999) by one uniform number.
+
+    ``chosen`` [particles], out: the ancestor of each. A particle that survives keeps its place, so
+    that its map is not moved.
+    """
+    count = len(shares)
+    chosen[:] = 0
+    at, reached = uniform(key, counter), 0.0
+    for k in range(count):
+        reached += shares[k] * count
+        while at < reached:  # copies of k so far
+            chosen[k] += 1
+            at += 1.0
+    copies = 0
+    for k in range(count):
+        copies += chosen[k]
+    chosen[0] += count - copies  # rounding at the last border
+    spare = 0
+    for k in range(count):
+        if chosen[k] == 0:
+            while chosen[spare] <= 1:
+                spare += 1
+            chosen[spare] -= 1
+            chosen[k] = -1 - spare  # marked, as counts are still read
+    for k in range(count):
+        chosen[k] = -1 - chosen[k] if chosen[k] < 0 else k

@@ -1,0 +1,100 @@
+"""Loops that turn a scan into points with normals."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.ports.kernels import cos, kernel, sin, types
+
+X, Y, NX, NY = 0, 1, 2, 3  # columns of points
+NEIGHBOURS = 6  # beams on each side, at most, in which a normal is fitted
+FLAT = 0.15  # a normal is trusted if the spread across is less than this share of that along
+BREAK = 0.3  # m; farther neighbours are on another surface, but for distant beams
+SPACINGS = 2.5  # and there, neighbours up to so many spacings of beams away are on the same
+
+
+class Beams(NamedTuple):
+    """The geometry of a laser: first angle and increment in rad, shortest and longest range used in
+    m, and the pose of the laser on the robot (m, m, rad)."""
+
+    angle_min_rad: float
+    increment_rad: float
+    shortest_m: float
+    longest_m: float
+    mount_x_m: float
+    mount_y_m: float
+    mount_yaw_rad: float
+
+
+BEAMS = types.NamedTuple([types.float64] * 7, Beams)
+
+
+@kernel(types.int64(types.float64[::1], BEAMS, types.float64[:, ::1], types.float64[::1]))
+def points_of(ranges, beams, points, taken):
+    """Write the returns of a scan as ``points`` [beams, 4] in the robot's frame: x, y in m, and the
+    unit normal of the surface towards the laser, zeros where it is not known. ``taken`` [beams]:
+    the range of each. Returns their number.
+
+    A normal is that of the line through the neighbouring returns (least squares across it), up to
+    the first that is ``BREAK`` away or farther.
+    """
+    count = 0
+    for b in range(len(ranges)):
+        length = ranges[b]
+        if beams.shortest_m <= length < beams.longest_m:
+            angle = beams.mount_yaw_rad + beams.angle_min_rad + b * beams.increment_rad
+            points[count, X] = beams.mount_x_m + length * cos(angle)
+            points[count, Y] = beams.mount_y_m + length * sin(angle)
+            taken[count] = length
+            count += 1
+    for k in range(count):
+        reach = max(BREAK, SPACINGS * taken[k] * abs(beams.increment_rad))
+        n, sx, sy, sxx, sxy, syy = 1, 0.0, 0.0, 0.0, 0.0, 0.0
+        for side in (-1, 1):
+            for away in range(1, NEIGHBOURS + 1):
+                j = k + side * away
+                if not 0 <= j < count:
+                    break
+                dx, dy = points[j, X] - points[k, X], points[j, Y] - points[k, Y]
+                if dx * dx + dy * dy > reach * reach:
+                    break
+                n += 1
+                sx += dx
+                sy += dy
+                sxx += dx * dx
+                sxy += dx * dy
+                syy += dy * dy
+        points[k, NX] = points[k, NY] = 0.0
+        if n < 4:
+            continue
+        a, b, c = sxx - sx * sx / n, sxy - sx * sy / n, syy - sy * sy / n
+        root = np.sqrt(0.25 * (a - c) * (a - c) + b * b)
+        along, across = 0.5 * (a + c) + root, 0.5 * (a + c) - root
+        if along <= 0.0 or across > FLAT * FLAT * along:
+            continue
+        nx, ny = (b, across - a) if abs(across - a) > abs(across - c) else (across - c, b)
+        size = np.sqrt(nx * nx + ny * ny)
+        if size <= 0.0:
+            continue
+        if nx * (beams.mount_x_m - points[k, X]) + ny * (beams.mount_y_m - points[k, Y]) < 0.0:
+            size = -size
+        points[k, NX], points[k, NY] = nx / size, ny / size
+    return count
+
+
+@kernel(types.int64(types.float64[:, ::1], types.int64, types.float64, types.float64[:, ::1]))
+def thinned(points, count, spacing, kept):
+    """Copy points that are ``spacing`` m or more from the one kept before to ``kept``. Returns
+    their number.
+
+    Returns lie densest nearby. They would outweigh distant ones, which fix the heading.
+    """
+    n = 0
+    for k in range(count):
+        if n > 0:
+            dx, dy = points[k, X] - kept[n - 1, X], points[k, Y] - kept[n - 1, Y]
+            if dx * dx + dy * dy < spacing * spacing:
+                continue
+        kept[n] = points[k]
+        n += 1
+    return n

@@ -1,0 +1,196 @@
+"""Loops of maps in shared tiles: copies on write, and the evidence of a scan.
+
+A tile has 8 x 8 cells. A map is two rows of indices into pools of tiles: of the visits by beams,
+and of the returns. Tile 0 of each pool is empty and never counted.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.ports.kernels import cos, inner, kernel, lean, sin, types
+from desim.robot.slam.kernels.points import NX, NY, X, Y
+
+SIDE, CELLS = 8, 64  # cells of a tile, along a side and in all
+MOST = 30_000  # counts of a cell stop here (int16)
+OCCUPIED = 0.2  # a cell is occupied if at least this share of its visits were returns
+
+
+class Stock(NamedTuple):
+    """Which tiles of a pool are in use: ``refs`` [capacity] number of references, ``free``
+    [capacity], of which the first ``free_count[0]`` are the tiles without any."""
+
+    refs: np.ndarray
+    free: np.ndarray
+    free_count: np.ndarray
+
+
+class Maps(NamedTuple):
+    """The maps of all particles.
+
+    ``seen`` [particles, tiles] indices into the pool ``visits`` [capacity, 64] int16 | ``met``
+    [particles, tiles] indices into the pool ``hits`` [capacity, 64] int16, ``sums`` [capacity, 64,
+    4] float32: of returns, their offset from the centre of the cell in m, and their normals |
+    ``columns``: tiles in a row | ``left``, ``low``: the first tile's place in tiles |
+    ``resolution_m``.
+    """
+
+    seen: np.ndarray
+    met: np.ndarray
+    visits: np.ndarray
+    hits: np.ndarray
+    sums: np.ndarray
+    seen_stock: Stock
+    met_stock: Stock
+    columns: int
+    left: int
+    low: int
+    resolution_m: float
+
+
+_i4x1, _i4x2, _i2x2 = types.int32[::1], types.int32[:, ::1], types.int16[:, ::1]
+_f8, _i8, _f8x2 = types.float64, types.int64, types.float64[:, ::1]
+STOCK = types.NamedTuple([_i4x1, _i4x1, types.int64[::1]], Stock)
+MAPS = types.NamedTuple([_i4x2, _i4x2, _i2x2, _i2x2, types.float32[:, :, ::1], STOCK, STOCK, _i8,
+                         _i8, _i8, _f8], Maps)
+
+
+@inner(types.void(types.int32, STOCK))
+def release(index, stock):
+    """One reference less to a tile; at zero it is free."""
+    if index != 0:
+        stock.refs[index] -= 1
+        if stock.refs[index] == 0:
+            stock.free[stock.free_count[0]] = index
+            stock.free_count[0] += 1
+
+
+@inner(types.int32(STOCK))
+def take(stock):
+    """A free tile, with one reference."""
+    stock.free_count[0] -= 1
+    fresh = stock.free[stock.free_count[0]]
+    stock.refs[fresh] = 1
+    return fresh
+
+
+@inner(types.int32(_i8, _i8, MAPS))
+def own_seen(particle, tile, maps):
+    """The particle's own tile of visits: a copy, if others share it."""
+    index = maps.seen[particle, tile]
+    if index != 0 and maps.seen_stock.refs[index] == 1:
+        return index
+    fresh = take(maps.seen_stock)
+    for c in range(CELLS):
+        maps.visits[fresh, c] = maps.visits[index, c]
+    release(index, maps.seen_stock)
+    maps.seen[particle, tile] = fresh
+    return fresh
+
+
+@inner(types.int32(_i8, _i8, MAPS))
+def own_met(particle, tile, maps):
+    """The particle's own tile of returns: a copy, if others share it."""
+    index = maps.met[particle, tile]
+    if index != 0 and maps.met_stock.refs[index] == 1:
+        return index
+    fresh = take(maps.met_stock)
+    for c in range(CELLS):
+        maps.hits[fresh, c] = maps.hits[index, c]
+        for k in range(4):
+            maps.sums[fresh, c, k] = maps.sums[index, c, k]
+    release(index, maps.met_stock)
+    maps.met[particle, tile] = fresh
+    return fresh
+
+
+@lean(types.void(types.int64[::1], MAPS, _i4x2, _i4x2))
+def resample(ancestors, maps, seen, met):
+    """Give particle k the map of particle ``ancestors[k]``; all tiles are shared at first.
+
+    ``seen``, ``met`` [particles, tiles]: to work in. A particle that is its own ancestor is not
+    touched.
+    """
+    for k in range(len(ancestors)):
+        if ancestors[k] != k:
+            for t in range(seen.shape[1]):
+                seen[k, t] = maps.seen[ancestors[k], t]
+                met[k, t] = maps.met[ancestors[k], t]
+                if seen[k, t] != 0:
+                    maps.seen_stock.refs[seen[k, t]] += 1
+                if met[k, t] != 0:
+                    maps.met_stock.refs[met[k, t]] += 1
+    for k in range(len(ancestors)):
+        if ancestors[k] != k:
+            for t in range(seen.shape[1]):
+                release(maps.seen[k, t], maps.seen_stock)
+                release(maps.met[k, t], maps.met_stock)
+                maps.seen[k, t] = seen[k, t]
+                maps.met[k, t] = met[k, t]
+
+
+@inner(types.void(_i8, _f8, _f8, _f8, _f8, MAPS))
+def visit_line(particle, x, y, to_x, to_y, maps):
+    """Count a visit in each cell from (x, y) to a cell short of (to_x, to_y), in cells; one cell a
+    step along the longer axis (Bresenham's line)."""
+    along_x, along_y = to_x - x, to_y - y
+    steps = int(max(abs(along_x), abs(along_y)))
+    if steps < 1:
+        return
+    along_x /= steps
+    along_y /= steps
+    last, index = -1, np.int32(0)
+    for _ in range(steps):
+        column, row = int(x), int(y)
+        tile = (row >> 3) * maps.columns + (column >> 3)
+        if tile != last:
+            index = own_seen(particle, tile, maps)
+            last = tile
+        cell = ((row & 7) << 3) | (column & 7)
+        if maps.visits[index, cell] < MOST:
+            maps.visits[index, cell] += 1
+        x += along_x
+        y += along_y
+
+
+@lean(types.void(_i8, _f8, _f8, _f8, _f8, _f8, _f8x2, _i8, MAPS))
+def register(particle, x, y, yaw, mount_x, mount_y, points, count, maps):
+    """Add a scan, seen from a pose (m, m, rad), to a particle's map: visits along its beams, and
+    returns. ``mount_x``, ``mount_y``: the laser on the robot in m."""
+    c, s = cos(yaw), sin(yaw)
+    per_m, half = 1.0 / maps.resolution_m, 0.5
+    from_x = (x + c * mount_x - s * mount_y) * per_m - maps.left * SIDE
+    from_y = (y + s * mount_x + c * mount_y) * per_m - maps.low * SIDE
+    for k in range(count):
+        px, py = points[k, X], points[k, Y]
+        at_x = (x + c * px - s * py) * per_m - maps.left * SIDE
+        at_y = (y + s * px + c * py) * per_m - maps.low * SIDE
+        visit_line(particle, from_x, from_y, at_x, at_y, maps)
+        column, row = int(at_x), int(at_y)
+        tile = (row >> 3) * maps.columns + (column >> 3)
+        cell = ((row & 7) << 3) | (column & 7)
+        seen = own_seen(particle, tile, maps)
+        if maps.visits[seen, cell] < MOST:
+            maps.visits[seen, cell] += 1
+        met = own_met(particle, tile, maps)
+        if maps.hits[met, cell] < MOST:
+            maps.hits[met, cell] += 1
+            sums = maps.sums[met, cell]
+            sums[0] += (at_x - column - half) * maps.resolution_m
+            sums[1] += (at_y - row - half) * maps.resolution_m
+            sums[2] += c * points[k, NX] - s * points[k, NY]
+            sums[3] += s * points[k, NX] + c * points[k, NY]
+
+
+@kernel(types.void(_i8, types.int16[:, ::1], types.int16[:, ::1], MAPS))
+def unroll(particle, visits, hits, maps):
+    """Write a particle's counts as grids [rows, columns of cells]."""
+    rows = maps.seen.shape[1] // maps.columns
+    for row in range(rows):
+        for column in range(maps.columns):
+            tile = row * maps.columns + column
+            seen, met = maps.seen[particle, tile], maps.met[particle, tile]
+            for cell in range(CELLS):
+                r, c = row * SIDE + (cell >> 3), column * SIDE + (cell & 7)
+                visits[r, c] = maps.visits[seen, cell]
+                hits[r, c] = maps.hits[met, cell]

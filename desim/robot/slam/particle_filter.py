@@ -1,0 +1,193 @@
+"""SLAM by particles that each have a pose and a map of their own.
+
+The Rao-Blackwellized particle filter of Grisetti, Stachniss and Burgard, "Improved techniques for
+grid mapping with Rao-Blackwellized particle filters", IEEE Transactions on Robotics 23 (2007).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.robot.slam.kernels.alignment import Fit
+from desim.robot.slam.kernels.particles import ancestors, normalize, propose
+from desim.robot.slam.kernels.points import Beams, points_of, thinned
+from desim.robot.slam.kernels.search import search
+from desim.robot.slam.settings import SlamSettings
+from desim.robot.slam.shared_maps import SharedMaps
+from desim.robot.slam.transforms import compose, motion_between
+
+# The residual of a return: noise of the sensor, and what cells blur.
+_SIGMA_M, _SIGMA_CELLS = 0.01, 0.15
+_OUTLIER_SIGMAS = 2.5
+_REACH_CELLS = 1.5
+_EFFECTIVE = 15.0  # independent returns in a scan
+_STEPS = 10
+_SPACING_CELLS = 0.5
+_COARSE_M = 0.1  # the step of the search, if a cell is not larger
+_WINDOW_SIGMAS = 2.5
+_WINDOW_M, _WINDOW_RAD = (0.15, 0.4), (0.1, 0.4)  # least and most
+
+
+class Processed(NamedTuple):
+    """A scan that was processed: the odometry then [3], the ``poses`` of the particles [particles,
+    3] and the particle that each one comes from."""
+
+    odometry: np.ndarray
+    poses: np.ndarray
+    ancestors: np.ndarray
+
+
+@dataclass
+class GridMap:
+    """A robot's map: ``occupancy`` [rows, columns] of int8 as in ROS (0 free to 100 occupied, -1
+    unknown), the place of the corner of its first cell, and its resolution."""
+
+    occupancy: np.ndarray
+    origin_m: tuple[float, float]
+    resolution_m: float
+
+
+class ParticleSlam:
+    """A particle filter over poses and maps. It is fed with odometry and scans, and read.
+
+    ``key``: of its random numbers (``Streams.key``) | ``spread``: how far particles are drawn from
+    the most likely pose, in standard deviations; 0 for one hypothesis.
+    """
+
+    def __init__(self, settings: SlamSettings, key: int, spread: float = 1.0) -> None:
+        self._settings, self._key, self._spread = settings, np.uint64(key), spread
+        count, cell_m = settings.particles, settings.resolution_m
+        scanner = settings.scanner
+        self._beams = Beams(scanner.angle_min_rad, scanner.increment_rad, scanner.shortest_m,
+                            scanner.longest_m, *scanner.mount)
+        sigma_m = _SIGMA_M + _SIGMA_CELLS * cell_m
+        self._fit = Fit(sigma_m, _OUTLIER_SIGMAS * sigma_m, _REACH_CELLS * cell_m, _EFFECTIVE,
+                        _STEPS)
+        self._coarse = max(1, round(_COARSE_M / cell_m))
+        self.maps = SharedMaps(count, cell_m)
+        self.poses = np.zeros((count, 3))
+        self.weights, self._shares = np.zeros(count), np.full(count, 1.0 / count)
+        self._roots, self._lineage = np.zeros((count, 6)), np.arange(count)
+        self.history: list[Processed] = []
+        self._before: np.ndarray | None = None  # the odometry of the scan before
+        self._metres = self._radians = 0.0
+
+    def update(self, odometry: np.ndarray, ranges: np.ndarray) -> bool:
+        """Take in a scan (ranges [beams] in m) and the odometry [3] of its instant: x m, y m, yaw
+        rad in any frame. Whether the scan was processed: the first is, and one after enough motion.
+        """
+        odometry = np.array(odometry, float)
+        if self._before is not None:
+            motion = motion_between(self._before, odometry)
+            self._metres += math.hypot(motion[0], motion[1])
+            self._radians += abs(motion[2])
+        self._before = odometry
+        settings = self._settings
+        if self.history and (self._metres < settings.linear_update_m
+                             and self._radians < settings.angular_update_rad):
+            return False
+        points = np.empty((len(ranges), 4))
+        count = points_of(np.ascontiguousarray(ranges, float), self._beams, points,
+                          np.empty(len(ranges)))
+        if self.history:
+            self._move(odometry, points, count)
+        self._write(points, count)
+        self.history.append(Processed(odometry, self.poses.copy(), self._lineage))
+        self._metres = self._radians = 0.0
+        return True
+
+    def _move(self, odometry: np.ndarray, points: np.ndarray, count: int) -> None:
+        """Move the particles to where the scan fits, weigh them and draw them anew."""
+        fewer = np.empty((count, 4))
+        kept = thinned(points, count, _SPACING_CELLS * self._settings.resolution_m, fewer)
+        motion = motion_between(self.history[-1].odometry, odometry)
+        sigmas = self._sigmas(motion)
+        expected = compose(self.poses, motion)
+        start = self._search(expected[self.best], sigmas, fewer, kept)
+        poses = compose(expected, motion_between(expected[self.best], start))
+        step = len(self.history)
+        propose(poses, expected, sigmas, fewer, kept, self.maps.arrays, self._fit, self._spread,
+                self._key, np.uint64(step * 3 * len(poses)), self.weights, self._roots)
+        self.poses = poses
+        self._lineage = np.arange(len(poses))
+        effective = normalize(self.weights, self._shares)
+        if effective < self._settings.resample_threshold * len(poses):
+            self._resample(step)
+
+    def _sigmas(self, motion: np.ndarray) -> np.ndarray:
+        """Standard deviations of the odometry: along the robot, across it, of its heading."""
+        noise = self._settings.noise
+        metres, radians = math.hypot(motion[0], motion[1]), abs(float(motion[2]))
+        place_m = noise.least_m + noise.m_per_m * metres + noise.m_per_rad * radians
+        return np.array((place_m, place_m, noise.least_rad + noise.rad_per_m * metres
+                         + noise.rad_per_rad * radians))
+
+    def _search(self, expected: np.ndarray, sigmas: np.ndarray, points: np.ndarray,
+                count: int) -> np.ndarray:
+        """The best pose around the expected one, on the map of the best particle."""
+        window = np.array((np.clip(_WINDOW_SIGMAS * sigmas[0], *_WINDOW_M),
+                           np.clip(_WINDOW_SIGMAS * sigmas[2], *_WINDOW_RAD)))
+        best = np.empty(3)
+        search(self.best, expected, sigmas, window, expected, self._coarse, points, count,
+               self.maps.arrays, self._fit, best)
+        return best
+
+    def _resample(self, step: int) -> None:
+        """Draw the particles anew, in proportion to their weights (selective resampling: when few
+        of them are effective)."""
+        chosen = np.empty(len(self.poses), np.int64)
+        # The normal numbers take the counters 2 k and 2 k + 1 of uniform ones, from 0 up.
+        ancestors(self._shares, ~self._key, np.uint64(step), chosen)
+        self.maps.follow(chosen)
+        self.poses, self._lineage = self.poses[chosen], chosen
+        self.weights[:] = 0.0
+        self._shares[:] = 1.0 / len(chosen)
+
+    def _write(self, points: np.ndarray, count: int) -> None:
+        """Add the scan to the map of each particle."""
+        reach_m = 2.0 * self._settings.resolution_m + float(
+            np.sqrt((points[:count, :2] ** 2).sum(1)).max(initial=0.0))
+        low, high = self.poses[:, :2].min(0) - reach_m, self.poses[:, :2].max(0) + reach_m
+        self.maps.cover(*low, *high)
+        mount = self._settings.scanner.mount[:2]
+        for k, pose in enumerate(self.poses):
+            self.maps.add(k, pose, mount, points, count)
+
+    @property
+    def best(self) -> int:
+        """The particle of the largest weight; the first of equal ones."""
+        return int(np.argmax(self.weights))
+
+    @property
+    def pose(self) -> np.ndarray:
+        """The pose [3] now: of the best particle, moved on by the odometry since."""
+        last = self.history[-1]
+        assert self._before is not None
+        return compose(self.poses[self.best], motion_between(last.odometry, self._before))
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """The covariance [3, 3] of the particles' poses (m and rad)."""
+        centre = (self._shares[:, None] * self.poses).sum(0)
+        off = self.poses - centre
+        return (self._shares[:, None, None] * off[:, :, None] * off[:, None, :]).sum(0)
+
+    def path(self) -> np.ndarray:
+        """The poses [processed, 3] of the best particle and its ancestors."""
+        at, poses = self.best, []
+        for step in reversed(self.history):
+            # A step's poses are those after its resampling, in the places of the drawn ones.
+            poses.append(step.poses[at])
+            at = int(step.ancestors[at])
+        return np.array(poses[::-1])
+
+    def map(self) -> GridMap:
+        """The map of the best particle. A cell is occupied at 100 * returns / visits."""
+        visits, hits, origin_m = self.maps.counts(self.best)
+        share = np.rint(100.0 * hits / np.maximum(visits, 1))
+        return GridMap(np.where(visits > 0, share, -1).astype(np.int8), origin_m,
+                       self._settings.resolution_m)

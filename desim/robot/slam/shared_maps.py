@@ -1,0 +1,117 @@
+"""The maps of all particles, in tiles that they share until one of them changes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.robot.slam.kernels.tiles import CELLS, SIDE, Maps, Stock, register, resample, unroll
+
+_MARGIN = 4  # tiles around what is needed, when the table grows
+
+
+class SharedMaps:
+    """Grid maps of ``particles``, all empty at first. They grow as scans are added.
+
+    ``arrays`` is what kernels read; it is another one after ``cover``, ``add`` and ``follow``.
+    """
+
+    def __init__(self, particles: int, resolution_m: float) -> None:
+        tables = [np.zeros((particles, 1), np.int32) for _ in range(2)]
+        self.arrays = Maps(*tables, np.zeros((1, CELLS), np.int16), np.zeros((1, CELLS), np.int16),
+                           np.zeros((1, CELLS, 4), np.float32), _stock(), _stock(), 1, 0, 0,
+                           resolution_m)
+
+    def cover(self, left_m: float, low_m: float, right_m: float, high_m: float) -> None:
+        """Make the tables reach over a rectangle."""
+        maps = self.arrays
+        size_m = maps.resolution_m * SIDE
+        rows = maps.seen.shape[1] // maps.columns
+        left, low = int(left_m // size_m) - 1, int(low_m // size_m) - 1
+        right, high = int(right_m // size_m) + 2, int(high_m // size_m) + 2
+        if (left >= maps.left and low >= maps.low and right <= maps.left + maps.columns
+                and high <= maps.low + rows):
+            return
+        if maps.seen.any():
+            left, low = min(left - _MARGIN, maps.left), min(low - _MARGIN, maps.low)
+            right = max(right + _MARGIN, maps.left + maps.columns)
+            high = max(high + _MARGIN, maps.low + rows)
+        at = np.s_[:, maps.low - low:maps.low - low + rows,
+                   maps.left - left:maps.left - left + maps.columns]
+        tables = []
+        for old in (maps.seen, maps.met):
+            table = np.zeros((len(old), high - low, right - left), np.int32)
+            if maps.seen.any():
+                table[at] = old.reshape(len(old), rows, maps.columns)
+            tables.append(table.reshape(len(old), -1))
+        self.arrays = maps._replace(seen=tables[0], met=tables[1], columns=right - left, left=left,
+                                    low=low)
+
+    def add(self, particle: int, pose: np.ndarray, mount: tuple[float, float], points: np.ndarray,
+            count: int) -> None:
+        """Add the first ``count`` of ``points`` [n, 4], returns and normals seen from a pose [3],
+        to a particle's map."""
+        self._provide(*self._tiles_of(points, count))
+        register(particle, *pose, *mount, points, count, self.arrays)
+
+    def _tiles_of(self, points: np.ndarray, count: int) -> tuple[int, int]:
+        """The number of tiles that a scan changes, at most: visited ones, and those of returns."""
+        reach_m = float(np.abs(points[:count, :2]).max(initial=0.0)) * 1.5
+        side = int(2.0 * reach_m / (self.arrays.resolution_m * SIDE)) + 4
+        return min(side * side, self.arrays.seen.shape[1]), count
+
+    def _provide(self, visited: int, returned: int) -> None:
+        """See to it that so many tiles are free."""
+        maps = self.arrays
+        if maps.seen_stock.free_count[0] < visited:
+            stock, capacity = _grown(maps.seen_stock, visited)
+            self.arrays = maps = maps._replace(seen_stock=stock,
+                                               visits=_longer(maps.visits, capacity))
+        if maps.met_stock.free_count[0] < returned:
+            stock, capacity = _grown(maps.met_stock, returned)
+            self.arrays = maps._replace(met_stock=stock, hits=_longer(maps.hits, capacity),
+                                        sums=_longer(maps.sums, capacity))
+
+    def follow(self, ancestors: np.ndarray) -> None:
+        """Give each particle the map of its ancestor ([particles] int64)."""
+        maps = self.arrays
+        resample(ancestors, maps, np.empty_like(maps.seen), np.empty_like(maps.met))
+
+    def counts(self, particle: int) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
+        """A particle's visits and returns [rows, columns], and the place (m, m) of the corner of
+        the first cell."""
+        maps = self.arrays
+        rows = maps.seen.shape[1] // maps.columns
+        visits, hits = (np.zeros((rows * SIDE, maps.columns * SIDE), np.int16) for _ in range(2))
+        unroll(particle, visits, hits, maps)
+        size_m = maps.resolution_m * SIDE
+        return visits, hits, (maps.left * size_m, maps.low * size_m)
+
+    @property
+    def memory_bytes(self) -> int:
+        """The memory that the pools and tables take."""
+        maps = self.arrays
+        return sum(array.nbytes for array in (maps.seen, maps.met, maps.visits, maps.hits,
+                                              maps.sums))
+
+
+def _stock() -> Stock:
+    return Stock(np.zeros(1, np.int32), np.zeros(1, np.int32), np.zeros(1, np.int64))
+
+
+def _grown(stock: Stock, wanted: int) -> tuple[Stock, int]:
+    """A stock with at least ``wanted`` free tiles, and its capacity."""
+    before, free = len(stock.refs), int(stock.free_count[0])
+    capacity = max(2 * before, before + wanted)
+    tiles = np.zeros(capacity, np.int32)
+    # The tile that is taken next stands last: what is in use lies close together.
+    fresh = capacity - before
+    tiles[:fresh] = np.arange(capacity - 1, before - 1, -1)
+    tiles[fresh:fresh + free] = stock.free[:free]
+    return Stock(_longer(stock.refs, capacity), tiles, np.array([fresh + free])), capacity
+
+
+def _longer(array: np.ndarray, capacity: int) -> np.ndarray:
+    """A copy with zeros behind."""
+    longer = np.zeros((capacity, *array.shape[1:]), array.dtype)
+    longer[:len(array)] = array
+    return longer
