@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.robot.slam.kernels.alignment import Fit
+from desim.robot.slam.kernels.alignment import Fit, align
 from desim.robot.slam.kernels.particles import ancestors, normalize, propose
 from desim.robot.slam.kernels.points import Beams, points_of, thinned
 from desim.robot.slam.kernels.search import search
@@ -29,6 +29,7 @@ _STEPS = 10
 _SPACING_CELLS = 0.5
 _COARSE_M = 0.1  # the step of the search, if a cell is not larger
 _WINDOW_SIGMAS = 2.5
+_STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as that far off
 _WINDOW_M, _WINDOW_RAD = (0.15, 0.4), (0.1, 0.4)  # least and most
 
 
@@ -108,7 +109,9 @@ class ParticleSlam:
         sigmas = self._sigmas(motion)
         expected = compose(self.poses, motion)
         start = self._search(expected[self.best], sigmas, fewer, kept)
-        poses = compose(expected, motion_between(expected[self.best], start))
+        correction = motion_between(expected[self.best], start)
+        sigmas = np.maximum(sigmas, np.abs(correction) / _STRAYED_SIGMAS)
+        poses = compose(expected, correction)
         step = len(self.history)
         propose(poses, expected, sigmas, fewer, kept, self.maps.arrays, self._fit, self._spread,
                 self._key, np.uint64(step * 3 * len(poses)), self.weights, self._roots)
@@ -117,6 +120,22 @@ class ParticleSlam:
         effective = normalize(self.weights, self._shares)
         if effective < self._settings.resample_threshold * len(poses):
             self._resample(step)
+
+    def locate(self, expected: np.ndarray, motion: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+        """The most likely pose [3] of a scan on the map of the best particle, which stays as it is.
+
+        ``expected``: the pose by odometry | ``motion`` [3]: for its uncertainty.
+        """
+        points, fewer = np.empty((len(ranges), 4)), np.empty((len(ranges), 4))
+        count = points_of(np.ascontiguousarray(ranges, float), self._beams, points,
+                          np.empty(len(ranges)))
+        kept = thinned(points, count, _SPACING_CELLS * self._settings.resolution_m, fewer)
+        sigmas = self._sigmas(motion)
+        pose = self._search(expected, sigmas, fewer, kept)
+        sigmas = np.maximum(sigmas, np.abs(motion_between(expected, pose)) / _STRAYED_SIGMAS)
+        align(self.best, pose, expected, sigmas, fewer, kept, self.maps.arrays, self._fit,
+              np.empty(6))
+        return pose
 
     def _sigmas(self, motion: np.ndarray) -> np.ndarray:
         """Standard deviations of the odometry: along the robot, across it, of its heading."""

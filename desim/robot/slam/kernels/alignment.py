@@ -193,7 +193,7 @@ def solve(root, x, y, t):
     return solve_transposed(root, ux, uy, ut)
 
 
-@kernel(types.UniTuple(_f8, 2)(_i8, _f8x1, _f8x1, _f8x1, _f8x2, _i8, MAPS, FIT, _f8x1), inner=True)
+@kernel(types.UniTuple(_f8, 2)(_i8, _f8x1, _f8x1, _f8x1, _f8x2, _i8, MAPS, FIT, _f8x1))
 def align(particle, pose, expected, sigmas, points, count, maps, fit, root):
     """Move ``pose`` [3] to the most likely one nearby. Returns the log-likelihoods of the scan and
     of the odometry there; ``root`` [6], out: Cholesky's factor of the information.

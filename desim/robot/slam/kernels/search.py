@@ -12,6 +12,7 @@ from desim.robot.slam.kernels.points import X, Y
 from desim.robot.slam.kernels.tiles import CELLS, MAPS, OCCUPIED, SIDE
 
 FULL, BESIDE = np.uint8(4), np.uint8(2)  # of a coarse cell with a surface; of one next to it
+STRAYED = 6.0  # odometry that is off by more, in log-likelihood, has failed: all such are alike
 
 _f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.float64[:, ::1]
 
@@ -93,7 +94,8 @@ def search(particle, expected, sigmas, window, start, coarse, points, count, map
                 dx, dy, dt = x - expected[0], y - expected[1], heading - expected[2]
                 along, across = (ce * dx + se * dy) / sigmas[0], (ce * dy - se * dx) / sigmas[1]
                 dt /= sigmas[2]
-                score = gain * scores[r, q] - 0.5 * (along * along + across * across + dt * dt)
+                off = 0.5 * (along * along + across * across + dt * dt)
+                score = gain * scores[r, q] - min(off, STRAYED)
                 if score > top:
                     top = score
                     best[0], best[1], best[2] = x, y, heading
