@@ -20,6 +20,7 @@ from desim.commands import (
     results,
     runs,
     scenarios,
+    slam,
 )
 from desim.commands.usage import Commands
 
@@ -55,7 +56,7 @@ for command in (scenarios.new, runs.run, pictures.view, communication.trace, com
                 results.diff, pictures.figure, communication.graph, results.ls, results.compare,
                 exports.export, exports.import_,
                 campaigns.sweep, campaigns.report, campaigns.ladder, campaigns.deploy,
-                networks.net, networks.coverage, networks.validate, plugins.plugins,
+                networks.net, networks.coverage, slam.slam, networks.validate, plugins.plugins,
                 plugins.describe, plugins.schema):
     app.command(command.__name__.rstrip("_"),  # import_
                 context_settings=_UNREAD if command is networks.net else None)(command)

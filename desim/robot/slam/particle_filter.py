@@ -24,13 +24,13 @@ from desim.robot.slam.transforms import compose, motion_between
 _SIGMA_M, _SIGMA_CELLS = 0.01, 0.15
 _OUTLIER_SIGMAS = 2.5
 _REACH_CELLS = 1.5
-_EFFECTIVE = 15.0  # independent returns in a scan
+_EFFECTIVE = 25.0  # independent returns in a scan
 _STEPS = 10
 _SPACING_CELLS = 0.5
 _COARSE_M = 0.1  # the step of the search, if a cell is not larger
 _WINDOW_SIGMAS = 2.5
 _STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as that far off
-_WINDOW_M, _WINDOW_RAD = (0.15, 0.4), (0.1, 0.4)  # least and most
+_WINDOW_M, _WINDOW_RAD = (0.5, 1.0), (0.3, 0.8)  # least and most
 
 
 class Processed(NamedTuple):

@@ -37,7 +37,7 @@ class OdometryNoise:
 
 @dataclass(frozen=True)
 class SlamSettings:
-    """What a particle filter for SLAM is set to.
+    """The settings of a particle filter for SLAM.
 
     A scan is processed after ``linear_update_m`` or ``angular_update_rad`` of motion; particles are
     drawn anew when their effective number falls below ``resample_threshold`` of them (the defaults

@@ -16,10 +16,11 @@ class SharedMaps:
     """
 
     def __init__(self, particles: int, resolution_m: float) -> None:
-        tables = [np.zeros((particles, 1), np.int32) for _ in range(2)]
-        self.arrays = Maps(*tables, np.zeros((1, CELLS), np.int16), np.zeros((1, CELLS), np.int16),
-                           np.zeros((1, CELLS, 4), np.float32), _stock(), _stock(), 1, 0, 0,
-                           resolution_m)
+        self.arrays = Maps(
+            seen=np.zeros((particles, 1), np.int32), met=np.zeros((particles, 1), np.int32),
+            visits=np.zeros((1, CELLS), np.int16), hits=np.zeros((1, CELLS), np.int16),
+            sums=np.zeros((1, CELLS, 4), np.float32), seen_stock=_stock(), met_stock=_stock(),
+            columns=1, left=0, low=0, resolution_m=resolution_m)
 
     def cover(self, left_m: float, low_m: float, right_m: float, high_m: float) -> None:
         """Make the tables reach over a rectangle."""
@@ -46,12 +47,13 @@ class SharedMaps:
         self.arrays = maps._replace(seen=tables[0], met=tables[1], columns=right - left, left=left,
                                     low=low)
 
-    def add(self, particle: int, pose: np.ndarray, mount: tuple[float, float], points: np.ndarray,
-            count: int) -> None:
+    def add(self, particle: int, pose: np.ndarray, mount: tuple[float, float],
+            points: np.ndarray, count: int) -> None:
         """Add the first ``count`` of ``points`` [n, 4], returns and normals seen from a pose [3],
         to a particle's map."""
         self._provide(*self._tiles_of(points, count))
-        register(particle, *pose, *mount, points, count, self.arrays)
+        x, y, yaw = pose
+        register(particle, x, y, yaw, mount[0], mount[1], points, count, self.arrays)
 
     def _tiles_of(self, points: np.ndarray, count: int) -> tuple[int, int]:
         """The number of tiles that a scan changes, at most: visited ones, and those of returns."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.ports.kernels import cos, inner, kernel, lean, sin, types
+from desim.ports.kernels import cos, inner, lean, sin, types
 from desim.robot.slam.kernels.points import NX, NY, X, Y
 
 SIDE, CELLS = 8, 64  # cells of a tile, along a side and in all
@@ -17,7 +17,7 @@ OCCUPIED = 0.2  # a cell is occupied if at least this share of its visits were r
 
 
 class Stock(NamedTuple):
-    """Which tiles of a pool are in use: ``refs`` [capacity] number of references, ``free``
+    """The tiles of a pool in use and free: ``refs`` [capacity] number of references, ``free``
     [capacity], of which the first ``free_count[0]`` are the tiles without any."""
 
     refs: np.ndarray
@@ -182,7 +182,7 @@ def register(particle, x, y, yaw, mount_x, mount_y, points, count, maps):
             sums[3] += s * points[k, NX] + c * points[k, NY]
 
 
-@kernel(types.void(_i8, types.int16[:, ::1], types.int16[:, ::1], MAPS))
+@lean(types.void(_i8, types.int16[:, ::1], types.int16[:, ::1], MAPS))
 def unroll(particle, visits, hits, maps):
     """Write a particle's counts as grids [rows, columns of cells]."""
     rows = maps.seen.shape[1] // maps.columns

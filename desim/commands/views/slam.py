@@ -1,0 +1,52 @@
+"""The outcome of SLAM on a log."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from desim.export.carmen import CarmenLog
+from desim.export.relations import Relations, errors_of
+from desim.export.slam_log import SlamTrial
+
+
+def outcome(log: CarmenLog, trial: SlamTrial, relations: Relations | None) -> dict[str, object]:
+    """The facts of a trial. With relations: ``translation_m`` and ``rotation_deg`` of the final
+    path, and the same of the pose as it was known then (``online``) and of the ``odometry``."""
+    facts: dict[str, object] = {
+        "scans": len(log.times_s), "beams": log.ranges.shape[1],
+        "processed": int(trial.processed.sum()), "resampled": trial.resampled,
+        "cpu_ms_per_scan": round(1e3 * float(trial.cpu_s.mean()), 4)}
+    if relations is None:
+        return facts
+    path = errors_of(log.times_s, trial.path, relations)
+    return {**facts, "relations": len(path.translation_m), **path.summary(),
+            "online": errors_of(log.times_s, trial.online, relations).summary(),
+            "odometry": errors_of(log.times_s, log.odometry, relations).summary()}
+
+
+def title(heading: Mapping[str, object]) -> str:
+    """A line about what was done."""
+    words = (f"{heading['log']}: {heading['localization']}, {heading['particles']} "
+             f"particle{'s' if heading['particles'] != 1 else ''}, cells of "
+             f"{heading['resolution_m']:g} m")
+    return words if heading["particles"] == 1 else f"{words}, seed {heading['seed']}"
+
+
+def text(facts: Mapping[str, object]) -> str:
+    """The facts in lines."""
+    lines = [f"{facts['processed']} of {facts['scans']} scans processed ({facts['beams']} beams), "
+             f"particles drawn anew {facts['resampled']} times",
+             f"CPU time: {facts['cpu_ms_per_scan']:.2f} ms a processed scan"]
+    if "relations" in facts:
+        rows = [("final path", facts), ("online pose", facts["online"]),
+                ("odometry", facts["odometry"])]
+        lines.append(f"error over {facts['relations']} relations, mean +- std (max):")
+        lines += [f"  {name:<12}{_figures(each, 'translation_m', 3)} m  "
+                  f"{_figures(each, 'rotation_deg', 2)} deg" for name, each in rows]
+    return "\n".join(lines)
+
+
+def _figures(errors: object, name: str, digits: int) -> str:
+    assert isinstance(errors, Mapping)
+    mean, std, most = (errors[name][key] for key in ("mean", "std", "max"))
+    return f"{mean:.{digits}f} +- {std:.{digits}f} ({most:.{digits}f})"

@@ -1,0 +1,76 @@
+"""SLAM on a log: real odometry and scans, no simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.export.carmen import CarmenLog
+from desim.robot.slam.particle_filter import GridMap, ParticleSlam
+from desim.robot.slam.transforms import compose, motion_between, wrapped
+
+_METRES_PER_RAD = 0.5  # a turn counts like that way, where a correction is spread over motion
+
+
+class SlamTrial(NamedTuple):
+    """The outcome of SLAM on a log.
+
+    ``online`` [scans, 3]: the pose at each scan as it was known then | ``path`` [scans, 3]: that of
+    the best particle in the end | ``processed`` [scans] bool | ``resampled``: how often particles
+    were drawn anew | ``cpu_s`` [processed]: of each update that processed a scan.
+    """
+
+    online: np.ndarray
+    path: np.ndarray
+    processed: np.ndarray
+    resampled: int
+    cpu_s: np.ndarray
+    particles: int
+    map: GridMap
+
+
+def play(slam: ParticleSlam, log: CarmenLog, clock: Callable[[], float],
+         done: Callable[[int, int], object] = lambda part, whole: None) -> SlamTrial:
+    """Feed a log to a SLAM that is new. ``clock``: CPU time in s | ``done(part, whole)``: called
+    now and then."""
+    scans = len(log.times_s)
+    online, processed, cpu_s = np.zeros((scans, 3)), np.zeros(scans, bool), []
+    for k in range(scans):
+        begin_s = clock()
+        processed[k] = slam.update(log.odometry[k], log.ranges[k])
+        if processed[k]:
+            cpu_s.append(clock() - begin_s)
+        online[k] = slam.pose
+        done(k + 1, 2 * scans)
+    resampled = sum(bool((step.ancestors != np.arange(len(step.ancestors))).any())
+                    for step in slam.history)
+    path = _whole_path(slam, log, processed, lambda k: done(scans + k, 2 * scans))
+    return SlamTrial(online, path, processed, resampled, np.array(cpu_s), len(slam.poses),
+                     slam.map())
+
+
+def _whole_path(slam: ParticleSlam, log: CarmenLog, processed: np.ndarray,
+                done: Callable[[int], object]) -> np.ndarray:
+    """The final best particle's path at all scans: its own poses at those processed. The others are
+    aligned with its final map, from the odometry between the two beside them."""
+    nodes, at = slam.path(), np.flatnonzero(processed)
+    steps = motion_between(log.odometry[:-1], log.odometry[1:])
+    way = np.r_[0.0, np.cumsum(np.hypot(steps[:, 0], steps[:, 1])
+                               + _METRES_PER_RAD * np.abs(wrapped(steps[:, 2])))]
+    path = np.zeros((len(processed), 3))
+    for node, first in enumerate(at):
+        last = at[node + 1] if node + 1 < len(at) else len(processed)
+        path[first] = nodes[node]
+        for k in range(first + 1, last):
+            motion = motion_between(log.odometry[first], log.odometry[k])
+            expected = compose(nodes[node], motion)
+            if last < len(processed):
+                all_of = motion_between(log.odometry[first], log.odometry[last])
+                missing = motion_between(compose(nodes[node], all_of), nodes[node + 1])
+                part = (way[k] - way[first]) / max(way[last] - way[first], 1e-9)
+                expected = compose(expected, missing * part)
+            path[k] = slam.locate(expected, motion, log.ranges[k])
+            done(k)
+    return path

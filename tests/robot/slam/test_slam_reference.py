@@ -1,0 +1,23 @@
+"""A real robot's log with published accuracies: MIT CSAIL (Kuemmerle et al. 2009)."""
+
+import pytest
+
+from desim.engine.streams import Streams
+from desim.export.carmen import read_carmen
+from desim.export.relations import errors_of, read_relations
+from desim.export.slam_log import play
+from desim.robot.slam.localizations import SLAM
+from desim.robot.slam.settings import SlamSettings
+
+# Mean translational error in m that is published: scan matching and gmapping, Burgard et al. 2009.
+PUBLISHED = {"scan_matching": 0.106, "gmapping": 0.049}
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_the_error_is_no_larger_than_published(reference, name):
+    log = read_carmen(reference / "slam" / "mit-csail.log.gz")
+    true = read_relations(reference / "slam" / "mit-csail.relations")
+    assert errors_of(log.times_s, log.odometry, true).translation_m.mean() > 1.5
+    slam = SLAM[name](SlamSettings(scanner=log.scanner), Streams(1).key("slam"))
+    trial = play(slam, log, lambda: 0.0)
+    assert errors_of(log.times_s, trial.path, true).translation_m.mean() < PUBLISHED[name]
