@@ -23,6 +23,9 @@ class Laser(NamedTuple):
         return ScannerGeometry(-0.5 * field, field / (self.beams - 1), longest_m=self.longest_m)
 
 
+SICK = Laser()
+
+
 def box(x0, y0, x1, y1):
     """The four walls of a rectangle, [4, 4]: x, y of both ends."""
     corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1), (x0, y0)]
@@ -79,7 +82,7 @@ def scan(pose, walls, laser, draw):
     return np.where(found < laser.longest_m, found, laser.longest_m)
 
 
-def made_log(walls, poses, laser=Laser(), seed=1, scale=0.03, drift=0.02, jitter=0.05):
+def made_log(walls, poses, laser=SICK, seed=1, scale=0.03, drift=0.02, jitter=0.05):
     """A log of true ``poses`` [n, 3]: odometry that is off by ``scale`` in length, that turns by
     ``drift`` rad a metre, and ``jitter`` of each motion at random."""
     draw = np.random.default_rng(seed)

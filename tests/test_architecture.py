@@ -24,7 +24,8 @@ MAX_CASTS = 30  # casts and ignores there
 WALL_CLOCK = {"desim/report/live/feed.py",
               "desim/campaign/running/probes.py", "desim/campaign/running/crew.py",
               "desim/campaign/running/driver.py", "desim/compiler/store.py",
-              "desim/commands/compiling.py", "desim/commands/slam.py", "desim/api.py", "desim/results/folder.py",
+              "desim/commands/compiling.py", "desim/commands/slam.py", "desim/api.py",
+              "desim/results/folder.py",
               "desim/commands/views/progress.py", "desim/commands/views/results_list.py",
               "desim/commands/views/sweep.py"}
 # Who may name the global generators: the makers of streams, and the check that a plug-in draws

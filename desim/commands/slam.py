@@ -12,7 +12,6 @@ import typer
 
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
-from desim.commands.exports import progress
 from desim.commands.output import say, say_json
 
 _WARM_UP = 30  # scans: all kernels are compiled by then
@@ -41,7 +40,9 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
              show_default=False)] = None) -> None:
     """Map a real robot's log by SLAM, and compare its path with true relations."""
     with exit_codes():
+        from desim.commands.views.bars import counting
         from desim.commands.views.slam import outcome, text, title
+        from desim.commands.views.terminal import Terminal
         from desim.engine.streams import Streams
         from desim.export.carmen import read_carmen
         from desim.export.relations import errors_of, read_relations
@@ -62,7 +63,7 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         new = partial(SLAM[localization.value], settings, Streams(seed).key("slam"))
         with compiling(as_json):  # and of the CPU time, no part is a compiler's
             play(new(), found.first(_WARM_UP), time.process_time)
-        with progress("scans") as done:
+        with counting(Terminal(stderr=True), "scans") as done:
             trial = play(new(), found, time.process_time, done)
         facts = outcome(found, trial, true)
         heading = {"log": log.name, "localization": localization.value,

@@ -25,6 +25,10 @@ def folder(tmp_path_factory):
     return place
 
 
+def _lines(folder):
+    return len((folder / "made.log").read_text().splitlines())
+
+
 def run(folder, *words):
     return CliRunner().invoke(app, ["slam", str(folder / "made.log"), "--to",
                                     str(folder / "map.png"), *words])
@@ -35,8 +39,7 @@ def test_the_json_has_errors_costs_and_counts(folder):
     assert done.exit_code == 0, done.output
     facts = json.loads(done.stdout)
     assert facts["localization"] == "gmapping" and facts["particles"] == 5
-    assert (facts["scans"], facts["beams"]) == (len(open(folder / "made.log").readlines()) // 2,
-                                                181)
+    assert (facts["scans"], facts["beams"]) == (_lines(folder) // 2, 181)
     assert 15 < facts["processed"] < 30 and facts["cpu_ms_per_scan"] > 0.0
     assert set(facts["translation_m"]) == {"mean", "std", "max"} == set(facts["rotation_deg"])
     assert facts["translation_m"]["mean"] < 0.03 < facts["odometry"]["translation_m"]["mean"]
