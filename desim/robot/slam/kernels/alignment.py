@@ -25,8 +25,8 @@ SMALL_M, SMALL_RAD = 2e-4, 2e-5  # a step shorter than that ends the alignment
 
 class Fit(NamedTuple):
     """The comparison of a scan with a map: ``sigma_m`` standard deviation of a residual,
-    ``scale_m`` of the weights for outliers, ``reach_m`` in which cells count, ``effective`` number of
-    independent returns in a scan, ``steps`` at most."""
+    ``scale_m`` of the weights for outliers, ``reach_m`` in which cells count, ``effective`` number
+    of independent returns in a scan, ``steps`` at most."""
 
     sigma_m: float
     scale_m: float
