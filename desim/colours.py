@@ -1,14 +1,16 @@
-"""The colours of an export: robots, terrain, links."""
+"""The colours of all pictures: robots, lines of figures, terrain, links."""
 
 from __future__ import annotations
 
-import colorsys
-
 Colour = tuple[float, float, float]
 
-# Okabe and Ito's, which colour-blind readers can tell apart; yellow and black are left out.
-_DISTINCT = ("#0072b2", "#e69f00", "#009e73", "#d55e00", "#cc79a7", "#56b4e9")
-_GOLDEN = 0.6180339887  # turns of the colour wheel: neighbours differ
+# Okabe and Ito's (2008) and Paul Tol's, which colour-blind readers can tell apart, on light paper;
+# without their orange-red, which is that of a busy link. The replay page has the same
+# (``assets/page/theme.css``).
+ROBOTS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#4a3aa7", "#56b4e9", "#8f8b1e", "#882255",
+          "#2a9d97")
+# Okabe and Ito's, without the yellow that white paper swallows.
+LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f6bb2", "#8c8c8c")
 
 
 def parsed(text: str) -> Colour:
@@ -17,11 +19,9 @@ def parsed(text: str) -> Colour:
     return red, green, blue
 
 
-def of_robot(number: int, count: int) -> Colour:
-    """The colour of robot ``number`` of ``count``."""
-    if count <= len(_DISTINCT):
-        return parsed(_DISTINCT[number])
-    return colorsys.hls_to_rgb(number * _GOLDEN % 1.0, (0.42, 0.55)[number % 2], 0.62)
+def of_robot(number: int) -> Colour:
+    """The colour of robot ``number``. Fleets are larger than any palette: it repeats."""
+    return parsed(ROBOTS[number % len(ROBOTS)])
 
 
 WALL = parsed("#4a5361")

@@ -11,6 +11,8 @@ from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
 
+from desim.errors import unwritable
+
 
 def content(path: str | os.PathLike, most_bytes: int) -> bytes:
     """All of a file. Raises ``OSError``, also where reading might never end (a FIFO, a device) and
@@ -72,3 +74,23 @@ def synced(path: str | os.PathLike) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+@contextmanager
+def writing(path: Path, option: str) -> Iterator[None]:
+    """Turn errors of writing ``path``, which ``option`` has named, into an ``InputError``."""
+    try:
+        yield
+    except OSError as error:
+        raise unwritable(f"{option}: {path}", error) from error
+
+
+@contextmanager
+def target(path: Path, option: str) -> Iterator[Path]:
+    """A file to write in place of ``path``, which ``option`` has named and which it replaces when
+    it is complete; if something goes wrong ``path`` stays as it was. Raises ``InputError`` where it
+    cannot be written."""
+    with writing(path, option), replacing(path) as beside:
+        beside.touch()  # what cannot be written is said before the work is done
+        beside.unlink()
+        yield beside

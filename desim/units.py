@@ -20,6 +20,7 @@ from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 
 NS_PER_S = 1_000_000_000
 MM_PER_M = 1000
+MRAD_PER_RAD = 1000
 
 Number = int | float | Fraction  # a quantity in inner units: of its dimension's ``kind``
 

@@ -67,10 +67,11 @@ def why(path: RunPath,
         with compiling(as_json):
             from desim.commands.views.why import json_object, show
             from desim.results.run import Run
+            from desim.results.seal import SUMMARY
             from desim.results.why import Query, breakdown
         made = Run(path)
         found = breakdown(made.ledger, Query(topic, source, to, message, late, dropped))
-        metrics = made.metrics if made.has("summary.json") else {}
+        metrics = made.metrics if made.has(SUMMARY) else {}
         if as_json:
             say_json(json_object(found, metrics))
         else:

@@ -12,8 +12,7 @@ import pyarrow.parquet as pq
 from pyarrow import csv as arrow_csv
 
 from desim.errors import InputError
-from desim.export.targets import writing
-from desim.files import replacing
+from desim.files import replacing, writing
 from desim.results.row import flat
 from desim.results.run import Run, readable
 from desim.results.seal import SUMMARY

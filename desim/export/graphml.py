@@ -9,8 +9,9 @@ import numpy as np
 import pyarrow as pa
 
 from desim.errors import InputError
-from desim.export.targets import target
-from desim.export.traffic import changes
+from desim.export.link_loads import changes
+from desim.files import target
+from desim.results.message_log import DELIVERED
 from desim.results.recording import Recording
 from desim.simulation.deployment import HostPlan
 from desim.units import MM_PER_M, NS_PER_S
@@ -77,7 +78,7 @@ def _deliveries(recording: Recording) -> dict[Pair, np.ndarray]:
     if not recording.run.has("messages.parquet"):
         return {}
     table = recording.messages
-    table = table.filter(pa.compute.equal(table["fate"].cast(pa.string()), "delivered"))
+    table = table.filter(pa.compute.equal(table["fate"].cast(pa.string()), DELIVERED))
     source, to = (table[name].cast(pa.string()).to_pylist() for name in ("source", "destination"))
     rows: dict[Pair, list[int]] = {}
     for row, pair in enumerate(zip(source, to, strict=True)):

@@ -6,14 +6,13 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-import pyarrow as pa
 
 from desim.errors import InputError
 from desim.export.ros.message_types import Message, Timed
+from desim.monitor.map_growth import NEVER, TENTH_NS, MapGrowth
 from desim.ports import GridSpec
-from desim.units import NS_PER_S
 
-_NEVER, _TENTH_NS, _OCCUPIED = 65535, NS_PER_S // 10, 50  # of 100
+_OCCUPIED = 50  # of 100
 _MOST_CELLS = 1 << 26  # of one map: beyond it, a grid's numbers are damaged
 
 
@@ -53,29 +52,20 @@ class _Raster(NamedTuple):
         return found
 
 
-def growth_table(robots: tuple[str, ...], end_ns: int, grids: Mapping[str, list[Timed]],
-                 robot_of: Callable[[str], str | None]) -> pa.Table:
-    """A row for each robot with a map (``growth.parquet``): a cell is known from the first grid on
-    that knows it, and occupied as in the last one. All are put onto one raster, that of the first
-    grid; maps of another resolution are left out."""
+def map_growths(robots: tuple[str, ...], end_ns: int, grids: Mapping[str, list[Timed]],
+                robot_of: Callable[[str], str | None]) -> list[MapGrowth]:
+    """The growth of each robot's map: a cell is known from the first grid on that knows it, and
+    occupied as in the last one. All are put onto one raster, that of the first grid; maps of
+    another resolution are left out."""
     own = {robot: found for topic, found in grids.items()
            if (robot := robot_of(topic)) is not None}
-    rows = []
-    if own:
-        raster = _Raster.of(next(iter(own.values()))[0][1])
-        placed = {robot: raster.placed(found) for robot, found in own.items()}
-        spec, corner = _extent(raster, [grid for found in placed.values() for grid in found])
-        rows = [(robot, spec, *_grown(placed[robot], spec, corner))
-                for robot in robots if placed.get(robot)]
-    return pa.table({
-        "robot": pa.array([row[0] for row in rows], pa.string()),
-        "started_ns": pa.array([0] * len(rows), pa.int64()),
-        "until_ns": pa.array([end_ns] * len(rows), pa.int64()),
-        **{name: pa.array([getattr(row[1], name) for row in rows], kind) for name, kind in (
-            ("x_m", pa.float64()), ("y_m", pa.float64()), ("resolution_m", pa.float64()),
-            ("width", pa.int32()), ("height", pa.int32()))},
-        "known_since": pa.array([row[2].ravel() for row in rows], pa.list_(pa.uint16())),
-        "occupied": pa.array([np.packbits(row[3].ravel()) for row in rows], pa.list_(pa.uint8()))})
+    if not own:
+        return []
+    raster = _Raster.of(next(iter(own.values()))[0][1])
+    placed = {robot: raster.placed(found) for robot, found in own.items()}
+    spec, corner = _extent(raster, [grid for found in placed.values() for grid in found])
+    return [MapGrowth(robot, 0, end_ns, spec, *_grown(placed[robot], spec, corner))
+            for robot in robots if placed.get(robot)]
 
 
 def _extent(raster: _Raster, grids: list[_Placed]) -> tuple[GridSpec, tuple[int, int]]:
@@ -97,12 +87,12 @@ def _grown(grids: list[_Placed], spec: GridSpec, corner: tuple[int, int]
            ) -> tuple[np.ndarray, np.ndarray]:
     """[height, width] since when a cell is known (tenths of a second), and whether it is occupied.
     """
-    since = np.full((spec.height, spec.width), _NEVER, np.uint16)
+    since = np.full((spec.height, spec.width), NEVER, np.uint16)
     occupied = np.zeros((spec.height, spec.width), bool)
     for time_ns, column, row, cells in sorted(grids, key=lambda grid: grid.time_ns):
         left, low = column - corner[0], row - corner[1]
         place = slice(low, low + cells.shape[0]), slice(left, left + cells.shape[1])
-        fresh = (cells >= 0) & (since[place] == _NEVER)
-        since[place][fresh] = min(max(time_ns, 0) // _TENTH_NS, _NEVER - 1)
+        fresh = (cells >= 0) & (since[place] == NEVER)
+        since[place][fresh] = min(max(time_ns, 0) // TENTH_NS, NEVER - 1)
         occupied[place] = np.where(cells >= 0, cells >= _OCCUPIED, occupied[place])
     return since, occupied

@@ -15,9 +15,9 @@ import numpy as np
 import yaml
 
 from desim.errors import InputError
-from desim.export.targets import writing
+from desim.files import writing
 from desim.imports.gathered import Gathered
-from desim.imports.run_tables import ReplayedFleet, Tables, tables
+from desim.imports.run_tables import LOGGED_DROP, ReplayedFleet, Tables, tables
 from desim.imports.trajectories import Trajectory, together, tracks
 from desim.results import identity, parquet
 from desim.results.run import Run
@@ -42,9 +42,8 @@ class Imported(NamedTuple):
 def import_recording(path: Path, out: Path, name: str | None = None, topic: str | None = None
                      ) -> Imported:
     """Make a run's folder, ``out/<name>/<id>``, of the trajectories, maps, paths and log of links
-    in the MCAP file or bag at ``path``. ``name`` None: as the file is
-    called, in ASCII. ``topic`` is a
-    pattern for the topics of poses (None: all).
+    in the MCAP file or bag at ``path``. ``name`` None: as the file is called, in ASCII. ``topic``
+    is a pattern for the topics of poses (None: all).
 
     The manifest's status is ``imported``; such a run can be looked at, not repeated. A file that
     was cut short is read up to there, which the notes say. Raises ``InputError`` for a file that
@@ -63,7 +62,7 @@ def import_recording(path: Path, out: Path, name: str | None = None, topic: str 
         "simulated_s": fleet.end_ns / NS_PER_S, "desim_version": identity.versions()["desim"],
         "broken": gathered.file.broken}
     folder = _written(out / about["name"] / about["run_id"], about, made, _scenario(fleet),
-                      _summary(source.name, fleet, made))
+                      _summary(source.name, fleet))
     return Imported(Run(folder), _notes(fleet, made))
 
 
@@ -113,17 +112,17 @@ def _scenario(fleet: ReplayedFleet) -> Json:
             "hosts": {host: {} for host in fleet.stations}}
 
 
-def _summary(source: str, fleet: ReplayedFleet, made: Tables) -> Json:
+def _summary(source: str, fleet: ReplayedFleet) -> Json:
     """Those metrics that a replay shows; None is unknown."""
-    fates = made["messages"]["fate"].to_pylist()
     links = fleet.gathered.links
+    delivered, dropped = (sum(one.messages for one in links), sum(one.dropped for one in links))
     return {"imported_from": source, "stop_reason": "imported",
             "simulated_s": fleet.end_ns / NS_PER_S, "exploration_time_s": None, "collisions": None,
             "exploration_cost_m": float(np.hypot(*np.diff(
                 fleet.poses[..., :2], axis=0).transpose(2, 0, 1)).sum()),
-            "messages_delivered": sum(one.messages for one in links),
-            "messages_dropped": {"logged": sum(one.dropped for one in links)} if "dropped" in fates
-            else {}, "partitions": {"count": None, "episodes_s": []}, "warnings": []}
+            "messages_delivered": delivered if delivered or dropped else None,
+            "messages_dropped": {LOGGED_DROP: dropped} if dropped else {},
+            "partitions": {"count": None, "episodes_s": []}, "warnings": []}
 
 
 def _written(folder: Path, about: Json, made: Tables, scenario: Json, summary: Json) -> Path:

@@ -8,14 +8,23 @@ import numpy as np
 import pyarrow as pa
 
 from desim.imports.gathered import Corners, Gathered, LinkEntry
-from desim.imports.growing_maps import growth_table
+from desim.imports.growing_maps import map_growths
 from desim.imports.trajectories import Trajectory
-from desim.monitor.recorder import StandingWall
+from desim.monitor.recorder import ShownPlan, StandingWall
+from desim.results.message_log import DELIVERED, DROPPED
 from desim.results.parquet import MESSAGES, TRACE
+from desim.results.recording_tables import (
+    growth_table,
+    in_mm,
+    obstacles_table,
+    plans_table,
+    poses_table,
+    walls_table,
+)
 from desim.units import MM_PER_M, NS_PER_S
 
-LOGGED = "/logged"  # the topic of messages of which only a log of links knows
-_PLACES = pa.list_(pa.int32())
+# The topic, and the reason of drops, of messages of which only a log of links knows.
+LOGGED, LOGGED_DROP = "/logged", "logged"
 
 Tables = dict[str, pa.Table]
 
@@ -50,54 +59,37 @@ class ReplayedFleet:
 
 def tables(fleet: ReplayedFleet) -> Tables:
     """All tables by name, as a run leaves them; without trace rows, events and samples."""
-    return {"poses": _poses(fleet), "moving_obstacles": _none(
-                time_ns=pa.int64(), obstacle=pa.int32(), x_mm=pa.int32(), y_mm=pa.int32(),
-                radius_mm=pa.int32()),
-            "growth": growth_table(fleet.robots, fleet.end_ns, {
-                topic: [(fleet.since(time_ns), grid) for time_ns, grid in grids]
-                for topic, grids in fleet.gathered.grids.items()}, fleet.robot_of),
-            "plans": _plans(fleet), "walls": _walls(fleet), "links": _links(fleet),
+    gathered = fleet.gathered
+    grids = {topic: [(fleet.since(time_ns), grid) for time_ns, grid in own]
+             for topic, own in gathered.grids.items()}
+    growths = map_growths(fleet.robots, fleet.end_ns, grids, fleet.robot_of)
+    times_ns, shares = _explored(fleet)
+    return {"poses": _poses(fleet),
+            "moving_obstacles": obstacles_table(np.empty(0, np.int64), np.empty((0, 0, 3))),
+            "growth": growth_table(growths), "plans": plans_table(_plans(fleet)),
+            "walls": walls_table(_walls(fleet)), "links": _links(fleet),
             "messages": _messages(fleet), "robots": _robots(fleet),
             "events": TRACE.empty_table(),
-            "samples": pa.table({
-                "time_s": pa.array(_explored(fleet)[0] / NS_PER_S, pa.float64()),
-                "explored_union": pa.array(_explored(fleet)[1], pa.float64())})}
-
-
-def _none(**columns: pa.DataType) -> pa.Table:
-    return pa.schema(list(columns.items())).empty_table()
+            "samples": pa.table({"time_s": pa.array(times_ns / NS_PER_S, pa.float64()),
+                                 "explored_union": pa.array(shares, pa.float64())})}
 
 
 def _poses(fleet: ReplayedFleet) -> pa.Table:
-    """A row a robot and instant, robot by robot; as a run's, it lasts to the end."""
-    times_ns, poses = fleet.times_ns, fleet.poses
+    """The poses; as a run's, they last to the end."""
+    times_ns, poses = fleet.times_ns, fleet.poses.copy()
     if times_ns[-1] < fleet.end_ns:
         times_ns, poses = np.append(times_ns, fleet.end_ns), np.append(poses, poses[-1:], axis=0)
-    yaw = (poses[..., 2] + np.pi) % (2 * np.pi) - np.pi
-    robot = np.repeat(np.arange(len(fleet.robots), dtype=np.int32), len(times_ns))
-    x_mm, y_mm = (_mm(poses[..., axis].T.ravel()) for axis in (0, 1))
-    return pa.table({
-        "time_ns": np.tile(times_ns, len(fleet.robots)),
-        "robot": pa.DictionaryArray.from_arrays(robot, pa.array(fleet.robots, pa.string())),
-        "x_mm": x_mm, "y_mm": y_mm, "yaw_mrad": _mm(yaw.T.ravel()).astype(np.int16)})
+    poses[..., 2] = (poses[..., 2] + np.pi) % (2 * np.pi) - np.pi
+    return poses_table(times_ns, fleet.robots, poses)
 
 
-def _mm(values_m: np.ndarray) -> np.ndarray:
-    return np.rint(values_m * MM_PER_M).astype(np.int32)
-
-
-def _plans(fleet: ReplayedFleet) -> pa.Table:
-    rows = [(fleet.since(time_ns), robot, kind, _mm(places.reshape(-1, 2)))
+def _plans(fleet: ReplayedFleet) -> list[ShownPlan]:
+    return [ShownPlan(fleet.since(time_ns), robot, kind, in_mm(places.reshape(-1, 2)))
             for time_ns, topic, kind, places in fleet.gathered.plans
             if (robot := fleet.robot_of(topic)) is not None]
-    return pa.table({"time_ns": pa.array([row[0] for row in rows], pa.int64()),
-                     "robot": pa.array([row[1] for row in rows], pa.string()),
-                     "kind": pa.array([row[2] for row in rows], pa.string()),
-                     "x_mm": pa.array([row[3][:, 0] for row in rows], _PLACES),
-                     "y_mm": pa.array([row[3][:, 1] for row in rows], _PLACES)})
 
 
-def _walls(fleet: ReplayedFleet) -> pa.Table:
+def _walls(fleet: ReplayedFleet) -> list[StandingWall]:
     """Each wall, from the first message that shows it to the first one without it."""
     rows: list[StandingWall] = []
     since: dict[Corners, tuple[int, str, float]] = {}
@@ -110,9 +102,7 @@ def _walls(fleet: ReplayedFleet) -> pa.Table:
                                      round(height_m * MM_PER_M)))
         for corners, (material, height_m) in standing.items():
             since.setdefault(corners, (time_ns, material, height_m))
-    return pa.table({name: pa.array([getattr(row, name) for row in rows],
-                                    pa.string() if name == "material" else pa.int64())
-                     for name in StandingWall._fields})
+    return rows
 
 
 def _links(fleet: ReplayedFleet) -> pa.Table:
@@ -138,10 +128,10 @@ def _messages(fleet: ReplayedFleet) -> pa.Table:
         end_ns = max(fleet.since(entry.time_ns) - 1, 0)  # an entry is about the time before it
         born_ns = max(end_ns - entry.latency_ns, 0)
         if entry.messages:
-            rows.append((entry, entry.size_bytes, born_ns, "delivered", None, end_ns,
+            rows.append((entry, entry.size_bytes, born_ns, DELIVERED, None, end_ns,
                          end_ns - born_ns))
         if entry.dropped:
-            rows.append((entry, 0, end_ns, "dropped", "logged", end_ns, None))
+            rows.append((entry, 0, end_ns, DROPPED, LOGGED_DROP, end_ns, None))
     born = [row[2] for row in rows]
     columns = [range(1, len(rows) + 1), [LOGGED] * len(rows), [row[0].host for row in rows],
                [row[0].other for row in rows], [row[1] for row in rows], born, born, born,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from desim.compiler.kernel import compiled_function
@@ -32,34 +34,44 @@ def coarse(grid: GridSpec, halved: int) -> GridSpec:
                     -(-grid.height >> halved), grid.x_m, grid.y_m)
 
 
-class MapGrowth:
-    """The growth of one robot's map from the start of its software to its end.
+class MapGrowth(NamedTuple):
+    """The growth of one robot's map from a start of its software to its end. ``known_since`` uint16
+    [height, width] of ``grid``, row 0 at the bottom: the tenths of a second from the start to the
+    first instant at which the map was sure of the cell, ``NEVER`` if it never was; ``occupied``
+    bool alike, as believed at the end."""
 
-    A cell is known from the first instant on at which the map was sure of it; whether it is
-    ``occupied`` is what the map believed at the end.
-    """
+    robot: str
+    started_ns: int
+    until_ns: int
+    grid: GridSpec
+    known_since: np.ndarray
+    occupied: np.ndarray
+
+
+class GrowingMap:
+    """Watches one robot's map from the start of its software on."""
 
     def __init__(self, robot: str, robot_map: RobotMap, kernel: Kernel, halved: int) -> None:
-        self.robot, self.started_ns, self.until_ns = robot, kernel.now_ns, kernel.now_ns
-        self.grid = coarse(robot_map.spec, halved)
+        self._robot, self._started_ns = robot, kernel.now_ns
         self._map, self._kernel, self._halved = robot_map, kernel, halved
         self._since = np.full((len(robot_map.tiles), (TILE >> halved) ** 2), NEVER, np.uint16)
         robot_map.observers.append(self._learned)
 
     def _learned(self, robot_map: RobotMap, tiles: np.ndarray) -> None:
-        since = (self._kernel.now_ns - self.started_ns) // TENTH_NS
+        since = (self._kernel.now_ns - self._started_ns) // TENTH_NS
         _note_known(robot_map.fused, tiles, self._halved, min(since, NEVER - 1), self._since)
 
-    def take(self, now_ns: int) -> None:
-        """Take ``known_since`` and ``occupied`` as of now; the last time when the robot's software
-        ends."""
-        self.until_ns = now_ns
-        self.known_since = _raster(self.grid, self._map, self._since)
+    def growth(self) -> MapGrowth:
+        """The growth until now."""
+        grid = coarse(self._map.spec, self._halved)
         fine = raster(self._map.spec, self._map.fused) >= OCCUPIED
-        side, grid = 1 << self._halved, self.grid
+        side = 1 << self._halved
         whole = np.zeros((grid.height * side, grid.width * side), bool)
         whole[:fine.shape[0], :fine.shape[1]] = fine
-        self.occupied = whole.reshape(grid.height, side, grid.width, side).max(axis=(1, 3))
+        return MapGrowth(
+            self._robot, self._started_ns, self._kernel.now_ns, grid,
+            _raster(grid, self._map, self._since),
+            whole.reshape(grid.height, side, grid.width, side).max(axis=(1, 3)))
 
 
 def _raster(grid: GridSpec, robot_map: RobotMap, places: np.ndarray) -> np.ndarray:

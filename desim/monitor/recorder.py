@@ -15,7 +15,7 @@ import numpy as np
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Names
 from desim.middleware.graph import Graph
-from desim.monitor.map_growth import MapGrowth, halvings
+from desim.monitor.map_growth import GrowingMap, MapGrowth, halvings
 from desim.monitor.monitor import Monitor
 from desim.monitor.reachability import SampledReachability
 from desim.ports import GridSpec, MovesObstacles, World
@@ -33,13 +33,14 @@ _FREQUENT = ("sent", "frame", "delivered", "callback", "read", "lost", "dropped"
 _NO_OBSTACLES = np.empty((0, 3))
 
 
-class Display(NamedTuple):
-    """Points [n, 2] in m that a robot's software shows at an instant, and the name for them."""
+class ShownPlan(NamedTuple):
+    """Points int32 [k, 2] in mm that a robot shows at an instant, until the next ones of their
+    ``kind``: plan, goal, frontiers, or what a strategy calls it."""
 
     time_ns: int
     robot: str
     kind: str
-    points_m: np.ndarray
+    xy_mm: np.ndarray
 
 
 class StandingWall(NamedTuple):
@@ -62,14 +63,14 @@ class Recorder:
         self.times_ns = array("q")
         self.poses: list[np.ndarray] = []  # [robots, 3] x m, y m, yaw rad of each time
         self._obstacles: list[np.ndarray] = []  # moving ones, [obstacles, 3] m of each time
-        self.growths: list[MapGrowth] = []
-        self.plans: list[Display] = []
+        self.plans: list[ShownPlan] = []
         self.robots: tuple[str, ...] = ()
         self._events = events
         self._standing: dict[tuple[int, int, int, int, str, int], int] = {}
         self._walls: list[StandingWall] = []
         self._epoch = -1
-        self._growing: dict[str, MapGrowth] = {}
+        self._growths: list[MapGrowth | None] = []  # None: it still grows
+        self._growing: dict[str, tuple[int, GrowingMap]] = {}  # with its place in ``_growths``
 
     def begin(self, kernel: Kernel, names: Names, world: World, grid: GridSpec, graph: Graph,
               monitor: Monitor) -> None:
@@ -91,13 +92,13 @@ class Recorder:
 
     def watch(self, robot: str, robot_map: RobotMap | None) -> None:
         """``robot`` has a fresh map (its software started), or none (its host stopped)."""
-        before = self._growing.pop(robot, None)
-        if before is not None:
-            before.take(self._kernel.now_ns)
+        if robot in self._growing:
+            place, before = self._growing.pop(robot)
+            self._growths[place] = before.growth()
         if robot_map is not None:
-            growth = MapGrowth(robot, robot_map, self._kernel, self._halvings)
-            self._growing[robot] = growth
-            self.growths.append(growth)
+            self._growing[robot] = len(self._growths), GrowingMap(
+                robot, robot_map, self._kernel, self._halvings)
+            self._growths.append(None)
 
     def rows(self, rows: np.ndarray) -> None:
         """Rows of the trace: the rare ones are kept."""
@@ -109,12 +110,11 @@ class Recorder:
         """Close the recording at this instant, once."""
         if self.times_ns and self.times_ns[-1] < self._kernel.now_ns:
             self._sample(-1)
-        self.take_maps()
 
-    def take_maps(self) -> None:
-        """Bring ``growths`` up to date."""
-        for growth in self._growing.values():
-            growth.take(self._kernel.now_ns)
+    def growths(self) -> list[MapGrowth]:
+        """The growth of each map until now, in the order of their starts."""
+        now = {place: growing.growth() for place, growing in self._growing.values()}
+        return [growth or now[place] for place, growth in enumerate(self._growths)]
 
     def moving_obstacles(self, begin: int = 0) -> np.ndarray:
         """[n, obstacles, 3] x m, y m, radius m at the instants ``times_ns[begin:]``."""
@@ -152,4 +152,5 @@ class Recorder:
                         if wall not in self._standing]
 
     def _displayed(self, robot: str, kind: str, points_m: np.ndarray) -> None:
-        self.plans.append(Display(self._kernel.now_ns, robot, kind, points_m))
+        xy_mm = np.rint(points_m * MM_PER_M).astype(np.int32)
+        self.plans.append(ShownPlan(self._kernel.now_ns, robot, kind, xy_mm))

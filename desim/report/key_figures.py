@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from desim.results.status import is_imported
+
 Summary = Mapping[str, Any]  # of summary.json, or of manifest.json
 
 
 def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str]]:
     """Name, value and remark of each figure of a run."""
+    if is_imported(manifest):
+        return [(name, value, "") for name, value in imported_figures(metrics)]
     speed = ("speed", f"{manifest['real_time_factor']:.1f} x real time",
              f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
              f"{manifest['peak_memory_mb']:.0f} MB")
@@ -18,19 +22,30 @@ def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str
 
 def headline(metrics: Summary, manifest: Summary) -> str:
     """Name, seed, status and why it ended."""
+    if is_imported(manifest):
+        return f"{manifest['name']}: imported from {metrics['imported_from']}"
     return (f"{manifest['name']}, seed {manifest['seed']}: {manifest['status']}, "
             f"{metrics['stop_reason']}")
+
+
+def imported_figures(metrics: Summary) -> list[tuple[str, str]]:
+    """Name and value of each figure of a run that was imported."""
+    found = [("imported from", metrics["imported_from"]),
+             ("driven", f"{metrics['exploration_cost_m']:,.0f} m")]
+    if metrics["messages_delivered"] is not None:
+        found.append(("messages", f"{metrics['messages_delivered']:,} delivered"))
+    return found
 
 
 def _exploration(m: Summary) -> list[tuple[str, str, str]]:
     limit = m["simulated_s"]
     efficiency = m["exploration_efficiency_m2_per_m"]
     return [
-        ("exploration time", _time(m["exploration_time_s"], limit),
+        ("exploration time", time_or_limit(m["exploration_time_s"], limit),
          f"not reached; best {m['explored']:.2%}" if m["censored"] else
          f"99 % known to {m['judged_robot']}"),
-        ("  of the union", _time(m["union_time_s"], limit), "99 % known to some robot"),
-        ("  of the fleet", _time(m["fleet_time_s"], limit), "99 % known to every robot"),
+        ("  of the union", time_or_limit(m["union_time_s"], limit), "99 % known to some robot"),
+        ("  of the fleet", time_or_limit(m["fleet_time_s"], limit), "99 % known to every robot"),
         ("explored area", f"{m['explored_area_m2']:.0f} m2", f"of {m['reachable_area_m2']:.0f} m2"),
         ("cost", f"{m['exploration_cost_m']:.0f} m", "driven by all robots"),
         *([("  in vain", f"{m['outdated_goal_m']:.0f} m",
@@ -85,5 +100,6 @@ def _awareness(m: Summary) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _time(value: float | None, limit: float) -> str:
+def time_or_limit(value: float | None, limit: float) -> str:
+    """A time in s; None: it was not reached until ``limit``."""
     return f"> {limit:.1f} s" if value is None else f"{value:.1f} s"

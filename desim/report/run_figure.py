@@ -17,14 +17,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
-from desim.errors import InputError, unwritable
+from desim.colours import ROBOTS, of_robot
+from desim.errors import InputError
+from desim.files import writing
 from desim.monitor.coverage import EXPLORED
 from desim.report.log_axis import plain
 from desim.results.maps import OccupancyMap
 from desim.results.run import Run
 from desim.results.status import RunStatus
 
-NAMED = 10  # up to so many robots have a line each in the legend, more share a colour bar
+NAMED = len(ROBOTS)  # up to so many have a line each in the legend, more share a colour bar
 
 _UNKNOWN, _FREE, _SOLID, _WRONG = "#c9cdd2", "#ffffff", "#2b2f36", "#d62728"
 _DOOR, _MOVER, _APART = "#f2b705", "#000000", "#b8a3d9"
@@ -77,10 +79,8 @@ def save(figure: Figure, path: Path) -> None:
     """Write ``figure``. Raises ``InputError`` as ``check_ending`` does, and for a file that cannot
     be written."""
     check_ending(path)
-    try:
+    with writing(path, "--to"):
         figure.savefig(path)
-    except OSError as error:
-        raise unwritable(f"--to: {path}", error) from error
 
 
 def check_ending(path: Path) -> None:
@@ -93,7 +93,7 @@ def check_ending(path: Path) -> None:
 def _palette(robots: int) -> np.ndarray:
     """[robots, 4] colours that stand out from white."""
     if robots <= NAMED:
-        return colormaps["tab10"](np.arange(robots))
+        return np.array([(*of_robot(number), 1.0) for number in range(robots)])
     # turbo's yellow and light green would hardly be seen.
     return colormaps["turbo"](np.linspace(0.0, 1.0, robots)) * (0.82, 0.82, 0.82, 1.0)
 

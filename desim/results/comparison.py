@@ -16,6 +16,7 @@ from desim.scenario import yaml12
 from desim.units import NS_PER_S
 
 SCENARIO, POSES, PLACES = "scenario.resolved.yaml", "poses.parquet", "robots.parquet"
+_TURNED_RAD = 0.5e-3  # half of a recorded step: pi and -pi, rounded, are one heading
 
 
 class KeyDifference(NamedTuple):
@@ -58,7 +59,8 @@ class MetricPair(NamedTuple):
 
 
 class Parting(NamedTuple):
-    """The first instant at which a robot is not where it is in the other run."""
+    """The first instant at which a robot is at another place than in the other run, or turned
+    otherwise (``apart_m`` 0)."""
 
     time_s: float
     robot: str
@@ -163,9 +165,11 @@ def _tracks(rows: Mapping[str, np.ndarray], time: str, pose: tuple[str, ...], ns
 
 def _parting(robot: str, one: _Track, other: _Track) -> Parting | None:
     times_ns, i, j = np.intersect1d(one[0], other[0], return_indices=True)
-    differ = np.flatnonzero((one[1][i] != other[1][j]).any(axis=1))
+    apart = one[1][i] - other[1][j]
+    turned = np.abs((apart[:, 2] + np.pi) % (2 * np.pi) - np.pi) > _TURNED_RAD
+    differ = np.flatnonzero((apart[:, :2] != 0).any(axis=1) | turned)
     if not differ.size:
         return None
     at = differ[0]
-    apart_m = np.hypot(*(one[1][i[at]] - other[1][j[at]])[:2])
+    apart_m = np.hypot(*apart[at, :2])
     return Parting(float(times_ns[at] / NS_PER_S), robot, float(apart_m))

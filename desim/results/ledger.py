@@ -14,6 +14,7 @@ from desim.errors import InputError
 from desim.middleware.graph import OnFate
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
 from desim.network.passages import Passages
+from desim.results.message_log import DELIVERED, DROPPED
 from desim.results.run import Run, readable
 from desim.results.status import RunStatus
 from desim.results.traces import TRACE, Rows, Spool, complete, repeatable, trace_of
@@ -57,7 +58,7 @@ class LedgerRecorder:
             pa.array(rows["number"]), _words(topic, [names[id_] for id_ in topics.tolist()]),
             _words(rows["source"], hosts), _words(rows["destination"], hosts),
             pa.array(rows["size_bytes"]), pa.array(rows["born_ns"]),
-            _words(lost, ("delivered", "dropped")),
+            _words(lost, (DELIVERED, DROPPED)),
             _words(rows["fate"], ledger.reasons, mask=~lost),
             places.words(rows["medium"], rows["host"], mask=~lost),
             pa.array(rows["end_ns"]), pa.array(rows["end_ns"] - rows["born_ns"], mask=lost),

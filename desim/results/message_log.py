@@ -14,7 +14,7 @@ BATCH = 1 << 14  # rows at a time: 1.3 MB, a row group of the table
 LOOKED_BACK = 1 << 13  # messages: 0.6 MB, which a panel can search at each refresh
 COLUMNS = ("number", "topic", "source", "destination", "size_bytes", "born_ns", "first_ns",
            "last_ns", "reason", "end_ns")
-DELIVERED = "delivered"  # reason number 0
+DELIVERED, DROPPED = "delivered", "dropped"  # fates
 
 _pack = Struct(f"<{len(COLUMNS)}q").pack
 

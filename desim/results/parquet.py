@@ -10,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.engine.trace import Names
+from desim.results.message_log import DELIVERED, DROPPED
 
 _TEXT = pa.dictionary(pa.int32(), pa.string())
 _INT = pa.int64()
@@ -90,7 +91,7 @@ def message_batch(rows: np.ndarray, reasons: list[str], names: Names, hosts: tup
     return pa.record_batch([
         pa.array(number), _named(topic, names), _of(source, hosts), _of(to, hosts),
         pa.array(size), pa.array(born), pa.array(first, mask=never),
-        pa.array(last, mask=never), _of(lost, ("delivered", "dropped")),
+        pa.array(last, mask=never), _of(lost, (DELIVERED, DROPPED)),
         _of(reason, reasons, mask=~lost), pa.array(end), pa.array(end - born, mask=lost)],
         schema=MESSAGES)
 

@@ -12,13 +12,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.engine.trace import real
-from desim.monitor.recorder import StandingWall
+from desim.monitor.map_growth import MapGrowth
+from desim.monitor.recorder import ShownPlan, StandingWall
 from desim.ports import GridSpec
 from desim.results.run import Run, readable
 from desim.results.seal import Json
 from desim.results.trace_words import values
 from desim.simulation.deployment import HostPlan, plan
-from desim.units import MM_PER_M, NS_PER_S
+from desim.units import MM_PER_M, MRAD_PER_RAD, NS_PER_S
 
 
 class Poses(NamedTuple):
@@ -29,6 +30,10 @@ class Poses(NamedTuple):
     xy_mm: np.ndarray
     yaw_mrad: np.ndarray
 
+    def of_instant(self, k: int) -> np.ndarray:
+        """[robots, 3] x m, y m, yaw rad at ``times_ns[k]``."""
+        return np.column_stack([self.xy_mm[k] / MM_PER_M, self.yaw_mrad[k] / MRAD_PER_RAD])
+
     def at(self, time_ns: int) -> np.ndarray:
         """[robots, 3] x m, y m, yaw rad at ``time_ns``, on straight lines between the instants."""
         times_ns = self.times_ns
@@ -38,33 +43,10 @@ class Poses(NamedTuple):
         span_ns = max(int(times_ns[other] - times_ns[one]), 1)
         share = min(max((time_ns - int(times_ns[one])) / span_ns, 0.0), 1.0)
         xy_mm = self.xy_mm[one] + share * (self.xy_mm[other] - self.xy_mm[one])
-        turn = (self.yaw_mrad[other] - self.yaw_mrad[one].astype(float)) / MM_PER_M
+        turn = (self.yaw_mrad[other] - self.yaw_mrad[one].astype(float)) / MRAD_PER_RAD
         turn = (turn + np.pi) % (2 * np.pi) - np.pi
-        yaw_rad = self.yaw_mrad[one] / MM_PER_M + share * turn
+        yaw_rad = self.yaw_mrad[one] / MRAD_PER_RAD + share * turn
         return np.column_stack([xy_mm / MM_PER_M, yaw_rad])
-
-
-class Growth(NamedTuple):
-    """The map of one robot from a start of its software to its end. ``known_since`` uint16 [height,
-    width] of ``grid``, row 0 at the bottom: tenths of a second after the start, 65535 for never;
-    ``occupied`` bool alike, as believed at the end."""
-
-    robot: str
-    started_ns: int
-    until_ns: int
-    grid: GridSpec
-    known_since: np.ndarray
-    occupied: np.ndarray
-
-
-class ShownPlan(NamedTuple):
-    """Points [k, 2] in mm that a robot showed at an instant, until the next ones of their ``kind``:
-    plan, goal, frontiers, or what a strategy calls it."""
-
-    time_ns: int
-    robot: str
-    kind: str
-    xy_mm: np.ndarray
 
 
 class Event(NamedTuple):
@@ -127,7 +109,7 @@ class Recording:
         return np.stack(columns, axis=-1).reshape(-1, count, 3).swapaxes(0, 1)
 
     @cached_property
-    def growths(self) -> tuple[Growth, ...]:
+    def growths(self) -> tuple[MapGrowth, ...]:
         """The growth of each map, in the order in which robots' software started."""
         table = self._table("growth")
         return tuple(_growth({name: table[name][i] for name in table.column_names})
@@ -203,12 +185,12 @@ def goals_of(rows: Sequence[Json]) -> list[ShownPlan]:
     return goals
 
 
-def _growth(row: Mapping[str, pa.Scalar]) -> Growth:
+def _growth(row: Mapping[str, pa.Scalar]) -> MapGrowth:
     robot, started_ns, until_ns, *grid = (row[name].as_py() for name in (
         "robot", "started_ns", "until_ns", "resolution_m", "width", "height", "x_m", "y_m"))
     spec = GridSpec(*grid)
     shape = spec.height, spec.width
     occupied = np.unpackbits(row["occupied"].values.to_numpy(), count=spec.width * spec.height)
-    return Growth(robot, started_ns, until_ns, spec,
+    return MapGrowth(robot, started_ns, until_ns, spec,
                   row["known_since"].values.to_numpy().reshape(shape),
                   occupied.reshape(shape).astype(bool))

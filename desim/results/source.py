@@ -8,8 +8,9 @@ from typing import Protocol
 import numpy as np
 import pyarrow as pa
 
-from desim.monitor.recorder import StandingWall
-from desim.results.recording import Event, Growth, LinkChange, Poses, ShownPlan
+from desim.monitor.map_growth import MapGrowth
+from desim.monitor.recorder import ShownPlan, StandingWall
+from desim.results.recording import Event, LinkChange, Poses
 from desim.results.seal import Json
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan
@@ -79,7 +80,7 @@ class ReplaySource(Protocol):
         """[n, obstacles, 3] x, y, radius in mm at the instants of ``poses``."""
 
     @property
-    def growths(self) -> Sequence[Growth]:
+    def growths(self) -> Sequence[MapGrowth]:
         """The robots' maps."""
 
     @property

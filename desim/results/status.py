@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
 
@@ -19,7 +20,7 @@ class RunStatus(StrEnum):
     IMPORTED = "imported"
 
 
-def is_imported(manifest: Json) -> bool:
+def is_imported(manifest: Mapping[str, object]) -> bool:
     """Whether a run with this manifest is a recording of somebody else's robots."""
     return manifest["status"] == RunStatus.IMPORTED
 

@@ -15,6 +15,7 @@ from desim.errors import InputError, did_you_mean
 from desim.middleware.message_ledger import PARTS
 from desim.ports import TimePart, natural_key
 from desim.results.latency_by_topic import Lost, TopicBreakdowns, by_topic, hosts_of, losses
+from desim.results.message_log import DELIVERED
 
 READ = "receiver's queue"  # behind the parts: from a message's arrival until it was first read
 _NAMED = 12  # topics in a complaint
@@ -91,7 +92,7 @@ def breakdown(ledger: pa.Table, query: Query) -> LatencyBreakdown:
     if not len(ledger):
         raise InputError("no message between hosts had reached its fate when the run ended")
     found = _matching(ledger, query)
-    arrived = pc.equal(found["fate"], "delivered").to_numpy(zero_copy_only=False)
+    arrived = pc.equal(found["fate"], DELIVERED).to_numpy(zero_copy_only=False)
     delivered, dropped = found.filter(pa.array(arrived)), found.filter(pa.array(~arrived))
     if query.dropped:
         shown = dropped.slice(0, query.late)
@@ -128,7 +129,7 @@ def _matching(ledger: pa.Table, query: Query) -> pa.Table:
         raise InputError("no message of this topic between these hosts had reached its fate when "
                          "the run ended")
     if query.dropped and query.message is not None \
-            and not pc.any(pc.not_equal(ledger["fate"], "delivered")).as_py():
+            and not pc.any(pc.not_equal(ledger["fate"], DELIVERED)).as_py():
         raise InputError(f"message {query.message} was delivered, not dropped")
     return ledger
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -161,6 +163,33 @@ def test_a_failed_run_gives_what_it_has_or_one_line(export, failed, tmp_path):
             "manifest.json has the error")
     else:
         assert export(failed, tmp_path) >= 1
+
+
+def command(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """``desim`` in a process of its own, which has not loaded any plug-in yet."""
+    return subprocess.run([sys.executable, "-m", "desim.cli", *words], cwd=folder, timeout=300,
+                          capture_output=True, text=True)
+
+
+def test_what_a_failed_run_has_kept_needs_no_plugin(repository, tmp_path):
+    """The file of the rule that made it fail is gone."""
+    pytest.importorskip("mcap", reason="mcap is not installed")
+    pytest.importorskip("rosbags", reason="rosbags is not installed")
+    rule = tmp_path / "gone.py"
+    rule.write_text("import desim\n\nfates = [desim.ports.Pass()] * 99\n\n\n"
+                    "def broken(frame, receivers):\n    return fates.pop()\n")
+    made = command(tmp_path, "run", str(repository / "scenarios" / "hello.yaml"), "--set",
+                   "network.media.lan={model: switch, rules: [{rule: 'gone:broken'}]}")
+    assert made.returncode == 1 and "IndexError: pop from empty list" in made.stderr
+    rule.unlink()
+    run, = (tmp_path / "results" / "hello").iterdir()
+    again = command(tmp_path, "run", str(run / "scenario.resolved.yaml"))
+    assert again.returncode == 2 and "gone" in again.stderr  # it cannot be loaded any more
+    done = command(tmp_path, "export", str(run), "--mcap", "a.mcap", "--bag", "a.bag", "--csv",
+                   "csv", "--graphml", "a.graphml", "--animation", "a.gif")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert {path.name for path in tmp_path.iterdir()} >= {
+        "a.mcap", "a.bag", "csv", "a.graphml", "a.gif"}
 
 
 @of_a_recording

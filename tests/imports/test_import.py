@@ -15,6 +15,7 @@ import desim
 from desim.api import recording_of
 from desim.cli import app
 from desim.errors import InputError
+from desim.report.key_figures import key_figures
 from desim.report.replay.bundle import bundle
 from desim.results.run import Run
 from desim.units import NS_PER_S
@@ -397,12 +398,30 @@ def test_the_page_has_no_figures_of_what_was_not_recorded(own, back):
     own.odometry("/odom", START_NS + 3 * NS_PER_S, "map", 1, 0, 0)
     (about, _), (mapped, _) = bundle(own.imported()), bundle(back)
     assert [label for label, _ in about["facts"]] == ["imported from", "robots", "driven"]
+    assert about["laser"] is None
     assert [label for label, _ in mapped["facts"]][-1] == "messages"
-    said = "it was imported: only what was recorded is shown, no laser fans and no beliefs"
+    said = "it was imported: only what was recorded is shown, no laser scans and no beliefs"
     assert about["notes"] == [said]
     assert mapped["notes"][:2] == [said, (
         "maps grow in the recording's steps; ground that several robots' maps gain in one step has "
         "the first of these robots' colour in the merged map")]
+
+
+def test_messages_that_were_not_logged_are_not_counted_as_none(own, recording):
+    for second in range(4):
+        own.odometry("/odom", START_NS + second * NS_PER_S, "map", second, 0, 0)
+    run = own.imported().run
+    assert run.metrics["messages_delivered"] is None and run.metrics["messages_dropped"] == {}
+    done = CliRunner().invoke(app, ["compare", str(recording.run.path), str(run.path)])
+    rows = {words[0]: words[1:] for words in map(str.split, done.output.splitlines()) if words}
+    delivered = str(recording.run.metrics["messages_delivered"])
+    assert done.exit_code == 0 and rows["messages_delivered"] == [delivered, "-"]
+    listed = CliRunner().invoke(app, ["ls", str(run.path.parent.parent)])
+    assert " ".join(listed.output.splitlines()[-1].split()).startswith(
+        f"own {run.path.name} imported 20") and " 3.0 s - " in " ".join(listed.output.split())
+    assert key_figures(run.metrics, run.manifest) == [
+        ("imported from", "own.bag", ""), ("driven", "3 m", "")]
+    assert "own: imported from own.bag" in run._repr_html_()
 
 
 # ------------------------------------------------------------------------------ damaged files

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import desim
 from desim.cli import app
 from desim.errors import InputError
-from desim.results.comparison import KeyDifference, MetricPair, different_keys
+from desim.results.comparison import KeyDifference, MetricPair, Parting, _parting, different_keys
 
 
 def made(repository, out, *overrides):
@@ -72,6 +73,17 @@ def test_places_once_a_second_stand_in_for_poses_that_were_not_kept(repository, 
     bare = made(repository, out, "trace.keep=none")
     parted = desim.compare(bare, second).parted
     assert parted.robot == "robot_1" and parted.time_s == 2.0
+
+
+@pytest.mark.parametrize("one, other, parted", [
+    ((0.0, 0.0, np.pi), (0.0, 0.0, -np.pi), None),
+    ((0.0, 0.0, 3.142), (0.0, 0.0, -3.141), None),
+    ((0.0, 0.0, 0.001), (0.0, 0.0, 0.002), Parting(1.0, "robot_0", 0.0)),
+    ((0.001, 0.0, 0.0), (0.0, 0.0, 0.0), Parting(1.0, "robot_0", 0.001))])
+def test_one_heading_has_two_names(one, other, parted):
+    times_ns = np.array([0, 10**9])
+    tracks = [(times_ns, np.array([(0.0, 0.0, 0.0), pose])) for pose in (one, other)]
+    assert _parting("robot_0", *tracks) == parted
 
 
 def test_a_run_and_itself(first):

@@ -8,6 +8,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from desim.ports import TimePart
 from desim.results.latency_by_topic import as_json
 from desim.results.why import READ, LatencyBreakdown, MessageFate
 
@@ -16,10 +17,11 @@ _LEAST, _MOST = 20, 60  # of a bar
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 _DROPS = 20  # lines of them
 _PARTS = 3  # of a topic
-_COLOURS = {"sender's queue": "yellow", "resolution": "magenta", "queue": "red",
-            "contention": "bright_red", "airtime": "green", "propagation": "cyan",
-            "retransmission": "bright_magenta", "rules": "blue", "on the medium": "white",
-            "relay": "bright_yellow"}
+_COLOURS: dict[str, str] = {
+    TimePart.SENDER: "yellow", TimePart.RESOLUTION: "magenta", TimePart.QUEUE: "red",
+    TimePart.CONTENTION: "bright_red", TimePart.AIRTIME: "green", TimePart.PROPAGATION: "cyan",
+    TimePart.RETRANSMISSION: "bright_magenta", TimePart.RULES: "blue", TimePart.MEDIUM: "white",
+    TimePart.RELAY: "bright_yellow"}
 
 
 def show(found: LatencyBreakdown, metrics: Mapping[str, Any], console: Console) -> None:

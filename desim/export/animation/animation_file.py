@@ -10,7 +10,7 @@ from PIL import Image
 
 from desim.errors import InputError
 from desim.export.animation.scene import AnimationScene
-from desim.export.targets import target
+from desim.files import target
 from desim.results.recording import Recording
 from desim.units import NS_PER_S
 

@@ -12,8 +12,11 @@ from PIL import Image, ImageDraw, ImageFilter, ImageFont
 from scipy.ndimage import median_filter
 
 from desim import colours
-from desim.export.traffic import Traffic
+from desim.export.extent import Extent, extent_of
+from desim.export.link_loads import LinkLoads
+from desim.monitor.map_growth import TENTH_NS
 from desim.monitor.recorder import StandingWall
+from desim.results.merged_map import merged
 from desim.results.recording import Recording
 from desim.units import MM_PER_M, NS_PER_S
 
@@ -23,7 +26,6 @@ _TRAIL_NS = 6 * NS_PER_S
 _GLOW_TENTHS = 20  # for which what was just explored stands out
 _PAPER, _UNKNOWN, _FREE = (colours.parsed(text) for text in ("#ffffff", "#d5dae1", "#fbfaf7"))
 _INK, _FAINT = colours.parsed("#2b323c"), colours.parsed("#8a94a1")
-_NEVER = 65535
 _ROBOT_M, _LEAST_PX = 0.45, 5.0  # radius: so that robots of a large terrain are still seen
 _MOST_TRAILS = 100
 _MOST_TONES = 160
@@ -36,10 +38,10 @@ class AnimationScene:
 
     def __init__(self, recording: Recording) -> None:
         self._recording, self._walls = recording, recording.walls
-        self._poses, self._traffic = recording.poses, Traffic(recording)
+        self._poses, self._loads = recording.poses, LinkLoads(recording)
         self._obstacles = recording.moving_obstacles
         count = len(recording.robots)
-        self._colours = [colours.of_robot(number, count) for number in range(count)]
+        self._colours = [colours.of_robot(number) for number in range(count)]
         self._numbers = {name: number for number, name in enumerate(recording.robots)}
         self._frame()
         self._territory()
@@ -76,16 +78,13 @@ class AnimationScene:
 
     def _frame(self) -> None:
         """The part of the plane that is shown, and its scale."""
-        corners = [(wall.x1_mm, wall.y1_mm) for wall in self._walls] + [
-            (wall.x2_mm, wall.y2_mm) for wall in self._walls]
-        places = np.array(corners or self._poses.xy_mm.reshape(-1, 2)).reshape(-1, 2) / MM_PER_M
-        low, high = (places.min(0), places.max(0)) if len(places) else (np.zeros(2), np.ones(2))
-        size_m = np.maximum(high - low, 1.0)
+        extent = extent_of(self._recording) or Extent(0.0, 0.0, 1.0, 1.0)
+        size_m = np.maximum((extent.right_m - extent.left_m, extent.top_m - extent.bottom_m), 1.0)
         side_px = (_SIDE_PX - 2 * _MARGIN_PX) * _FINE
         self._px_per_m = side_px / size_m.max()
         wide, high_px = (size_m * self._px_per_m + 2 * _MARGIN_PX * _FINE).astype(int).tolist()
         self._width, self._height = wide + wide % 2, high_px + high_px % 2
-        self._corner_m = np.array([low[0], low[1] + size_m[1]])
+        self._corner_m = np.array([extent.left_m, extent.bottom_m + size_m[1]])
 
     def _px(self, places_m: np.ndarray) -> np.ndarray:
         """[n, 2] pixels of places [n, 2] in m."""
@@ -93,20 +92,11 @@ class AnimationScene:
             + _MARGIN_PX * _FINE
 
     def _territory(self) -> None:
-        """Since when a cell is known to some robot (tenths of a second, int32) and to which one it
-        was known first."""
+        """Since when a cell is known to some robot (tenths of a second) and to which one first."""
         growths = self._recording.growths
         self._first: np.ndarray | None = None
-        for growth in growths:
-            since = growth.known_since.astype(np.int32) \
-                + growth.started_ns * 10 // NS_PER_S
-            since[growth.known_since == _NEVER] = np.iinfo(np.int32).max
-            if self._first is None:
-                self._first = np.full(since.shape, np.iinfo(np.int32).max, np.int32)
-                self._owner = np.zeros(since.shape, np.int32)
-            earlier = since < self._first
-            self._first[earlier] = since[earlier]
-            self._owner[earlier] = self._numbers[growth.robot]
+        if growths:
+            self._first, self._owner, _ = merged(growths, self._recording.robots)
         if self._first is not None and self._colours:
             self._owner = _smoothed(self._owner, len(self._colours))
             self._first = median_filter(self._first, _GAPS_CELLS)
@@ -119,7 +109,7 @@ class AnimationScene:
         size = self._width, self._height
         if self._first is None:
             return Image.new("RGB", size, _bytes(_UNKNOWN))
-        grid, tenths = self._recording.growths[0].grid, time_ns * 10 // NS_PER_S
+        grid, tenths = self._recording.growths[0].grid, time_ns // TENTH_NS
         age = tenths - self._first.astype(np.int64)
         cells = np.where((age < 0)[..., None], _UNKNOWN, np.where(
             (age < _GLOW_TENTHS)[..., None], self._glow[self._owner], self._tint[self._owner]))
@@ -153,7 +143,7 @@ class AnimationScene:
         """Lines between robots of which one has got messages of the other within this second."""
         places = self._px(self._poses.at(time_ns)[:, :2])
         pairs = {tuple(sorted((load.source, load.destination)))
-                 for load in self._traffic.at(-(-time_ns // NS_PER_S)) if load.messages}
+                 for load in self._loads.at(-(-time_ns // NS_PER_S)) if load.messages}
         for one, other in sorted(pairs):
             if one in self._numbers and other in self._numbers:
                 ends = places[[self._numbers[one], self._numbers[other]]]

@@ -20,7 +20,7 @@ from desim.export.pcap.packet_headers import (
     Radiotap,
     Segment,
 )
-from desim.export.targets import target
+from desim.files import target
 from desim.middleware.tcp import end
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.sender import Sender

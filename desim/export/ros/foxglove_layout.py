@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from importlib.resources import files
 
+from desim.export.extent import extent_of
 from desim.results.recording import Recording
 from desim.results.seal import Json
 from desim.results.status import is_imported
-from desim.units import MM_PER_M
 
 _SCENE, _SPEEDS = "3D!desim", "Plot!speeds"
 _VIEW = 0.9  # of the larger side of the terrain, from above
@@ -30,12 +30,8 @@ def layout(recording: Recording) -> Json:
     panels[_SPEEDS]["paths"] = [
         {"value": f"/{robot}/odom.twist.twist.linear.x", "enabled": True, "label": robot,
          "timestampMethod": "receiveTime"} for robot in recording.robots[:6]]
-    corners = [(x, y) for wall in recording.walls
-               for x, y in ((wall.x1_mm, wall.y1_mm), (wall.x2_mm, wall.y2_mm))]
-    if corners:
-        xs, ys = zip(*corners, strict=True)
-        scene["cameraState"] |= {
-            "distance": max(max(xs) - min(xs), max(ys) - min(ys), MM_PER_M) / MM_PER_M * _VIEW,
-            "targetOffset": [(min(xs) + max(xs)) / 2 / MM_PER_M,
-                             (min(ys) + max(ys)) / 2 / MM_PER_M, 0]}
+    extent = extent_of(recording)
+    if extent is not None:
+        scene["cameraState"] |= {"distance": extent.side_m * _VIEW,
+                                 "targetOffset": [*extent.middle_m, 0]}
     return found

@@ -33,9 +33,9 @@ class Scanner:
         infinite where a beam meets nothing."""
         of = recording.poses
         time_ns = int(of.times_ns[k])
-        poses = np.column_stack([of.xy_mm[k], of.yaw_mrad[k]]) / MM_PER_M
         tick = int(time_ns * self.laser.rate_hz // NS_PER_S)
-        snapshot = self._start._replace(time_ns=time_ns, poses=np.ascontiguousarray(poses))
+        poses = np.ascontiguousarray(of.of_instant(k))
+        snapshot = self._start._replace(time_ns=time_ns, poses=poses)
         if isinstance(self._world, Plane):
             snapshot = snapshot._replace(geometry=self._start.geometry._replace(
                 walls=self._walls(self._world, recording, time_ns),

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from desim.export.link_loads import LinkLoad, LinkLoads, changes
 from desim.export.ros.message_times import seconds
 from desim.export.ros.message_types import DIAGNOSTIC_ARRAY, Message, RosTypes, Timed
-from desim.export.traffic import LinkLoad, Traffic, changes
 from desim.results.source import ReplaySource
 
 STATUS = "diagnostic_msgs/msg/DiagnosticStatus"
@@ -18,7 +18,7 @@ _OK, _WARN, _STALE = 0, 1, 3
 _NS_PER_MS = 1_000_000
 
 
-def link_log(recording: ReplaySource, traffic: Traffic, types: RosTypes) -> Iterator[Timed]:
+def link_log(recording: ReplaySource, loads: LinkLoads, types: RosTypes) -> Iterator[Timed]:
     """Each second the links that carried messages or have changed. A status is a warning where
     messages were dropped, and stale where frames do not get through any more."""
     agenda = list(changes(recording))
@@ -31,7 +31,7 @@ def link_log(recording: ReplaySource, traffic: Traffic, types: RosTypes) -> Iter
             linked[pair] = change.linked
             if change.time_ns >= recording.begin_ns:
                 news[pair] = LinkLoad(*pair, 0, 0, 0.0, 0)
-        for load in traffic.at(second):
+        for load in loads.at(second):
             news[load.source, load.destination] = load
         yield time_ns, types.make(DIAGNOSTIC_ARRAY, header=types.header(time_ns, ""), status=[
             _network(types, list(news.values()), sum(linked.values())),

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from desim import colours
+from desim.export.link_loads import LinkLoad, LinkLoads, linked_pairs
 from desim.export.ros.message_times import repeated, seconds
 from desim.export.ros.message_types import MARKER_ARRAY, Message, RosTypes, Timed
-from desim.export.traffic import LinkLoad, Traffic, linked_pairs
 from desim.results.source import ReplaySource
 from desim.units import MM_PER_M
 
@@ -64,7 +64,7 @@ class Markers:
         for time_ns in repeated([0], self._recording):
             markers = []
             for number, robot in enumerate(names):
-                colour = types.colour(*colours.of_robot(number, len(names)))
+                colour = types.colour(*colours.of_robot(number))
                 for ns, kind, height_m, text, size in (
                         ("bodies", _CYLINDER, _BODY_M / 2, "", types.vector(0.5, 0.5, _BODY_M)),
                         ("names", _TEXT, 2 * _BODY_M, robot, types.vector(0.0, 0.0, 1.0))):
@@ -76,7 +76,7 @@ class Markers:
                         frame_locked=True))
             yield time_ns, types.make(MARKER_ARRAY, markers=markers)
 
-    def links(self, traffic: Traffic) -> Iterator[Timed]:
+    def links(self, loads: LinkLoads) -> Iterator[Timed]:
         """Each second: thin lines between hosts that reach each other, and thick ones between those
         that have exchanged messages in that second, the redder the more bytes."""
         agenda = list(linked_pairs(self._recording))
@@ -90,7 +90,7 @@ class Markers:
             shown = () if len(linked) >= hosts * (hosts - 1) else sorted(linked)
             quiet = self._lines(places, [(host, other) for host, other in shown
                                          if host < other or (other, host) not in linked])
-            busy, shades = self._loaded(places, traffic.at(second))
+            busy, shades = self._loaded(places, loads.at(second))
             yield time_ns, self._types.make(MARKER_ARRAY, markers=[
                 self._marker(time_ns, "in reach", 0, LINE_LIST, colours.QUIET, quiet,
                              width_m=_LINK_M / 4, alpha=0.35),

@@ -17,10 +17,9 @@ from desim.export.ros.laser_scans import Scanner
 from desim.export.ros.message_types import RosTypes, TopicMessage
 from desim.export.ros.rviz_configuration import rviz_configuration
 from desim.export.ros.topics import is_latched, topic_messages
-from desim.export.targets import target
+from desim.files import target
 from desim.results.recording import Recording
 from desim.results.status import is_imported
-from desim.scenario.load import load
 
 Done = Callable[[int, int], object]
 Counts = dict[str, int]
@@ -104,7 +103,7 @@ def _counted(recording: Recording, types: RosTypes, counts: Counts, done: Done
              ) -> Iterator[TopicMessage]:
     """All messages; ``counts`` are those so far, this one among them."""
     scanner = None if is_imported(recording.run.manifest) else Scanner(
-        load(recording.run.file("scenario.resolved.yaml")).scenario)
+        recording.run.scenario)
     for number, message in enumerate(topic_messages(recording, types, scanner)):
         counts[message.topic] = counts.get(message.topic, 0) + 1
         if number % 1000 == 0:

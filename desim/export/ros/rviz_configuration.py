@@ -5,12 +5,12 @@ from __future__ import annotations
 import yaml
 
 from desim import colours
+from desim.export.extent import Extent, extent_of
 from desim.export.ros.markers import MAP_FRAME
 from desim.export.ros.topics import is_latched
 from desim.results.recording import Recording
 from desim.results.seal import Json
 from desim.results.status import is_imported
-from desim.units import MM_PER_M
 
 _VIEW_PX = 720  # of the scene, which the terrain fills
 
@@ -33,7 +33,7 @@ def rviz_configuration(recording: Recording, version: int) -> str:
     displays += [display("MarkerArray", topic) for topic in ("/terrain", "/links", "/robots")]
     for number, robot in enumerate(recording.robots):
         colour = "; ".join(str(round(255 * part)) for part in
-                           colours.of_robot(number, len(recording.robots)))
+                           colours.of_robot(number))
         if not is_imported(recording.run.manifest):
             displays.append(display("LaserScan", f"/{robot}/scan", **{
                 "Style": "Points", "Size (Pixels)": 2, "Color Transformer": "FlatColor",
@@ -58,10 +58,8 @@ def rviz_configuration(recording: Recording, version: int) -> str:
 
 def _from_above(recording: Recording, package: str) -> Json:
     """A view of all of the terrain."""
-    corners = [(x, y) for wall in recording.walls
-               for x, y in ((wall.x1_mm, wall.y1_mm), (wall.x2_mm, wall.y2_mm))]
-    xs, ys = zip(*(corners or [(-MM_PER_M, -MM_PER_M), (MM_PER_M, MM_PER_M)]), strict=True)
-    side_m = max(max(xs) - min(xs), max(ys) - min(ys), MM_PER_M) / MM_PER_M
+    extent = extent_of(recording) or Extent(-1.0, -1.0, 1.0, 1.0)
+    x_m, y_m = extent.middle_m
     return {"Class": f"{package}/TopDownOrtho", "Name": "Current View", "Value": "TopDownOrtho",
-            "Target Frame": "<Fixed Frame>", "Angle": 0, "Scale": _VIEW_PX / side_m,
-            "X": (min(xs) + max(xs)) / 2 / MM_PER_M, "Y": (min(ys) + max(ys)) / 2 / MM_PER_M}
+            "Target Frame": "<Fixed Frame>", "Angle": 0, "Scale": _VIEW_PX / extent.side_m,
+            "X": x_m, "Y": y_m}

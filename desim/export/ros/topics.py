@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from heapq import merge
 
 import numpy as np
 
+from desim.export.link_loads import LinkLoads
 from desim.export.ros.laser_scans import Scanner
 from desim.export.ros.link_diagnostics import link_log
 from desim.export.ros.markers import MAP_FRAME, Markers
@@ -26,8 +27,9 @@ from desim.export.ros.message_types import (
     Timed,
     TopicMessage,
 )
-from desim.export.traffic import Traffic
-from desim.results.recording import Growth, ShownPlan
+from desim.monitor.map_growth import MapGrowth
+from desim.monitor.recorder import ShownPlan
+from desim.results.merged_map import known_at
 from desim.results.source import ReplaySource
 from desim.units import MM_PER_M, NS_PER_S
 
@@ -35,23 +37,22 @@ EXPLORED = "/explored"  # the topic of the explored share
 _LATCHED = ("tf_static", "terrain", "robots", "map")  # last parts of topics
 MAP_EVERY_NS = 15 * NS_PER_S  # between maps, if they have grown
 _MAP_AGAIN_NS = 60 * NS_PER_S  # if not
-_TENTH_NS, _NEVER = NS_PER_S // 10, 65535
 
 
 def topic_messages(recording: ReplaySource, types: RosTypes, scanner: Scanner | None
             ) -> Iterator[TopicMessage]:
     """All messages of a recording, by time; ``scanner`` is that of its scenario. None: nothing is
     known of its lasers, and there are no scans."""
-    markers, traffic = Markers(recording, types), Traffic(recording)
+    markers, loads = Markers(recording, types), LinkLoads(recording)
     streams: list[Iterator[TopicMessage]] = [
         _on("/tf_static", TF_MESSAGE, _fixed(recording, types, scanner is not None)),
         _moving(recording, types),
         _on("/terrain", MARKER_ARRAY, markers.terrain()),
         _on("/robots", MARKER_ARRAY, markers.robots()),
-        _on("/links", MARKER_ARRAY, markers.links(traffic)),
-        _on("/diagnostics", DIAGNOSTIC_ARRAY, link_log(recording, traffic, types)),
+        _on("/links", MARKER_ARRAY, markers.links(loads)),
+        _on("/diagnostics", DIAGNOSTIC_ARRAY, link_log(recording, loads, types)),
         _plans(recording, types),
-        _on("/map", OCCUPANCY_GRID, _grids(list(recording.growths), recording, types)),
+        _on("/map", OCCUPANCY_GRID, _grids(recording.growths, recording, types)),
         _on(EXPLORED, FLOAT64, _explored(recording, types)),
     ]
     if scanner is not None:
@@ -95,8 +96,7 @@ def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[TopicMessage]:
     """Transforms and odometry at each recorded pose."""
     names, poses, before = recording.robots, recording.poses, 0
     for k, time_ns in enumerate(poses.times_ns.tolist()):
-        now = np.column_stack([poses.xy_mm[k], poses.yaw_mrad[k]]) / MM_PER_M
-        then = np.column_stack([poses.xy_mm[before], poses.yaw_mrad[before]]) / MM_PER_M
+        now, then = poses.of_instant(k), poses.of_instant(before)
         speeds = _speeds(then, now, (time_ns - int(poses.times_ns[before])) / NS_PER_S)
         before = k
         places = [(x, y, yaw) for x, y, yaw in now.tolist()]
@@ -169,25 +169,8 @@ def _path(types: RosTypes, plan: ShownPlan) -> Message:
         for x_m, y_m in (plan.xy_mm / MM_PER_M).tolist()])
 
 
-def known_at(growths: list[Growth], time_ns: int) -> np.ndarray | None:
-    """int8 [height, width] of what the maps that exist at ``time_ns`` know together: 0 free, 100
-    occupied (as most of them believed at their ends), -1 unknown; None: there is no map."""
-    votes: np.ndarray | None = None
-    for growth in growths:
-        if not growth.started_ns <= time_ns <= growth.until_ns:
-            continue
-        if votes is None:
-            votes = np.zeros((2, *growth.occupied.shape), np.int32)
-        known = growth.known_since <= min((time_ns - growth.started_ns) // _TENTH_NS, _NEVER - 1)
-        votes[0] += known & ~growth.occupied
-        votes[1] += known & growth.occupied
-    if votes is None:
-        return None
-    free, occupied = votes
-    return np.where(free + occupied == 0, -1, np.where(occupied >= free, 100, 0)).astype(np.int8)
-
-
-def _grids(growths: list[Growth], recording: ReplaySource, types: RosTypes) -> Iterator[Timed]:
+def _grids(growths: Sequence[MapGrowth], recording: ReplaySource, types: RosTypes
+           ) -> Iterator[Timed]:
     """The map of one robot, or of all together, a few times a minute while it grows."""
     shown: np.ndarray | None = None
     shown_ns = 0

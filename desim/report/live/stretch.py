@@ -10,7 +10,7 @@ import pyarrow as pa
 
 from desim.monitor.map_growth import MapGrowth
 from desim.monitor.monitor import StopReason
-from desim.monitor.recorder import Recorder, StandingWall
+from desim.monitor.recorder import Recorder, ShownPlan, StandingWall
 from desim.monitor.summary import robots_table, summarize
 from desim.results import parquet
 from desim.results.folder import RunFolder
@@ -18,10 +18,8 @@ from desim.results.identity import versions
 from desim.results.ledger import LEDGER
 from desim.results.recording import (
     Event,
-    Growth,
     LinkChange,
     Poses,
-    ShownPlan,
     events_of,
     goals_of,
     rows_of,
@@ -63,7 +61,7 @@ class Stretch:
     hosts: Sequence[HostPlan]
     poses: Poses
     moving_obstacles: np.ndarray
-    growths: Sequence[Growth]
+    growths: Sequence[MapGrowth]
     walls: Sequence[StandingWall]
     plans: Sequence[ShownPlan]
     events: Sequence[Event]
@@ -94,7 +92,7 @@ class Stretches:
         rows = rows_of(self._taken(self._events, parquet.TRACE))
         stretch = Stretch(
             self._facts(), self._begin_ns, now_ns, self._recorder.robots, self._hosts,
-            *self._next_poses(), self._growths() if with_maps else (),
+            *self._next_poses(), self._recorder.growths() if with_maps else (),
             self._recorder.walls, self._next_plans(goals_of(rows)),
             events_of(rows, simulation.names.items()), self._next_links(),
             self._taken(self._messages, parquet.MESSAGES))
@@ -137,17 +135,10 @@ class Stretches:
         return (Poses(times_ns, poses[:, :, :2].astype(np.int32), poses[:, :, 2].astype(np.int16)),
                 obstacles)
 
-    def _growths(self) -> list[Growth]:
-        self._recorder.take_maps()
-        return [_growth(growth) for growth in self._recorder.growths]
-
     def _next_plans(self, goals: list[ShownPlan]) -> list[ShownPlan]:
         plans, begin = self._recorder.plans, self._plans
         self._plans = len(plans)
-        shown = [ShownPlan(each.time_ns, each.robot, each.kind,
-                           np.rint(each.points_m * MM_PER_M).astype(np.int32))
-                 for each in plans[begin:]]
-        return sorted(shown + goals, key=lambda each: each.time_ns)
+        return sorted(plans[begin:] + goals, key=lambda each: each.time_ns)
 
     def _next_links(self) -> list[LinkChange]:
         table, begin = self._recorder.links.table(), self._links
@@ -167,8 +158,3 @@ class Stretches:
         table = pa.Table.from_batches(batches, schema)
         batches.clear()
         return table
-
-
-def _growth(growth: MapGrowth) -> Growth:
-    return Growth(growth.robot, growth.started_ns, growth.until_ns, growth.grid,
-                  growth.known_since, growth.occupied)

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from desim.report.replay.columns import Columns
+from desim.report.replay.events import add_beliefs, listed_events
 from desim.report.replay.facts import facts
-from desim.report.replay.happenings import add_beliefs, happenings
-from desim.report.replay.knowledge import add_growth
+from desim.report.replay.growth import add_growth
 from desim.report.replay.ledger import add_ledger
 from desim.report.replay.traffic import add_loads, add_messages, add_topics, traffic_of
 from desim.results.ledger import LEDGER
@@ -53,7 +53,7 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
     add_beliefs(columns, recording.events, hosts)
     _add_robots(columns, recording)
     partitions_s = metrics.get("partitions", {}).get("episodes_s", [])
-    listed, reduced = happenings(recording.events, traffic, hosts, partitions_s)
+    listed, reduced = listed_events(recording.events, traffic, hosts, partitions_s)
     notes.append(reduced)
     laser = scenario.robot.scanner
     about: Description = {
@@ -83,7 +83,7 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
 
 def _imported(recording: ReplaySource) -> list[str]:
     """Sentences about what an imported run has not."""
-    notes = ["it was imported: only what was recorded is shown, no laser fans and no beliefs"]
+    notes = ["it was imported: only what was recorded is shown, no laser scans and no beliefs"]
     if recording.growths:
         notes.append("maps grow in the recording's steps; ground that several robots' maps gain in "
                      "one step has the first of these robots' colour in the merged map")

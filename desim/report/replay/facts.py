@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from desim.monitor.coverage import EXPLORED
+from desim.report.key_figures import imported_figures, time_or_limit
 from desim.results.seal import Json
 from desim.scenario.schema.scenario import Scenario
 
@@ -10,11 +11,8 @@ from desim.scenario.schema.scenario import Scenario
 def facts(scenario: Scenario, metrics: Json, robots: int) -> list[tuple[str, str]]:
     """Label and value of each figure, the most telling first. A failed run has no ``metrics``."""
     if "imported_from" in metrics:
-        counted = metrics["messages_delivered"] or metrics["messages_dropped"]
-        messages = [("messages", f"{metrics['messages_delivered']:,} delivered")]
-        return [("imported from", metrics["imported_from"]), ("robots", str(robots)),
-                ("driven", f"{metrics['exploration_cost_m']:,.0f} m"),
-                *(messages if counted else [])]
+        source, *rest = imported_figures(metrics)
+        return [source, ("robots", str(robots)), *rest]
     media = ", ".join(f"{name} ({medium.model})" for name, medium in scenario.network.media.items()
                       if medium is not None)
     size = ("robots", str(robots))
@@ -24,8 +22,7 @@ def facts(scenario: Scenario, metrics: Json, robots: int) -> list[tuple[str, str
 
 
 def _measured(metrics: Json) -> list[tuple[str, str]]:
-    time_s = metrics["exploration_time_s"]
-    known = f"> {metrics['simulated_s']:.1f} s" if time_s is None else f"{time_s:.1f} s"
+    known = time_or_limit(metrics["exploration_time_s"], metrics["simulated_s"])
     found = [(f"{EXPLORED:.0%} explored", known),
              ("driven", f"{metrics['exploration_cost_m']:,.0f} m"),
              ("collisions", str(metrics["collisions"])),

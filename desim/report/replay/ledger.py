@@ -8,7 +8,8 @@ import numpy as np
 import pyarrow as pa
 
 from desim.report.replay.columns import Columns
-from desim.report.replay.traffic import BornMessages, words_of
+from desim.report.replay.traffic import BornMessages
+from desim.results.message_columns import words_of
 
 
 def add_ledger(columns: Columns, ledger: pa.Table, messages: BornMessages, kept: np.ndarray,

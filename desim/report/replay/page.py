@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from desim.errors import InputError
+from desim.files import writing
 from desim.report.replay.bundle import bundle
-from desim.results.comparison import ComparedRuns
+from desim.results.comparison import ComparedRuns, Parting
 from desim.results.recording import Recording
 
 # In the order in which the page reads them.
@@ -30,29 +30,30 @@ _NOT_NAMED = ("name", "seed", "trace")  # keys that need not be named where two 
 def write(recordings: Sequence[Recording], path: Path) -> None:
     """Write the page of one or two runs to ``path``. Raises ``InputError`` for a file that cannot
     be written."""
-    try:
-        path.write_text(page_of(recordings), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"--to: {path} cannot be written: {error.strerror or error}") from error
+    page = page_of(recordings)
+    with writing(path, "--to"):
+        path.write_text(page, encoding="utf-8")
 
 
 def page_of(recordings: Sequence[Recording]) -> str:
     """The page of one run or two."""
     if len(recordings) == 1:
-        return page([_bundled(recordings[0], [])])
-    first, second = (recording.run for recording in recordings)
-    keys = [key for key in ComparedRuns(first, second).keys
+        return page([_bundled(recordings[0], [], None)])
+    compared = ComparedRuns(*(recording.run for recording in recordings))
+    keys = [key for key in compared.keys
             if key.key.partition(".")[0] not in _NOT_NAMED]
     values = [[key.first for key in keys], [key.second for key in keys]]
-    return page([_bundled(recording, [f"{key.key} {'none' if value is None else value}"
-                                      for key, value in zip(keys, own, strict=True)])
-                 for recording, own in zip(recordings, values, strict=True)])
+    apart = [[f"{key.key} {'none' if value is None else value}"
+              for key, value in zip(keys, own, strict=True)] for own in values]
+    return page([_bundled(recording, own, compared.parted)
+                 for recording, own in zip(recordings, apart, strict=True)])
 
 
-def _bundled(recording: Recording, apart: Sequence[str]) -> str:
+def _bundled(recording: Recording, apart: Sequence[str], parted: Parting | None) -> str:
     """The elements of a page that hold one run; ``apart``: its keys that the other run has not."""
     about, columns = bundle(recording)
-    about |= {"columns": columns.index, "apart": list(apart)}
+    about |= {"columns": columns.index, "apart": list(apart),
+              "parted": parted._asdict() if parted else None}
     # "</script>" in a name would end the element.
     head = json.dumps(about, allow_nan=False).replace("<", "\\u003c")
     return (f'<script type="application/json" class="run-about">{head}</script>\n'

@@ -12,6 +12,8 @@ import pyarrow.compute as pc
 from desim.monitor.belief_metrics import LATE_NS
 from desim.monitor.traffic import KINDS, family, kind
 from desim.report.replay.columns import Columns
+from desim.results.message_columns import Groups, words_of
+from desim.results.message_log import DELIVERED
 from desim.units import NS_PER_S
 
 MAX_MESSAGES = 300_000  # drawn one by one; more are thinned
@@ -67,21 +69,10 @@ def traffic_of(messages: pa.Table, hosts: Sequence[str]) -> BornMessages:
     families = sorted(set(family_of))
     return BornMessages(
         tuple(topics), tuple(families), np.array([KINDS.index(kind(name)) for name in topics], int),
-        np.array([families.index(name) for name in family_of], int), ("delivered", *reasons),
+        np.array([families.index(name) for name in family_of], int), (DELIVERED, *reasons),
         numbers("number"), topic, np.array([place[name] for name in sources], int)[source],
         np.array([place[name] for name in destinations], int)[destination], numbers("size_bytes"),
         numbers("born_ns"), numbers("first_ns"), numbers("end_ns"), reason + 1)
-
-
-def words_of(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
-    """The different words of a column, and for each of its values which one it is; -1: none."""
-    if not pa.types.is_dictionary(column.type):
-        column = column.dictionary_encode()
-    column = column.unify_dictionaries().combine_chunks()
-    if isinstance(column, pa.ChunkedArray):  # of an empty table
-        return [], np.empty(0, np.int64)
-    indices = column.indices.fill_null(-1).to_numpy(zero_copy_only=False)
-    return column.dictionary.to_pylist(), indices.astype(np.int64)
 
 
 def add_messages(columns: Columns, traffic: BornMessages) -> tuple[np.ndarray, str | None]:
@@ -123,41 +114,34 @@ def add_loads(columns: Columns, traffic: BornMessages) -> tuple[int, list[str]]:
     """Add the bytes delivered per link, kind of traffic and bin of time; the bin in seconds, and
     the sentences that say what was reduced."""
     done = np.flatnonzero(traffic.reason == 0)
-    hosts = 1 + int(max(traffic.source.max(initial=0), traffic.destination.max(initial=0)))
-    links = ((traffic.source * hosts + traffic.destination) * len(KINDS)
-             + traffic.kind[traffic.topic])
-    busy, notes = _busiest(links[done], traffic.size_bytes[done])
-    done = done[busy]
-    link, width_s = links[done], 1
+    links = Groups(traffic.source[done], traffic.destination[done],
+                   traffic.kind[traffic.topic[done]])
+    busy, notes = _busiest(links, traffic.size_bytes[done])
+    done, link, width_s = done[busy], links.group[busy], 1
     while True:
-        bin_ = traffic.end_ns[done] // (width_s * NS_PER_S)
-        keys, inverse = np.unique(bin_ * (hosts * hosts * len(KINDS)) + link, return_inverse=True)
-        if len(keys) <= MAX_LOADS:
+        groups = Groups(traffic.end_ns[done] // (width_s * NS_PER_S), link)
+        if len(groups) <= MAX_LOADS:
             break
         width_s *= 2
-    total = np.bincount(inverse, traffic.size_bytes[done], len(keys)).astype(np.int64)
-    bin_, link = np.divmod(keys, hosts * hosts * len(KINDS))
-    pair, kinds = np.divmod(link, len(KINDS))
+    bin_, which = groups.columns
     columns.add("load.bin", bin_)
-    columns.add("load.source", pair // hosts)
-    columns.add("load.destination", pair % hosts)
-    columns.add("load.kind", kinds)
-    columns.add("load.bytes", total)
+    for name, values in zip(("source", "destination", "kind"), links.columns, strict=True):
+        columns.add(f"load.{name}", values[which])
+    columns.add("load.bytes", groups.sums(traffic.size_bytes[done]).astype(np.int64))
     if width_s > 1:
         notes.append(f"loads of links are means over {width_s} s")
     return width_s, notes
 
 
-def _busiest(link: np.ndarray, size_bytes: np.ndarray) -> tuple[np.ndarray, list[str]]:
+def _busiest(links: Groups, size_bytes: np.ndarray) -> tuple[np.ndarray, list[str]]:
     """[messages] bool: those on the links that carry most, so few of them that several bins of time
     have room; and the sentence that says it if these are not all."""
-    links, which = np.unique(link, return_inverse=True)
     if len(links) <= MAX_LOADS // 4:
-        return np.ones(len(link), bool), []
-    total = np.bincount(which, size_bytes, len(links))
+        return np.ones(len(size_bytes), bool), []
     kept = np.zeros(len(links), bool)
-    kept[np.argsort(-total, kind="stable")[:MAX_LOADS // 4]] = True
-    return kept[which], [f"only the {kept.sum():,} busiest of {len(links):,} links have loads"]
+    kept[np.argsort(-links.sums(size_bytes), kind="stable")[:MAX_LOADS // 4]] = True
+    note = f"only the {kept.sum():,} busiest of {len(links):,} links have loads"
+    return kept[links.group], [note]
 
 
 def add_topics(columns: Columns, traffic: BornMessages, begin_ns: int, end_ns: int) -> None:

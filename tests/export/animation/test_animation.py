@@ -48,7 +48,7 @@ def robots_are_at(recording, picture: np.ndarray, time_ns: int) -> bool:
     scale = 580 / (high - low).max()
     for number, (x_m, y_m) in enumerate(places):
         x, y = 10 + (x_m - low[0]) * scale, 10 + (high[1] - y_m) * scale
-        colour = 255 * np.array(colours.of_robot(number, len(places)))
+        colour = 255 * np.array(colours.of_robot(number))
         part = picture[max(0, int(y) - 6):int(y) + 7, max(0, int(x) - 6):int(x) + 7]
         near = np.abs(part - colour).max(axis=-1) <= 2
         if near.mean() < 0.25:

@@ -16,12 +16,12 @@ from typer.testing import CliRunner
 
 from desim.api import recording_of
 from desim.cli import app
+from desim.results.merged_map import known_at
 from desim.units import NS_PER_S
 
 rosbags_reader = pytest.importorskip("rosbags.highlevel", reason="rosbags is not installed")
 mcap_reader = pytest.importorskip("mcap.reader", reason="mcap is not installed")
 from desim.export.ros.recording_files import write_bag, write_mcap  # noqa: E402
-from desim.export.ros.topics import known_at  # noqa: E402
 
 DOORS = ("environment.doors=[{from: [0 m, 0 m], to: [0 m, 8 m], open: [[2 s, 4 s]]}]",)
 

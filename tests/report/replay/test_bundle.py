@@ -82,8 +82,11 @@ def test_without_a_ledger_there_are_no_parts(hello):
 def test_two_runs_name_the_keys_that_differ(hello, tmp_path, repository):
     other = desim.run(repository / "scenarios" / "hello.yaml", out=tmp_path, seed=2, overrides=(
         "stop.elapsed=3 s", "coordination.exchange.period=1 s", "trace.ledger=true"))
-    found = re.findall(r'class="run-about">(.*?)</script>',
-                       page_of([recording_of(hello), recording_of(other)]))
-    assert [json.loads(about)["apart"] for about in found] == [
+    found = list(map(json.loads, re.findall(
+        r'class="run-about">(.*?)</script>', page_of([recording_of(hello), recording_of(other)]))))
+    parted = desim.compare(hello, other).parted
+    assert [about["parted"] for about in found] == 2 * [parted._asdict()]
+    assert found[0]["parted"].keys() == {"time_s", "robot", "apart_m"}
+    assert [about["apart"] for about in found] == [
         ["coordination.exchange.period 5 s", "stop.elapsed 2000 s"],
         ["coordination.exchange.period 1 s", "stop.elapsed 3 s"]]

@@ -100,13 +100,13 @@ def test_a_file_that_cannot_be_written(tmp_path, hello):
 
 def test_large_runs_are_reduced_and_say_so(hello, monkeypatch):
     from desim.report.replay import bundle as bundles
-    from desim.report.replay import happenings, knowledge, traffic
+    from desim.report.replay import events, growth, traffic
 
     monkeypatch.setattr(traffic, "MAX_MESSAGES", 40)
     monkeypatch.setattr(traffic, "MAX_LOADS", 100)
-    monkeypatch.setattr(knowledge, "MAX_CELLS", 10_000)
+    monkeypatch.setattr(growth, "MAX_CELLS", 10_000)
     monkeypatch.setattr(bundles, "MAX_PLAN_POINTS", 50)
-    monkeypatch.setattr(happenings, "MOST", 0)
+    monkeypatch.setattr(events, "MOST", 0)
     about, columns = bundle(recording_of(hello))
     found = unpacked(columns.index, columns.text())
     assert about["notes"][0] == (

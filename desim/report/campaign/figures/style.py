@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from desim import colours
+
 if TYPE_CHECKING:  # the name is new in matplotlib 3.10
     from matplotlib.typing import RcKeyType
 
-# Okabe and Ito (2008), without the yellow that white paper swallows.
-PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f6bb2", "#8c8c8c")
+PALETTE = colours.LINES
 MARKERS = ("o", "s", "D", "^", "v", "P", "X", "p")
 INK = "#16181d"
 WIDTH_IN = 7.4

@@ -6,26 +6,27 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from desim.ports import GridSpec
+from desim.monitor.map_growth import NEVER, MapGrowth
 from desim.report.replay.columns import Columns
-from desim.results.recording import Growth
+from desim.results.merged_map import merged
 
-NEVER = 65535
 AROUND = 2  # cells to each side of the square whose most frequent discoverer colours the middle
 MAX_CELLS = 8_000_000  # of all robots' own maps together; larger ones are kept more coarsely
 
 
-def add_growth(columns: Columns, growth: Sequence[Growth], robots: Sequence[str]
+def add_growth(columns: Columns, growth: Sequence[MapGrowth], robots: Sequence[str]
                ) -> tuple[dict[str, object] | None, str | None]:
     """Add the cells that somebody knew first, and each robot's own map. Their description (None: no
     robot had a map), and the sentence that says what was left out, if anything was."""
     if not growth:
         return None, None
     grid = growth[0].grid
-    known, first, occupied = _merged(growth, grid, robots)
+    whole = merged(growth, robots)
+    is_known = whole.known_since < NEVER
+    known = np.where(is_known, whole.known_since, NEVER)
     _add_times(columns, "merged.known", known)
-    columns.add("merged.robot", _held(_most_around(first, known != NEVER), known != NEVER))
-    columns.add_bits("merged.occupied", occupied.ravel())
+    columns.add("merged.robot", _held(_most_around(whole.discoverer, is_known), is_known))
+    columns.add_bits("merged.occupied", (whole.occupied & is_known).ravel())
     factor = 1
     while len(growth) * (grid.width // factor) * (grid.height // factor) > MAX_CELLS:
         factor *= 2
@@ -41,23 +42,6 @@ def add_growth(columns: Columns, growth: Sequence[Growth], robots: Sequence[str]
         return about, None
     return about, (f"each robot's own map is kept in cells of {factor * grid.resolution_m:g} m, "
                    f"the merged one in cells of {grid.resolution_m:g} m")
-
-
-def _merged(growth: Sequence[Growth], grid: GridSpec, robots: Sequence[str]
-            ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """[height, width] each: when the first robot knew the cell (tenths of a second of the run),
-    which one that was, and whether it is occupied."""
-    shape = grid.height, grid.width
-    known = np.full(shape, NEVER, np.uint16)
-    first, occupied = np.zeros(shape, np.int64), np.zeros(shape, bool)
-    for life in growth:
-        # A life begins later than the run where its host started again.
-        own = life.known_since.astype(np.int64) + life.started_ns // 100_000_000
-        sooner = (life.known_since != NEVER) & (own < known)
-        known[sooner] = own[sooner]
-        first[sooner] = robots.index(life.robot)
-        occupied[sooner] = life.occupied[sooner]
-    return known, first, occupied
 
 
 def _most_around(first: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -25,7 +25,7 @@ _STATES = ("never", "online", "offline", "removed")
 MOST = 3000  # events that the page lists
 
 
-class Happening(NamedTuple):
+class ListedEvent(NamedTuple):
     """One line of the page's list of events; ``subjects`` are robots, hosts or a topic."""
 
     time_ns: int
@@ -34,19 +34,19 @@ class Happening(NamedTuple):
     subjects: tuple[str, ...] = ()
 
 
-def happenings(events: Iterable[Event], traffic: BornMessages, hosts: Sequence[str],
+def listed_events(events: Iterable[Event], traffic: BornMessages, hosts: Sequence[str],
                partitions_s: Sequence[Sequence[float]]
-               ) -> tuple[list[Happening], str | None]:
+               ) -> tuple[list[ListedEvent], str | None]:
     """All that is listed, by time, and the sentence that says what was left out, if anything
     was."""
-    found = [Happening(event.time_ns, event.kind, _words(event, hosts),
+    found = [ListedEvent(event.time_ns, event.kind, _words(event, hosts),
                        (event.entity,) if event.entity in hosts else ())
              for event in events
              if event.kind not in _DRAWN and (event.kind != "host_started" or event.time_ns > 0)]
     for begin_s, end_s in partitions_s:
-        found.append(Happening(round(begin_s * NS_PER_S), "partition",
+        found.append(ListedEvent(round(begin_s * NS_PER_S), "partition",
                                f"the fleet is split for {end_s - begin_s:.0f} s"))
-        found.append(Happening(round(end_s * NS_PER_S), "partition", "the fleet is whole again"))
+        found.append(ListedEvent(round(end_s * NS_PER_S), "partition", "the fleet is whole again"))
     found += _late(traffic, hosts) + _full(traffic, hosts)
     found.sort(key=lambda one: one.time_ns)
     if len(found) <= MOST:
@@ -68,7 +68,7 @@ def _words(event: Event, hosts: Sequence[str]) -> str:
     return " ".join([event.entity, event.kind.replace("_", " "), *values])
 
 
-def _late(traffic: BornMessages, hosts: Sequence[str]) -> list[Happening]:
+def _late(traffic: BornMessages, hosts: Sequence[str]) -> list[ListedEvent]:
     """The first late message of each episode, and how many follow it."""
     rows = np.flatnonzero(traffic.is_late)
     rows = rows[np.argsort(traffic.end_ns[rows], kind="stable")]
@@ -81,13 +81,13 @@ def _late(traffic: BornMessages, hosts: Sequence[str]) -> list[Happening]:
         took_s = (traffic.end_ns[row] - traffic.born_ns[row]) / NS_PER_S
         more = f", {end - begin - 1} more follow" if end - begin > 1 else ""
         source, destination = hosts[traffic.source[row]], hosts[traffic.destination[row]]
-        out.append(Happening(
+        out.append(ListedEvent(
             int(traffic.end_ns[row]), "late", f"{traffic.topics[traffic.topic[row]]} to "
             f"{destination} took {took_s:.1f} s{more}", (source, destination)))
     return out
 
 
-def _full(traffic: BornMessages, hosts: Sequence[str]) -> list[Happening]:
+def _full(traffic: BornMessages, hosts: Sequence[str]) -> list[ListedEvent]:
     """The first message that was dropped for a full queue."""
     full = [k for k, reason in enumerate(traffic.reasons) if _FULL in reason]
     rows = np.flatnonzero(np.isin(traffic.reason, full))
@@ -95,7 +95,7 @@ def _full(traffic: BornMessages, hosts: Sequence[str]) -> list[Happening]:
         return []
     row = rows[np.argmin(traffic.end_ns[rows])]
     source, destination = hosts[traffic.source[row]], hosts[traffic.destination[row]]
-    return [Happening(int(traffic.end_ns[row]), "saturation",
+    return [ListedEvent(int(traffic.end_ns[row]), "saturation",
                       f"first message dropped for a full queue: "
                       f"{traffic.reasons[traffic.reason[row]]}, "
                       f"{traffic.topics[traffic.topic[row]]} to {destination}",

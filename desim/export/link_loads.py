@@ -1,4 +1,4 @@
-"""The traffic of a run by second and link, and the links that were up."""
+"""The loads of links, second by second, and which links there were."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 import pyarrow as pa
 
+from desim.results.message_columns import Groups, words_of
+from desim.results.message_log import DELIVERED
 from desim.results.recording import LinkChange
 from desim.results.source import ReplaySource
 from desim.units import NS_PER_S
-
-DELIVERED = "delivered"
 
 
 class LinkLoad(NamedTuple):
@@ -27,7 +27,7 @@ class LinkLoad(NamedTuple):
     dropped: int
 
 
-class Traffic:
+class LinkLoads:
     """The link loads of ``recording``; ``at(k)`` are those of (k - 1 s, k s]."""
 
     def __init__(self, recording: ReplaySource) -> None:
@@ -40,30 +40,20 @@ class Traffic:
         return self._loads.get(second, [])
 
     def _add(self, table: pa.Table) -> None:
-        sources, source = _words(table["source"])
-        destinations, destination = _words(table["destination"])
-        second = -(-table["end_ns"].to_numpy() // NS_PER_S)
-        fates, fate = _words(table["fate"])
+        sources, source = words_of(table["source"])
+        destinations, destination = words_of(table["destination"])
+        fates, fate = words_of(table["fate"])
         arrived = fate == (fates.index(DELIVERED) if DELIVERED in fates else -1)
-        key = (second * len(sources) + source) * len(destinations) + destination
-        keys, link = np.unique(key, return_inverse=True)
         latency_ns = np.nan_to_num(table["latency_ns"].to_numpy().astype(float))
-        messages = np.bincount(link, arrived)
-        size_bytes = np.bincount(link, arrived * table["size_bytes"].to_numpy())
-        total_ns = np.bincount(link, arrived * latency_ns)
-        dropped = np.bincount(link, ~arrived)
-        rest, to = np.divmod(keys, len(destinations))
-        seconds, from_ = np.divmod(rest, len(sources))
-        for i, at in enumerate(seconds.tolist()):
-            self._loads.setdefault(at, []).append(LinkLoad(
-                sources[from_[i]], destinations[to[i]], int(messages[i]), int(size_bytes[i]),
-                total_ns[i] / max(messages[i], 1), int(dropped[i])))
-
-
-def _words(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
-    """The different words of a column, and the index of each row's."""
-    whole = column.cast(pa.string()).combine_chunks().dictionary_encode()
-    return whole.dictionary.to_pylist(), whole.indices.to_numpy(zero_copy_only=False)
+        groups = Groups(-(-table["end_ns"].to_numpy() // NS_PER_S), source, destination)
+        columns = [*groups.columns, groups.sums(arrived),
+                   groups.sums(arrived * table["size_bytes"].to_numpy()),
+                   groups.sums(arrived * latency_ns), groups.sums(~arrived)]
+        for second, from_, to, messages, size_bytes, total_ns, dropped in zip(
+                *(column.tolist() for column in columns), strict=True):
+            self._loads.setdefault(second, []).append(LinkLoad(
+                sources[from_], destinations[to], int(messages), int(size_bytes),
+                total_ns / max(messages, 1), int(dropped)))
 
 
 def changes(recording: ReplaySource) -> Sequence[LinkChange]:

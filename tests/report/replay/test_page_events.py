@@ -5,7 +5,7 @@ import pytest
 from unpacking import unpacked
 
 from desim.report.replay.columns import Columns
-from desim.report.replay.happenings import add_beliefs, happenings
+from desim.report.replay.events import add_beliefs, listed_events
 from desim.report.replay.traffic import BornMessages
 from desim.results.recording import Event
 from desim.units import NS_PER_S
@@ -25,7 +25,7 @@ def messages(*rows):
 
 
 def listed(events=(), table=None, partitions_s=()):
-    found, note = happenings(events, messages() if table is None else table, HOSTS, partitions_s)
+    found, note = listed_events(events, messages() if table is None else table, HOSTS, partitions_s)
     assert note is None
     return [(one.time_ns / NS_PER_S, one.kind, one.text) for one in found]
 
