@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from desim import api
 from desim.cli import app
-from desim.commands.views.why import bar, duration, show
+from desim.commands.views.why import bar, duration, in_words, show
 from desim.errors import InputError
 from desim.results.ledger import LEDGER, ledger_of
 from desim.results.run import Run
@@ -138,6 +138,9 @@ def test_the_command_prints_waterfalls(made):
     assert found["dropped"] == sum(lost["messages"] for lost in found["lost"])
     assert len(found["messages"]) == 10
     assert why(made[1].path, "--from", "nobody", code=2).count("\n") == 1
+    topic, whole = next(item for item in found["by_topic"].items() if not item[1]["lost"])
+    assert why(made[1].path, "--topic", topic, "--dropped").startswith(
+        f"none of {whole['delivered']} messages that match was dropped\nall ")
     assert "not the folder of a run" in why(made[1].path.parent, code=2)
 
 
@@ -149,6 +152,11 @@ def test_bars_begin_where_the_one_before_ends(ledger, width):
              if "█" in line]
     begins = [len(line) - len(line.lstrip()) for line in drawn]
     assert begins == sorted(begins) and len(drawn) > 2
+
+
+def test_the_place_of_a_loss_in_words():
+    assert in_words("air at robot_240") == "on air at robot_240"
+    assert in_words("robot_3") == "at robot_3"
 
 
 def test_bars_and_durations():

@@ -30,6 +30,8 @@ def show(found: LatencyBreakdown, metrics: Mapping[str, Any], console: Console) 
     for message in found.messages:
         show_message(message, console)
         _print(console)
+    if not found.messages and not found.dropped:
+        _print(console, f"none of {found.delivered} messages that match was dropped")
     if found.times_ns:
         _print_shares(found, console)
     if found.delivered and len(found.by_topic) > 1:
