@@ -47,6 +47,9 @@ def test_an_imported_bag_is_shown(imported, page):
     facts = browser.value("document.querySelector('#facts').textContent")
     assert "imported fromlab.bag" in facts
     assert browser.value("document.querySelector('#about').textContent") == "imported"
+    # What it has not cannot be switched off: there are no scans.
+    boxes = browser.value("[...document.querySelectorAll('#layers input')].map((box) => box.name)")
+    assert "fans" not in boxes and {"map", "paths", "names"} <= set(boxes)
     assert browser.complaints == []
 
 

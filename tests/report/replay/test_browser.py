@@ -195,6 +195,44 @@ def test_keys(page):
         assert page.value("document.documentElement.dataset.theme") != before
 
 
+def test_the_help_has_the_symbols_in_the_colours_of_the_theme(page):
+    pictures = """[...document.querySelectorAll("#symbol-list canvas")].map(
+        (canvas) => canvas.toDataURL())"""
+    page.key("?")
+    light = page.value(pictures)
+    words = page.value(
+        "[...document.querySelectorAll('#symbol-list dd')].map((one) => one.textContent)")
+    page.key("?")
+    page.key("t")
+    dark = page.value(pictures)
+    page.key("t")
+    assert len(light) == len(words) == len(set(words)) > 25
+    assert len(set(light)) == len(light)
+    assert not set(light) & set(dark)
+    assert {"plan, and the goal at its end", "message that was lost"} <= set(words)
+
+
+def test_only_what_has_changed_is_drawn_again(page):
+    """At the same instant only the sheets of fans and of what moves."""
+    drawn = page.value("""(() => {
+        const [pane] = desimReplay.app.stage.panes, drawn = [];
+        desimReplay.at(20);
+        pane.sheets.layers.forEach(({ canvas }, k) => {
+            const context = canvas.getContext("2d"), { clearRect } = context;
+            context.clearRect = (...box) => { drawn.push(k); clearRect.apply(context, box); };
+        });
+        const counts = [20, 20, 25].map((at) => {
+            drawn.length = 0;
+            desimReplay.at(at);
+            return [...drawn];
+        });
+        for (const { canvas } of pane.sheets.layers) delete canvas.getContext("2d").clearRect;
+        return counts; })()""")
+    assert drawn[0] == drawn[1] == [1, 6]
+    # Five seconds later all but the terrain, on which the paths have grown.
+    assert drawn[2] == [0, 1, 3, 4, 5, 6]
+
+
 def test_a_phone_shows_it_without_scrolling_sideways(tmp_path, replay):
     with Browser(tmp_path / "profile", width=390, height=844, touch=True) as page:
         page.open(replay)
@@ -253,4 +291,7 @@ def test_two_runs(tmp_path, hello, repository):
         assert page.value("document.querySelectorAll('.pane').length") == 1
         caption = page.value("document.querySelector('.caption').textContent")
         assert caption.startswith("A: seed 1  /  B: seed 2 (hollow)  ·  ")
+        # What both have in common is said once.
+        assert page.value("document.querySelector('#about').textContent") == (
+            "testbed  ·  explored  ·  A: seed 1  /  B: seed 2")
         assert page.complaints == []

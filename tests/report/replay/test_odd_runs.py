@@ -54,6 +54,13 @@ def test_a_robot_without_software_and_a_host_that_stops(tmp_path, repository, br
     explored = unpacked(columns.index, columns.text())["second.explored"]
     assert (explored[2] <= 0).all() and explored[0, -1] > 0
     assert len(shown(run, tmp_path)[1]) == 3
+    with Browser(tmp_path / "other") as browser:
+        browser.open(tmp_path / "replay.html")
+        up = browser.value("""[0, 1.9, 2.1, 3.9, 4.1, 6].map(
+            (at) => [...desimReplay.app.runs[0].upAt(at).robots])""")
+    # The robot without software has no life that was recorded.
+    assert [robots[1] for robots in up] == [1, 1, 0, 0, 1, 1]
+    assert {(robots[0], robots[2]) for robots in up} == {(1, 1)}
 
 
 def broken(frame, receivers):

@@ -1,6 +1,7 @@
 // Words on a canvas with a rim of the paper's colour: each is drawn once, then copied.
 
 const RIM_PX = 3;
+const LINE_PX = 10;  // between the lines of two labels
 const MOST_LABELS = 2000;
 
 class Labels {
@@ -34,6 +35,18 @@ class Labels {
     context.fillText(text, RIM_PX, height / 2);
     return { image: canvas.transferToImageBitmap(), wide, ratio };
   }
+}
+
+// Put a label at the first of the places (x of its left end) at which it covers none of those that
+// were put before it; whether there was one.
+function putWhereFree(context, taken, label, places, y) {
+  const { wide } = label;
+  const x = places.find((left) => taken.every((one) => left > one.until || left + wide < one.from
+    || Math.abs(one.y - y) > LINE_PX));
+  if (x === undefined) return false;
+  taken.push({ from: x, until: x + wide, y });
+  putLabel(context, label, x, y);
+  return true;
 }
 
 // Draw a label with its left end at x and its middle at y, on whole pixels of the screen.

@@ -1,4 +1,6 @@
-// Two runs beside each other: what each is called, and where they part.
+// Two runs beside each other: what they are called, what they have in common, and where they part.
+
+const SEPARATOR = "  ·  ";
 
 // The first instant at which a robot is elsewhere in the two runs, by more than a millimetre, and
 // which one; null: all are at the same places as long as both go on.
@@ -32,4 +34,24 @@ function labelOf(runs, which) {
 // "period 20 s" of "coordination.exchange.period 20 s".
 function shortKey(text) {
   return text.replace(/^[^ ]*\./, "");
+}
+
+// What is known of one run, in words; of two what both have in common, then what they have not. An
+// imported run has no scenario that could be compared.
+function stateOf(runs) {
+  const isImported = ({ about }) => about.status === "imported";
+  const words = runs.map((run) => [...new Set([
+    runs.some(({ about }) => about.name !== run.about.name) ? run.about.name : "",
+    ...isImported(run) ? ["imported"] : ranAs(run.about),
+    ...runs.some(isImported) ? [] : run.about.apart ?? []])].filter(Boolean));
+  if (runs.length === 1) return words[0].join(SEPARATOR);
+  const common = words[0].filter((word) => words[1].includes(word));
+  const own = words.map((list, which) => `${"AB"[which]}: `
+    + list.filter((word) => !common.includes(word)).join(", "));
+  return [...common, own.join("  /  ")].join(SEPARATOR);
+}
+
+function ranAs(about) {
+  return [`seed ${about.seed}`, about.deployment, about.stop_reason,
+    about.status === "finished" ? "" : about.status.toUpperCase(), about.error];
 }

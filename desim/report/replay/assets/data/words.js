@@ -27,6 +27,11 @@ function shortName(name) {
   return found ? found[1] : name;
 }
 
+// "air at robot_3" is on air, at robot_3; other places are hosts.
+function placeWords(place) {
+  return place.includes(" at ") ? `on ${place.replace(" at ", ", at ")}` : place && `at ${place}`;
+}
+
 // robot_3: knows 45.2 %, 0.80 m/s.
 function robotWords(run, robot, timeS) {
   const name = run.robots[robot];

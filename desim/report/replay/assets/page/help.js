@@ -1,6 +1,6 @@
 // The help: the keys, and a key of the symbols and colours, drawn as the scene draws them.
 
-const SYMBOL_WIDTH = 64, SYMBOL_HEIGHT = 30;
+const SYMBOL_WIDTH = 64, SYMBOL_HEIGHT = 28;
 
 // What it is, and what draws it around (x, y) in the middle. The colours are those of two robots.
 const SYMBOLS = [

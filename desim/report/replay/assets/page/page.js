@@ -160,13 +160,8 @@ class App {
       : a.about.name === b.about.name ? `${about.name}, two runs`
         : `${a.about.name} and ${b.about.name}`;
     document.title = `${this.runs.map((run) => run.about.name).join(" and ")} · desim replay`;
-    const state = (run) => run.about.status === "imported" ? "imported" : [
-      `seed ${run.about.seed}`, run.about.deployment, run.about.stop_reason,
-      run.about.status === "finished" ? "" : run.about.status.toUpperCase(),
-      run.about.error ?? "", ...(run.about.apart ?? [])].filter(Boolean).join("  ·  ");
     const line = document.querySelector("#about");
-    line.textContent = line.title = b
-      ? `A: ${a.about.name}, ${state(a)}  /  B: ${b.about.name}, ${state(b)}` : state(a);
+    line.textContent = line.title = stateOf(this.runs);
     line.classList.toggle("bad", this.runs.some((run) => run.about.status === "failed"));
     document.querySelector("#facts").replaceChildren(...about.facts.map(([label, value]) => {
       const item = document.createElement("div");

@@ -147,7 +147,7 @@ class Stage {
     const family = app.selection.kind === "family"
       ? `messages of ${app.runs[0].about.families[app.selection.family]}` : "";
     const text = [name, share === null ? "" : `${(share / 100).toFixed(1)} % explored`,
-      parts > 1 ? `${parts} parts` : "", family, ended].filter(Boolean).join("  ·  ");
+      parts > 1 ? `${parts} parts` : "", family, ended].filter(Boolean).join(SEPARATOR);
     if (caption.textContent !== text) caption.textContent = text;
     caption.classList.toggle("split", parts > 1);
   }

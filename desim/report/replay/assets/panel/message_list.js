@@ -84,11 +84,11 @@ class MessageList {
       const colour = hues[kinds.indexOf(part) % hues.length];
       const bar = document.createElement("i");
       bar.style.cssText = `--key:${colour};flex:${Math.max(s / Math.max(total, 1e-12), 1e-4)}`;
-      bar.title = `${part} ${place}`;
+      bar.title = [part, placeWords(place)].filter(Boolean).join(" ");
       const term = document.createElement("dt"), value = document.createElement("dd");
       term.style.setProperty("--key", colour);
       term.textContent = part;
-      term.append(Object.assign(document.createElement("small"), { textContent: place }));
+      term.append(Object.assign(document.createElement("small"), { textContent: placeWords(place) }));
       value.textContent = quantity(s, "s");
       this.card.querySelector(".waterfall").append(bar);
       this.card.querySelector("dl").append(term, value);

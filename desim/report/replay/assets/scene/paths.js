@@ -63,6 +63,10 @@ class Trails {
     Object.assign(this, { run, style });
   }
 
+  key(view) {
+    return `${view.moves} ${this.run.poseIndex(view.timeS)[0]} ${view.chosen}`;
+  }
+
   draw(context, camera, view) {
     const [at] = this.run.poseIndex(view.timeS);
     const { chosen } = view;

@@ -16,9 +16,19 @@ class Plans {
     return { from: list.offsets[at], count: list.counts[at] };
   }
 
+  key(view) {
+    if (!this.#areDrawn(view)) return "";
+    const rows = countUpTo(this.run.plan.at.ns, Math.round(view.timeS * NS));
+    return `${view.moves} ${rows} ${view.chosen} ${view.up.changes}`;
+  }
+
+  #areDrawn(view) {
+    return view.chosen >= 0 || !this.run.isLarge;
+  }
+
   draw(context, camera, view) {
     const count = this.run.robots.length, { chosen, timeS } = view;
-    if (chosen < 0 && this.run.isLarge) return;
+    if (!this.#areDrawn(view)) return;
     const { x_mm: xs, y_mm: ys } = this.run.planPoint.at;
     const x = (i) => camera.sx(xs[i] / 1000), y = (i) => camera.sy(ys[i] / 1000);
     context.save();

@@ -6,7 +6,7 @@ class Queues {
   }
 
   draw(context, camera, view) {
-    const many = this.run.isLarge, taken = [], { theme, ratio } = view;
+    const many = this.run.isLarge, { theme, ratio } = view;
     const style = { font: `600 9.5px ${theme.sans}`, lineHeight: 12, colour: theme.alarm,
       halo: theme.halo, ratio };
     const waiting = [...this.flights.waiting].sort((a, b) => b[1] - a[1]);
@@ -18,12 +18,9 @@ class Queues {
       this.hosts.y(camera, host), many ? 5 : 9, count);
     context.stroke();
     for (const [host, count] of many ? [] : waiting) {
-      const x = this.hosts.x(camera, host), y = this.hosts.y(camera, host);
-      // Where there is room.
-      if (taken.some(([tx, ty]) => Math.abs(tx - x) < 22 && Math.abs(ty - y) < 11)) continue;
-      taken.push([x, y]);
       const label = view.labels.of(String(count), style);
-      putLabel(context, label, x - 12 - label.wide, y);
+      putWhereFree(context, view.taken, label, [this.hosts.x(camera, host) - 12 - label.wide],
+        this.hosts.y(camera, host));
     }
     context.restore();
   }

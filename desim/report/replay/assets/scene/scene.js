@@ -14,7 +14,7 @@ const LAYERS = {
 const SOLID = { hollow: false, dash: [], opacity: 1 };
 const GHOSTLY = { hollow: true, dash: [3, 3], opacity: 0.6 };
 const LABELS = new Labels();
-const SHEETS = 5, GHOST_SHEETS = 2;
+const SHEETS = 7, GHOST_SHEETS = 3;
 
 class Scene {
   constructor(run) {
@@ -34,12 +34,12 @@ class Scene {
       this.growth ? [["map", new Ground(run, this.growth)]] : [],
       [["fans", new Fans(run, this.terrain)]],
       [[null, this.terrain], ["paths", new Paths(run, SOLID)]],
+      [["paths", new Trails(run, SOLID)]],
       [["links", links], ["loads", this.loads]],
+      [["plans", this.plans]],
       [
         [null, new Obstacles(run)],
-        ["paths", new Trails(run, SOLID)],
         ["links", new Flashes(links)],
-        ["plans", this.plans],
         [null, this.hosts],
         [null, new Robots(run, SOLID)],
         ["messages", this.flights],
@@ -68,8 +68,10 @@ class Scene {
   view(camera, shown) {
     const poses = this.run.posesAt(shown.timeS, this.poses);
     this.hosts.follow(poses);
-    return { ...shown, poses, labels: LABELS, version: this.run.version, up: this.run.upAt(shown.timeS),
-      moves: this.hosts.movesOf(camera), selected: keyOfSelection(shown.selection),
+    return { ...shown, poses, labels: LABELS, version: this.run.version,
+      up: this.run.upAt(shown.timeS), moves: this.hosts.movesOf(camera),
+      selected: keyOfSelection(shown.selection),
+      taken: [],  // rectangles of labels, which keep clear of each other
       chosen: shown.selection.kind === "robot" ? shown.selection.robot : -1 };
   }
 
@@ -106,9 +108,12 @@ class Ghost {
   constructor(scene, other) {
     this.scene = scene;
     this.run = scene.run;
-    this.sheets = [[["paths", new Paths(scene.run, GHOSTLY)]], [
-      ["paths", new Trails(scene.run, GHOSTLY)], ["plans", scene.plans], [null, scene.hosts],
-      [null, new Robots(scene.run, GHOSTLY)], [null, new Tethers(scene, other)]]];
+    this.sheets = [
+      [["paths", new Paths(scene.run, GHOSTLY)]],
+      [["paths", new Trails(scene.run, GHOSTLY)], ["plans", scene.plans]],
+      [[null, scene.hosts], [null, new Robots(scene.run, GHOSTLY)],
+        [null, new Tethers(scene, other)]],
+    ];
   }
 
   draw(sheets, camera, shown) {
