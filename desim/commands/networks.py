@@ -15,7 +15,8 @@ from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say, say_json
 from desim.commands.targets import writing_to
-from desim.errors import InputError, unwritable
+from desim.errors import InputError
+from desim.files import writing
 
 if TYPE_CHECKING:
     from desim.scenario.block_file import PlacedBlock
@@ -134,16 +135,10 @@ def coverage(scenario: ScenarioPath,
         default = Path("results") / loaded.scenario.name / "coverage.png"
         with _placed(loaded), compiling_inside(False), writing_to(to, default) as target:
             if to is None:
-                _make(target.parent)
+                with writing(target.parent, "--to"):
+                    target.parent.mkdir(parents=True, exist_ok=True)
             outcome = draw(loaded.scenario, at, medium, target)
         say(f"{outcome}\n{target}")
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise unwritable(f"--to: {folder}", error) from error
 
 
 def validate(only: Annotated[list[str], typer.Option(
