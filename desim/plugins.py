@@ -143,6 +143,11 @@ def block_of(cls: object) -> type[ports.Params] | None:
     return block if isinstance(block, type) and issubclass(block, ports.Params) else None
 
 
+def reads_team_state(strategy: str) -> bool:
+    """Whether a strategy wants the poses and goals of teammates every second."""
+    return bool(getattr(load("strategy", strategy), "reads_team_state", False))
+
+
 @cache
 def parameters(kind: str, name: str) -> type[ports.Params]:
     """The parameter block of the plug-in called ``name``. Raises ``InputError``."""

@@ -163,7 +163,11 @@ class StrategyContext(Protocol):
 
 
 class Strategy(Protocol):
-    """Decides where a robot goes next. Built as ``Strategy(params)``, one for each host."""
+    """Decides where a robot goes next. Built as ``Strategy(params)``, one for each host.
+
+    A class with ``reads_team_state = True`` gets the poses and goals of ``peers`` every second,
+    unless the scenario says otherwise (``coordination.team_state``).
+    """
 
     @property
     def Params(self) -> type[parameters.Params]:

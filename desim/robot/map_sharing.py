@@ -9,9 +9,9 @@ from desim.middleware.contents import Empty, Pose
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, WaitSet
-from desim.ports import Peer
 from desim.robot.map_message import MapFormat, MapUpdate
 from desim.robot.robot_map import RobotMap
+from desim.robot.team import Team
 from desim.robot.tiles import LayerSnapshot
 from desim.scenario.schema.communication import Exchange
 from desim.units import NS_PER_S
@@ -36,11 +36,11 @@ class MapSharing(Node):
     update. The map topic is latched, as gmapping's is.
 
     The event ``map`` announces to other nodes of the host that an update changed the map, the
-    event ``peers`` that ``heard`` has one robot more: the pose of each at its last update.
+    event ``peers`` that ``team`` has one peer more: the pose of each at its last update.
     """
 
     def __init__(self, host: Host, exchange: Exchange | None, robot_map: RobotMap,
-                 peers: tuple[str, ...], heard: dict[str, Peer]) -> None:
+                 peers: tuple[str, ...], team: Team) -> None:
         super().__init__(host, "map_sharing")
         self.robot_map = robot_map
         self._exchange = exchange
@@ -50,7 +50,7 @@ class MapSharing(Node):
         self._updates = WaitSet()
         self._sent: LayerSnapshot | None = None  # all of the evidence at the last update
         self._complete_at = 0  # the period in which everything was sent last
-        self._heard = heard
+        self._team = team
         if exchange is not None:
             self._codec = MapFormat.of(robot_map.spec, exchange)
 
@@ -97,11 +97,12 @@ class MapSharing(Node):
         updates: list[MapUpdate] = [message.content for _, message in self._updates.news()]
         if not updates:
             return
-        heard, now_ns = self._heard, self.now_ns
-        before = len(heard)
+        team, now_ns = self._team, self.now_ns
+        before = len(team.peers)
         for update in updates:
-            heard[update.source] = Peer(update.x_m, update.y_m, update.yaw_rad, now_ns)
-        if len(heard) > before:
+            team.note_pose(update.source, update.x_m, update.y_m, update.yaw_rad, update.version,
+                           now_ns)
+        if len(team.peers) > before:
             self.publish("peers", Empty())
         if self.robot_map.receive((update.source, update.version, update.layer)
                                   for update in updates):

@@ -10,10 +10,11 @@ from desim.ports import Strategy
 from desim.robot import localization, map_sharing, mapping, monitor_feed
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
-from desim.robot.coordination.team import Team
 from desim.robot.navigation import global_costmap, move_base
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.robot_map import RobotMap
+from desim.robot.team import Team
+from desim.robot.team_state import TeamStateNode
 from desim.scenario.schema.communication import StrategyChoice
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.scenario import Scenario
@@ -32,13 +33,15 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     queries = _queries(scenario, robot_map, body.radius_m)
     with below("coordination"):
         strategy = _strategy(coordination)
-    nodes = [
+    nodes: list[Node] = [
         localization.Localization(host, localization.SOURCES[robot.localization]),
         mapping.Mapping(host, robot.mapping, robot_map),
-        map_sharing.MapSharing(host, coordination.exchange, robot_map, peers, team.peers),
+        map_sharing.MapSharing(host, coordination.exchange, robot_map, peers, team),
         move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team),
     ]
+    if coordination.team_state is not None:
+        nodes.append(TeamStateNode(host, coordination.team_state, team, peers, has_body=True))
     if monitored:
         nodes.append(monitor_feed.MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
     return nodes
@@ -52,11 +55,14 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
                        max(body.radius_m for body in scenario.fleet.types.values()))
     with below(f"hosts.{host.name}.strategy"):
         strategy = _strategy(choice)
-    return [
-        map_sharing.MapSharing(host, scenario.coordination.exchange, robot_map, robots,
-                               team.peers),
+    nodes: list[Node] = [
+        map_sharing.MapSharing(host, scenario.coordination.exchange, robot_map, robots, team),
         Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team),
     ]
+    if scenario.coordination.team_state is not None:
+        nodes.append(TeamStateNode(host, scenario.coordination.team_state, team, robots,
+                                   has_body=False))
+    return nodes
 
 
 def _strategy(choice: StrategyChoice) -> Strategy:

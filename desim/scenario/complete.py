@@ -9,7 +9,12 @@ from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import plugin_choices
 from desim.scenario.names import fleet_size, robot_names
-from desim.scenario.schema.communication import Coordination, MediumChoice, Network
+from desim.scenario.schema.communication import (
+    Coordination,
+    MediumChoice,
+    Network,
+    TeamStateParams,
+)
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, StartList
 from desim.scenario.schema.robot import Robot
@@ -107,6 +112,9 @@ def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
 
 
 def _coordination(coordination: Coordination, deployment: str) -> Coordination:
+    if "team_state" not in coordination.model_fields_set \
+            and plugins.reads_team_state(coordination.strategy):
+        coordination = _changed(coordination, team_state=TeamStateParams())
     exchange = coordination.exchange
     if exchange is None:
         return coordination

@@ -24,9 +24,9 @@ from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.ports import World
-from desim.robot.coordination.team import Team
 from desim.robot.robot_map import RobotMap
 from desim.robot.software import coordinator_software, robot_software
+from desim.robot.team import Team
 from desim.robot.tiles import TilePool
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario

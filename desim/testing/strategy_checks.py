@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim import ports
 from desim.robot.coordination.strategy_events import StrategyEvents
-from desim.robot.coordination.team import Team
+from desim.robot.team import Team
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 from desim.testing.strategy_bench import StrategyBench

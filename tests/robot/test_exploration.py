@@ -15,11 +15,11 @@ from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import Frontier, Peer
 from desim.robot.coordination.explore import Explore
-from desim.robot.coordination.team import Team
 from desim.robot.localization import SOURCES, Localization
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.robot.strategies.random_frontier import RandomFrontier
+from desim.robot.team import Team
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import ExplorationParams, Navigation
 

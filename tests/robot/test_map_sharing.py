@@ -22,6 +22,7 @@ from desim.robot.map_message import MapFormat, MapUpdate
 from desim.robot.map_sharing import MERGING_HZ, REFRESH_PERIODS, MapSharing
 from desim.robot.monitor_feed import MonitorFeed
 from desim.robot.robot_map import RobotMap
+from desim.robot.team import Team
 from desim.robot.tiles import TilePool, fuse, tiles_of
 from desim.scenario.schema.communication import Exchange
 from netmodels.ideal import Ideal
@@ -167,7 +168,7 @@ class Fleet:
         others = tuple(other.name for other in self.graph.hosts if other is not host)
         return [Explorer(host, robot_map, seconds), Ear(host, self.log, others),
                 MapSharing(host, self.exchange, robot_map, others,
-                           self.heard.setdefault(host.name, {}))]
+                           self.heard.setdefault(host.name, Team((), 0)))]
 
     def run(self, until_s):
         self.kernel.run(until_s * S)
@@ -199,12 +200,12 @@ def test_a_robot_tells_the_others_what_is_new_and_then_falls_silent():
 def test_what_is_known_of_the_others_is_live():
     fleet = Fleet(exchange(), [{1}, {1, 22}, {5}]).run(19)
     announced = fleet.graph.host("robot_1").nodes[1].peers
-    peers = dict(fleet.heard["robot_1"])
+    peers = dict(fleet.heard["robot_1"].peers)
     assert sorted(peers) == ["robot_2", "robot_3"]
     for peer in peers.values():  # it says where it was at that second
         assert 0.0 <= peer.heard_ns / S - peer.x_m < 1.0 + 1.0 / MERGING_HZ
     fleet.run(29)
-    now = fleet.heard["robot_1"]
+    now = fleet.heard["robot_1"].peers
     assert now["robot_2"].heard_ns // S > 22 and now["robot_3"] == peers["robot_3"]
     assert announced.message.born_ns < 19 * S
 

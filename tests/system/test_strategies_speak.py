@@ -4,6 +4,8 @@ import pytest
 import speaking
 from runs import HELLO, built, finished
 
+from desim.scenario.load import load
+
 CHATTY = (HELLO, "coordination.strategy=speaking:Chatty", "stop.elapsed=40 s")
 
 
@@ -61,3 +63,21 @@ def test_robots_go_on_alone_when_their_coordinator_is_gone():
     log, outcome = log_of(*CENTRAL, "faults=[{at: 10 s, host: base}]")
     assert min(entry[0] for entry in log if entry[2] == "alone") > 10
     assert outcome.stop_reason == "explored"
+
+
+MINPOS = "coordination.strategy=desim.robot.strategies.minpos:MinPos"
+
+
+def test_poses_and_goals_are_announced_where_the_strategy_reads_them():
+    reads, is_off, nearest = (load(HELLO, case).scenario.coordination.team_state for case in (
+        (MINPOS,), (MINPOS, "coordination.team_state=null"), ()))
+    assert (reads.period_ns, reads.via, is_off, nearest) == (10**9, "unicast", None, None)
+
+
+def test_a_team_state_brings_pose_and_goal():
+    simulation = built(HELLO, MINPOS, "stop.elapsed=5 s")
+    finished(simulation)
+    counts = simulation.graph.topics["/robot_1/team_state"].counts
+    # To two others once a second, from a phase drawn by name on.
+    assert counts.delivered == counts.intended == 10
+    assert counts.bytes == 10 * 2 * (72 + len("/p3dx0_tf/map"))

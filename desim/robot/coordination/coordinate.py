@@ -9,8 +9,8 @@ from desim.middleware.node import Node
 from desim.ports import Strategy
 from desim.robot.coordination.host_context import HostContext
 from desim.robot.coordination.strategy_events import StrategyEvents
-from desim.robot.coordination.team import Team
 from desim.robot.navigation.map_queries import MapQueries
+from desim.robot.team import Team
 
 
 class Coordinate(Node):

@@ -18,8 +18,8 @@ from desim.ports import Frontier, GoalEnd, Place, Pose2D, Strategy
 from desim.robot.coordination.blacklist import Blacklist, Visits
 from desim.robot.coordination.host_context import HostContext
 from desim.robot.coordination.strategy_events import StrategyEvents
-from desim.robot.coordination.team import Team
 from desim.robot.navigation.map_queries import MapQueries
+from desim.robot.team import Team
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import ExplorationParams, Navigation
 from desim.units import NS_PER_S

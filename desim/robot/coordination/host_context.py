@@ -22,8 +22,8 @@ from desim.ports import (
     StrategyMessage,
 )
 from desim.robot.coordination.strategy_messages import Encoded, encoded
-from desim.robot.coordination.team import Team
 from desim.robot.navigation.map_queries import MapQueries
+from desim.robot.team import Team
 from desim.units import NS_PER_S
 
 Callback = Callable[[StrategyContext], object]

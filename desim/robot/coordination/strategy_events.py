@@ -12,7 +12,7 @@ from desim.ports import (
     Strategy,
     StrategyContext,
 )
-from desim.robot.coordination.team import Team
+from desim.robot.team import Team
 
 
 class StrategyEvents:

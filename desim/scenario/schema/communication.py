@@ -132,6 +132,15 @@ class Exchange(Params):
     via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
 
 
+class TeamStateParams(Params):
+    """The announcement of poses and goals within a team."""
+
+    period_ns: Pace = Field("1 s", description="(as the monitor's map and distance, the paper)")
+    via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
+    transport: Literal["stream", "datagram"] = Field("stream", description=(
+        "(the paper: TCPROS; a broadcast is always by datagram)"))
+
+
 class StrategyChoice(PluginChoice):
     """A strategy with its parameters."""
 
@@ -145,6 +154,9 @@ class Coordination(StrategyChoice):
 
     exchange: Exchange | None = Field(default_factory=Exchange,
                                       description="null: robots share nothing")
+    team_state: TeamStateParams | None = Field(None, description=(
+        "poses and goals for teammates, beside those that come with maps (default: every second "
+        "where the strategy reads them, else null)"))
     lost_after_ns: Duration = Field("30 s", description=(
         "a teammate that was not heard of for so long counts as lost (six periods of the exchange)"
         ))

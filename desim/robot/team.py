@@ -2,18 +2,36 @@
 
 from __future__ import annotations
 
-from desim.ports import Peer
+from desim.ports import Peer, Place
 
 
 class Team:
-    """``names`` of all other hosts with a strategy | ``peers`` the last map update of each."""
+    """``names`` of all other hosts with a strategy | ``peers`` the newest pose of each that came
+    with a map update or a ``TeamState``."""
 
     def __init__(self, names: tuple[str, ...], lost_after_ns: int) -> None:
         self.names = names
         self.peers: dict[str, Peer] = {}
         self._lost_after_ns = lost_after_ns
+        self._stamp_ns: dict[str, int] = {}  # of the peers' poses
         self._spoke_ns: dict[str, int] = {}  # the last message of its strategy
         self._present: dict[str, bool] = {}
+
+    def note_pose(self, name: str, x_m: float, y_m: float, yaw_rad: float, stamp_ns: int,
+                  now_ns: int) -> None:
+        """The pose that ``name`` had at ``stamp_ns`` has arrived. An older one than is known says
+        only that it was heard."""
+        known = self.peers.get(name)
+        if known is None or stamp_ns >= self._stamp_ns[name]:
+            self._stamp_ns[name] = stamp_ns
+            self.peers[name] = Peer(x_m, y_m, yaw_rad, now_ns,
+                                    None if known is None else known.goal)
+        else:
+            self.peers[name] = known._replace(heard_ns=now_ns)
+
+    def note_goal(self, name: str, goal: Place | None) -> None:
+        """The goal of ``name``, whose pose is known, has arrived."""
+        self.peers[name] = self.peers[name]._replace(goal=goal)
 
     def spoke(self, name: str, now_ns: int) -> None:
         """A message of the strategy of ``name`` has arrived."""

@@ -1,0 +1,36 @@
+"""Hungarian assignment: robots and frontiers so that all ways together are shortest (Kuhn 1955)."""
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from desim import ports
+
+_FAR_M = 1e6  # in place of no way at all: more than any way
+
+
+class Hungarian:
+    """Assign frontiers to all robots that it has heard of, and take its own.
+
+    Each robot solves the whole assignment in its own map. As long as maps and poses agree, so do
+    the solutions. A robot without a frontier of its own takes the nearest.
+    """
+
+    class Params(ports.Params):
+        """None."""
+
+    reads_team_state = True
+
+    def __init__(self, params: Params) -> None:
+        self.params = params
+
+    def choose(self, context: ports.StrategyContext) -> ports.Frontier | None:
+        frontiers = context.frontiers()
+        if not frontiers:
+            return None
+        places = [ports.Place(one.x_m, one.y_m) for one in frontiers]
+        costs_m = np.array([[one.path_m for one in frontiers], *(
+            context.path_lengths_m(places, ports.Place(peer.x_m, peer.y_m))
+            for peer in context.peers.values())])
+        robots, chosen = linear_sum_assignment(np.minimum(costs_m, _FAR_M))
+        own = dict(zip(robots.tolist(), chosen.tolist(), strict=True)).get(0)
+        return frontiers[0] if own is None else frontiers[own]

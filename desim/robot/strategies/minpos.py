@@ -1,0 +1,28 @@
+"""MinPos: each robot goes where it has the best rank (Bautin, Simonin, Charpillet 2012)."""
+
+from desim import ports
+
+
+class MinPos:
+    """Choose the frontier that the fewest other robots are nearer to; of those, the nearest.
+
+    Ways of teammates are measured in the robot's own map, from where they were last heard of.
+    """
+
+    class Params(ports.Params):
+        """None."""
+
+    reads_team_state = True
+
+    def __init__(self, params: Params) -> None:
+        self.params = params
+
+    def choose(self, context: ports.StrategyContext) -> ports.Frontier | None:
+        frontiers = context.frontiers()
+        ranks = dict.fromkeys(frontiers, 0)
+        places = [ports.Place(one.x_m, one.y_m) for one in frontiers]
+        for peer in context.peers.values():
+            lengths_m = context.path_lengths_m(places, ports.Place(peer.x_m, peer.y_m))
+            for frontier, length_m in zip(frontiers, lengths_m.tolist(), strict=True):
+                ranks[frontier] += length_m < frontier.path_m
+        return min(frontiers, key=lambda one: (ranks[one], one.path_m), default=None)

@@ -1,0 +1,27 @@
+"""Voronoi areas: each robot explores what is nearest to it."""
+
+import math
+
+from desim import ports
+
+
+class Voronoi:
+    """Choose the nearest frontier in the robot's own Voronoi cell: no teammate is nearer to it as
+    the crow flies. Without one there, the frontier nearest to the cell."""
+
+    class Params(ports.Params):
+        """None."""
+
+    reads_team_state = True
+
+    def __init__(self, params: Params) -> None:
+        self.params = params
+
+    def choose(self, context: ports.StrategyContext) -> ports.Frontier | None:
+        def outside_m(frontier: ports.Frontier) -> float:
+            own_m = math.dist(frontier[:2], context.pose[:2]) if context.pose else 0.0
+            nearest_m = min((math.dist(frontier[:2], peer[:2])
+                             for peer in context.peers.values()), default=math.inf)
+            return max(0.0, own_m - nearest_m)
+
+        return min(context.frontiers(), key=lambda one: (outside_m(one), one.path_m), default=None)
