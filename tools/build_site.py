@@ -41,6 +41,7 @@ docs/scenarios
 reference/keys
 docs/network-models
 docs/networks-alone
+docs/strategies
 docs/slam
 docs/results
 docs/replay

@@ -13,7 +13,7 @@ class NextBestView:
 
     class Params(ports.Params):
         decay_per_m: float = Field(0.2, ge=0, description=(
-            "lambda of their formula; with 0.2, a way of 5 m costs a factor e (maze_8, seeds 1 to 3: "
+            "lambda of their formula; with 0.2, 5 m of way cost a factor e (maze_8, seeds 1 to 3: "
             "161 s)"))
 
     def __init__(self, params: Params) -> None:
