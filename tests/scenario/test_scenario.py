@@ -125,8 +125,9 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     assert data["fleet"]["types"]["pioneer3dx"]["max_turn"] == "5.24 rad/s"
     assert data["coordination"]["exchange"]["period"] == "5 s"
     undecided = re.findall(r"^ *(\w+): null$", resolved(scenario()), re.MULTILINE)
-    # each medium says itself what it is, and has all hosts; no condition, no such update
-    assert undecided == ["temporal_update", "fidelity", "hosts", "when"]
+    # each medium says itself what it is, and has all hosts; no condition, no such update; robots
+    # that go to the nearest frontier announce no goals
+    assert undecided == ["temporal_update", "fidelity", "hosts", "team_state", "when"]
 
 
 def test_maze_30_is_table_4():
