@@ -173,7 +173,7 @@ WRONG = [  # kind of plug-in, what is wrong with its class, what is said
     ("network", "def send(self, frame, receivers): pass",
      "must take (self, frame) in send, not (self, frame, receivers)"),
     ("strategy", "def choose(self, view, robot): pass",
-     "must take (self, view) in choose, not (self, view, robot)"),
+     "must take (self, context) in choose, not (self, view, robot)"),
     ("rule", "reasons = 'said'",
      "must declare reasons = ('...',), a tuple of names, not 'said'"),
     ("network", "reasons = None\n        def send(self): pass",
