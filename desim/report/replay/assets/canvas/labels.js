@@ -1,7 +1,7 @@
 // Words on a canvas with a rim of the paper's colour: each is drawn once, then copied.
 
 const RIM_PX = 3;
-const LINE_PX = 10;  // between the lines of two labels
+const LINE_PX = 10, GAP_PX = 3;  // between the lines of two labels, and beside each other
 const MOST_LABELS = 2000;
 
 class Labels {
@@ -41,8 +41,8 @@ class Labels {
 // were put before it; whether there was one.
 function putWhereFree(context, taken, label, places, y) {
   const { wide } = label;
-  const x = places.find((left) => taken.every((one) => left > one.until || left + wide < one.from
-    || Math.abs(one.y - y) > LINE_PX));
+  const x = places.find((left) => taken.every((one) => left > one.until + GAP_PX
+    || left + wide < one.from - GAP_PX || Math.abs(one.y - y) > LINE_PX));
   if (x === undefined) return false;
   taken.push({ from: x, until: x + wide, y });
   putLabel(context, label, x, y);

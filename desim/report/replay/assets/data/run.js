@@ -2,7 +2,7 @@
 // more: every table grows at its end, and everything that is drawn asks by time.
 
 const NS = 1e9;
-const MANY_ROBOTS = 100;
+const MANY_ROBOTS = 100;  // so many are a large fleet
 
 class Run {
   constructor(about) {

@@ -1,6 +1,7 @@
 // The time line: explored shares, traffic, partitions, events, and the instant that is shown.
 
 const TOP_PX = 22, FOOT_PX = 15, SIDE_PX = 10;
+const GLYPH_PX = 10;  // the width of an event's sign
 
 class Timeline {
   constructor(canvas, app) {
@@ -171,10 +172,14 @@ class Timeline {
     context.strokeStyle = theme.paper;
     context.lineWidth = 2.5;
     const last = {};
+    let taken = -GLYPH_PX;
     for (const event of run.events) {
-      const x = this.x(event.timeS);
-      if (!BAD.has(event.kind) || x - (last[event.kind] ?? -99) < 6) continue;
-      last[event.kind] = x;
+      const place = this.x(event.timeS);
+      if (!BAD.has(event.kind) || place - (last[event.kind] ?? -99) < 6) continue;
+      // Beside the sign of another kind, if that is at its own place.
+      const x = place - taken < GLYPH_PX && taken <= place ? taken + GLYPH_PX : place;
+      last[event.kind] = place;
+      taken = x;
       context.strokeText(EVENT_GLYPHS[event.kind], x, y);
       context.fillText(EVENT_GLYPHS[event.kind], x, y);
     }

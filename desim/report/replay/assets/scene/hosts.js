@@ -71,7 +71,7 @@ class Hosts {
       context.roundRect(x - 6, y - 5, 12, 10, 2);
       context.stroke();
       context.fill();
-      putLabel(context, view.labels.of(this.run.hosts[host], style), x + 11, y);
+      putWhereFree(context, view.taken, view.labels.of(this.run.hosts[host], style), [x + 11], y);
     }
     context.restore();
   }

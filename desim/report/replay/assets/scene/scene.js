@@ -40,8 +40,8 @@ class Scene {
       [
         [null, new Obstacles(run)],
         ["links", new Flashes(links)],
-        [null, this.hosts],
         [null, new Robots(run, SOLID)],
+        [null, this.hosts],
         ["messages", this.flights],
         ["messages", new Queues(run, this.hosts, this.flights)],
         [null, new Believed(run, this.hosts, this.beliefs)],
