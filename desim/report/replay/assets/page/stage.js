@@ -31,6 +31,7 @@ class Stage {
       element.className = "pane";
       const sheets = new Sheets(element, SHEETS);
       const ghostSheets = this.app.mode === "ghost" ? new Sheets(element, GHOST_SHEETS) : null;
+      element.append(sheets.layers.at(-1).canvas);  // names stay readable above ghosts
       const caption = document.createElement("p");
       caption.className = "caption";
       element.append(caption);
