@@ -102,7 +102,7 @@ def graph(path: RunPath,
             from desim.results.beliefs import beliefs_at
             from desim.results.run import Run
         if to is not None:
-            from desim.report.run_figure import check_ending
+            from desim.report.picture_file import check_ending
 
             check_ending(to)  # a run may have to be repeated before there is something to draw
         known = beliefs_at(Run(path), at_ns)

@@ -80,7 +80,7 @@ def run(scenario: ScenarioPath,
 
 
 def _servers(live: bool, port: int, foxglove: bool, loaded: Loaded) -> list[Served]:
-    from desim.report.live.watch import page_served
+    from desim.report.live.browser import page_served
 
     servers: list[Served] = [page_served(port)] if live else []
     if foxglove:

@@ -44,10 +44,10 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         from desim.commands.views.slam import outcome, text, title
         from desim.commands.views.terminal import Terminal
         from desim.engine.streams import Streams
-        from desim.export.carmen import read_carmen
-        from desim.export.relations import errors_of, read_relations
-        from desim.export.slam_log import play
-        from desim.report.run_figure import check_ending
+        from desim.imports.slam_logs.carmen import read_carmen
+        from desim.imports.slam_logs.relations import errors_of, read_relations
+        from desim.imports.slam_logs.slam_trial import play
+        from desim.report.picture_file import check_ending
         from desim.report.slam_figure import draw_slam
         from desim.robot.slam.localizations import SLAM
         from desim.robot.slam.settings import SlamSettings

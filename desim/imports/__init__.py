@@ -1,1 +1,1 @@
-"""Recordings of real robots (MCAP files and bags of ROS), read as runs."""
+"""Recordings of real robots: those of ROS as runs, those of CARMEN for SLAM."""

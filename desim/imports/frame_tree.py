@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from desim.robot.slam.transforms import compose
+
 _DEEPEST = 32  # frames from a robot to the root: more are a loop
 
 
@@ -33,7 +35,7 @@ class FrameTree:
         for _ in range(_DEEPEST):
             if frame not in self._parent:
                 break
-            poses = composed(self._at(frame, times_ns), poses)
+            poses = compose(self._at(frame, times_ns), poses)
             frame = self._parent[frame]
         return poses
 
@@ -42,11 +44,3 @@ class FrameTree:
         rows = np.array(sorted(self._rows[child]), float)
         at = np.searchsorted(self.times_ns(child), times_ns, side="right") - 1
         return rows[np.clip(at, 0, None), 1:]
-
-
-def composed(outer: np.ndarray, inner: np.ndarray) -> np.ndarray:
-    """[n, 3] poses ``inner``, given in frames whose poses are ``outer``, in the frame of those."""
-    x, y, yaw = outer.T
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.column_stack([x + cos * inner[:, 0] - sin * inner[:, 1],
-                            y + sin * inner[:, 0] + cos * inner[:, 1], yaw + inner[:, 2]])

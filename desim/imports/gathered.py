@@ -174,4 +174,4 @@ def _link_entry(time_ns: int, status: Message) -> LinkEntry | None:
         return None
     linked = {"true": True, "false": False}.get(values.get("linked", "").lower())
     return LinkEntry(time_ns, plain_name(values["host"]), plain_name(values["other"]), linked,
-                    messages, size_bytes, dropped, latency_ns)
+                     messages, size_bytes, dropped, latency_ns)

@@ -91,8 +91,7 @@ class RosRecording:
                         channel := channels.get(record.channel_id)):
                     topic, kind, encoding = channel
                     read = store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
-                    yield TopicMessage(record.log_time, topic, kind,
-                                       read(record.data, kind))
+                    yield TopicMessage(record.log_time, topic, kind, read(record.data, kind))
 
     def _records(self, file: BinaryIO) -> Iterator[McapRecord]:
         """All records. A chunk with wrong bytes is left out."""

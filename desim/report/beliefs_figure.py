@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
-from desim.report.run_figure import save
+from desim.report.picture_file import save
 from desim.results.beliefs import BeliefSnapshot, PairBelief
 
 _NOBODY, _STOPPED = "#ffffff", "#d5d8dc"

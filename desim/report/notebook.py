@@ -70,7 +70,7 @@ def _picture(run: Run) -> str:
 
     data = base64.b64encode(png(run, _DPI)).decode()
     return (f'<img alt="{html.escape(headline(run.metrics, run.manifest))}" '
-           f'src="data:image/png;base64,{data}">')
+            f'src="data:image/png;base64,{data}">')
 
 
 def _campaign(campaign: Campaign) -> Iterable[str]:

@@ -18,7 +18,7 @@ from desim.errors import InputError, did_you_mean
 from desim.monitor.coverage import Ground
 from desim.network.medium import Medium
 from desim.ports import GridSpec, PredictsSignal
-from desim.report.run_figure import save
+from desim.report.picture_file import save
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import POSITION

@@ -18,10 +18,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
 from desim.colours import ROBOTS, of_robot
-from desim.errors import InputError
-from desim.files import writing
 from desim.monitor.coverage import EXPLORED
 from desim.report.log_axis import plain
+from desim.report.picture_file import save
 from desim.results.maps import OccupancyMap
 from desim.results.run import Run
 from desim.results.status import RunStatus
@@ -73,21 +72,6 @@ def _figure(run: Run) -> Figure:
                     f"{metrics['simulated_s']:.1f} s, {metrics['stop_reason']}{status}",
                     fontsize=13)
     return figure
-
-
-def save(figure: Figure, path: Path) -> None:
-    """Write ``figure``. Raises ``InputError`` as ``check_ending`` does, and for a file that cannot
-    be written."""
-    check_ending(path)
-    with writing(path, "--to"):
-        figure.savefig(path)
-
-
-def check_ending(path: Path) -> None:
-    """Refuse an ending that is no picture's. Raises ``InputError``."""
-    endings = Figure().canvas.get_supported_filetypes()
-    if path.suffix.removeprefix(".").lower() not in endings:
-        raise InputError(f"--to: {path} does not end like a picture; allowed: .png, .pdf, .svg")
 
 
 def _palette(robots: int) -> np.ndarray:

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from desim.export.slam_log import SlamTrial
-from desim.report.run_figure import save
+from desim.imports.slam_logs.slam_trial import SlamTrial
+from desim.report.picture_file import save
 
 _UNKNOWN = 205.0 / 255.0  # the grey of ROS's map_server
 _MARGIN_M = 1.0

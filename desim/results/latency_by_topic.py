@@ -14,6 +14,7 @@ import pyarrow.compute as pc
 from desim.middleware.message_ledger import PARTS
 from desim.monitor.traffic import family
 from desim.ports import natural_key
+from desim.results.message_columns import words_of
 from desim.results.seal import Json
 
 LEDGER_TOPICS = "ledger_topics.json"  # beside the ledger, which campaigns then need not read
@@ -56,7 +57,7 @@ def hosts_of(ledger: pa.Table) -> frozenset[str]:
 def by_topic(ledger: pa.Table, hosts: Collection[str]) -> TopicBreakdowns:
     """The sums of a ledger (of ``ledger.SCHEMA``) by family of topics.
     ``hosts``: those whose names a family leaves open."""
-    topics, topic = _coded(ledger["topic"])
+    topics, topic = _words_of(ledger["topic"])
     families = [family(name, frozenset(hosts)) for name in topics]
     names = sorted(set(families), key=natural_key)
     of_row = np.array([names.index(name) for name in families], int)[topic]
@@ -96,13 +97,13 @@ def as_json(found: TopicBreakdowns) -> Json:
 def from_json(found: Json) -> TopicBreakdowns:
     """The sums that ``as_json`` has written."""
     return {name: TopicBreakdown(one["delivered"], one["latency_ns"], one["times_ns"],
-                               tuple(Lost(**lost) for lost in one["lost"]))
+                                 tuple(Lost(**lost) for lost in one["lost"]))
             for name, one in found.items()}
 
 
 def _times_ns(ledger: pa.Table, of_row: np.ndarray, families: int) -> np.ndarray:
     """[families, parts] the time in each part."""
-    words, word = _coded(pc.list_flatten(ledger["parts"]))
+    words, word = _words_of(pc.list_flatten(ledger["parts"]))
     part = np.array([list(map(str, PARTS)).index(name) for name in words], int)[word]
     counts = pc.list_value_length(ledger["parts"]).to_numpy()
     times_ns = np.zeros((families, len(PARTS)), np.int64)
@@ -111,7 +112,6 @@ def _times_ns(ledger: pa.Table, of_row: np.ndarray, families: int) -> np.ndarray
     return times_ns
 
 
-def _coded(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
-    """The words of a column, and the index [rows] of each row's."""
-    coded = column.cast(pa.string()).combine_chunks().dictionary_encode()
-    return coded.dictionary.to_pylist(), coded.indices.to_numpy()
+def _words_of(column: pa.ChunkedArray) -> tuple[list[str], np.ndarray]:
+    """``words_of`` without the words that only rows outside of ``column`` have."""
+    return words_of(column.cast(pa.string()))

@@ -192,5 +192,5 @@ def _growth(row: Mapping[str, pa.Scalar]) -> MapGrowth:
     shape = spec.height, spec.width
     occupied = np.unpackbits(row["occupied"].values.to_numpy(), count=spec.width * spec.height)
     return MapGrowth(robot, started_ns, until_ns, spec,
-                  row["known_since"].values.to_numpy().reshape(shape),
-                  occupied.reshape(shape).astype(bool))
+                     row["known_since"].values.to_numpy().reshape(shape),
+                     occupied.reshape(shape).astype(bool))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from desim.export.carmen import CarmenLog
-from desim.export.relations import Relations, errors_of
-from desim.export.slam_log import SlamTrial
+from desim.imports.slam_logs.carmen import CarmenLog
+from desim.imports.slam_logs.relations import Relations, errors_of
+from desim.imports.slam_logs.slam_trial import SlamTrial
 
 
 def outcome(log: CarmenLog, trial: SlamTrial, relations: Relations | None) -> dict[str, object]:

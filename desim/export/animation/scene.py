@@ -92,14 +92,14 @@ class AnimationScene:
             + _MARGIN_PX * _FINE
 
     def _territory(self) -> None:
-        """Since when a cell is known to some robot (tenths of a second) and to which one first."""
+        """Since when some robot knows a cell (tenths of a second), and which one knew it first."""
         growths = self._recording.growths
-        self._first: np.ndarray | None = None
+        self._known_since: np.ndarray | None = None
         if growths:
-            self._first, self._owner, _ = merged(growths, self._recording.robots)
-        if self._first is not None and self._colours:
-            self._owner = _smoothed(self._owner, len(self._colours))
-            self._first = median_filter(self._first, _GAPS_CELLS)
+            self._known_since, self._discoverer, _ = merged(growths, self._recording.robots)
+        if self._known_since is not None and self._colours:
+            self._discoverer = _smoothed(self._discoverer, len(self._colours))
+            self._known_since = median_filter(self._known_since, _GAPS_CELLS)
         shades = self._colours or [_FREE]
         self._tint = np.array([colours.between(_FREE, shade, 0.20) for shade in shades])
         self._glow = np.array([colours.between(_FREE, shade, 0.50) for shade in shades])
@@ -107,12 +107,13 @@ class AnimationScene:
     def _ground(self, time_ns: int) -> Image.Image:
         """Unknown and explored ground."""
         size = self._width, self._height
-        if self._first is None:
+        if self._known_since is None:
             return Image.new("RGB", size, _bytes(_UNKNOWN))
         grid, tenths = self._recording.growths[0].grid, time_ns // TENTH_NS
-        age = tenths - self._first.astype(np.int64)
-        cells = np.where((age < 0)[..., None], _UNKNOWN, np.where(
-            (age < _GLOW_TENTHS)[..., None], self._glow[self._owner], self._tint[self._owner]))
+        age = tenths - self._known_since.astype(np.int64)
+        glow, tint = self._glow[self._discoverer], self._tint[self._discoverer]
+        cells = np.where((age < 0)[..., None], _UNKNOWN,
+                         np.where((age < _GLOW_TENTHS)[..., None], glow, tint))
         image = Image.fromarray((cells[::-1] * 255).astype(np.uint8))
         # The picture's corners in cells.
         left = (self._corner_m[0] - _MARGIN_PX * _FINE / self._px_per_m - grid.x_m)
@@ -186,10 +187,10 @@ class AnimationScene:
         draw.text((right, text_y), news, fill=_bytes(_INK), font=_font(15), anchor="ra")
 
 
-def _smoothed(owner: np.ndarray, robots: int) -> np.ndarray:
+def _smoothed(discoverer: np.ndarray, robots: int) -> np.ndarray:
     """Territories without specks: robots that drive together see neighbouring cells by turns. More
     than 256 robots share colours."""
-    image = Image.fromarray((owner % min(robots, 256)).astype(np.uint8))
+    image = Image.fromarray((discoverer % min(robots, 256)).astype(np.uint8))
     return np.asarray(image.filter(ImageFilter.ModeFilter(_SMOOTH_CELLS))).astype(np.int32)
 
 

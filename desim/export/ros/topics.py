@@ -105,7 +105,7 @@ def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[TopicMessage]:
             for name, place in zip(names, places, strict=True)]))
         for name, place, speed in zip(names, places, speeds.tolist(), strict=True):
             yield TopicMessage(time_ns, f"/{name}/odom", ODOMETRY,
-                         _odometry(types, time_ns, name, place, speed))
+                               _odometry(types, time_ns, name, place, speed))
 
 
 def _scans(recording: ReplaySource, types: RosTypes, scanner: Scanner) -> Iterator[TopicMessage]:

@@ -1,16 +1,13 @@
-"""The feed of those that watch a run: stretches of it, as often as they can use them."""
+"""The feed of a running simulation: its stretches, as often as those that watch can use them."""
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from desim.report.live.server import ChunkLog
 from desim.report.live.stretch import Stretch, Stretches
-from desim.report.replay.bundle import bundle
 
 _EVERY_S = 0.5  # of the viewer's time
 _MOST_SHARE = 0.1  # of the run's time, for its maps
@@ -60,13 +57,3 @@ class LiveFeed:
     def _give(self, stretch: Stretch) -> None:
         for sink in self._sinks:
             sink(stretch)
-
-
-def page_sink(log: ChunkLog) -> Sink:
-    """Adds each stretch to ``log``, as a live page reads it (``assets/page/live.js``)."""
-    def add(stretch: Stretch) -> None:
-        about, columns = bundle(stretch)
-        about["columns"] = columns.index
-        log.add(json.dumps([about, columns.text(level=1)], allow_nan=False))
-
-    return add

@@ -8,10 +8,8 @@ from contextlib import AbstractContextManager, ExitStack, contextmanager
 
 from desim.engine.kernel import Phase
 from desim.errors import InputError
-from desim.report.live.feed import LiveFeed, Sink, page_sink
-from desim.report.live.server import ChunkLog, LiveServer
+from desim.report.live.feed import LiveFeed, Sink
 from desim.report.live.stretch import Stretches
-from desim.report.replay.page import page
 from desim.results.folder import RunFolder
 from desim.simulation.simulation import Simulation
 
@@ -43,11 +41,3 @@ def live(simulation: Simulation, folder: RunFolder, servers: Sequence[Served],
         simulation.kernel.ticker(1, Phase.OBSERVE, _LAST, feed.sample)
         yield
         feed.end()
-
-
-@contextmanager
-def page_served(port: int = 0) -> Iterator[tuple[Sink, str]]:
-    """The page of the run, for browsers. Raises ``InputError`` for a ``port`` that is taken."""
-    log = ChunkLog()
-    with LiveServer(page([]), log, port) as server:
-        yield page_sink(log), server.url

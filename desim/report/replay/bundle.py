@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from desim.report.replay.beliefs import add_beliefs
 from desim.report.replay.columns import Columns
-from desim.report.replay.events import add_beliefs, listed_events
+from desim.report.replay.events import listed_events
 from desim.report.replay.facts import facts
 from desim.report.replay.growth import add_growth
 from desim.report.replay.ledger import add_ledger

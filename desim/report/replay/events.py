@@ -1,4 +1,4 @@
-"""The events of a run that its replay lists and jumps to, in words, and who believes in whom."""
+"""The events of a run that its replay lists and jumps to, in words."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.report.replay.columns import Columns
 from desim.report.replay.traffic import BornMessages
 from desim.results.recording import Event
 from desim.robot.navigation.recovery import Recovery
@@ -21,7 +20,6 @@ _PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
           "goal_aborted": "{} gives up its goal", "stop": "the run ends"}
 _FULL = "full"  # in the reasons queue_full, outbox_full, ...
 _APART_NS = 10 * NS_PER_S  # late messages that are closer than this are one episode
-_STATES = ("never", "online", "offline", "removed")
 MOST = 3000  # events that the page lists
 
 
@@ -35,17 +33,17 @@ class ListedEvent(NamedTuple):
 
 
 def listed_events(events: Iterable[Event], traffic: BornMessages, hosts: Sequence[str],
-               partitions_s: Sequence[Sequence[float]]
-               ) -> tuple[list[ListedEvent], str | None]:
+                  partitions_s: Sequence[Sequence[float]]
+                  ) -> tuple[list[ListedEvent], str | None]:
     """All that is listed, by time, and the sentence that says what was left out, if anything
     was."""
     found = [ListedEvent(event.time_ns, event.kind, _words(event, hosts),
-                       (event.entity,) if event.entity in hosts else ())
+                         (event.entity,) if event.entity in hosts else ())
              for event in events
              if event.kind not in _DRAWN and (event.kind != "host_started" or event.time_ns > 0)]
     for begin_s, end_s in partitions_s:
         found.append(ListedEvent(round(begin_s * NS_PER_S), "partition",
-                               f"the fleet is split for {end_s - begin_s:.0f} s"))
+                                 f"the fleet is split for {end_s - begin_s:.0f} s"))
         found.append(ListedEvent(round(end_s * NS_PER_S), "partition", "the fleet is whole again"))
     found += _late(traffic, hosts) + _full(traffic, hosts)
     found.sort(key=lambda one: one.time_ns)
@@ -96,23 +94,7 @@ def _full(traffic: BornMessages, hosts: Sequence[str]) -> list[ListedEvent]:
     row = rows[np.argmin(traffic.end_ns[rows])]
     source, destination = hosts[traffic.source[row]], hosts[traffic.destination[row]]
     return [ListedEvent(int(traffic.end_ns[row]), "saturation",
-                      f"first message dropped for a full queue: "
-                      f"{traffic.reasons[traffic.reason[row]]}, "
-                      f"{traffic.topics[traffic.topic[row]]} to {destination}",
-                      (source, destination))]
-
-
-def add_beliefs(columns: Columns, events: Iterable[Event], hosts: Sequence[str]) -> None:
-    """Add the changes of ``sees``: who takes whom for online (1), offline (2), removed (3)."""
-    place = {name: i for i, name in enumerate(hosts)}
-    rows = []
-    for event in events:
-        if event.kind == "sees" and event.entity in place:
-            words = event.detail.split()
-            other = next((place[word] for word in words if word in place), None)
-            state = next((k for k, word in enumerate(_STATES) if word in words), None)
-            if other is not None and state is not None:
-                rows.append((event.time_ns, place[event.entity], other, state))
-    table = np.array(rows, np.int64).reshape(-1, 4)
-    for name, values in zip(("ns", "believer", "other", "state"), table.T, strict=True):
-        columns.add(f"sees.{name}", values)
+                        f"first message dropped for a full queue: "
+                        f"{traffic.reasons[traffic.reason[row]]}, "
+                        f"{traffic.topics[traffic.topic[row]]} to {destination}",
+                        (source, destination))]

@@ -23,8 +23,7 @@ def add_growth(columns: Columns, growth: Sequence[MapGrowth], robots: Sequence[s
     grid = growth[0].grid
     whole = merged(growth, robots)
     is_known = whole.known_since < NEVER
-    known = np.where(is_known, whole.known_since, NEVER)
-    _add_times(columns, "merged.known", known)
+    _add_times(columns, "merged.known", np.minimum(whole.known_since, NEVER))
     columns.add("merged.robot", _held(_most_around(whole.discoverer, is_known), is_known))
     columns.add_bits("merged.occupied", (whole.occupied & is_known).ravel())
     factor = 1

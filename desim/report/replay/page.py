@@ -50,7 +50,8 @@ def page_of(recordings: Sequence[Recording]) -> str:
 
 
 def _bundled(recording: Recording, apart: Sequence[str], parted: Parting | None) -> str:
-    """The elements of a page that hold one run; ``apart``: its keys that the other run has not."""
+    """The elements of a page that hold one run. ``apart``: the keys of its scenario that
+    differ from the other run's, with their values here."""
     about, columns = bundle(recording)
     about |= {"columns": columns.index, "apart": list(apart),
               "parted": parted._asdict() if parted else None}

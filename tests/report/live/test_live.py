@@ -16,10 +16,11 @@ import desim
 from desim.api import recording_of
 from desim.engine.kernel import Phase
 from desim.errors import InputError
-from desim.report.live.feed import LiveFeed, ViewersTime, page_sink
+from desim.report.live.browser import page_served, page_sink
+from desim.report.live.feed import LiveFeed, ViewersTime
 from desim.report.live.server import ChunkLog, LiveServer
 from desim.report.live.stretch import Stretches
-from desim.report.live.watch import live, page_served
+from desim.report.live.watch import live
 from desim.report.replay.page import page, write
 
 S = 1_000_000_000

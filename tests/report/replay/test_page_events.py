@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from unpacking import unpacked
 
-from desim.report.replay.columns import Columns
-from desim.report.replay.events import add_beliefs, listed_events
+from desim.report.replay.events import listed_events
 from desim.report.replay.traffic import BornMessages
 from desim.results.recording import Event
 from desim.units import NS_PER_S
@@ -67,13 +65,3 @@ def test_partitions_begin_and_end():
     assert listed(partitions_s=[[60.0, 180.5]]) == [
         (60.0, "partition", "the fleet is split for 120 s"),
         (180.5, "partition", "the fleet is whole again")]
-
-
-def test_beliefs_are_a_table():
-    columns = Columns()
-    add_beliefs(columns, [Event(7, "sees", "robot_0", "base  online  0"),
-                          Event(8, "believes", "robot_0", "base  /map  1"),
-                          Event(9, "sees", "base", "robot_1  removed  0")], HOSTS)
-    found = unpacked(columns.index, columns.text())
-    assert np.stack([found[f"sees.{name}"][0] for name in (
-        "ns", "believer", "other", "state")]).T.tolist() == [[7, 1, 0, 1], [9, 0, 2, 3]]

@@ -8,7 +8,7 @@ import pytest
 from slam_logs import Laser, made_log, ring, way
 
 from desim.engine.streams import Streams
-from desim.export.slam_log import play
+from desim.imports.slam_logs.slam_trial import play
 from desim.robot.slam.localizations import SLAM
 from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.transforms import motion_between

@@ -3,9 +3,9 @@
 import pytest
 
 from desim.engine.streams import Streams
-from desim.export.carmen import read_carmen
-from desim.export.relations import errors_of, read_relations
-from desim.export.slam_log import play
+from desim.imports.slam_logs.carmen import read_carmen
+from desim.imports.slam_logs.relations import errors_of, read_relations
+from desim.imports.slam_logs.slam_trial import play
 from desim.robot.slam.localizations import SLAM
 from desim.robot.slam.settings import SlamSettings
 

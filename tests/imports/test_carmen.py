@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from desim.errors import InputError
-from desim.export.carmen import read_carmen
-from desim.export.relations import Relations, errors_of, read_relations
+from desim.imports.slam_logs.carmen import read_carmen
+from desim.imports.slam_logs.relations import Relations, errors_of, read_relations
 
 POSE = "1.5 2 0.5"
 FLASER = f"FLASER 3 1.25 81.91 2.5 {POSE} {POSE} 10.25 robot 0.25"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.export.carmen import CarmenLog
+from desim.imports.slam_logs.carmen import CarmenLog
 from desim.robot.slam.particle_filter import GridMap, ParticleSlam
 from desim.robot.slam.transforms import compose, motion_between, wrapped
 

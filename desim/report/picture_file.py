@@ -1,0 +1,25 @@
+"""Pictures as files: png, pdf or svg, by the file's ending."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from desim.errors import InputError
+from desim.files import writing
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write ``figure``. Raises ``InputError`` as ``check_ending`` does, and for a file that cannot
+    be written."""
+    check_ending(path)
+    with writing(path, "--to"):
+        figure.savefig(path)
+
+
+def check_ending(path: Path) -> None:
+    """Refuse an ending that is no picture's. Raises ``InputError``."""
+    endings = Figure().canvas.get_supported_filetypes()
+    if path.suffix.removeprefix(".").lower() not in endings:
+        raise InputError(f"--to: {path} does not end like a picture; allowed: .png, .pdf, .svg")
