@@ -28,7 +28,7 @@ from desim.results.folder import RunFolder
 from desim.results.recording import Recording
 from desim.results.recording_tables import RECORDED
 from desim.results.run import Run
-from desim.results.status import RunStatus, refuse_imported
+from desim.results.status import RunStatus, refuse_imported_scenario
 from desim.results.traces import repeatable
 from desim.scenario.load import Loaded, load
 from desim.scenario.schema.experiment import TraceParams
@@ -52,7 +52,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     scenario or a folder that cannot be written.
     """
     if isinstance(scenario, (str, Path)):
-        refuse_imported(Path(scenario))
+        refuse_imported_scenario(Path(scenario))
         scenario = load(scenario, overrides, seed)
     elif overrides or seed is not None:
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")

@@ -61,9 +61,9 @@ def export(path: RunPath,
             _export_recording(recording_of(run), mcap, bag, graphml, animation)
         if pcap is not None:
             from desim.export.pcap.capture import write_pcap
-            from desim.results.status import simulated_only
+            from desim.results.status import refuse_imported
 
-            simulated_only(run.path, run.manifest, "packets")
+            refuse_imported(run.path, run.manifest, "packets")
             with _counting("packets") as done:
                 count = write_pcap(run, medium or _only_medium(run.scenario.network.media), pcap,
                                    done)

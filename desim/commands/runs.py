@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from desim.results.run import Run
     from desim.scenario.load import Loaded
 
+
 def run(scenario: ScenarioPath,
         seed: Annotated[int | None, typer.Option(help="a seed, not the scenario's")] = None,
         overrides: Overrides = [],  # noqa: B006
@@ -42,10 +43,10 @@ def run(scenario: ScenarioPath,
         ) -> None:
     """Run a scenario; the results are in a folder of their own afterwards."""
     with exit_codes():
-        from desim.results.status import refuse_imported
+        from desim.results.status import refuse_imported_scenario
         from desim.scenario.load import load
 
-        refuse_imported(scenario)
+        refuse_imported_scenario(scenario)
         changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
         with compiling(quiet):
             # Complaints about the scenario come before anything is compiled but its plug-ins.

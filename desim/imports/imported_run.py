@@ -16,7 +16,7 @@ import yaml
 
 from desim.errors import InputError
 from desim.files import writing
-from desim.imports.gathered import Gathered
+from desim.imports.recording_content import RecordingContent
 from desim.imports.run_tables import LOGGED_DROP, ReplayedFleet, Tables, tables
 from desim.imports.trajectories import Trajectory, together, tracks
 from desim.results import identity, parquet
@@ -49,18 +49,18 @@ def import_recording(path: Path, out: Path, name: str | None = None, topic: str 
     was cut short is read up to there, which the notes say. Raises ``InputError`` for a file that
     cannot be read or has no trajectories, and a folder that cannot be written.
     """
-    gathered = Gathered(path, topic)
-    found = tracks(gathered.trajectories, gathered.frames)
-    _check(path, gathered, found)
-    times_ns, poses = together(found, gathered.start_ns)
-    fleet = ReplayedFleet(gathered, found, times_ns, poses)
+    content = RecordingContent(path, topic)
+    found = tracks(content.trajectories, content.frames)
+    _check(path, content, found)
+    times_ns, poses = together(found, content.start_ns)
+    fleet = ReplayedFleet(content, found, times_ns, poses)
     made = tables(fleet)
     source = path.resolve()
     about: Json = {
         "status": RunStatus.IMPORTED, "source": source.name, "digest": None, "seed": None,
         "name": _run_name(name or source.stem), "run_id": _digest(source), "events": 0,
         "simulated_s": fleet.end_ns / NS_PER_S, "desim_version": identity.versions()["desim"],
-        "broken": gathered.file.broken}
+        "broken": content.file.broken}
     folder = _written(out / about["name"] / about["run_id"], about, made, _scenario(fleet),
                       _summary(source.name, fleet))
     return Imported(Run(folder), _notes(fleet, made))
@@ -74,9 +74,9 @@ def _run_name(text: str) -> str:
     return name if name[:1].isalpha() else f"recording_{name}".rstrip("_")
 
 
-def _check(path: Path, gathered: Gathered, found: Mapping[str, Trajectory]) -> None:
+def _check(path: Path, content: RecordingContent, found: Mapping[str, Trajectory]) -> None:
     """Refuse what cannot be a recording of one fleet."""
-    days = (gathered.end_ns - gathered.start_ns) / (86_400 * NS_PER_S)
+    days = (content.end_ns - content.start_ns) / (86_400 * NS_PER_S)
     if days > _MOST_DAYS:
         raise InputError(f"{path}: its stamps are {days:.0f} days apart; at most {_MOST_DAYS}: "
                          "some may count from 0, and others from 1970; --topic takes some only")
@@ -114,7 +114,7 @@ def _scenario(fleet: ReplayedFleet) -> Json:
 
 def _summary(source: str, fleet: ReplayedFleet) -> Json:
     """Those metrics that a replay shows; None is unknown."""
-    links = fleet.gathered.links
+    links = fleet.content.links
     delivered, dropped = (sum(one.messages for one in links), sum(one.dropped for one in links))
     return {"imported_from": source, "stop_reason": "imported",
             "simulated_s": fleet.end_ns / NS_PER_S, "exploration_time_s": None, "collisions": None,
@@ -146,18 +146,18 @@ def _written(folder: Path, about: Json, made: Tables, scenario: Json, summary: J
 
 
 def _notes(fleet: ReplayedFleet, made: Tables) -> list[str]:
-    gathered, notes = fleet.gathered, []
+    content, notes = fleet.content, []
     poses = made["poses"].num_rows // len(fleet.robots)
     notes.append(f"{len(fleet.robots)} robots, {fleet.end_ns / NS_PER_S:.1f} s, {poses} poses each")
     listed = [f"  {robot}: {track.source}" for robot, track in fleet.tracks.items()]
     notes += listed if len(listed) <= _LISTED else [*listed[:_LISTED - 2], "  ...", listed[-1]]
-    mapped, maps = made["growth"].num_rows, len(gathered.grids)
+    mapped, maps = made["growth"].num_rows, len(content.grids)
     if maps:
         notes.append(f"maps of {mapped} robots, of {maps} topics with maps")
-    if gathered.links:
+    if content.links:
         notes.append(f"{made['links'].num_rows} changes of links, "
-                     f"{len(gathered.links)} entries of their log")
-    if gathered.file.broken:
+                     f"{len(content.links)} entries of their log")
+    if content.file.broken:
         notes.append("the file is damaged, and was read as far as it can be: "
-                     f"{gathered.file.broken}")
+                     f"{content.file.broken}")
     return notes

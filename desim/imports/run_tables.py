@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import pyarrow as pa
 
-from desim.imports.gathered import Corners, Gathered, LinkEntry
 from desim.imports.growing_maps import map_growths
+from desim.imports.recording_content import Corners, LinkEntry, RecordingContent
 from desim.imports.trajectories import Trajectory
 from desim.monitor.recorder import ShownPlan, StandingWall
 from desim.results.message_log import DELIVERED, DROPPED
@@ -33,18 +33,18 @@ class ReplayedFleet:
     """The robots of a recording, with their poses at common times from 0; the other hosts that its
     log of links names."""
 
-    def __init__(self, gathered: Gathered, found: Mapping[str, Trajectory], times_ns: np.ndarray,
-                 poses: np.ndarray) -> None:
-        self.gathered, self.tracks = gathered, found
+    def __init__(self, content: RecordingContent, found: Mapping[str, Trajectory],
+                 times_ns: np.ndarray, poses: np.ndarray) -> None:
+        self.content, self.tracks = content, found
         self.times_ns, self.poses = times_ns, poses
         self.robots = tuple(found)
-        named = {host: None for entry in gathered.links for host in (entry.host, entry.other)}
+        named = {host: None for entry in content.links for host in (entry.host, entry.other)}
         self.stations = [host for host in named if host not in found]
-        self.end_ns = max(int(times_ns[-1]), gathered.end_ns - gathered.start_ns)
+        self.end_ns = max(int(times_ns[-1]), content.end_ns - content.start_ns)
 
     def since(self, time_ns: int) -> int:
         """The time from the beginning of the recording on."""
-        return time_ns - self.gathered.start_ns
+        return time_ns - self.content.start_ns
 
     def robot_of(self, topic: str) -> str | None:
         """The robot whose poses are recorded in the namespace of ``topic`` (``/robot_0`` of
@@ -59,9 +59,9 @@ class ReplayedFleet:
 
 def tables(fleet: ReplayedFleet) -> Tables:
     """All tables by name, as a run leaves them; without trace rows, events and samples."""
-    gathered = fleet.gathered
+    content = fleet.content
     grids = {topic: [(fleet.since(time_ns), grid) for time_ns, grid in own]
-             for topic, own in gathered.grids.items()}
+             for topic, own in content.grids.items()}
     growths = map_growths(fleet.robots, fleet.end_ns, grids, fleet.robot_of)
     times_ns, shares = _explored(fleet)
     return {"poses": _poses(fleet),
@@ -85,7 +85,7 @@ def _poses(fleet: ReplayedFleet) -> pa.Table:
 
 def _plans(fleet: ReplayedFleet) -> list[ShownPlan]:
     return [ShownPlan(fleet.since(time_ns), robot, kind, in_mm(places.reshape(-1, 2)))
-            for time_ns, topic, kind, places in fleet.gathered.plans
+            for time_ns, topic, kind, places in fleet.content.plans
             if (robot := fleet.robot_of(topic)) is not None]
 
 
@@ -93,7 +93,7 @@ def _walls(fleet: ReplayedFleet) -> list[StandingWall]:
     """Each wall, from the first message that shows it to the first one without it."""
     rows: list[StandingWall] = []
     since: dict[Corners, tuple[int, str, float]] = {}
-    shown = [(fleet.since(time_ns), standing) for time_ns, standing in fleet.gathered.walls]
+    shown = [(fleet.since(time_ns), standing) for time_ns, standing in fleet.content.walls]
     for time_ns, standing in [*shown, (fleet.end_ns + 1, {})]:
         for corners in [corners for corners in since if corners not in standing]:
             from_ns, material, height_m = since.pop(corners)
@@ -109,7 +109,7 @@ def _links(fleet: ReplayedFleet) -> pa.Table:
     """The changes of links."""
     state: dict[tuple[str, str], bool] = {}
     rows = []
-    for entry in sorted(fleet.gathered.links, key=lambda one: one.time_ns):
+    for entry in sorted(fleet.content.links, key=lambda one: one.time_ns):
         pair = entry.host, entry.other
         if entry.linked is not None and entry.linked != state.get(pair, False):
             state[pair] = entry.linked
@@ -124,7 +124,7 @@ def _messages(fleet: ReplayedFleet) -> pa.Table:
     """A row for what a link delivered, and one for what it dropped, in each entry of the log: their
     bytes together, and their mean latency."""
     rows: list[tuple[LinkEntry, int, int, str, str | None, int, int | None]] = []
-    for entry in fleet.gathered.links:
+    for entry in fleet.content.links:
         end_ns = max(fleet.since(entry.time_ns) - 1, 0)  # an entry is about the time before it
         born_ns = max(end_ns - entry.latency_ns, 0)
         if entry.messages:
@@ -166,7 +166,7 @@ def _robots(fleet: ReplayedFleet) -> pa.Table:
 
 def _explored(fleet: ReplayedFleet) -> tuple[np.ndarray, np.ndarray]:
     """The instants at which the explored share was recorded, and the shares."""
-    rows = [(fleet.since(time_ns), share) for time_ns, share in fleet.gathered.explored
+    rows = [(fleet.since(time_ns), share) for time_ns, share in fleet.content.explored
             if 0 <= fleet.since(time_ns) <= fleet.end_ns]
     return (np.array([row[0] for row in rows], np.int64), np.array([row[1] for row in rows], float))
 
@@ -175,7 +175,7 @@ def _bytes(fleet: ReplayedFleet, seconds: np.ndarray) -> tuple[np.ndarray, np.nd
     """[seconds, robots] each: the bytes of messages that a robot has received and sent by then."""
     number = {robot: i for i, robot in enumerate(fleet.robots)}
     both = np.zeros((2, len(seconds), len(fleet.robots)), np.int64)
-    for entry in fleet.gathered.links:
+    for entry in fleet.content.links:
         second = np.searchsorted(seconds, fleet.since(entry.time_ns))
         for way, host in enumerate((entry.other, entry.host)):
             if host in number and second < len(seconds):

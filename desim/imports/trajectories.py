@@ -25,14 +25,14 @@ class Trajectory(NamedTuple):
     poses: np.ndarray
 
 
-class Given(NamedTuple):
+class TopicPoses(NamedTuple):
     """Poses as a topic has them: rows of time ns, x m, y m, yaw rad, in ``frame``."""
 
     frame: str
     rows: list[tuple[int, float, float, float]]
 
 
-def tracks(topics: Mapping[str, Given], frames: FrameTree) -> dict[str, Trajectory]:
+def tracks(topics: Mapping[str, TopicPoses], frames: FrameTree) -> dict[str, Trajectory]:
     """The robots by name, in natural order: one for each of ``topics``; where there is none, one
     for each frame that is called base_link or alike."""
     if topics:

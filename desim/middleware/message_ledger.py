@@ -20,6 +20,8 @@ STAMP = np.dtype([("part", "<i8"), ("medium", "<i8"), ("host", "<i8"), ("time_ns
 _pack_row, _pack_stamp = Struct("<11q").pack, Struct("<4q").pack
 PARTS = tuple(TimePart)
 _NUMBER = {part: number for number, part in enumerate(PARTS)}
+# Reasons for which a message is dropped after it has arrived.
+_AT_RECEIVER = frozenset({"no_subscriber", "unmatched", "overtaken"})
 
 
 class MessageLedger:
@@ -72,10 +74,6 @@ class MessageLedger:
         self.counts.append(count)
         if self._further is not None:
             self._further(message, receiver, time_ns, reason, first_ns, last_ns)
-
-
-# A message is dropped for these after it has arrived.
-_AT_RECEIVER = frozenset({"no_subscriber", "unmatched", "overtaken"})
 
 
 def parts_of(message: Message, receiver: int, passage: Passage | None, passages: Passages

@@ -28,8 +28,6 @@ _POSES_PER_S = 2000  # of the whole fleet: beyond it a lower rate is taken
 _FREQUENT = ("sent", "frame", "delivered", "callback", "read", "lost", "dropped", "overwritten",
              "repeated", "pose", "sample", "sample_traffic", "sample_motion", "control",
              "link_quality")
-
-
 _NO_OBSTACLES = np.empty((0, 3))
 
 

@@ -15,7 +15,6 @@ from desim.ports import TimePart
 if TYPE_CHECKING:
     from desim.network.medium import Medium
 
-
 RELAYED = 1 << 16  # messages whose arrival at a relay is remembered
 
 

@@ -16,8 +16,8 @@ from desim.monitor.reachability import Pair, linked_at
 from desim.ports import natural_key
 from desim.ports.middleware import HostState, Informs
 from desim.results.run import Run
-from desim.results.status import simulated_only
-from desim.results.traces import Rows, complete, spools, trace_of
+from desim.results.status import refuse_imported
+from desim.results.traces import Rows, refuse_failed, spools, trace_of
 from desim.units import DURATION, NS_PER_S
 
 KINDS = ("host_started", "host_stopped", "advertises", "subscribes", "believes", "sees")
@@ -138,11 +138,11 @@ def beliefs_at(run: Run, at_ns: int | None = None) -> BeliefSnapshot:
     instant after the end, for a middleware without beliefs, and where a run can be neither read
     nor repeated.
     """
-    simulated_only(run.path, run.manifest, "beliefs")
+    refuse_imported(run.path, run.manifest, "beliefs")
     informed = _informed(run)
     end_ns = round(run.manifest["simulated_s"] * NS_PER_S)
     if at_ns is None:
-        complete(run)
+        refuse_failed(run)
         at_ns = end_ns
     elif at_ns > end_ns:
         raise InputError(f"--at: {DURATION.format(at_ns)} is after the end of the run, which was "

@@ -17,7 +17,7 @@ from desim.network.passages import Passages
 from desim.results.message_log import DELIVERED, DROPPED
 from desim.results.run import Run, readable
 from desim.results.status import RunStatus
-from desim.results.traces import TRACE, Rows, Spool, complete, repeatable, trace_of
+from desim.results.traces import TRACE, Rows, Spool, refuse_failed, repeatable, trace_of
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
@@ -91,7 +91,7 @@ def ledger_of(run: Run) -> pa.Table:
     ``InputError`` where it was not kept and the run cannot be repeated."""
     if run.has(LEDGER):
         return _kept(run)
-    complete(run)
+    refuse_failed(run)
     return _made_again(run, repeatable(run, "messages' parts of time", "trace.ledger=true"))[0]
 
 
@@ -105,7 +105,7 @@ def trace_and_ledger(run: Run, spool: Path, until_ns: int | None,
     if run.has(TRACE):
         return trace_of(run, spool, until_ns), None
     if until_ns is None:
-        complete(run)
+        refuse_failed(run)
     sink = Spool(spool)
     ledger, names = _made_again(run, repeatable(run, "trace rows", "trace.keep=all"), until_ns,
                                 sink.add)

@@ -25,17 +25,17 @@ def is_imported(manifest: Mapping[str, object]) -> bool:
     return manifest["status"] == RunStatus.IMPORTED
 
 
-def simulated_only(path: Path, manifest: Json, missing: str) -> None:
+def refuse_imported(path: Path, manifest: Json, missing: str) -> None:
     """Raise ``InputError`` for the run in ``path`` if it was imported: it has no ``missing``."""
     if is_imported(manifest):
         raise InputError(f"{path}: it was imported from {manifest['source']}: it has no {missing}, "
                          "and cannot be repeated")
 
 
-def refuse_imported(scenario: Path) -> None:
+def refuse_imported_scenario(scenario: Path) -> None:
     """Raise ``InputError`` for the ``scenario.resolved.yaml`` of a run that was imported: it names
     the robots, and there is nothing to run."""
     if scenario.name == "scenario.resolved.yaml":
         manifest = manifest_of(scenario.parent)
         if manifest is not None:
-            simulated_only(scenario.parent, manifest, "scenario to run")
+            refuse_imported(scenario.parent, manifest, "scenario to run")

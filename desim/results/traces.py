@@ -16,7 +16,7 @@ from desim.engine.trace import ROW, Names
 from desim.errors import InputError
 from desim.results import identity
 from desim.results.run import Run, readable
-from desim.results.status import RunStatus, simulated_only
+from desim.results.status import RunStatus, refuse_imported
 from desim.scenario.load import load
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
@@ -86,8 +86,8 @@ def _batches(path: Path) -> Iterator[pa.RecordBatch]:
         yield from file.iter_batches()
 
 
-def complete(run: Run) -> None:
-    """Raises ``InputError`` for a run that failed."""
+def refuse_failed(run: Run) -> None:
+    """Raise ``InputError`` for a run that failed: it has no end."""
     if run.manifest["status"] == RunStatus.FAILED:
         raise InputError(f"{run.path}: the run failed, it has no digest and no end to compare or "
                          "repeat; its manifest.json has the error")
@@ -98,7 +98,7 @@ def trace_of(run: Run, spool: Path, until_ns: int | None = None) -> Rows:
     ``InputError`` where it was not kept and other versions are installed now, and for the whole
     of a run that failed."""
     if until_ns is None:
-        complete(run)
+        refuse_failed(run)
     rows = kept(run, spool)
     if rows is not None:
         return rows
@@ -109,7 +109,7 @@ def repeatable(run: Run, missing: str, setting: str = "") -> Scenario:
     """The scenario of a run that is to be repeated because it has not kept ``missing``, as it does
     with ``setting`` (empty: never). Raises ``InputError`` where other versions are
     installed now, and for what was imported."""
-    simulated_only(run.path, run.manifest, missing)
+    refuse_imported(run.path, run.manifest, missing)
     scenario = load(run.file("scenario.resolved.yaml")).scenario
     now = {"versions": identity.versions(), "plugins": identity.plugin_references(scenario),
            "source": identity.source(identity.modules(scenario))}

@@ -102,8 +102,8 @@ def breakdown(ledger: pa.Table, query: Query) -> LatencyBreakdown:
         if query.message is not None:
             shown = pa.concat_tables([shown, dropped])
     return LatencyBreakdown(fates(shown), len(delivered), len(dropped),
-                    _times_ns(delivered), _times_ns(shown), losses(dropped),
-                    by_topic(found, hosts_of(ledger)))
+                            _times_ns(delivered), _times_ns(shown), losses(dropped),
+                            by_topic(found, hosts_of(ledger)))
 
 
 def fates(rows: pa.Table) -> tuple[MessageFate, ...]:

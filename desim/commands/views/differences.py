@@ -15,8 +15,8 @@ from desim.results.traces import (
     TRACE,
     Rows,
     Spool,
-    complete,
     first_difference,
+    refuse_failed,
     simulated,
     spools,
     trace_of,
@@ -53,7 +53,7 @@ def difference(first: Path, second: Path) -> str | None:
     """
     runs = Run(first), Run(second)
     for run in runs:
-        complete(run)
+        refuse_failed(run)
     for run in runs:
         if run.has(TRACE):
             run.file(TRACE)  # what is equal is the rows, as far as they are there

@@ -1,4 +1,4 @@
-"""The progress of a run for other programs, beside what the terminal shows."""
+"""A running simulation in a browser or in Foxglove, beside what the terminal shows."""
 
 from __future__ import annotations
 

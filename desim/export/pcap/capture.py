@@ -29,7 +29,7 @@ from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.ports import Frame, packet_sizes
 from desim.results.run import Run
-from desim.results.traces import complete, repeatable
+from desim.results.traces import refuse_failed, repeatable
 from desim.scenario.schema.communication import PluginChoice
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S, airtime_ns
@@ -53,7 +53,7 @@ def write_pcap(run: Run, medium: str, path: Path, done: Callable[[int, int], obj
     Returns the number of packets. Raises ``InputError`` for a medium that there is not, a run that
     failed or cannot be repeated, and a file that cannot be written.
     """
-    complete(run)
+    refuse_failed(run)
     media = run.scenario.network.media
     if medium not in media:
         raise InputError(f"--medium: {run.path} has no medium {medium!r}"

@@ -25,8 +25,6 @@ TF_MESSAGE = "tf2_msgs/msg/TFMessage"  # not among those of ROS 1 that rosbags b
 _ZERO = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
 
 Message = Any  # a message of rosbags, whose classes are made at run time
-
-
 Timed = tuple[int, Message]  # with the instant of its record
 
 

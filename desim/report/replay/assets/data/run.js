@@ -61,7 +61,7 @@ class Run {
   }
 
   // Take over the words and figures of a later chunk. Its topics, families and reasons have other
-  // numbers: what changes them in its columns.
+  // numbers; returned is what changes these in its columns to those of this run.
   #joined(about) {
     const own = this.about;
     if (about === own) return {};

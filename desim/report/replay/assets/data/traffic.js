@@ -18,7 +18,7 @@ class Traffic {
   }
 
   // Calls visit(k, share of the way, seconds since its end) for each message to be seen at the time.
-  // Who is under way for less than `leastS` is shown for so long, and a loss `afterS` longer.
+  // One that is under way for less than `leastS` is shown for so long, a lost one `afterS` longer.
   inFlight(timeS, leastS, afterS, visit) {
     const { born_us: born, flight_us: flight, left_us: left, reason } = this.run.message.at;
     const us = timeS * 1e6, window = (LONG_S + leastS + afterS) * 1e6;

@@ -74,13 +74,11 @@ class Timeline {
   #traffic(context, run, bottom) {
     const rows = run.topic.at.bytes;
     if (!rows?.length) return;
-    const count = rows[0].length, total = new Float64Array(count);
-    for (const row of rows) for (let i = 0; i < count; i++) total[i] += row[i];
-    const most = Math.max(1, total.reduce((a, b) => Math.max(a, b), 0));
+    const total = sumRows(rows), most = Math.max(1, total.reduce((a, b) => Math.max(a, b), 0));
     const high = 0.55 * (bottom - TOP_PX);
     context.beginPath();
     context.moveTo(this.x(run.startS), bottom);
-    for (let i = 0; i < count; i++) {
+    for (let i = 0; i < total.length; i++) {
       const y = bottom - high * total[i] / most;
       context.lineTo(this.x(i), y);
       context.lineTo(this.x(Math.min(run.endS, i + 1)), y);

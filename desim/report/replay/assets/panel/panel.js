@@ -17,7 +17,7 @@ class Panel {
     beliefs.hidden = !scene || scene.run.hosts.length > 64;
     if (scene && app.runs.length > 1) {
       beliefs.querySelector("h2").textContent
-        = `Who believes in whom, run ${"AB"[app.scenes.indexOf(scene)]}`;
+        = `Who takes whom for online, run ${"AB"[app.scenes.indexOf(scene)]}`;
     }
     this.matrix = beliefs.hidden ? null : new Matrix(beliefs.querySelector("canvas"), scene, app);
     this.messages = new MessageList(document.querySelector("#messages"), app);
@@ -125,7 +125,7 @@ class Panel {
           + `desim ${about.version}`];
     });
     if (runs.length > 1) lines.push("messages are listed of run A; dashed lines are those of run B");
-    lines.push("a message is seen for at least half a second, however short it was under way");
+    lines.push(`a message is seen for at least ${LEAST_FLIGHT_S} s, however short it was under way`);
     for (const line of lines) {
       const item = document.createElement("li");
       item.textContent = line[0].toUpperCase() + line.slice(1) + ".";

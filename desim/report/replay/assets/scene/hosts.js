@@ -11,7 +11,7 @@ class Hosts {
     this.#stand();
   }
 
-  // Whose places stay: at theirs, or in a row beside the terrain.
+  // Put hosts without a body at their places, and those without a place in a row beside the terrain.
   #stand() {
     const { run, bounds, places } = this, spare = [];
     run.hosts.forEach((name, host) => {

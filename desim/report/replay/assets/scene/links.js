@@ -84,6 +84,7 @@ class Links {
   }
 }
 
+// The flashes as a drawing of their own: they change in each frame, the links do not.
 class Flashes {
   constructor(links) {
     this.links = links;

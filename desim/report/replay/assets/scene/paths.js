@@ -4,7 +4,7 @@ const RECENT_S = 12;
 const PATH_OPACITY = { alone: 0.33, below: 0.15 };  // below those of the selected robot
 const LEAST_PX = 1.2;  // nearer points add nothing to a line
 
-// The ways that robots have driven.
+// The whole ways, thin.
 class Paths {
   constructor(run, style) {
     Object.assign(this, { run, style });
@@ -12,7 +12,7 @@ class Paths {
     this.pen = null;  // pixels where each robot's line has got to
   }
 
-  // Lines that are too long, of a later time, are drawn anew.
+  // Lines that go on beyond the instant are drawn anew: somebody has gone back in time.
   key(view) {
     const [at] = this.run.poseIndex(view.timeS);
     return `${view.chosen} ${this.drawn > at ? this.drawn : ""}`;
@@ -57,7 +57,7 @@ class Paths {
   }
 }
 
-// Their last seconds.
+// Their last seconds, strong.
 class Trails {
   constructor(run, style) {
     Object.assign(this, { run, style });

@@ -27,7 +27,7 @@ from desim.export.ros.message_types import (
 from desim.export.ros.topics import EXPLORED
 from desim.imports.frame_tree import FrameTree
 from desim.imports.ros_reader import RosRecording
-from desim.imports.trajectories import Given, plain_name
+from desim.imports.trajectories import TopicPoses, plain_name
 from desim.units import NS_PER_S
 
 _COVARIANT = "geometry_msgs/msg/PoseWithCovarianceStamped"
@@ -54,14 +54,14 @@ class LinkEntry(NamedTuple):
     latency_ns: int
 
 
-class Gathered:
+class RecordingContent:
     """The content of the recording at ``path`` that desim can show; of poses and maps only topics
     that match ``pattern`` (``/*/odom``; None: all). Raises ``InputError`` for a file that cannot be
     read, and for one without trajectories."""
 
     def __init__(self, path: Path, pattern: str | None = None) -> None:
-        self.odometry: dict[str, Given] = {}
-        self.poses: dict[str, Given] = {}
+        self.odometry: dict[str, TopicPoses] = {}
+        self.poses: dict[str, TopicPoses] = {}
         self.frames = FrameTree()
         self.grids: dict[str, list[tuple[int, Message]]] = {}
         self.plans: list[tuple[int, str, str, np.ndarray]] = []  # ns, topic, kind, [n, 2] m
@@ -76,7 +76,7 @@ class Gathered:
         self._check(path)
 
     @property
-    def trajectories(self) -> dict[str, Given]:
+    def trajectories(self) -> dict[str, TopicPoses]:
         """Poses by topic: odometry, else other poses."""
         found = self.odometry or self.poses
         return {topic: given for topic, given in found.items() if given.rows}
@@ -127,7 +127,7 @@ class Gathered:
         message = read.message
         pose = message.pose if read.kind == POSE_STAMPED else message.pose.pose
         into = self.odometry if read.kind == ODOMETRY else self.poses
-        given = into.setdefault(read.topic, Given(message.header.frame_id.lstrip("/"), []))
+        given = into.setdefault(read.topic, TopicPoses(message.header.frame_id.lstrip("/"), []))
         row = (self._when(message.header, read), pose.position.x, pose.position.y,
                _yaw(pose.orientation))
         if all(map(isfinite, row)):
