@@ -35,7 +35,7 @@ PARTS = [
     ("desim/simulation/drivers", "drivers"),
     ("desim/simulation/world_clock", "drivers"),
     ("desim/robot/map_sharing", "sharing"),
-    ("desim/robot/map_message", "sharing"),
+    ("desim/robot/sharing", "sharing"),
     ("desim/robot/robot_map.py:RobotMap.receive", "sharing"),
     ("desim/robot/robot_map", "grids"),
     ("desim/robot/tiles", "grids"),

@@ -23,7 +23,7 @@ from desim.monitor.traffic import family
 from desim.monitor.utilisation import busy_ns, utilisation
 from desim.netcases.case import Measures
 from desim.netcases.map_message_size import free_place, whole_map_bytes
-from desim.netcases.message_load import Listener, PacedNode, Talk, paces, talks
+from desim.netcases.message_load import Listener, PacedNode, Talk, own_maps, paces, talks
 from desim.network.medium import Medium
 from desim.network.surroundings import Still
 from desim.ports import Params
@@ -181,9 +181,9 @@ def play(scenario: Scenario, params: FleetLoad) -> Measures:
     ``map_given``; ``left_out``, topics that cross, but nobody says how often. Raises ``InputError``
     for what does not fit together."""
     parts = Simulation(scenario)
-    map_bytes, exchange = params.map_bytes, scenario.coordination.exchange
-    if map_bytes is None and exchange is not None:
-        map_bytes = whole_map_bytes(parts, exchange, Streams(scenario.seed))
+    map_bytes, maps = params.map_bytes, own_maps(scenario)
+    if map_bytes is None and maps is not None:
+        map_bytes = whole_map_bytes(parts, maps, Streams(scenario.seed))
     advertised, left_out = talks(parts, paces(scenario, parts.grid, map_bytes))
     longest_ns = max((round(NS_PER_S / talk.pace.rate_hz) for talk in advertised), default=0)
     topics, media = LoadRun(parts, advertised, params.spread, longest_ns,

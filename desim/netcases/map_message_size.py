@@ -10,17 +10,17 @@ import numpy as np
 from desim.engine.streams import Streams
 from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import EXPLORED, Ground
-from desim.robot.map_message import MapFormat
 from desim.robot.robot_map import RobotMap
+from desim.robot.sharing.map_message import MapFormat
+from desim.robot.sharing.own_maps import OwnMaps
 from desim.robot.tiles import FREE, TilePool, raster
-from desim.scenario.schema.communication import Exchange
 from desim.simulation.simulation import Simulation
 
 _COUNT = 20  # scans between two counts of the known cells
 _MOST = 5000  # scans; a terrain that needs more is known well enough after these
 
 
-def whole_map_bytes(parts: Simulation, exchange: Exchange, streams: Streams) -> int:
+def whole_map_bytes(parts: Simulation, exchange: OwnMaps.Params, streams: Streams) -> int:
     """The size of an update with all of a robot's own evidence, in the scenario's content and
     encoding, when 99 % of what can be seen is known from scans at free places that are drawn."""
     ground = parts.monitor.ground
@@ -32,7 +32,8 @@ def whole_map_bytes(parts: Simulation, exchange: Exchange, streams: Streams) -> 
             if np.count_nonzero(known & ground.reachable) >= wanted:
                 break
         _scan(parts, robot_map, streams, number)
-    return MapFormat.of(ground.grid, exchange).size_bytes(robot_map.own.snapshot())
+    return MapFormat(ground.grid, exchange.content, exchange.encoding).size_bytes(
+        robot_map.own.snapshot())
 
 
 def free_place(ground: Ground, streams: Streams, *name: str | int) -> tuple[float, float]:

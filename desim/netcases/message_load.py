@@ -29,6 +29,7 @@ from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import GridSpec
+from desim.robot.sharing.own_maps import OwnMaps
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
@@ -67,7 +68,7 @@ class Talk(NamedTuple):
 def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str, Pace]:
     """The rates and sizes of the messages of robots, by ``kind_of``, while they all drive and
     always have news. Scans come before poses, as from ``WorldClock``."""
-    robot, exchange = scenario.robot, scenario.coordination.exchange
+    robot, maps = scenario.robot, own_maps(scenario)
     pose = Pace(robot.odometry.rate_hz, ODOMETRY_BYTES, turn=2)
     monitor_hz = Fraction(NS_PER_S, scenario.testbed.monitor_period_ns)
     known = {
@@ -78,15 +79,22 @@ def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str
         "explored_map": Pace(monitor_hz, occupancy_grid_bytes(grid.width * grid.height)),
         "distance": Pace(monitor_hz, FLOAT64_BYTES),
     }
-    if exchange is not None and map_bytes is not None:
-        known["map_exchange"] = Pace(Fraction(NS_PER_S, exchange.period_ns), map_bytes)
+    if maps is not None and map_bytes is not None:
+        known["map_exchange"] = Pace(Fraction(NS_PER_S, maps.period_ns), map_bytes)
     return known
+
+
+def own_maps(scenario: Scenario) -> OwnMaps.Params | None:
+    """The parameters of the sharing of maps, where it is the kind whose rate is known."""
+    exchange = scenario.coordination.exchange
+    params = None if exchange is None else exchange.params
+    return params if isinstance(params, OwnMaps.Params) else None
 
 
 def kind_of(topic: str) -> str:
     """``/map_exchange/robot_3`` is map_exchange, ``/robot_3/scan`` is scan."""
-    _, first, *_, last = topic.split("/")
-    return first if first == "map_exchange" else last
+    _, first, *_, last = parts = topic.split("/")
+    return first if first == "map_exchange" and len(parts) == 3 else last
 
 
 def talks(parts: Simulation, known: dict[str, Pace]) -> tuple[list[Talk], list[str]]:

@@ -60,6 +60,8 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
               ("middleware", scenario.middleware.model)}
     chosen.update(("strategy", host.strategy.strategy) for host in scenario.hosts.values()
                   if host.strategy is not None)
+    if scenario.coordination.exchange is not None:
+        chosen.add(("sharing", scenario.coordination.exchange.model))
     for medium in scenario.network.media.values():
         chosen.add(("network", medium.model))
         chosen.update(("rule", rule.rule) for rule in medium.rules)

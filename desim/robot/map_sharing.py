@@ -1,109 +1,200 @@
-"""The node through which robots exchange the evidence that each has gathered itself."""
+"""The node through which a robot shares its map with its team: the host of a plug-in."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
+from functools import partial
 
-from desim.errors import below
-from desim.middleware.contents import Empty, Pose
+import numpy as np
+
+from desim.errors import ModelError, below
+from desim.middleware.contents import Empty, LaserScan
 from desim.middleware.host import Host
+from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, WaitSet
-from desim.robot.map_message import MapFormat, MapUpdate
+from desim.ports import GridSpec, Peer, Pose2D
+from desim.ports.sharing import (
+    Contribution,
+    FollowsScans,
+    Scan,
+    SharedMessage,
+    Sharing,
+    SharingContext,
+    Sized,
+)
 from desim.robot.robot_map import RobotMap
 from desim.robot.team import Team
-from desim.robot.tiles import LayerSnapshot
-from desim.scenario.schema.communication import Exchange
+from desim.robot.tiles import LayerSnapshot, Received, drawn
 from desim.units import NS_PER_S
-
-# Periods after which a robot sends all its evidence even if nothing has changed, for peers that
-# missed a part or started again. Otherwise it sends nothing without a change (gmapping publishes
-# only after a processed scan).
-# (20 % less or more changes no run of scenarios/maze_8.yaml, where no message is lost.)
-REFRESH_PERIODS = 6
-# multirobot_map_merge's merging_rate (map_merging's is 10 Hz). A fleet of 200 that exchanges maps
-# every 5 s then merges ten updates at once instead of one by one.
-MERGING_HZ = 4
 
 
 class MapSharing(Node):
-    """Sends this robot's own evidence to the others every ``exchange.period_ns`` if it changed, and
-    merges theirs into ``robot_map`` ``MERGING_HZ`` times a second: the last update of each that has
-    come. ``exchange`` None: this robot shares nothing.
+    """Runs ``sharing`` (None: the robot shares nothing) and hands what it takes in to
+    ``robot_map`` and ``team``.
 
-    With ``changed_tiles`` an update holds the tiles that changed since the last one sent. A robot
-    that missed one has the newest of each tile that it did get, and the rest at the next complete
-    update. The map topic is latched, as gmapping's is.
-
-    The event ``map`` announces to other nodes of the host that an update changed the map, the
-    event ``peers`` that ``team`` has one peer more: the pose of each at its last update.
+    The event ``map`` announces to other nodes of the host that this changed the map, the event
+    ``peers`` that ``team`` has one peer more.
     """
 
-    def __init__(self, host: Host, exchange: Exchange | None, robot_map: RobotMap,
+    def __init__(self, host: Host, sharing: Sharing | None, robot_map: RobotMap,
                  peers: tuple[str, ...], team: Team) -> None:
         super().__init__(host, "map_sharing")
-        self.robot_map = robot_map
-        self._exchange = exchange
-        self._peers = peers
-        self._topic = f"/map_exchange/{host.name}"
+        self.robot_map, self.peers, self.team = robot_map, peers, team
+        self._sharing = sharing
         self._pose = Latest(host)
-        self._updates = WaitSet()
-        self._sent: LayerSnapshot | None = None  # all of the evidence at the last update
-        self._complete_at = 0  # the period in which everything was sent last
-        self._team = team
-        if exchange is not None:
-            self._codec = MapFormat.of(robot_map.spec, exchange)
 
     def start(self) -> None:
-        if self._exchange is None:
+        sharing = self._sharing
+        if sharing is None:
             return
         self.advertise("map")
         self.advertise("peers")
-        with below("coordination.exchange"):
-            self.advertise(self._topic, transport="stream", latch=True, via=self._exchange.via)
         self._pose = self.latest("pose")
-        for peer in self._peers:
-            self.latest(f"/map_exchange/{peer}", self._updates)
-        self.timer(Fraction(NS_PER_S, self._exchange.period_ns), self._on_period)
-        self.timer(MERGING_HZ, self._merge)
+        context = MapContext(self)
+        sharing.start(context)
+        if isinstance(sharing, FollowsScans):
+            self.robot_map.scan_observers.append(partial(sharing.on_scan, context))
 
-    def _on_period(self, period: int) -> None:
-        if self._pose.message is None or not self.has_subscribers(self._topic):
-            return
-        layer = self._unsent(period)
-        if layer is not None:
-            pose: Pose = self._pose.message.content
-            self.publish(self._topic, MapUpdate(self.host.name, self.now_ns, pose.x_m, pose.y_m,
-                                                pose.yaw_rad, layer, self._codec.size_bytes(layer)))
+    @property
+    def pose(self) -> Pose2D | None:
+        """The newest pose of localization."""
+        message = self._pose.message
+        return None if message is None else Pose2D(*message.content[1:])
 
-    def _unsent(self, period: int) -> LayerSnapshot | None:
-        """The evidence to send now, noted as sent; None if there is none."""
-        known, sent = self.robot_map.own.snapshot(), self._sent
-        if sent is None:
-            if not len(known.filled()):
-                return None
-        elif period - self._complete_at < REFRESH_PERIODS:
-            changed = self.robot_map.own.changed_since(sent)
-            if not len(changed):
-                return None
-            if self._codec.content == "changed_tiles":
-                self._sent = known
-                return known.only(changed)
-        self._sent, self._complete_at = known, period
-        return known
-
-    def _merge(self, _: int) -> None:
-        """Take in what has come since the last time, all at once."""
-        updates: list[MapUpdate] = [message.content for _, message in self._updates.news()]
-        if not updates:
-            return
-        team, now_ns = self._team, self.now_ns
-        before = len(team.peers)
-        for update in updates:
-            team.note_pose(update.source, update.x_m, update.y_m, update.yaw_rad, update.version,
-                           now_ns)
+    def take_in(self, contributions: Iterable[Contribution]) -> None:
+        """See ``SharingContext.take_in``."""
+        team, now_ns, before = self.team, self.now_ns, len(self.team.peers)
+        updates: list[tuple[str, int, LayerSnapshot]] = []
+        for source, version, pose, evidence in contributions:
+            if pose is not None:
+                team.note_pose(source, *pose, version, now_ns)
+            if isinstance(evidence, LayerSnapshot):
+                updates.append((source, version, evidence))
+            elif evidence is not None:
+                raise ModelError(f"evidence comes from a context, from own() or drawn(), not "
+                                 f"{evidence!r}")
         if len(team.peers) > before:
             self.publish("peers", Empty())
-        if self.robot_map.receive((update.source, update.version, update.layer)
-                                  for update in updates):
+        if updates and self.robot_map.receive(updates):
             self.publish("map", Empty())
+
+
+class MapContext:
+    """The ``SharingContext`` of a host."""
+
+    def __init__(self, node: MapSharing) -> None:
+        self._node, self._map = node, node.robot_map
+
+    # -------------------------------------------------------------------------------- knowledge
+
+    @property
+    def name(self) -> str:
+        return self._node.host.name
+
+    @property
+    def now_ns(self) -> int:
+        return self._node.now_ns
+
+    @property
+    def pose(self) -> Pose2D | None:
+        return self._node.pose
+
+    @property
+    def team(self) -> tuple[str, ...]:
+        return self._node.peers
+
+    @property
+    def peers(self) -> Mapping[str, Peer]:
+        return self._node.team.peers
+
+    @property
+    def grid(self) -> GridSpec:
+        return self._map.spec
+
+    def own(self) -> LayerSnapshot:
+        return self._map.own.snapshot()
+
+    def received(self) -> Mapping[str, Received]:
+        return self._map.received
+
+    def canvas(self) -> ScanCanvas:
+        return ScanCanvas(self._map)
+
+    def drawn(self, log_odds: np.ndarray) -> LayerSnapshot:
+        spec = self._map.spec
+        if log_odds.shape != (spec.height, spec.width) or log_odds.dtype != np.int8:
+            raise ModelError(f"evidence is int8 [{spec.height}, {spec.width}], not "
+                             f"{log_odds.dtype} {list(log_odds.shape)}")
+        return drawn(self._map.pool, spec, log_odds)
+
+    # ---------------------------------------------------------------------------------- actions
+
+    def take_in(self, contributions: Iterable[Contribution]) -> None:
+        self._node.take_in(contributions)
+
+    def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
+                  queue: int = 1, latch: bool = False) -> None:
+        with below("coordination.exchange"):
+            self._node.advertise(_absolute(self.name, topic), transport=transport, latch=latch,
+                                 queue=queue, via=via)
+
+    def has_subscribers(self, topic: str = "") -> bool:
+        return self._node.has_subscribers(_absolute(self.name, topic))
+
+    def publish(self, content: Sized, topic: str = "") -> None:
+        self._node.publish(_absolute(self.name, topic), content)
+
+    def subscribe(self, callback: Callable[[SharingContext, SharedMessage], object],
+                  topic: str = "", *, queue: int = 10) -> None:
+        for peer in self.team:
+            self._node.subscribe(_absolute(peer, topic), lambda message: callback(
+                self, _shared(message)), queue)
+
+    def latest(self, topic: str = "") -> TeamInbox:
+        inbox = TeamInbox()
+        for peer in self.team:
+            self._node.latest(_absolute(peer, topic), inbox.waiting)
+        return inbox
+
+    def every(self, period_ns: int, callback: Callable[[SharingContext], object]) -> None:
+        if type(period_ns) is not int or period_ns <= 0:
+            raise ModelError(f"a timer's period is an int > 0 of ns, not {period_ns!r}")
+        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
+
+
+class TeamInbox:
+    """The newest message of each teammate on one topic."""
+
+    def __init__(self) -> None:
+        self.waiting = WaitSet()
+
+    def news(self) -> list[SharedMessage]:
+        """The messages that have come and were not read yet."""
+        return [_shared(message) for _, message in self.waiting.news()]
+
+
+class ScanCanvas:
+    """An empty map of the same raster, in the same memory, as ``like``."""
+
+    def __init__(self, like: RobotMap) -> None:
+        self._map = RobotMap(like.spec, like.pool)
+
+    def integrate(self, pose: Pose2D, scan: Scan, usable_range_m: float) -> None:
+        """Add the evidence of a scan."""
+        if not isinstance(scan, LaserScan):
+            raise ModelError(f"a scan comes from on_scan, not {scan!r}")
+        self._map.integrate_scan(*pose, scan, usable_range_m)
+
+    def evidence(self) -> LayerSnapshot:
+        """All that was entered so far."""
+        return self._map.own.snapshot()
+
+
+def _shared(message: Message) -> SharedMessage:
+    return SharedMessage(message.origin.name, message.content, message.born_ns)
+
+
+def _absolute(host: str, topic: str) -> str:
+    return f"/map_exchange/{host}/{topic}" if topic else f"/map_exchange/{host}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from desim.compiler.kernel import compiled_function
 from desim.middleware.contents import LaserScan
-from desim.ports import GridSpec
+from desim.ports import GridSpec, Pose2D
 from desim.robot.kernels import evidence
 from desim.robot.kernels import tiles as kernels
 from desim.robot.tiles import (
@@ -65,7 +65,8 @@ class RobotMap:
     ``version`` counts the changes of knowledge: cells that became free, occupied or unknown. More
     evidence for what they are already changes nothing. ``tile_version`` [tiles] has the version of
     each tile's last change, ``row_version`` [tiles, 32] that of each of its rows of cells. After a
-    change ``observer(robot_map, changed_tiles)`` of all ``observers`` are called.
+    change ``observer(robot_map, changed_tiles)`` of all ``observers`` are called, after each own
+    scan ``observer(pose, scan, usable_range_m)`` of all ``scan_observers``.
     """
 
     def __init__(self, spec: GridSpec, pool: TilePool) -> None:
@@ -77,6 +78,7 @@ class RobotMap:
         self.tile_version = np.zeros(len(self.tiles), np.int64)
         self.row_version = np.zeros((len(self.tiles), TILE), np.int32)
         self.observers: list[Callable[[RobotMap, np.ndarray], None]] = []
+        self.scan_observers: list[Callable[[Pose2D, LaserScan, float], None]] = []
         self.own = Layer(pool, self.tiles)
         self.received: dict[str, Received] = {}
         self.sum = kernels.Fused(self.fused, self.tile_version, self.row_version,
@@ -91,6 +93,8 @@ class RobotMap:
         self.pool.reserve(len(self.tiles))
         self.own.changing()
         self._note(self._scans.integrate(x_m, y_m, yaw_rad, scan, usable_range_m, self))
+        for observer in self.scan_observers:
+            observer(Pose2D(x_m, y_m, yaw_rad), scan, usable_range_m)
 
     def receive(self, updates: Iterable[tuple[str, int, LayerSnapshot]]) -> bool:
         """Take in evidence: of each source as of its version. Each tile of a snapshot replaces an

@@ -7,6 +7,7 @@ from desim.errors import below
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Strategy
+from desim.ports.sharing import Sharing
 from desim.robot import localization, map_sharing, mapping, monitor_feed
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
@@ -15,7 +16,7 @@ from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.robot_map import RobotMap
 from desim.robot.team import Team
 from desim.robot.team_state import TeamStateNode
-from desim.scenario.schema.communication import StrategyChoice
+from desim.scenario.schema.communication import Exchange, StrategyChoice
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.scenario import Scenario
 
@@ -36,7 +37,7 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     nodes: list[Node] = [
         localization.Localization(host, localization.SOURCES[robot.localization]),
         mapping.Mapping(host, robot.mapping, robot_map),
-        map_sharing.MapSharing(host, coordination.exchange, robot_map, peers, team),
+        map_sharing.MapSharing(host, _sharing(coordination.exchange), robot_map, peers, team),
         move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team),
     ]
@@ -56,7 +57,8 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
     with below(f"hosts.{host.name}.strategy"):
         strategy = _strategy(choice)
     nodes: list[Node] = [
-        map_sharing.MapSharing(host, scenario.coordination.exchange, robot_map, robots, team),
+        map_sharing.MapSharing(host, _sharing(scenario.coordination.exchange), robot_map, robots,
+                               team),
         Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team),
     ]
     if scenario.coordination.team_state is not None:
@@ -67,6 +69,10 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
 
 def _strategy(choice: StrategyChoice) -> Strategy:
     return plugins.load("strategy", choice.strategy)(choice.params)
+
+
+def _sharing(choice: Exchange | None) -> Sharing | None:
+    return None if choice is None else plugins.load("sharing", choice.model)(choice.params)
 
 
 def _queries(scenario: Scenario, robot_map: RobotMap, radius_m: float) -> MapQueries:

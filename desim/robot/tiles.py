@@ -107,6 +107,11 @@ class LayerSnapshot:
         """A part of a complete snapshot: these tiles."""
         return LayerSnapshot(self.pool, tiles, self.indices[tiles], False)
 
+    def changed_since(self, before: LayerSnapshot) -> np.ndarray:
+        """The numbers of the tiles written to since ``before``, which was held all the time; both
+        are complete and of one source."""
+        return self.tiles[self.indices != before.indices]
+
     def filled(self) -> np.ndarray:
         """The numbers of the tiles that hold any evidence."""
         return self.tiles[self.indices != 0]
@@ -114,6 +119,19 @@ class LayerSnapshot:
     def cells(self) -> np.ndarray:
         """[k, 1024] int8 log-odds, a copy."""
         return self.pool.arrays.data[self.indices]
+
+
+def drawn(pool: TilePool, spec: GridSpec, log_odds: np.ndarray) -> LayerSnapshot:
+    """A complete snapshot of int8 ``log_odds`` [height, width], row 0 at the bottom."""
+    cells = tiles_of(spec, log_odds)
+    filled = np.flatnonzero(cells.any(axis=1)).astype(np.int32)
+    pool.reserve(len(filled))
+    data, _, free, free_count = pool.arrays
+    free_count[0] -= len(filled)
+    indices = np.zeros(len(cells), np.int32)
+    indices[filled] = free[free_count[0]:free_count[0] + len(filled)]
+    data[indices[filled]] = cells[filled]
+    return LayerSnapshot(pool, np.arange(len(cells), dtype=np.int32), indices, True)
 
 
 class Layer:

@@ -28,7 +28,7 @@ T = TypeVar("T")
 _MEDIA = {"testbed": {"lan": MediumChoice(model="switch")},
           "field": {"air": MediumChoice(model="disk", range="200 m")}}
 _RADIOS = {"air": MediumChoice(model="radio")}
-_EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},
+_EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},  # where it has these parameters
              "field": {"content": "changed_tiles", "encoding": "zlib"}}
 
 
@@ -118,8 +118,9 @@ def _coordination(coordination: Coordination, deployment: str) -> Coordination:
     exchange = coordination.exchange
     if exchange is None:
         return coordination
-    missing = {key: value for key, value in _EXCHANGE[deployment].items()
-               if getattr(exchange, key) is None}
+    free = (plugins.parameters("sharing", exchange.model).model_fields.keys()
+            - exchange.written.keys())
+    missing = {key: value for key, value in _EXCHANGE[deployment].items() if key in free}
     return _changed(coordination, exchange=_changed(exchange, **missing))
 
 

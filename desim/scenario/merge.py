@@ -15,6 +15,7 @@ from desim.errors import InputError
 from desim.scenario import yaml12
 from desim.scenario.schema.communication import (
     Coordination,
+    Exchange,
     MediumChoice,
     MiddlewareChoice,
     PluginChoice,
@@ -32,6 +33,7 @@ CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
     ("network", "media", "*"): MediumChoice,
     ("middleware",): MiddlewareChoice,
     ("coordination",): Coordination,
+    ("coordination", "exchange"): Exchange,
     ("hosts", "*", "strategy"): StrategyChoice,
 }
 _SHAPES = {

@@ -35,7 +35,7 @@ WRONG = {
         "exploration, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
-        "content, encoding, period, via"]),
+        "model, content, encoding, period, via"]),
     "wrong unit": ("network: {media: {lan: {model: switch, rate: 1 m}}}", [
         f"2:46: network.media.lan.rate: unknown unit 'm' for a bit rate; {RATES}"]),
     "bare number": ("stop: {elapsed: 2000}", [

@@ -36,6 +36,12 @@ def scenario(text="", *overrides):
     return from_mapping(data, overrides).scenario
 
 
+def form(scenario):
+    """The form in which robots send their maps."""
+    sharing = scenario.coordination.exchange.params
+    return sharing.content, sharing.encoding
+
+
 def named(scenario, versions):
     return scenario_id(scenario, versions)(scenario.seed)
 
@@ -47,8 +53,7 @@ def test_the_smallest_scenario_is_the_papers_robot_in_the_papers_maze():
     assert smallest.stop.elapsed_ns == 2000 * 10**9
     assert smallest.network.media["lan"].params.rate_bps == 10**9
     assert smallest.network.media["lan"].rules == ()
-    assert (smallest.coordination.exchange.content, smallest.coordination.exchange.encoding) == (
-        "full", "raw")
+    assert form(smallest) == ("full", "raw")
 
 
 def test_defaults_of_the_field():
@@ -56,8 +61,7 @@ def test_defaults_of_the_field():
     assert list(field.network.media) == ["air"]
     assert field.network.media["air"].model == "disk"
     assert field.network.media["air"].params.range_m == 200.0
-    assert (field.coordination.exchange.content, field.coordination.exchange.encoding) == (
-        "changed_tiles", "zlib")
+    assert form(field) == ("changed_tiles", "zlib")
 
 
 def rungs(scenario):
@@ -101,8 +105,7 @@ def test_a_field_with_a_fidelity_has_radios():
 def test_what_is_written_wins_over_the_deployments_defaults():
     field = scenario("deployment: field\ncoordination: {exchange: {content: full}}\n"
                      "network: {media: {air: {model: ideal}}}")
-    assert (field.coordination.exchange.content, field.coordination.exchange.encoding) == (
-        "full", "zlib")
+    assert form(field) == ("full", "zlib")
     assert field.network.media["air"].model == "ideal"
     assert scenario("coordination: {exchange: null}").coordination.exchange is None
 
@@ -384,4 +387,5 @@ def test_the_json_schema_knows_keys_units_and_plugins():
     assert re.search(rate["pattern"], "54 Mb/s")
     assert not re.search(rate["pattern"], "54")
     assert "package.module:Class" in media
-    assert schema["$defs"]["Exchange"]["properties"]["via"]["enum"] == ["unicast", "broadcast"]
+    via = schema["$defs"]["TeamStateParams"]["properties"]["via"]
+    assert via["enum"] == ["unicast", "broadcast"]

@@ -13,8 +13,8 @@ from site_pages.keys import parameter_table
 from site_pages.text import code, inline, prose, table
 
 _TITLES = {"network": "Network models", "rule": "Rules", "strategy": "Strategies",
-           "middleware": "Middleware", "world": "Worlds", "case": "Network cases",
-           "validation": "Validation"}
+           "sharing": "Map sharing", "middleware": "Middleware", "world": "Worlds",
+           "case": "Network cases", "validation": "Validation"}
 
 
 def pages() -> dict[str, str]:

@@ -120,16 +120,12 @@ class MiddlewareChoice(PluginChoice):
     model: str = Field("direct", description="a middleware plug-in")
 
 
-class Exchange(Params):
-    """The exchange of maps between robots."""
+class Exchange(PluginChoice):
+    """The sharing of maps between robots."""
 
-    content: Literal["full", "changed_tiles"] | None = Field(None, description=(
-        "full grids, or the tiles that changed since the last message (default: full in testbed, "
-        "the paper; changed_tiles in field)"))
-    encoding: Literal["raw", "zlib"] | None = Field(None, description=(
-        "(default: raw in testbed, the paper; zlib in field)"))
-    period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
-    via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
+    kind, name_key = "sharing", "model"
+
+    model: str = Field("own_maps", description="a sharing plug-in: own_maps, ...")
 
 
 class TeamStateParams(Params):
@@ -160,6 +156,12 @@ class Coordination(StrategyChoice):
     lost_after_ns: Duration = Field("30 s", description=(
         "a teammate that was not heard of for so long counts as lost (six periods of the exchange)"
         ))
+
+    def parsed(self) -> Self:
+        """The strategy and the sharing with values in place of what was written."""
+        choice = super().parsed()
+        return choice if self.exchange is None else choice.model_copy(
+            update={"exchange": self.exchange.parsed()})
 
 
 class StationaryHost(Params):

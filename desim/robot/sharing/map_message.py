@@ -16,14 +16,14 @@ from __future__ import annotations
 
 import struct
 import zlib
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 
 from desim.middleware.contents import MAP_FRAME_BYTES
-from desim.ports import GridSpec
-from desim.robot.tiles import CELLS, LayerSnapshot, raster
-from desim.scenario.schema.communication import Exchange
+from desim.ports import GridSpec, Pose2D
+from desim.ports.sharing import Evidence
+from desim.robot.tiles import CELLS, raster
 from desim.units import NS_PER_S
 
 ZLIB_LEVEL = 6  # zlib's own default
@@ -43,10 +43,8 @@ class MapUpdate(NamedTuple):
 
     source: str
     version: int
-    x_m: float
-    y_m: float
-    yaw_rad: float
-    layer: LayerSnapshot
+    pose: Pose2D
+    layer: Evidence
     size_bytes: int
 
 
@@ -58,13 +56,7 @@ class MapFormat(NamedTuple):
     content: str
     encoding: str
 
-    @classmethod
-    def of(cls, spec: GridSpec, exchange: Exchange) -> MapFormat:
-        """The form that a complete scenario names."""
-        # A complete scenario leaves neither of them None.
-        return cls(spec, cast(str, exchange.content), cast(str, exchange.encoding))
-
-    def size_bytes(self, layer: LayerSnapshot) -> int:
+    def size_bytes(self, layer: Evidence) -> int:
         """The length of ``encode`` for an update with this layer."""
         full = self.content == "full"
         header_bytes = (_GRID if full else _HEADER).size
@@ -76,7 +68,7 @@ class MapFormat(NamedTuple):
 
     def encode(self, update: MapUpdate) -> bytes:
         """The bytes of ``update``. Its source is not among them: that is the topic's name."""
-        pose = (update.x_m, update.y_m, update.yaw_rad)
+        pose = update.pose
         body = self._body(update.layer)
         if self.content == "full":
             header = _GRID.pack(0, *divmod(update.version, NS_PER_S), MAP_FRAME_BYTES, b"", 0, 0,
@@ -87,10 +79,11 @@ class MapFormat(NamedTuple):
                                   update.layer.complete)
         return header + (zlib.compress(body, ZLIB_LEVEL) if self.encoding == "zlib" else body)
 
-    def _body(self, layer: LayerSnapshot) -> bytes:
+    def _body(self, layer: Evidence) -> bytes:
         if self.content == "full":
             return raster(self.spec, layer.cells()).tobytes()
-        kept = layer.indices != 0
-        entries = np.empty(np.count_nonzero(kept), _TILE)
-        entries["number"], entries["cells"] = layer.tiles[kept], layer.cells()[kept]
+        filled = layer.filled()
+        entries = np.empty(len(filled), _TILE)
+        entries["number"] = filled
+        entries["cells"] = layer.cells()[np.isin(layer.tiles, filled)]
         return entries.tobytes()

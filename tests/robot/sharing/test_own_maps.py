@@ -17,14 +17,14 @@ from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
-from desim.ports import GridSpec
-from desim.robot.map_message import MapFormat, MapUpdate
-from desim.robot.map_sharing import MERGING_HZ, REFRESH_PERIODS, MapSharing
+from desim.ports import GridSpec, Pose2D
+from desim.robot.map_sharing import MapSharing
 from desim.robot.monitor_feed import MonitorFeed
 from desim.robot.robot_map import RobotMap
+from desim.robot.sharing.map_message import MapFormat, MapUpdate
+from desim.robot.sharing.own_maps import MERGING_HZ, REFRESH_PERIODS, OwnMaps
 from desim.robot.team import Team
 from desim.robot.tiles import TilePool, fuse, tiles_of
-from desim.scenario.schema.communication import Exchange
 from netmodels.ideal import Ideal
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
@@ -83,7 +83,7 @@ def test_decoding_undoes_encoding_and_the_size_is_true(before, after, pose, vers
     if content == "changed_tiles" and not complete:
         layer = layer.only(robot_map.own.changed_since(sent))
     wire = MapFormat(SPEC, content, encoding)
-    update = MapUpdate("robot_1", version, *pose, layer, wire.size_bytes(layer))
+    update = MapUpdate("robot_1", version, Pose2D(*pose), layer, wire.size_bytes(layer))
     data = wire.encode(update)
     received, tiles, evidence = (of_a_grid if content == "full" else of_tiles)(data, encoding)
     assert len(data) == update.size_bytes
@@ -167,7 +167,7 @@ class Fleet:
         robot_map = self.maps[host.name] = RobotMap(SPEC, self.pool)
         others = tuple(other.name for other in self.graph.hosts if other is not host)
         return [Explorer(host, robot_map, seconds), Ear(host, self.log, others),
-                MapSharing(host, self.exchange, robot_map, others,
+                MapSharing(host, self.exchange and OwnMaps(self.exchange), robot_map, others,
                            self.heard.setdefault(host.name, Team((), 0)))]
 
     def run(self, until_s):
@@ -181,7 +181,7 @@ class Fleet:
 
 
 def exchange(content="full", encoding="raw", via="unicast"):
-    return Exchange(content=content, encoding=encoding, period="5 s", via=via)
+    return OwnMaps.Params(content=content, encoding=encoding, period="5 s", via=via)
 
 
 BOTH = pytest.mark.parametrize("content", ["full", "changed_tiles"])

@@ -1,0 +1,197 @@
+"""The contract of map sharing: what a robot sends its team of its map, and what it takes in.
+
+A plug-in sends what it likes, when it likes. It hands what it has received to the robot's map as
+evidence with a source and a version: of each tile the newest version counts, so that messages may
+come late, twice or not at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
+
+import numpy as np
+
+from desim.ports import parameters
+from desim.ports.strategies import Peer, Pose2D
+from desim.ports.worlds import GridSpec
+
+
+class Sized(Protocol):
+    """The content of a message: any object that nobody changes after it is published."""
+
+    @property
+    def size_bytes(self) -> int:
+        """Its size on the wire, without the headers of transports."""
+
+
+class Evidence(Protocol):
+    """The evidence of one source at an instant, or a part of it; immutable. A tile is a square of
+    32 x 32 cells; tiles count row by row from the lower left."""
+
+    @property
+    def tiles(self) -> np.ndarray:
+        """[k] the numbers of the tiles that it is about."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether these are all tiles of the raster."""
+
+    def filled(self) -> np.ndarray:
+        """The numbers of the tiles that hold any evidence."""
+
+    def cells(self) -> np.ndarray:
+        """[k, 1024] int8, a copy: log-odds in units of 0.05 nat, positive for occupied."""
+
+    def only(self, tiles: np.ndarray) -> Evidence:
+        """A part of complete evidence: these tiles."""
+
+    def changed_since(self, before: Self) -> np.ndarray:
+        """The numbers of the tiles written to since ``before``; both complete, of one source, and
+        ``before`` was held all the time."""
+
+
+class ReceivedEvidence(Evidence, Protocol):
+    """The evidence taken in from one source: complete, of tiles of different versions."""
+
+    @property
+    def sent(self) -> np.ndarray:
+        """[tiles] the version of each tile, -1 where none came."""
+
+
+class Contribution(NamedTuple):
+    """News of ``source``, a robot. ``version`` is the clock (ns) of the source when it was
+    as said: it grows, also over a restart. ``pose`` None and ``evidence`` None: not said."""
+
+    source: str
+    version: int
+    pose: Pose2D | None
+    evidence: Evidence | None
+
+
+class SharedMessage(NamedTuple):
+    """A message of a teammate's plug-in; ``content`` is the object that was published."""
+
+    source: str
+    content: Any
+    sent_ns: int
+
+
+class Scan(Protocol):
+    """One sweep of a laser, immutable (sensor_msgs/LaserScan)."""
+
+    @property
+    def size_bytes(self) -> int:
+        """The size of its ROS message."""
+
+
+class Canvas(Protocol):
+    """An empty map, in which scans can be entered."""
+
+    def integrate(self, pose: Pose2D, scan: Scan, usable_range_m: float) -> None:
+        """Add the evidence of a scan from this pose. Longer beams clear space up to
+        ``usable_range_m`` and mark nothing."""
+
+    def evidence(self) -> Evidence:
+        """All that was entered so far."""
+
+
+class Inbox(Protocol):
+    """A topic of the team without a callback: the newest message of each teammate waits."""
+
+    def news(self) -> Sequence[SharedMessage]:
+        """The messages that have come and were not read yet."""
+
+
+class SharingContext(Protocol):
+    """The host of a plug-in: its knowledge, and its actions.
+
+    The topic ``""`` of robot_3 is ``/map_exchange/robot_3``, its topic ``x``
+    ``/map_exchange/robot_3/x``.
+    """
+
+    @property
+    def name(self) -> str:
+        """The host's: the robot's."""
+
+    @property
+    def now_ns(self) -> int:
+        """The time."""
+
+    @property
+    def pose(self) -> Pose2D | None:
+        """The robot's own, as localization has it; None before the first, and without a body."""
+
+    @property
+    def team(self) -> tuple[str, ...]:
+        """The names of the robots that it shares with."""
+
+    @property
+    def peers(self) -> Mapping[str, Peer]:
+        """The newest pose of each other robot that it has heard of."""
+
+    @property
+    def grid(self) -> GridSpec:
+        """The raster of the map, which the fleet has in common."""
+
+    def own(self) -> Evidence:
+        """The robot's own evidence as it is now: the same object until it changes."""
+
+    def received(self) -> Mapping[str, ReceivedEvidence]:
+        """The evidence taken in from others, by source."""
+
+    def canvas(self) -> Canvas:
+        """An empty map of this raster."""
+
+    def drawn(self, log_odds: np.ndarray) -> Evidence:
+        """Complete evidence: int8 ``log_odds`` [height, width], row 0 at the bottom."""
+
+    # --------------------------------------------------------------------------------- actions
+
+    def take_in(self, contributions: Iterable[Contribution]) -> None:
+        """Hand to the robot's map and to its team what has come, all at once."""
+
+    def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
+                  queue: int = 1, latch: bool = False) -> None:
+        """``topic`` may be published from now on. Subscribers connect as the middleware does it;
+        what is published before is lost to them, unless ``latch``."""
+
+    def has_subscribers(self, topic: str = "") -> bool:
+        """Whether a message would have a receiver."""
+
+    def publish(self, content: Sized, topic: str = "") -> None:
+        """Send ``content`` to the subscribers of ``topic``."""
+
+    def subscribe(self, callback: Callable[[SharingContext, SharedMessage], object],
+                  topic: str = "", *, queue: int = 10) -> None:
+        """Call ``callback(context, message)`` for each message of ``topic`` from the team."""
+
+    def latest(self, topic: str = "") -> Inbox:
+        """The newest messages of ``topic`` from the team, to be read at one's own rate."""
+
+    def every(self, period_ns: int, callback: Callable[[SharingContext], object]) -> None:
+        """Call ``callback(context)`` every ``period_ns``, from a random part of it on."""
+
+
+class Sharing(Protocol):
+    """Shares maps. Built as ``Sharing(params)``, one for each host.
+
+    ``fusion`` of its class, if it has one, is the default of ``coordination.exchange.fusion``.
+    """
+
+    @property
+    def Params(self) -> type[parameters.Params]:
+        """The class of its parameters, inside the plug-in's class."""
+
+    def start(self, context: SharingContext) -> None:
+        """The host has started: advertise, subscribe, set timers. There is no map and no pose
+        yet."""
+
+
+@runtime_checkable
+class FollowsScans(Protocol):
+    """Map sharing that wants the robot's scans."""
+
+    def on_scan(self, context: SharingContext, pose: Pose2D, scan: Scan,
+                usable_range_m: float) -> None:
+        """The robot has entered ``scan`` from ``pose`` in its own map; see ``Canvas``."""

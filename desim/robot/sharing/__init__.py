@@ -1,0 +1,1 @@
+"""Kinds of map sharing by name: the plug-ins of ``coordination.exchange``."""
