@@ -26,7 +26,7 @@ _OUTLIER_SIGMAS = 2.5
 _REACH_CELLS = 1.5
 _EFFECTIVE = 25.0  # independent returns in a scan
 _STEPS = 10
-_SPACING_CELLS = 0.5
+_SPACING_CELLS = 1.0
 _COARSE_M = 0.1  # the step of the search, if a cell is not larger
 _WINDOW_SIGMAS = 2.5
 _STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as that far off
@@ -94,23 +94,27 @@ class ParticleSlam:
         points = np.empty((len(ranges), 4))
         count = points_of(np.ascontiguousarray(ranges, float), self._beams, points,
                           np.empty(len(ranges)))
+        fewer = np.empty((count, 4))
+        kept = thinned(points, count, _SPACING_CELLS * settings.resolution_m, fewer)
         if self.history:
-            self._move(odometry, points, count)
-        self._write(points, count)
+            self._move(odometry, fewer, kept)
+        self.maps.add(self.poses, settings.scanner.mount[:2], points[:count], fewer[:kept])
         self.history.append(Processed(odometry, self.poses.copy(), self._lineage))
         self._metres = self._radians = 0.0
         return True
 
-    def _move(self, odometry: np.ndarray, points: np.ndarray, count: int) -> None:
+    def _move(self, odometry: np.ndarray, fewer: np.ndarray, kept: int) -> None:
         """Move the particles to where the scan fits, weigh them and draw them anew."""
-        fewer = np.empty((count, 4))
-        kept = thinned(points, count, _SPACING_CELLS * self._settings.resolution_m, fewer)
         motion = motion_between(self.history[-1].odometry, odometry)
         sigmas = self._sigmas(motion)
         expected = compose(self.poses, motion)
         start = self._search(expected[self.best], sigmas, fewer, kept)
         correction = motion_between(expected[self.best], start)
         sigmas = np.maximum(sigmas, np.abs(correction) / _STRAYED_SIGMAS)
+        if len(expected) > 1:  # the others begin where the best one ends
+            align(self.best, start, expected[self.best], sigmas, fewer, kept, self.maps.arrays,
+                  self._fit, self._roots[0])
+            correction = motion_between(expected[self.best], start)
         poses = compose(expected, correction)
         step = len(self.history)
         propose(poses, expected, sigmas, fewer, kept, self.maps.arrays, self._fit, self._spread,
@@ -165,16 +169,6 @@ class ParticleSlam:
         self.poses, self._lineage = self.poses[chosen], chosen
         self.weights[:] = 0.0
         self._shares[:] = 1.0 / len(chosen)
-
-    def _write(self, points: np.ndarray, count: int) -> None:
-        """Add the scan to the map of each particle."""
-        reach_m = 2.0 * self._settings.resolution_m + float(
-            np.sqrt((points[:count, :2] ** 2).sum(1)).max(initial=0.0))
-        low, high = self.poses[:, :2].min(0) - reach_m, self.poses[:, :2].max(0) + reach_m
-        self.maps.cover(*low, *high)
-        mount = self._settings.scanner.mount[:2]
-        for k, pose in enumerate(self.poses):
-            self.maps.add(k, pose, mount, points, count)
 
     @property
     def best(self) -> int:

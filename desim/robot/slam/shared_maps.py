@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from desim.robot.slam.kernels.tiles import CELLS, SIDE, Maps, Stock, register, resample, unroll
+from desim.robot.slam.kernels.tiles import CELLS, SIDE, Maps, Stock, register_all, resample, unroll
 
 _MARGIN = 4  # tiles around what is needed, when the table grows
 
@@ -19,7 +21,7 @@ class SharedMaps:
         self.arrays = Maps(
             seen=np.zeros((particles, 1), np.int32), met=np.zeros((particles, 1), np.int32),
             visits=np.zeros((1, CELLS), np.int16), hits=np.zeros((1, CELLS), np.int16),
-            sums=np.zeros((1, CELLS, 4), np.float32), seen_stock=_stock(), met_stock=_stock(),
+            means=np.zeros((1, CELLS, 4), np.float32), seen_stock=_stock(), met_stock=_stock(),
             columns=1, left=0, low=0, resolution_m=resolution_m)
 
     def cover(self, left_m: float, low_m: float, right_m: float, high_m: float) -> None:
@@ -47,19 +49,24 @@ class SharedMaps:
         self.arrays = maps._replace(seen=tables[0], met=tables[1], columns=right - left, left=left,
                                     low=low)
 
-    def add(self, particle: int, pose: np.ndarray, mount: tuple[float, float],
-            points: np.ndarray, count: int) -> None:
-        """Add the first ``count`` of ``points`` [n, 4], returns and normals seen from a pose [3],
-        to a particle's map."""
-        self._provide(*self._tiles_of(points, count))
-        x, y, yaw = pose
-        register(particle, x, y, yaw, mount[0], mount[1], points, count, self.arrays)
+    def add(self, poses: np.ndarray, mount: tuple[float, float], points: np.ndarray,
+            lines: np.ndarray) -> None:
+        """Add a scan to all maps, each seen from its particle's pose [particles, 3].
 
-    def _tiles_of(self, points: np.ndarray, count: int) -> tuple[int, int]:
-        """The number of tiles that a scan changes, at most: visited ones, and those of returns."""
-        reach_m = float(np.abs(points[:count, :2]).max(initial=0.0)) * 1.5
-        side = int(2.0 * reach_m / (self.arrays.resolution_m * SIDE)) + 4
-        return min(side * side, self.arrays.seen.shape[1]), count
+        ``mount``: the laser on the robot in m | ``points`` [n, 4]: returns and normals in the
+        robot's frame | ``lines`` [m, 4]: those to which visits are counted.
+        """
+        reach_m = math.sqrt((points[:, :2] ** 2).sum(1).max(initial=0.0)) + math.hypot(*mount)
+        margin_m = reach_m + self.arrays.resolution_m
+        self.cover(*poses[:, :2].min(0) - margin_m, *poses[:, :2].max(0) + margin_m)
+        side = int(2.0 * margin_m / (self.arrays.resolution_m * SIDE)) + 2
+        visited, first = min(side * side, self.arrays.seen.shape[1]), 0
+        while True:
+            first = register_all(first, poses, *mount, points, len(points), lines, len(lines),
+                                 visited, self.arrays)
+            if first == len(poses):
+                return
+            self._provide(visited, len(points))
 
     def _provide(self, visited: int, returned: int) -> None:
         """See to it that so many tiles are free."""
@@ -71,7 +78,7 @@ class SharedMaps:
         if maps.met_stock.free_count[0] < returned:
             stock, capacity = _grown(maps.met_stock, returned)
             self.arrays = maps._replace(met_stock=stock, hits=_longer(maps.hits, capacity),
-                                        sums=_longer(maps.sums, capacity))
+                                        means=_longer(maps.means, capacity))
 
     def follow(self, ancestors: np.ndarray) -> None:
         """Give each particle the map of its ancestor ([particles] int64)."""
@@ -93,7 +100,7 @@ class SharedMaps:
         """The memory that the pools and tables take."""
         maps = self.arrays
         return sum(array.nbytes for array in (maps.seen, maps.met, maps.visits, maps.hits,
-                                              maps.sums))
+                                              maps.means))
 
 
 def _stock() -> Stock:

@@ -20,7 +20,7 @@ LOOSE = 0.25  # weight of a return without a normal, in each direction
 SAME_SIDE = 0.4  # cosine; surfaces turned farther from each other are not matched
 KNOWN_NORMAL = 0.3  # a cell's mean normal is used if it is that long; shorter, they disagree
 MOST_HITS = 8.0  # more returns in a cell do not make it count more
-SMALL_M, SMALL_RAD = 2e-4, 2e-5  # a step shorter than that ends the alignment
+GAIN = 0.002  # a step by which the log-likelihood would grow less is the last (0.06 sigma)
 
 
 class Fit(NamedTuple):
@@ -55,27 +55,28 @@ def surface(particle, x, y, nx, ny, reach_m, maps):
         return 0.0, 0.0, 0.0, 0.0, -1.0
     far = 1.0 / (reach_m * reach_m)
     directed = nx != 0.0 or ny != 0.0
+    last, met, seen = -1, np.int32(0), np.int32(0)
     for r in range(row - 1, row + 2):
         for c in range(column - 1, column + 2):
             tile = (r >> 3) * maps.columns + (c >> 3)
-            met = maps.met[particle, tile]
+            if tile != last:
+                last, met, seen = tile, maps.met[particle, tile], maps.seen[particle, tile]
             if met == 0:
                 continue
             cell = ((r & 7) << 3) | (c & 7)
             hits = maps.hits[met, cell]
-            if hits == 0 or hits < OCCUPIED * maps.visits[maps.seen[particle, tile], cell]:
+            if hits == 0 or hits < OCCUPIED * maps.visits[seen, cell]:
                 continue
-            sums = maps.sums[met, cell]
-            part = 1.0 / hits
-            dx = (c + 0.5 - at_x) * maps.resolution_m + sums[0] * part
-            dy = (r + 0.5 - at_y) * maps.resolution_m + sums[1] * part
+            dx = (c + 0.5 - at_x) * maps.resolution_m + maps.means[met, cell, 0]
+            dy = (r + 0.5 - at_y) * maps.resolution_m + maps.means[met, cell, 1]
             near = 1.0 - (dx * dx + dy * dy) * far
             if near <= 0.0:
                 continue
-            mx, my = sums[2] * part, sums[3] * part
-            if directed and (mx != 0.0 or my != 0.0) and (
-                    nx * mx + ny * my < SAME_SIDE * np.sqrt(mx * mx + my * my)):
-                continue
+            mx, my = maps.means[met, cell, 2], maps.means[met, cell, 3]
+            if directed:
+                same, size = nx * mx + ny * my, mx * mx + my * my
+                if size > 0.0 and (same < 0.0 or same * same < SAME_SIDE * SAME_SIDE * size):
+                    continue
             w = near * near * min(hits, MOST_HITS)
             weight += w
             px += w * dx
@@ -219,7 +220,8 @@ def align(particle, pose, expected, sigmas, points, count, maps, fit, root):
             if not factorize(system, root):
                 break
             sx, sy, st = solve(root, system[6], system[7], system[8])
-            if abs(sx) + abs(sy) < SMALL_M and abs(st) < SMALL_RAD:
+            if sx * system[6] + sy * system[7] + st * system[8] < 2.0 * GAIN:
+                best[0], best[1], best[2] = best[0] + sx, best[1] + sy, best[2] + st
                 break
         pose[0], pose[1], pose[2] = best[0] + sx, best[1] + sy, best[2] + st
     pose[:] = best

@@ -29,8 +29,8 @@ class Maps(NamedTuple):
     """The maps of all particles.
 
     ``seen`` [particles, tiles] indices into the pool ``visits`` [capacity, 64] int16 | ``met``
-    [particles, tiles] indices into the pool ``hits`` [capacity, 64] int16, ``sums`` [capacity, 64,
-    4] float32: of returns, their offset from the centre of the cell in m, and their normals |
+    [particles, tiles] indices into the pool ``hits`` [capacity, 64] int16, ``means`` [capacity,
+    64, 4] float32: of returns, their offset from the centre of the cell in m, and their normals |
     ``columns``: tiles in a row | ``left``, ``low``: the first tile's place in tiles |
     ``resolution_m``.
     """
@@ -39,7 +39,7 @@ class Maps(NamedTuple):
     met: np.ndarray
     visits: np.ndarray
     hits: np.ndarray
-    sums: np.ndarray
+    means: np.ndarray
     seen_stock: Stock
     met_stock: Stock
     columns: int
@@ -98,7 +98,7 @@ def own_met(particle, tile, maps):
     for c in range(CELLS):
         maps.hits[fresh, c] = maps.hits[index, c]
         for k in range(4):
-            maps.sums[fresh, c, k] = maps.sums[index, c, k]
+            maps.means[fresh, c, k] = maps.means[index, c, k]
     release(index, maps.met_stock)
     maps.met[particle, tile] = fresh
     return fresh
@@ -153,19 +153,22 @@ def visit_line(particle, x, y, to_x, to_y, maps):
         y += along_y
 
 
-@lean(types.void(_i8, _f8, _f8, _f8, _f8, _f8, _f8x2, _i8, MAPS))
-def register(particle, x, y, yaw, mount_x, mount_y, points, count, maps):
-    """Add a scan, seen from a pose (m, m, rad), to a particle's map: visits along its beams, and
-    returns. ``mount_x``, ``mount_y``: the laser on the robot in m."""
-    c, s = cos(yaw), sin(yaw)
-    per_m, half = 1.0 / maps.resolution_m, 0.5
+@inner(types.void(_i8, types.float64[::1], _f8, _f8, _f8x2, _i8, _f8x2, _i8, MAPS))
+def register(particle, pose, mount_x, mount_y, points, count, lines, drawn, maps):
+    """Add a scan, seen from a pose [3] (m, m, rad), to a particle's map: visits along the beams to
+    ``lines`` (the first ``drawn``), and returns at ``points`` (the first ``count``)."""
+    x, y, c, s = pose[0], pose[1], cos(pose[2]), sin(pose[2])
+    per_m = 1.0 / maps.resolution_m
     from_x = (x + c * mount_x - s * mount_y) * per_m - maps.left * SIDE
     from_y = (y + s * mount_x + c * mount_y) * per_m - maps.low * SIDE
+    for k in range(drawn):
+        px, py = lines[k, X], lines[k, Y]
+        visit_line(particle, from_x, from_y, (x + c * px - s * py) * per_m - maps.left * SIDE,
+                   (y + s * px + c * py) * per_m - maps.low * SIDE, maps)
     for k in range(count):
         px, py = points[k, X], points[k, Y]
         at_x = (x + c * px - s * py) * per_m - maps.left * SIDE
         at_y = (y + s * px + c * py) * per_m - maps.low * SIDE
-        visit_line(particle, from_x, from_y, at_x, at_y, maps)
         column, row = int(at_x), int(at_y)
         tile = (row >> 3) * maps.columns + (column >> 3)
         cell = ((row & 7) << 3) | (column & 7)
@@ -175,11 +178,26 @@ def register(particle, x, y, yaw, mount_x, mount_y, points, count, maps):
         met = own_met(particle, tile, maps)
         if maps.hits[met, cell] < MOST:
             maps.hits[met, cell] += 1
-            sums = maps.sums[met, cell]
-            sums[0] += (at_x - column - half) * maps.resolution_m
-            sums[1] += (at_y - row - half) * maps.resolution_m
-            sums[2] += c * points[k, NX] - s * points[k, NY]
-            sums[3] += s * points[k, NX] + c * points[k, NY]
+            means, part = maps.means[met, cell], 1.0 / maps.hits[met, cell]
+            means[0] += ((at_x - column - 0.5) * maps.resolution_m - means[0]) * part
+            means[1] += ((at_y - row - 0.5) * maps.resolution_m - means[1]) * part
+            means[2] += (c * points[k, NX] - s * points[k, NY] - means[2]) * part
+            means[3] += (s * points[k, NX] + c * points[k, NY] - means[3]) * part
+
+
+@lean(types.int64(_i8, _f8x2, _f8, _f8, _f8x2, _i8, _f8x2, _i8, _i8, MAPS))
+def register_all(first, poses, mount_x, mount_y, points, count, lines, drawn, visited, maps):
+    """Add a scan to the maps of the particles from ``first`` on, each at its pose [particles, 3].
+
+    Returns the first particle for whose map too few tiles are free: a scan changes up to
+    ``visited`` tiles of visits, and one of returns for each point. ``mount_x``, ``mount_y``: the
+    laser on the robot in m | ``lines``: points to which visits are counted.
+    """
+    for k in range(first, len(poses)):
+        if maps.seen_stock.free_count[0] < visited or maps.met_stock.free_count[0] < count:
+            return k
+        register(k, poses[k], mount_x, mount_y, points, count, lines, drawn, maps)
+    return len(poses)
 
 
 @lean(types.void(_i8, types.int16[:, ::1], types.int16[:, ::1], MAPS))
