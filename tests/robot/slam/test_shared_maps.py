@@ -18,11 +18,10 @@ def scan(seed):
     return points
 
 
-def add(maps, particle, pose, seed):
+def add(maps, poses, seed):
+    """A scan that each particle sees from a pose of its own."""
     points = scan(seed)
-    reach = 9.0
-    maps.cover(pose[0] - reach, pose[1] - reach, pose[0] + reach, pose[1] + reach)
-    maps.add(particle, np.array(pose), (0.1, -0.1), points, len(points))
+    maps.add(np.array(poses), (0.1, -0.1), points, points[::2].copy())
 
 
 def cells(maps, particle):
@@ -35,7 +34,8 @@ def cells(maps, particle):
 
 
 poses = st.tuples(st.floats(-15, 15), st.floats(-15, 15), st.floats(-4, 4))
-additions = st.tuples(st.just("add"), st.integers(0, PARTICLES - 1), poses, st.integers(0, 9))
+additions = st.tuples(st.just("add"), st.lists(poses, min_size=PARTICLES, max_size=PARTICLES),
+                      st.integers(0, 9))
 resamplings = st.tuples(st.just("follow"), st.lists(st.integers(0, PARTICLES - 1),
                                                     min_size=PARTICLES, max_size=PARTICLES))
 
@@ -48,16 +48,17 @@ def test_shared_tiles_are_equal_to_full_copies(actions):
     stories: list[list] = [[] for _ in range(PARTICLES)]
     for action in actions:
         if action[0] == "add":
-            _, particle, pose, seed = action
-            add(shared, particle, pose, seed)
-            stories[particle].append((pose, seed))
+            _, places, seed = action
+            add(shared, places, seed)
+            for story, pose in zip(stories, places, strict=True):
+                story.append((pose, seed))
         else:
             shared.follow(np.array(action[1]))
             stories = [list(stories[k]) for k in action[1]]
     for particle, story in enumerate(stories):
         alone = SharedMaps(1, RESOLUTION_M)
         for pose, seed in story:
-            add(alone, 0, pose, seed)
+            add(alone, [pose], seed)
         assert cells(shared, particle) == cells(alone, 0)
     assert references(shared)
 
@@ -74,21 +75,27 @@ def references(maps):
     return True
 
 
-def test_particles_share_what_they_have_in_common():
+def far_apart():
+    """A scan of each particle, none near another's."""
     maps = SharedMaps(PARTICLES, RESOLUTION_M)
-    add(maps, 2, (0.0, 0.0, 0.0), 1)
-    tiles = (maps.arrays.seen_stock.refs > 0).sum()
+    add(maps, [(40.0 * k, 0.0, 0.0) for k in range(PARTICLES)], 1)
+    return maps
+
+
+def test_particles_share_what_they_have_in_common():
+    maps = far_apart()
     maps.follow(np.full(PARTICLES, 2))
-    assert (maps.arrays.seen_stock.refs > 0).sum() == tiles
-    assert maps.arrays.seen_stock.refs.max() == PARTICLES
-    add(maps, 0, (20.0, 0.0, 0.0), 2)  # away from the first scan
-    assert all(cells(maps, k) == cells(maps, 1) for k in (2, 3))
-    assert cells(maps, 0).items() >= cells(maps, 1).items()
+    shared = (maps.arrays.seen_stock.refs > 0).sum()
+    assert maps.arrays.seen_stock.refs.max() == PARTICLES  # and the tiles of the others are free
+    assert all(cells(maps, k) == cells(maps, 2) for k in range(PARTICLES))
+    before = cells(maps, 2)
+    add(maps, [(0.0, -40.0 * k, 0.0) for k in range(1, PARTICLES + 1)], 2)  # none on shared tiles
+    assert all(cells(maps, k).items() >= before.items() for k in range(PARTICLES))
+    assert (maps.arrays.seen_stock.refs == PARTICLES).sum() == shared
     assert references(maps)
 
 
 def test_a_count_that_is_not_kept_is_seen():
-    maps = SharedMaps(PARTICLES, RESOLUTION_M)
-    add(maps, 2, (0.0, 0.0, 0.0), 1)
+    maps = far_apart()
     maps.arrays.seen_stock.refs[1:] += 1
     assert not references(maps)

@@ -39,79 +39,84 @@ _f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.f
 FIT = types.NamedTuple([_f8, _f8, _f8, _f8, _i8], Fit)
 
 
-@inner(types.UniTuple(_f8, 5)(_i8, _f8, _f8, _f8, _f8, _f8, MAPS))
-def surface(particle, x, y, nx, ny, reach_m, maps):
-    """The surface near (x, y) in m, seen with normal (nx, ny): offset of its point from (x, y), its
-    normal (zeros if unknown) and its weight; 0 if there is none, -1 if all there is unknown.
+@inner(types.void(_i8, _f8x1, _f8x2, _i8, _f8, MAPS, _f8x2))
+def surfaces(particle, pose, points, count, reach_m, maps, near):
+    """Write the surface near each return of a scan at ``pose`` to ``near`` [count, 7]: the return
+    from the robot (x, y in the map's directions), the offset of the surface's point from it, the
+    surface's normal (zeros if unknown), and 1; 0 if there is none, -1 if all there is unknown.
 
-    Mean of the mean returns of 3 x 3 cells, weighted with (1 - d^2 / reach^2)^2.
+    Mean of the mean returns of 3 x 3 cells, weighted with (1 - d^2 / reach^2)^2 and their number.
+    One call for all returns: a call that hands over the maps costs as much as five cells.
     """
-    per_m = 1.0 / maps.resolution_m
-    at_x, at_y = x * per_m - maps.left * SIDE, y * per_m - maps.low * SIDE
-    rows = maps.seen.shape[1] // maps.columns
-    column, row = int(np.floor(at_x)), int(np.floor(at_y))
-    weight, px, py, qx, qy = 0.0, 0.0, 0.0, 0.0, 0.0
-    if column < 1 or row < 1 or column + 1 >= maps.columns * SIDE or row + 1 >= rows * SIDE:
-        return 0.0, 0.0, 0.0, 0.0, -1.0
-    far = 1.0 / (reach_m * reach_m)
-    directed = nx != 0.0 or ny != 0.0
-    last, met, seen = -1, np.int32(0), np.int32(0)
-    for r in range(row - 1, row + 2):
-        for c in range(column - 1, column + 2):
-            tile = (r >> 3) * maps.columns + (c >> 3)
-            if tile != last:
-                last, met, seen = tile, maps.met[particle, tile], maps.seen[particle, tile]
-            if met == 0:
-                continue
-            cell = ((r & 7) << 3) | (c & 7)
-            hits = maps.hits[met, cell]
-            if hits == 0 or hits < OCCUPIED * maps.visits[seen, cell]:
-                continue
-            dx = (c + 0.5 - at_x) * maps.resolution_m + maps.means[met, cell, 0]
-            dy = (r + 0.5 - at_y) * maps.resolution_m + maps.means[met, cell, 1]
-            near = 1.0 - (dx * dx + dy * dy) * far
-            if near <= 0.0:
-                continue
-            mx, my = maps.means[met, cell, 2], maps.means[met, cell, 3]
-            if directed:
-                same, size = nx * mx + ny * my, mx * mx + my * my
-                if size > 0.0 and (same < 0.0 or same * same < SAME_SIDE * SAME_SIDE * size):
-                    continue
-            w = near * near * min(hits, MOST_HITS)
-            weight += w
-            px += w * dx
-            py += w * dy
-            qx += w * mx
-            qy += w * my
-    if weight == 0.0:
-        seen = maps.seen[particle, (row >> 3) * maps.columns + (column >> 3)]
-        known = seen != 0 and maps.visits[seen, ((row & 7) << 3) | (column & 7)] > 0
-        return 0.0, 0.0, 0.0, 0.0, 0.0 if known else -1.0
-    part = 1.0 / weight
-    qx, qy = qx * part, qy * part
-    size = np.sqrt(qx * qx + qy * qy)
-    if size < KNOWN_NORMAL:
-        return px * part, py * part, nx, ny, 1.0
-    return px * part, py * part, qx / size, qy / size, 1.0
-
-
-@inner(_f8(_i8, _f8x1, _f8x2, _i8, MAPS, FIT, _f8x1))
-def compare(particle, pose, points, count, maps, fit, system):
-    """The log-likelihood of a scan at a pose, and the normal equations [9] of a Gauss-Newton step:
-    xx, xy, xt, yy, yt, tt of J^T W J, then x, y, t of -J^T W r."""
     c, s = cos(pose[2]), sin(pose[2])
+    cell_m, per_m, far = maps.resolution_m, 1.0 / maps.resolution_m, 1.0 / (reach_m * reach_m)
+    columns, rows = maps.columns * SIDE, maps.seen.shape[1] // maps.columns * SIDE
+    from_x, from_y = pose[0] * per_m - maps.left * SIDE, pose[1] * per_m - maps.low * SIDE
+    for k in range(count):
+        ax, ay = c * points[k, X] - s * points[k, Y], s * points[k, X] + c * points[k, Y]
+        nx, ny = c * points[k, NX] - s * points[k, NY], s * points[k, NX] + c * points[k, NY]
+        near[k, 0], near[k, 1], near[k, 6] = ax, ay, -1.0
+        at_x, at_y = from_x + ax * per_m, from_y + ay * per_m
+        column, row = int(np.floor(at_x)), int(np.floor(at_y))
+        if column < 1 or row < 1 or column + 1 >= columns or row + 1 >= rows:
+            continue
+        directed = nx != 0.0 or ny != 0.0
+        weight, px, py, qx, qy = 0.0, 0.0, 0.0, 0.0, 0.0
+        last, met, seen = -1, np.int32(0), np.int32(0)
+        for r in range(row - 1, row + 2):
+            for q in range(column - 1, column + 2):
+                tile = (r >> 3) * maps.columns + (q >> 3)
+                if tile != last:
+                    last, met, seen = tile, maps.met[particle, tile], maps.seen[particle, tile]
+                if met == 0:
+                    continue
+                cell = ((r & 7) << 3) | (q & 7)
+                hits = maps.hits[met, cell]
+                if hits == 0 or hits < OCCUPIED * maps.visits[seen, cell]:
+                    continue
+                dx = (q + 0.5 - at_x) * cell_m + maps.means[met, cell, 0]
+                dy = (r + 0.5 - at_y) * cell_m + maps.means[met, cell, 1]
+                close = 1.0 - (dx * dx + dy * dy) * far
+                if close <= 0.0:
+                    continue
+                mx, my = maps.means[met, cell, 2], maps.means[met, cell, 3]
+                if directed:
+                    same, size = nx * mx + ny * my, mx * mx + my * my
+                    if size > 0.0 and (same < 0.0 or same * same < SAME_SIDE * SAME_SIDE * size):
+                        continue
+                w = close * close * min(hits, MOST_HITS)
+                weight += w
+                px += w * dx
+                py += w * dy
+                qx += w * mx
+                qy += w * my
+        if weight == 0.0:
+            seen = maps.seen[particle, (row >> 3) * maps.columns + (column >> 3)]
+            if seen != 0 and maps.visits[seen, ((row & 7) << 3) | (column & 7)] > 0:
+                near[k, 6] = 0.0
+            continue
+        part = 1.0 / weight
+        size = np.sqrt(qx * qx + qy * qy)
+        if size * part > KNOWN_NORMAL:
+            nx, ny = qx / size, qy / size
+        near[k, 2], near[k, 3], near[k, 4], near[k, 5] = px * part, py * part, nx, ny
+        near[k, 6] = 1.0
+
+
+@inner(_f8(_f8x2, _i8, FIT, _f8x1))
+def compare(near, count, fit, system):
+    """The log-likelihood of a scan and its ``surfaces``, and the normal equations [9] of a
+    Gauss-Newton step: xx, xy, xt, yy, yt, tt of J^T W J, then x, y, t of -J^T W r."""
     system[:] = 0.0
     total, spread = 0.0, -0.5 / (fit.sigma_m * fit.sigma_m)
     outlier = 1.0 / (fit.scale_m * fit.scale_m)
     for k in range(count):
-        ax, ay = c * points[k, X] - s * points[k, Y], s * points[k, X] + c * points[k, Y]
-        nx, ny = c * points[k, NX] - s * points[k, NY], s * points[k, NX] + c * points[k, NY]
-        dx, dy, mx, my, found = surface(particle, pose[0] + ax, pose[1] + ay, nx, ny, fit.reach_m,
-                                        maps)
-        if found <= 0.0:
-            total += UNKNOWN if found < 0.0 else MISSED
+        if near[k, 6] <= 0.0:
+            total += UNKNOWN if near[k, 6] < 0.0 else MISSED
             continue
-        if mx == 0.0 and my == 0.0:
+        ax, ay, dx, dy, nx, ny = near[k, 0], near[k, 1], near[k, 2], near[k, 3], near[k, 4], near[
+            k, 5]
+        if nx == 0.0 and ny == 0.0:
             squared = dx * dx + dy * dy
             w = 1.0 + squared * outlier
             w = LOOSE / (w * w)
@@ -124,20 +129,20 @@ def compare(particle, pose, points, count, maps, fit, system):
             system[7] += w * dy
             system[8] += w * (ax * dy - ay * dx)
         else:
-            r = -(mx * dx + my * dy)
-            squared = r * r
+            away = nx * dx + ny * dy
+            squared = away * away
             w = 1.0 + squared * outlier
             w = 1.0 / (w * w)
-            t = ax * my - ay * mx
-            system[0] += w * mx * mx
-            system[1] += w * mx * my
-            system[2] += w * mx * t
-            system[3] += w * my * my
-            system[4] += w * my * t
+            t = ax * ny - ay * nx
+            system[0] += w * nx * nx
+            system[1] += w * nx * ny
+            system[2] += w * nx * t
+            system[3] += w * ny * ny
+            system[4] += w * ny * t
             system[5] += w * t * t
-            system[6] -= w * mx * r
-            system[7] -= w * my * r
-            system[8] -= w * t * r
+            system[6] += w * nx * away
+            system[7] += w * ny * away
+            system[8] += w * t * away
         total += max(spread * squared, MISSED)
     return total * fit.effective / max(count, 1)
 
@@ -201,12 +206,13 @@ def align(particle, pose, expected, sigmas, points, count, maps, fit, root):
 
     A step that makes the whole less likely is halved twice, then taken back.
     """
-    system, best = np.empty(9), np.empty(3)
+    system, best, near = np.empty(9), np.empty(3), np.empty((count, 7))
     scale = fit.effective / (max(count, 1) * fit.sigma_m * fit.sigma_m)
     scan, odometry = -np.inf, -np.inf
     sx, sy, st, halvings = 0.0, 0.0, 0.0, 0
     for step in range(fit.steps + 1):
-        likelihood = compare(particle, pose, points, count, maps, fit, system)
+        surfaces(particle, pose, points, count, fit.reach_m, maps, near)
+        likelihood = compare(near, count, fit, system)
         for k in range(9):
             system[k] *= scale
         prior = add_odometry(pose, expected, sigmas, system)

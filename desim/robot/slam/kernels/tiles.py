@@ -13,6 +13,7 @@ from desim.robot.slam.kernels.points import NX, NY, X, Y
 
 SIDE, CELLS = 8, 64  # cells of a tile, along a side and in all
 MOST = 30_000  # counts of a cell stop here (int16)
+FIXED = 4294967296.0  # one, in fixed point
 OCCUPIED = 0.2  # a cell is occupied if at least this share of its visits were returns
 
 
@@ -129,42 +130,45 @@ def resample(ancestors, maps, seen, met):
                 maps.met[k, t] = met[k, t]
 
 
-@inner(types.void(_i8, _f8, _f8, _f8, _f8, MAPS))
-def visit_line(particle, x, y, to_x, to_y, maps):
-    """Count a visit in each cell from (x, y) to a cell short of (to_x, to_y), in cells; one cell a
+@inner(types.void(_i8, types.float64[::1], _f8, _f8, _f8x2, _i8, MAPS))
+def visit(particle, pose, mount_x, mount_y, lines, drawn, maps):
+    """Count a visit in each cell from the laser to a cell short of each of ``lines``: one cell a
     step along the longer axis (Bresenham's line)."""
-    along_x, along_y = to_x - x, to_y - y
-    steps = int(max(abs(along_x), abs(along_y)))
-    if steps < 1:
-        return
-    along_x /= steps
-    along_y /= steps
+    x, y, c, s = pose[0], pose[1], cos(pose[2]), sin(pose[2])
+    per_m = 1.0 / maps.resolution_m
+    from_x = (x + c * mount_x - s * mount_y) * per_m - maps.left * SIDE
+    from_y = (y + s * mount_x + c * mount_y) * per_m - maps.low * SIDE
+    columns, visits, refs = maps.columns, maps.visits, maps.seen_stock.refs
     last, index = -1, np.int32(0)
-    for _ in range(steps):
-        column, row = int(x), int(y)
-        tile = (row >> 3) * maps.columns + (column >> 3)
-        if tile != last:
-            index = own_seen(particle, tile, maps)
-            last = tile
-        cell = ((row & 7) << 3) | (column & 7)
-        if maps.visits[index, cell] < MOST:
-            maps.visits[index, cell] += 1
-        x += along_x
-        y += along_y
+    for k in range(drawn):
+        along_x = (x + c * lines[k, X] - s * lines[k, Y]) * per_m - maps.left * SIDE - from_x
+        along_y = (y + s * lines[k, X] + c * lines[k, Y]) * per_m - maps.low * SIDE - from_y
+        steps = int(max(abs(along_x), abs(along_y)))
+        part = 1.0 / max(steps, 1)
+        step_x, step_y = int(along_x * part * FIXED), int(along_y * part * FIXED)
+        at_x, at_y = int(from_x * FIXED), int(from_y * FIXED)
+        for _ in range(steps):
+            column, row = at_x >> 32, at_y >> 32
+            tile = (row >> 3) * columns + (column >> 3)
+            if tile != last:
+                last, index = tile, maps.seen[particle, tile]
+                if index == 0 or refs[index] != 1:
+                    index = own_seen(particle, tile, maps)
+            cell = ((row & 7) << 3) | (column & 7)
+            if visits[index, cell] < MOST:
+                visits[index, cell] += 1
+            at_x += step_x
+            at_y += step_y
 
 
 @inner(types.void(_i8, types.float64[::1], _f8, _f8, _f8x2, _i8, _f8x2, _i8, MAPS))
 def register(particle, pose, mount_x, mount_y, points, count, lines, drawn, maps):
     """Add a scan, seen from a pose [3] (m, m, rad), to a particle's map: visits along the beams to
     ``lines`` (the first ``drawn``), and returns at ``points`` (the first ``count``)."""
+    visit(particle, pose, mount_x, mount_y, lines, drawn, maps)
     x, y, c, s = pose[0], pose[1], cos(pose[2]), sin(pose[2])
     per_m = 1.0 / maps.resolution_m
-    from_x = (x + c * mount_x - s * mount_y) * per_m - maps.left * SIDE
-    from_y = (y + s * mount_x + c * mount_y) * per_m - maps.low * SIDE
-    for k in range(drawn):
-        px, py = lines[k, X], lines[k, Y]
-        visit_line(particle, from_x, from_y, (x + c * px - s * py) * per_m - maps.left * SIDE,
-                   (y + s * px + c * py) * per_m - maps.low * SIDE, maps)
+    last, seen, met = -1, np.int32(0), np.int32(0)
     for k in range(count):
         px, py = points[k, X], points[k, Y]
         at_x = (x + c * px - s * py) * per_m - maps.left * SIDE
@@ -172,10 +176,11 @@ def register(particle, pose, mount_x, mount_y, points, count, lines, drawn, maps
         column, row = int(at_x), int(at_y)
         tile = (row >> 3) * maps.columns + (column >> 3)
         cell = ((row & 7) << 3) | (column & 7)
-        seen = own_seen(particle, tile, maps)
+        if tile != last:  # a call that hands over the maps costs as much as five cells
+            last = tile
+            seen, met = own_seen(particle, tile, maps), own_met(particle, tile, maps)
         if maps.visits[seen, cell] < MOST:
             maps.visits[seen, cell] += 1
-        met = own_met(particle, tile, maps)
         if maps.hits[met, cell] < MOST:
             maps.hits[met, cell] += 1
             means, part = maps.means[met, cell], 1.0 / maps.hits[met, cell]
