@@ -31,7 +31,7 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
              metavar="FILE", show_default=False, help="true relative poses to compare with, lines "
                                                       "of t1 t2 x y z roll pitch yaw")] = None,
          particles: Annotated[int, typer.Option(min=1, max=1000, help="of gmapping")] = 30,
-         resolution: Annotated[float, typer.Option(min=0.01, max=2.0,
+         resolution: Annotated[float, typer.Option(min=0.02, max=2.0,
                                                    help="width of a cell in m")] = 0.05,
          seed: Annotated[int, typer.Option(min=0, help="seed of all random numbers")] = 1,
          as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,

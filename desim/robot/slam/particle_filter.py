@@ -32,6 +32,7 @@ _STEPS = 10
 # and particles that are drawn anew at every third scan have one ancestor by the time a loop closes.
 _GAIN = 0.5
 _SPACING_CELLS = 1.0
+_DRAWS = 2 ** 32  # counters of a step: more particles do not move the numbers of the others
 _COARSE_M = 0.1  # the step of the search, if a cell is not larger
 _WINDOW_SIGMAS = 2.5
 _STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as that far off
@@ -123,7 +124,7 @@ class ParticleSlam:
         poses = compose(expected, correction)
         step = len(self.history)
         propose(poses, expected, sigmas, fewer, kept, self.maps.arrays, self._fit, self._spread,
-                self._key, np.uint64(step * 3 * len(poses)), self.weights, self._roots)
+                self._key, np.uint64(step * _DRAWS), self.weights, self._roots)
         self.poses = poses
         self._lineage = np.arange(len(poses))
         effective = normalize(self.weights * _GAIN, self._shares)

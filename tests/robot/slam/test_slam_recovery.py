@@ -100,6 +100,15 @@ def test_a_scan_is_processed_after_enough_motion():
     assert processed.tolist() == [0, 10, 20, 30, 40, 50]
 
 
+@pytest.mark.parametrize("name", SLAM)
+def test_scans_may_be_few(name):
+    log, true = log_of("sick")
+    few = log._replace(times_s=log.times_s[::7], odometry=log.odometry[::7],
+                       ranges=np.ascontiguousarray(log.ranges[::7]))
+    metres, radians = off(play(slam_of(name, few), few, lambda: 0.0).path, true[::7])
+    assert metres < 0.1 and radians < 0.02
+
+
 def test_odometry_that_fails_once_does_not_spoil_the_path():
     log, true = log_of("sick")
     odometry = log.odometry.copy()

@@ -20,7 +20,7 @@ LOOSE = 0.25  # weight of a return without a normal, in each direction
 SAME_SIDE = 0.4  # cosine; surfaces turned farther from each other are not matched
 KNOWN_NORMAL = 0.3  # a cell's mean normal is used if it is that long; shorter, they disagree
 MOST_HITS = 8.0  # more returns in a cell do not make it count more
-GAIN = 0.002  # a step by which the log-likelihood would grow less is the last (0.06 sigma)
+GAIN = 0.02  # a step by which the log-likelihood would grow less (0.2 sigma) is the last
 
 
 class Fit(NamedTuple):
