@@ -24,12 +24,12 @@ from desim.robot.slam.transforms import compose, motion_between
 _SIGMA_M, _SIGMA_CELLS = 0.01, 0.15
 _OUTLIER_SIGMAS = 2.5
 _REACH_CELLS = 1.5
-# Independent returns in a scan: fewer than it has, as cells and surfaces err together. Made logs with
-# 8 m lasers close their loops with 15 to 25, not with 40: their particles differ too little.
+# Independent returns in a scan: fewer than it has, as cells and surfaces err together. Made logs
+# with 8 m lasers close their loops with 15 to 25, not with 40: their particles differ too little.
 _EFFECTIVE = 20.0
 _STEPS = 10
-# Weights are flattened, as gmapping flattens them (``ogain``): errors of successive scans are alike,
-# and particles that are drawn anew at every third scan have one ancestor by the time a loop closes.
+# Weights are flattened, as gmapping flattens them (``ogain``): errors of successive scans are
+# alike, and particles drawn anew at every third scan have one ancestor by the time a loop closes.
 _GAIN = 0.5
 _SPACING_CELLS = 1.0
 _DRAWS = 2 ** 32  # counters of a step: more particles do not move the numbers of the others
