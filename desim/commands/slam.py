@@ -13,6 +13,8 @@ import typer
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say, say_json
+from desim.commands.targets import writing_to
+from desim.files import writing
 
 _WARM_UP = 30  # scans: all kernels are compiled by then
 
@@ -52,8 +54,8 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         from desim.robot.slam.localizations import SLAM
         from desim.robot.slam.settings import SlamSettings
 
-        target = to or Path("results") / "slam" / f"{log.name.split('.')[0]}.png"
-        check_ending(target)
+        default = Path("results") / "slam" / f"{log.name.split('.')[0]}.png"
+        check_ending(to or default)
         true = None if relations is None else read_relations(relations)
         found = read_carmen(log)
         if true is not None:  # a wrong file is refused before the work
@@ -68,9 +70,11 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         facts = outcome(found, trial, true)
         heading = {"log": log.name, "localization": localization.value,
                    "particles": trial.particles, "seed": seed, "resolution_m": resolution}
-        if to is None:
-            target.parent.mkdir(parents=True, exist_ok=True)
-        draw_slam(trial, title(heading), target)
+        with writing_to(to, default) as target:
+            if to is None:
+                with writing(target.parent, "--to"):
+                    target.parent.mkdir(parents=True, exist_ok=True)
+            draw_slam(trial, title(heading), target)
         if as_json:
             say_json({**heading, **facts, "picture": str(target)})
         else:
