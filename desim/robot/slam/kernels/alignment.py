@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.ports.kernels import cos, inner, kernel, lean, log, sin, types
+from desim.ports.kernels import cos, inner, kernel, log, sin, types
 from desim.robot.slam.kernels.points import NX, NY, X, Y
 from desim.robot.slam.kernels.tiles import MAPS, OCCUPIED, SIDE
 
@@ -222,7 +222,7 @@ def align(particle, pose, expected, sigmas, points, count, maps, fit, root):
                 break
         else:
             scan, odometry = likelihood, prior
-            best[:] = pose
+            best[0], best[1], best[2] = pose[0], pose[1], pose[2]
             if not factorize(system, root):
                 break
             sx, sy, st = solve(root, system[6], system[7], system[8])
@@ -230,11 +230,11 @@ def align(particle, pose, expected, sigmas, points, count, maps, fit, root):
                 best[0], best[1], best[2] = best[0] + sx, best[1] + sy, best[2] + st
                 break
         pose[0], pose[1], pose[2] = best[0] + sx, best[1] + sy, best[2] + st
-    pose[:] = best
+    pose[0], pose[1], pose[2] = best[0], best[1], best[2]
     return scan, odometry
 
 
-@lean(types.float64(_f8x1))
+@inner(types.float64(_f8x1))
 def log_determinant(root):
     """Logarithm of the determinant of L, from Cholesky's factor [6]."""
     return log(root[0]) + log(root[2]) + log(root[5])

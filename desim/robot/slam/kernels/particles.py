@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from desim.ports.kernels import exp, kernel, lean, normal, types, uniform
+from desim.ports.kernels import exp, inner, kernel, lean, normal, types, uniform
 from desim.robot.slam.kernels.alignment import FIT, align, log_determinant, solve_transposed
 from desim.robot.slam.kernels.tiles import MAPS
 
@@ -36,7 +36,7 @@ def propose(poses, expected, sigmas, points, count, maps, fit, spread, key, coun
             poses[k, 2] += spread * t
 
 
-@lean("u8(i8)")
+@inner("u8(i8)")
 def _u8_of(number):
     return np.uint64(number)
 
@@ -46,8 +46,8 @@ def normalize(weights, shares):
     """Write the normalized weights of log-weights as ``shares``. Returns the effective sample size,
     1 / sum of their squares (Liu 1996)."""
     top = weights[0]
-    for w in weights:
-        top = max(top, w)
+    for k in range(len(weights)):
+        top = max(top, weights[k])
     total = 0.0
     for k in range(len(weights)):
         shares[k] = exp(weights[k] - top)

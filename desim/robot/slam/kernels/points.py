@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.ports.kernels import cos, kernel, sin, types
+from desim.ports.kernels import cos, lean, sin, types
 
 X, Y, NX, NY = 0, 1, 2, 3  # columns of points
 NEIGHBOURS = 6  # beams on each side, at most, in which a normal is fitted
@@ -29,7 +29,7 @@ class Beams(NamedTuple):
 BEAMS = types.NamedTuple([types.float64] * 7, Beams)
 
 
-@kernel(types.int64(types.float64[::1], BEAMS, types.float64[:, ::1], types.float64[::1]))
+@lean(types.int64(types.float64[::1], BEAMS, types.float64[:, ::1], types.float64[::1]))
 def points_of(ranges, beams, points, taken):
     """Write the returns of a scan as ``points`` [beams, 4] in the robot's frame: x, y in m, and the
     unit normal of the surface towards the laser, zeros where it is not known. ``taken`` [beams]:
@@ -82,7 +82,7 @@ def points_of(ranges, beams, points, taken):
     return count
 
 
-@kernel(types.int64(types.float64[:, ::1], types.int64, types.float64, types.float64[:, ::1]))
+@lean(types.int64(types.float64[:, ::1], types.int64, types.float64, types.float64[:, ::1]))
 def thinned(points, count, spacing, kept):
     """Copy points that are ``spacing`` m or more from the one kept before to ``kept``. Returns
     their number.
@@ -95,6 +95,7 @@ def thinned(points, count, spacing, kept):
             dx, dy = points[k, X] - kept[n - 1, X], points[k, Y] - kept[n - 1, Y]
             if dx * dx + dy * dy < spacing * spacing:
                 continue
-        kept[n] = points[k]
+        for column in range(4):  # a copy of rows is numba's own: its code would not be kept
+            kept[n, column] = points[k, column]
         n += 1
     return n

@@ -57,7 +57,7 @@ def search(particle, expected, sigmas, window, start, coarse, points, count, map
     for k in range(count):
         squared = points[k, X] * points[k, X] + points[k, Y] * points[k, Y]
         far, squares = max(far, squared), squares + squared
-    best[:] = start
+    best[0], best[1], best[2] = start[0], start[1], start[2]
     if count == 0:
         return
     around = int(np.ceil(window[0] / size_m))
