@@ -66,8 +66,8 @@ def why(path: RunPath,
     with exit_codes():
         with compiling(as_json):
             from desim.commands.views.why import json_object, show
+            from desim.results.file_names import SUMMARY
             from desim.results.run import Run
-            from desim.results.seal import SUMMARY
             from desim.results.why import Query, breakdown
         made = Run(path)
         found = breakdown(made.ledger, Query(topic, source, to, message, late, dropped))

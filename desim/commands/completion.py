@@ -6,13 +6,15 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from desim.results.file_names import MANIFEST
+
 _DEEPEST = 4  # folders below the one that was typed
 _MOST = 500  # completions: a shell shows no more
 
 
 def run_folders(incomplete: str) -> list[str]:
     """The folders of runs that begin like this; those of a campaign when its folder is typed."""
-    return _found(incomplete, ("manifest.json",))
+    return _found(incomplete, (MANIFEST,))
 
 
 def campaign_folders(incomplete: str) -> list[str]:
@@ -22,7 +24,7 @@ def campaign_folders(incomplete: str) -> list[str]:
 
 def result_folders(incomplete: str) -> list[str]:
     """The folders of runs and of campaigns."""
-    return _found(incomplete, ("manifest.json", "design.yaml"))
+    return _found(incomplete, (MANIFEST, "design.yaml"))
 
 
 def yaml_files(incomplete: str) -> list[str]:

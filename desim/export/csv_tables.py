@@ -13,9 +13,9 @@ from pyarrow import csv as arrow_csv
 
 from desim.errors import InputError
 from desim.files import replacing, writing
+from desim.results.file_names import SUMMARY
 from desim.results.row import flat
 from desim.results.run import Run, readable
-from desim.results.seal import SUMMARY
 
 _ENDING = ".parquet"
 METRICS = "metrics.csv"

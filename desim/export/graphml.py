@@ -11,6 +11,7 @@ import pyarrow as pa
 from desim.errors import InputError
 from desim.export.link_loads import changes
 from desim.files import target
+from desim.results.file_names import LINKS, MESSAGES
 from desim.results.message_log import DELIVERED
 from desim.results.recording import Recording
 from desim.simulation.deployment import HostPlan
@@ -22,7 +23,7 @@ Pair = tuple[str, str]
 def write_graphml(recording: Recording, path: Path) -> nx.MultiDiGraph:
     """Write the graph of ``connectivity`` into ``path`` as GraphML, and return it. Raises
     ``InputError`` where the run has no links, or the file cannot be written."""
-    if not recording.run.has("links.parquet"):
+    if not recording.run.has(LINKS):
         raise InputError(f"{recording.run.path}: has no links")
     graph = connectivity(recording)
     with target(path, "--graphml") as beside:
@@ -75,7 +76,7 @@ def _add(graph: nx.MultiDiGraph, pair: Pair, start_ns: int, end_ns: int,
 
 def _deliveries(recording: Recording) -> dict[Pair, np.ndarray]:
     """The arrivals (ns) and sizes [2, n] of messages by source and destination."""
-    if not recording.run.has("messages.parquet"):
+    if not recording.run.has(MESSAGES):
         return {}
     table = recording.messages
     table = table.filter(pa.compute.equal(table["fate"].cast(pa.string()), DELIVERED))

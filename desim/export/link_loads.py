@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pyarrow as pa
 
+from desim.results.file_names import LINKS, MESSAGES
 from desim.results.message_columns import Groups, words_of
 from desim.results.message_log import DELIVERED
 from desim.results.recording import LinkChange
@@ -31,7 +32,7 @@ class LinkLoads:
     """The link loads of ``recording``; ``at(k)`` are those of (k - 1 s, k s]."""
 
     def __init__(self, recording: ReplaySource) -> None:
-        table = recording.messages if recording.run.has("messages.parquet") else None
+        table = recording.messages if recording.run.has(MESSAGES) else None
         self._loads: dict[int, list[LinkLoad]] = {}
         if table is not None and len(table):
             self._add(table)
@@ -58,7 +59,7 @@ class LinkLoads:
 
 def changes(recording: ReplaySource) -> Sequence[LinkChange]:
     """The changes of links; none where a run has not sampled them."""
-    return recording.links if recording.run.has("links.parquet") else ()
+    return recording.links if recording.run.has(LINKS) else ()
 
 
 def linked_pairs(recording: ReplaySource) -> Iterator[tuple[int, frozenset[tuple[str, str]]]]:

@@ -20,8 +20,9 @@ from desim.imports.recording_content import RecordingContent
 from desim.imports.run_tables import LOGGED_DROP, ReplayedFleet, Tables, tables
 from desim.imports.trajectories import Trajectory, together, tracks
 from desim.results import identity, parquet
+from desim.results.file_names import MANIFEST, NAMES, SCENARIO, SUMMARY
 from desim.results.run import Run
-from desim.results.seal import MANIFEST, SUMMARY, Json, seal
+from desim.results.seal import Json, seal
 from desim.results.status import RunStatus
 from desim.scenario.schema.fleet import MAX_ROBOTS
 from desim.units import NS_PER_S
@@ -132,8 +133,8 @@ def _written(folder: Path, about: Json, made: Tables, scenario: Json, summary: J
         partial.mkdir(parents=True, exist_ok=True)
         for name, table in made.items():
             parquet.write(partial / f"{name}.parquet", table)
-        (partial / "names.json").write_text("{}\n")
-        (partial / "scenario.resolved.yaml").write_text(
+        (partial / NAMES).write_text("{}\n")
+        (partial / SCENARIO).write_text(
             yaml.safe_dump({"name": about["name"], "seed": 0, **scenario}, sort_keys=False))
         (partial / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n")
         names = sorted(file.name for file in partial.iterdir() if file.name != MANIFEST)

@@ -12,7 +12,7 @@ from desim.imports.recording_content import Corners, LinkEntry, RecordingContent
 from desim.imports.trajectories import Trajectory
 from desim.monitor.recorder import ShownPlan, StandingWall
 from desim.results.message_log import DELIVERED, DROPPED
-from desim.results.parquet import MESSAGES, TRACE
+from desim.results.parquet import MESSAGE_SCHEMA, TRACE_SCHEMA
 from desim.results.recording_tables import (
     growth_table,
     in_mm,
@@ -69,7 +69,7 @@ def tables(fleet: ReplayedFleet) -> Tables:
             "growth": growth_table(growths), "plans": plans_table(_plans(fleet)),
             "walls": walls_table(_walls(fleet)), "links": _links(fleet),
             "messages": _messages(fleet), "robots": _robots(fleet),
-            "events": TRACE.empty_table(),
+            "events": TRACE_SCHEMA.empty_table(),
             "samples": pa.table({"time_s": pa.array(times_ns / NS_PER_S, pa.float64()),
                                  "explored_union": pa.array(shares, pa.float64())})}
 
@@ -138,7 +138,8 @@ def _messages(fleet: ReplayedFleet) -> pa.Table:
                *([row[i] for row in rows] for i in (3, 4, 5, 6))]
     return pa.table([pa.array(list(column), pa.string()).dictionary_encode()
                      if pa.types.is_dictionary(field.type) else pa.array(list(column), field.type)
-                     for column, field in zip(columns, MESSAGES, strict=True)], schema=MESSAGES)
+                     for column, field in zip(columns, MESSAGE_SCHEMA, strict=True)],
+                    schema=MESSAGE_SCHEMA)
 
 
 def _robots(fleet: ReplayedFleet) -> pa.Table:

@@ -11,9 +11,9 @@ from desim.campaign.folder.comparison import ComparedCampaigns
 from desim.errors import InputError
 from desim.report.key_figures import headline, key_figures
 from desim.report.side_by_side import key_rows, metric_cells, outcome, value
-from desim.results.comparison import POSES, ComparedRuns
+from desim.results.comparison import ComparedRuns
+from desim.results.file_names import POSES, SUMMARY
 from desim.results.run import Run
-from desim.results.seal import SUMMARY
 from desim.results.status import RunStatus
 
 _DPI = 72  # of the picture: 790 x 720 pixels

@@ -15,6 +15,7 @@ from desim.middleware.beliefs import Beliefs
 from desim.monitor.reachability import Pair, linked_at
 from desim.ports import natural_key
 from desim.ports.middleware import HostState, Informs
+from desim.results.file_names import LINKS
 from desim.results.run import Run
 from desim.results.status import refuse_imported
 from desim.results.traces import Rows, refuse_failed, spools, trace_of
@@ -148,7 +149,7 @@ def beliefs_at(run: Run, at_ns: int | None = None) -> BeliefSnapshot:
         raise InputError(f"--at: {DURATION.format(at_ns)} is after the end of the run, which was "
                          f"at {DURATION.format(end_ns)}")
     # Runs that failed, and those of earlier versions, have no links.
-    linked = linked_at(run.table("links"), at_ns) if run.has("links.parquet") else None
+    linked = linked_at(run.table("links"), at_ns) if run.has(LINKS) else None
     with spools() as folder:
         return folded(trace_of(run, folder / "trace", at_ns), at_ns, informed, linked)
 

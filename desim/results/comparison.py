@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from desim.results.file_names import POSES, ROBOTS, SCENARIO, SUMMARY
 from desim.results.row import flat
 from desim.results.run import Run
-from desim.results.seal import SUMMARY, Json
+from desim.results.seal import Json
 from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
 from desim.units import NS_PER_S
 
-SCENARIO, POSES, PLACES = "scenario.resolved.yaml", "poses.parquet", "robots.parquet"
 _TURNED_RAD = 0.5e-3  # half of a recorded step: pi and -pi, rounded, are one heading
 
 
@@ -97,7 +97,7 @@ class ComparedRuns(InNotebooks):
         where one run has not kept them."""
         runs = self.first, self.second
         read = _poses if all(run.has(POSES) for run in runs) else _places
-        one, other = (read(run) for run in runs) if all(run.has(PLACES) for run in runs) else \
+        one, other = (read(run) for run in runs) if all(run.has(ROBOTS) for run in runs) else \
             ({}, {})
         return min(filter(None, (_parting(name, one[name], other[name])
                                  for name in one if name in other)), default=None)

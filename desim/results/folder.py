@@ -23,20 +23,34 @@ from desim.monitor.recorder import Recorder
 from desim.monitor.summary import judged_robot, known_map, robots_table, samples_table, summarize
 from desim.monitor.traffic import latency_table
 from desim.results import identity, maps, parquet
-from desim.results.latency_by_topic import LEDGER_TOPICS, as_json, by_topic
-from desim.results.ledger import LEDGER, LedgerRecorder
+from desim.results.file_names import (
+    EVENTS,
+    LEDGER,
+    LEDGER_TOPICS,
+    LINKS,
+    MANIFEST,
+    MESSAGES,
+    NAMES,
+    ROBOTS,
+    SAMPLES,
+    SCENARIO,
+    SUMMARY,
+    TRACE,
+)
+from desim.results.latency_by_topic import as_json, by_topic
+from desim.results.ledger import LedgerRecorder
 from desim.results.message_log import MessageLog
-from desim.results.recording_tables import EVENTS, RECORDED, recorded
-from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, seal
+from desim.results.recording_tables import RECORDED, recorded
+from desim.results.seal import MAPS, Json, manifest_of, seal
 from desim.results.status import RunStatus
 from desim.scenario.resolved import resolved
 from desim.scenario.schema.scenario import Scenario
 
 _FULL = (errno.ENOSPC, errno.EDQUOT)
-_SCENARIO, _NAMES, _LOCK = "scenario.resolved.yaml", "names.json", ".lock"
+_LOCK = ".lock"
 # The files that a run may have left when it was cut off.
 _WRITTEN = (
-    MANIFEST, SUMMARY, _SCENARIO, _NAMES, _LOCK, LEDGER_TOPICS,
+    MANIFEST, SUMMARY, SCENARIO, NAMES, _LOCK, LEDGER_TOPICS,
     *(f"{table}.parquet" for table in ("trace", "messages", "samples", "robots", "latency",
                                        "links", "ledger", *RECORDED)),
     *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml")))
@@ -74,7 +88,7 @@ class RunFolder:
         with self._writing():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._lock: int | None = self._claim()
-            (self._partial / _SCENARIO).write_text(
+            (self._partial / SCENARIO).write_text(
                 resolved(scenario, self._partial))
 
     def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
@@ -83,9 +97,9 @@ class RunFolder:
             if self.recorder is not None:
                 self._events = parquet.TraceTable(self._partial / EVENTS, names)
             if self.scenario.trace.keep == "all":
-                self._trace = parquet.TraceTable(self._partial / "trace.parquet", names)
+                self._trace = parquet.TraceTable(self._partial / TRACE, names)
             if self._log is not None:
-                self._messages = parquet.MessageTable(self._partial / "messages.parquet", names,
+                self._messages = parquet.MessageTable(self._partial / MESSAGES, names,
                                                       hosts)
 
     def finish(self, monitor: Monitor, now_ns: int, manifest: Json) -> Path | None:
@@ -95,11 +109,11 @@ class RunFolder:
         summary = {**summarize(monitor, now_ns), "digest": manifest["digest"]}
         with self._writing():
             self._close_tables()
-            parquet.write(self._partial / "samples.parquet", samples_table(monitor))
-            parquet.write(self._partial / "robots.parquet", robots_table(monitor))
+            parquet.write(self._partial / SAMPLES, samples_table(monitor))
+            parquet.write(self._partial / ROBOTS, robots_table(monitor))
             parquet.write(self._partial / "latency.parquet", latency_table(monitor.graph))
             if monitor.links is not None and self.recorder is None:
-                parquet.write(self._partial / "links.parquet", monitor.links.table())
+                parquet.write(self._partial / LINKS, monitor.links.table())
             self._write_maps(monitor)
             _write_json(self._partial / SUMMARY, summary)
             if self.recorder is not None:
@@ -173,9 +187,9 @@ class RunFolder:
         recorder.finish()
         for name, table in recorded(recorder).items():
             parquet.write_integers(self._partial / f"{name}.parquet", table)
-        parquet.write(self._partial / "links.parquet", recorder.links.table())
+        parquet.write(self._partial / LINKS, recorder.links.table())
         names = recorder.names.items()
-        _write_json(self._partial / _NAMES, {str(id_): names[id_] for id_ in sorted(names)})
+        _write_json(self._partial / NAMES, {str(id_): names[id_] for id_ in sorted(names)})
 
     def _publish(self, manifest: Json) -> Path | None:
         complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,

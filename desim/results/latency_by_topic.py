@@ -17,7 +17,6 @@ from desim.ports import natural_key
 from desim.results.message_columns import words_of
 from desim.results.seal import Json
 
-LEDGER_TOPICS = "ledger_topics.json"  # beside the ledger, which campaigns then need not read
 _NUMBER = re.compile(r"_\d+$")
 
 

@@ -14,15 +14,15 @@ from desim.errors import InputError
 from desim.middleware.graph import OnFate
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
 from desim.network.passages import Passages
+from desim.results.file_names import LEDGER, TRACE
 from desim.results.message_log import DELIVERED, DROPPED
 from desim.results.run import Run, readable
 from desim.results.status import RunStatus
-from desim.results.traces import TRACE, Rows, Spool, refuse_failed, repeatable, trace_of
+from desim.results.traces import Rows, Spool, refuse_failed, repeatable, trace_of
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
-LEDGER = "ledger.parquet"
 _INT, _TEXT = pa.int64(), pa.dictionary(pa.int32(), pa.string())
 SCHEMA = pa.schema([
     ("number", _INT), ("topic", _TEXT), ("source", _TEXT), ("destination", _TEXT),

@@ -15,11 +15,11 @@ from desim.results.message_log import DELIVERED, DROPPED
 _TEXT = pa.dictionary(pa.int32(), pa.string())
 _INT = pa.int64()
 
-MESSAGES = pa.schema([
+MESSAGE_SCHEMA = pa.schema([
     ("number", _INT), ("topic", _TEXT), ("source", _TEXT), ("destination", _TEXT),
     ("size_bytes", _INT), ("born_ns", _INT), ("first_ns", _INT), ("last_ns", _INT),
     ("fate", _TEXT), ("reason", _TEXT), ("end_ns", _INT), ("latency_ns", _INT)])
-TRACE = pa.schema([("t_ns", _INT), ("kind", _TEXT), ("entity", _TEXT),
+TRACE_SCHEMA = pa.schema([("t_ns", _INT), ("kind", _TEXT), ("entity", _TEXT),
                    ("a", _INT), ("b", _INT), ("c", _INT)])
 
 
@@ -59,7 +59,7 @@ class TraceTable(_Table):
     """Trace rows with the names of kinds and entities; ``add`` is a trace's sink."""
 
     def __init__(self, path: Path, names: Names) -> None:
-        super().__init__(path, TRACE, names)
+        super().__init__(path, TRACE_SCHEMA, names)
 
     def add(self, rows: np.ndarray) -> None:
         self._writer.write_batch(trace_batch(rows, self._names))
@@ -69,7 +69,7 @@ class MessageTable(_Table):
     """One row a message and receiving host; ``add`` is a message log's sink."""
 
     def __init__(self, path: Path, names: Names, hosts: tuple[str, ...]) -> None:
-        super().__init__(path, MESSAGES, names)
+        super().__init__(path, MESSAGE_SCHEMA, names)
         self._hosts = hosts
 
     def add(self, rows: np.ndarray, reasons: list[str]) -> None:
@@ -80,7 +80,7 @@ def trace_batch(rows: np.ndarray, names: Names) -> pa.RecordBatch:
     """Rows of a trace as ``trace.parquet`` has them."""
     return pa.record_batch([
         pa.array(rows["t_ns"]), _named(rows["kind"], names), _named(rows["entity"], names),
-        *(pa.array(rows[column]) for column in "abc")], schema=TRACE)
+        *(pa.array(rows[column]) for column in "abc")], schema=TRACE_SCHEMA)
 
 
 def message_batch(rows: np.ndarray, reasons: list[str], names: Names, hosts: tuple[str, ...],
@@ -93,7 +93,7 @@ def message_batch(rows: np.ndarray, reasons: list[str], names: Names, hosts: tup
         pa.array(size), pa.array(born), pa.array(first, mask=never),
         pa.array(last, mask=never), _of(lost, (DELIVERED, DROPPED)),
         _of(reason, reasons, mask=~lost), pa.array(end), pa.array(end - born, mask=lost)],
-        schema=MESSAGES)
+        schema=MESSAGE_SCHEMA)
 
 
 def _named(ids: np.ndarray, names: Names) -> pa.Array:

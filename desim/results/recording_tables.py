@@ -14,7 +14,6 @@ from desim.units import MM_PER_M, MRAD_PER_RAD
 _PLACES = pa.list_(pa.int32())
 _GRID = {"x_m": pa.float64(), "y_m": pa.float64(), "resolution_m": pa.float64(),
          "width": pa.int32(), "height": pa.int32()}
-EVENTS = "events.parquet"
 
 
 def poses_table(times_ns: np.ndarray, robots: Sequence[str], poses: np.ndarray) -> pa.Table:

@@ -15,7 +15,8 @@ import pyarrow.parquet as pq
 
 from desim.errors import InputError
 from desim.results import maps
-from desim.results.seal import MANIFEST, MAPS, SUMMARY, Json, manifest_of, wrong_with
+from desim.results.file_names import MANIFEST, NAMES, SCENARIO, SUMMARY
+from desim.results.seal import MAPS, Json, manifest_of, wrong_with
 from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
 from desim.scenario.schema.scenario import Scenario
@@ -37,7 +38,7 @@ class Run(InNotebooks):
         """The scenario of the run, every value spelled out. It is not checked again: its plug-ins
         and its map need not be there any more. ``params`` of a plug-in that is not there raises
         ``InputError``."""
-        with readable(self.file("scenario.resolved.yaml")) as file:
+        with readable(self.file(SCENARIO)) as file:
             return Scenario.model_validate(yaml12.read(str(file))[0])
 
     @cached_property
@@ -77,7 +78,7 @@ class Run(InNotebooks):
     @cached_property
     def names(self) -> dict[int, str]:
         """The names of the ids in ``trace.parquet``."""
-        with readable(self.file("names.json")) as file:
+        with readable(self.file(NAMES)) as file:
             return {int(id_): name for id_, name in json.loads(file.read_text()).items()}
 
     def table(self, name: str) -> dict[str, np.ndarray]:

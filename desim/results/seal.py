@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from desim.files import content, opened
+from desim.results.file_names import MANIFEST, SUMMARY
 
-MANIFEST, SUMMARY = "manifest.json", "summary.json"
 MAPS = "map"  # the one folder in a run's folder
 _MOST_BYTES = 100_000_000  # of a manifest or a summary
 Json = dict[str, Any]  # an object of a JSON file

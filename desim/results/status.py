@@ -7,6 +7,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from desim.errors import InputError
+from desim.results.file_names import SCENARIO
 from desim.results.seal import Json, manifest_of
 
 
@@ -35,7 +36,7 @@ def refuse_imported(path: Path, manifest: Json, missing: str) -> None:
 def refuse_imported_scenario(scenario: Path) -> None:
     """Raise ``InputError`` for the ``scenario.resolved.yaml`` of a run that was imported: it names
     the robots, and there is nothing to run."""
-    if scenario.name == "scenario.resolved.yaml":
+    if scenario.name == SCENARIO:
         manifest = manifest_of(scenario.parent)
         if manifest is not None:
             refuse_imported(scenario.parent, manifest, "scenario to run")

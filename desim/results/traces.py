@@ -15,13 +15,13 @@ import pyarrow.parquet as pq
 from desim.engine.trace import ROW, Names
 from desim.errors import InputError
 from desim.results import identity
+from desim.results.file_names import SCENARIO, TRACE
 from desim.results.run import Run, readable
 from desim.results.status import RunStatus, refuse_imported
 from desim.scenario.load import load
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 
-TRACE = "trace.parquet"
 CONTEXT = 5  # rows shown on either side of a difference
 _CHUNK = 1 << 18
 
@@ -110,7 +110,7 @@ def repeatable(run: Run, missing: str, setting: str = "") -> Scenario:
     with ``setting`` (empty: never). Raises ``InputError`` where other versions are
     installed now, and for what was imported."""
     refuse_imported(run.path, run.manifest, missing)
-    scenario = load(run.file("scenario.resolved.yaml")).scenario
+    scenario = load(run.file(SCENARIO)).scenario
     now = {"versions": identity.versions(), "plugins": identity.plugin_references(scenario),
            "source": identity.source(identity.modules(scenario))}
     other = [name for name, value in now.items() if run.manifest.get(name) != value]

@@ -11,7 +11,8 @@ from desim import api
 from desim.cli import app
 from desim.commands.views.why import bar, duration, in_words, show
 from desim.errors import InputError
-from desim.results.ledger import LEDGER, ledger_of
+from desim.results.file_names import LEDGER
+from desim.results.ledger import ledger_of
 from desim.results.run import Run
 from desim.results.why import READ, Query, breakdown
 

@@ -14,15 +14,8 @@ from desim.report.campaign.campaign_report import write
 from desim.report.campaign.figures.latency import latency_figure
 from desim.report.campaign.numbers import Estimates, Study
 from desim.report.campaign.numbers.latencies import by_topic_and_vector
-from desim.results.latency_by_topic import (
-    LEDGER_TOPICS,
-    as_json,
-    by_topic,
-    from_json,
-    hosts_of,
-    without_numbers,
-)
-from desim.results.ledger import LEDGER
+from desim.results.file_names import LEDGER, LEDGER_TOPICS
+from desim.results.latency_by_topic import as_json, by_topic, from_json, hosts_of, without_numbers
 from desim.results.run import Run
 from desim.results.why import Query, breakdown
 from desim.statistics.intervals import t_interval

@@ -20,8 +20,9 @@ from desim.campaign.design.design import load_design
 from desim.campaign.design.plan import Plan
 from desim.campaign.folder.index import line_of
 from desim.campaign.running.sweep import INDEX
+from desim.results.file_names import SUMMARY
 from desim.results.row import row_of
-from desim.results.seal import SUMMARY, likeness, seal
+from desim.results.seal import likeness, seal
 
 
 def main() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from desim.campaign.design.design import Design, read_design
 from desim.errors import InputError
+from desim.results.file_names import MANIFEST
 from desim.results.run import Run, columns
 from desim.results.shown import InNotebooks
 from desim.results.status import RunStatus
@@ -38,7 +39,7 @@ class Campaign(InNotebooks):
     def run(self, run_id: str) -> Run:
         """One of its runs. Raises ``InputError`` where there is no folder of it."""
         for scenario in sorted((self.path / "runs").glob("*")):
-            if (scenario / run_id / "manifest.json").is_file():
+            if (scenario / run_id / MANIFEST).is_file():
                 return Run(scenario / run_id)
         errors = dict(zip(self.runs["run_id"], self.runs["error"], strict=True))
         raise InputError(f"{self.path}: " + (f"run {run_id!r} has left no folder: {errors[run_id]}"

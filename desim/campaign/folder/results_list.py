@@ -11,8 +11,9 @@ from typing import NamedTuple
 from desim.campaign.folder import index
 from desim.campaign.folder.design_copy import DESIGN
 from desim.errors import InputError
+from desim.results.file_names import MANIFEST, SUMMARY
 from desim.results.run import Run
-from desim.results.seal import MANIFEST, SUMMARY, Json
+from desim.results.seal import Json
 from desim.results.status import RunStatus
 from desim.scenario import yaml12
 

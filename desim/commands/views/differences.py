@@ -7,12 +7,12 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from desim import api
+from desim.results.file_names import TRACE
 from desim.results.folder import RunFolder
 from desim.results.run import Run
 from desim.results.trace_words import text
 from desim.results.traces import (
     CONTEXT,
-    TRACE,
     Rows,
     Spool,
     first_difference,

@@ -14,6 +14,7 @@ from desim.commands.views.message_rows import story
 from desim.commands.views.why import show_message
 from desim.engine.trace import Names
 from desim.errors import InputError
+from desim.results.file_names import MESSAGES
 from desim.results.ledger import trace_and_ledger
 from desim.results.message_log import DELIVERED
 from desim.results.run import Run
@@ -21,7 +22,6 @@ from desim.results.traces import spools
 from desim.results.why import fates
 from desim.units import NS_PER_S
 
-_MESSAGES = "messages.parquet"
 _LISTED = 40  # a screen
 _READ_WITHIN_NS = NS_PER_S  # nodes look at what they keep at least so often
 
@@ -60,9 +60,9 @@ def _print(console: Console, line: str = "") -> None:
 
 def _read_by_ns(run: Run, number: int) -> int | None:
     """An instant when the message was read, where the run has kept messages."""
-    if not run.has(_MESSAGES):
+    if not run.has(MESSAGES):
         return None
-    rows = pq.read_table(run.file(_MESSAGES), columns=["end_ns"],
+    rows = pq.read_table(run.file(MESSAGES), columns=["end_ns"],
                          filters=pc.field("number") == number)
     return max((end_ns + _READ_WITHIN_NS for end_ns in rows["end_ns"].to_pylist()), default=None)
 
@@ -71,9 +71,9 @@ def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None
     """The first messages of the run in ``path`` that are of ``topic``, dropped, or under way at
     ``at_ns``, a line for each receiver. Raises ``InputError`` where messages were not kept."""
     run = Run(path)
-    if not run.has(_MESSAGES):
+    if not run.has(MESSAGES):
         raise InputError(f"{path}: its messages were not kept; run it with trace.keep: messages")
-    rows = pq.read_table(run.file(_MESSAGES)).to_pylist()
+    rows = pq.read_table(run.file(MESSAGES)).to_pylist()
     asked = [row for row in rows
              if (topic is None or fnmatchcase(row["topic"], topic))
              and (at_ns is None or row["born_ns"] <= at_ns <= row["end_ns"])]

@@ -16,6 +16,7 @@ from desim.export.extent import Extent, extent_of
 from desim.export.link_loads import LinkLoads
 from desim.monitor.map_growth import TENTH_NS
 from desim.monitor.recorder import StandingWall
+from desim.results.file_names import SAMPLES
 from desim.results.merged_map import merged
 from desim.results.recording import Recording
 from desim.units import MM_PER_M, NS_PER_S
@@ -46,7 +47,7 @@ class AnimationScene:
         self._frame()
         self._territory()
         run = recording.run
-        rows = run.samples if run.has("samples.parquet") else {"time_s": np.empty(0)}
+        rows = run.samples if run.has(SAMPLES) else {"time_s": np.empty(0)}
         self._explored = (rows["time_s"] * NS_PER_S, rows["explored_union"]) \
             if len(rows["time_s"]) else None
 

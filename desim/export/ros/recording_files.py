@@ -18,6 +18,7 @@ from desim.export.ros.message_types import RosTypes, TopicMessage
 from desim.export.ros.rviz_configuration import rviz_configuration
 from desim.export.ros.topics import is_latched, topic_messages
 from desim.files import target
+from desim.results.file_names import SCENARIO
 from desim.results.recording import Recording
 from desim.results.status import is_imported
 
@@ -54,8 +55,8 @@ def write_mcap(recording: Recording, path: Path, done: Done) -> Counts:
             writer.add_message(channels[topic], message.time_ns, types.data(kind, message.message),
                                message.time_ns, counts[topic])
         if not is_imported(recording.run.manifest):
-            writer.add_attachment(0, 0, "scenario.resolved.yaml", "application/yaml",
-                                  recording.run.file("scenario.resolved.yaml").read_bytes())
+            writer.add_attachment(0, 0, SCENARIO, "application/yaml",
+                                  recording.run.file(SCENARIO).read_bytes())
         writer.finish()
     with target(path.with_suffix(FOXGLOVE), "--mcap") as beside:
         beside.write_text(json.dumps(layout(recording), indent=1) + "\n")

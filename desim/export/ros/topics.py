@@ -29,6 +29,7 @@ from desim.export.ros.message_types import (
 )
 from desim.monitor.map_growth import MapGrowth
 from desim.monitor.recorder import ShownPlan
+from desim.results.file_names import SAMPLES
 from desim.results.merged_map import known_at
 from desim.results.source import ReplaySource
 from desim.units import MM_PER_M, NS_PER_S
@@ -195,7 +196,7 @@ def _grids(growths: Sequence[MapGrowth], recording: ReplaySource, types: RosType
 
 def _explored(recording: ReplaySource, types: RosTypes) -> Iterator[Timed]:
     """The share of the terrain that some robot knows, as the monitor has sampled it, if it has."""
-    if not recording.run.has("samples.parquet"):
+    if not recording.run.has(SAMPLES):
         return
     rows = recording.run.samples
     for time_s, share in zip(rows["time_s"].tolist(), rows["explored_union"].tolist(),

@@ -13,9 +13,9 @@ from desim.monitor.monitor import StopReason
 from desim.monitor.recorder import Recorder, ShownPlan, StandingWall
 from desim.monitor.summary import robots_table, summarize
 from desim.results import parquet
+from desim.results.file_names import LEDGER
 from desim.results.folder import RunFolder
 from desim.results.identity import versions
-from desim.results.ledger import LEDGER
 from desim.results.recording import (
     Event,
     LinkChange,
@@ -89,13 +89,13 @@ class Stretches:
         simulation, now_ns = self._simulation, self._simulation.kernel.now_ns
         simulation.trace.flush()
         self._folder.flush()
-        rows = rows_of(self._taken(self._events, parquet.TRACE))
+        rows = rows_of(self._taken(self._events, parquet.TRACE_SCHEMA))
         stretch = Stretch(
             self._facts(), self._begin_ns, now_ns, self._recorder.robots, self._hosts,
             *self._next_poses(), self._recorder.growths() if with_maps else (),
             self._recorder.walls, self._next_plans(goals_of(rows)),
             events_of(rows, simulation.names.items()), self._next_links(),
-            self._taken(self._messages, parquet.MESSAGES))
+            self._taken(self._messages, parquet.MESSAGE_SCHEMA))
         self._begin_ns = now_ns
         return stretch
 

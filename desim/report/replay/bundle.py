@@ -14,8 +14,7 @@ from desim.report.replay.facts import facts
 from desim.report.replay.growth import add_growth
 from desim.report.replay.ledger import add_ledger
 from desim.report.replay.traffic import add_loads, add_messages, add_topics, traffic_of
-from desim.results.ledger import LEDGER
-from desim.results.seal import SUMMARY
+from desim.results.file_names import LEDGER, ROBOTS, SUMMARY
 from desim.results.source import ReplaySource
 from desim.results.status import is_imported
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams
@@ -138,7 +137,7 @@ def _add_robots(columns: Columns, recording: ReplaySource) -> None:
     """Add each robot's explored share (1e-4, -1: it has no software), and its way [mm] and the
     bytes that it received and sent until then, once a second; the share that all together know."""
     run, count = recording.run, len(recording.robots)
-    table = run.robots if run.has("robots.parquet") else _NO_SECONDS
+    table = run.robots if run.has(ROBOTS) else _NO_SECONDS
 
     def by_robot(name: str, scale: float) -> np.ndarray:
         values = np.nan_to_num(table[name].astype(float) * scale, nan=-1.0)

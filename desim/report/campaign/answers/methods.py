@@ -23,6 +23,7 @@ from desim.files import content
 from desim.report.campaign import formatting
 from desim.report.campaign.numbers import TIMES, Axis, Study
 from desim.report.campaign.numbers.contrasts import Contrast
+from desim.results.file_names import SCENARIO
 from desim.results.run import Run
 from desim.results.seal import Json
 from desim.scenario import yaml12
@@ -56,7 +57,7 @@ class Sources:
     def stop(self) -> Json:
         """The stop conditions of a run."""
         try:
-            return yaml12.parse(self.scenario or "", "scenario.resolved.yaml")[0].get("stop", {})
+            return yaml12.parse(self.scenario or "", SCENARIO)[0].get("stop", {})
         except InputError:
             return {}
 
@@ -65,7 +66,7 @@ class Sources:
         """The scenario of one run, every value spelled out."""
         for run in self._runs():
             with suppress(InputError):
-                return run.file("scenario.resolved.yaml").read_text()[:_LONGEST_TEXT]
+                return run.file(SCENARIO).read_text()[:_LONGEST_TEXT]
         return None
 
     @cached_property

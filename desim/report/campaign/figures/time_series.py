@@ -13,6 +13,7 @@ from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import WIDTH_IN, colour
 from desim.report.campaign.numbers import Panel, Study, VectorRuns
 from desim.report.campaign.numbers.lines import evenly
+from desim.results.file_names import SAMPLES
 from desim.results.run import Run
 
 _MOST_LINES = 6  # in a panel
@@ -61,7 +62,7 @@ def _read(study: Study, vector: VectorRuns) -> Iterator[tuple[np.ndarray, np.nda
     ids = study.text("run_id")
     for row in vector.rows[~study.failed[vector.rows]][:_MOST_RUNS]:
         try:
-            file = Run(study.run_folders[ids[row]]).file("samples.parquet")
+            file = Run(study.run_folders[ids[row]]).file(SAMPLES)
         except (KeyError, InputError):  # gone, or damaged: it is left out, and counted
             continue
         table = pq.read_table(file, columns=["time_s", "explored"])

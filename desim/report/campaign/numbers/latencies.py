@@ -12,8 +12,8 @@ from desim.errors import InputError
 from desim.ports import natural_key
 from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study, VectorRuns
+from desim.results.file_names import LEDGER_TOPICS
 from desim.results.latency_by_topic import (
-    LEDGER_TOPICS,
     TopicBreakdown,
     TopicBreakdowns,
     from_json,

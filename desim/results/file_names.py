@@ -1,0 +1,16 @@
+"""The names of the files in a run's folder; docs/results.md describes them."""
+
+MANIFEST = "manifest.json"  # written last, it seals the others
+SCENARIO = "scenario.resolved.yaml"
+SUMMARY = "summary.json"
+NAMES = "names.json"  # of the ids in trace rows
+SAMPLES = "samples.parquet"
+ROBOTS = "robots.parquet"
+LINKS = "links.parquet"
+MESSAGES = "messages.parquet"
+LEDGER = "ledger.parquet"
+LEDGER_TOPICS = "ledger_topics.json"  # the ledger's sums, which campaigns read in its place
+TRACE = "trace.parquet"
+# Two of the recording; all of its tables: RECORDED of recording_tables.py.
+POSES = "poses.parquet"
+EVENTS = "events.parquet"
