@@ -134,7 +134,7 @@ def test_a_turn_around_is_no_long_way():
 
 @pytest.mark.parametrize("text, message", [
     ("1 2 3\n", ":1: has 3 values; wanted: t1 t2 x y z roll pitch yaw"),
-    ("\n1 2 0 0 0 0 0 x\n", ":2: 'x' is no number"),
+    ("\n1 2 0 0 0 0 0 x\n", ":2: a relation has 'x' where a number is wanted"),
     ("", ": has no relation; wanted: lines of t1 t2 x y z roll pitch yaw")])
 def test_the_error_of_wrong_relations(tmp_path, text, message):
     path = written(tmp_path, text)

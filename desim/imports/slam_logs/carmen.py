@@ -20,6 +20,7 @@ import numpy as np
 
 from desim.errors import InputError, printable
 from desim.files import opened
+from desim.imports.slam_logs.number_words import finite
 from desim.robot.slam.settings import ScannerGeometry
 from desim.robot.slam.transforms import compose, motion_between
 
@@ -70,11 +71,11 @@ def read_carmen(path: Path) -> CarmenLog:
         words = line.split()
         where = f"{path}:{number}"
         if words[:2] == ["PARAM", "robot_front_laser_max"] and len(words) > 2:
-            longest_m = _numbers(words[2:3], where, "PARAM robot_front_laser_max")[0]
+            longest_m = finite(words[2:3], where, "PARAM robot_front_laser_max")[0]
         if not words or words[0] not in _READ:
             continue
         if words[0] == "ODOM":
-            _numbers(_some(words, 1, _AT_ONCE, where, "x, y and theta"), where, "ODOM")
+            finite(_some(words, 1, _AT_ONCE, where, "x, y and theta"), where, "ODOM")
             continue
         if kind in ("", words[0]):
             kind = words[0]
@@ -111,20 +112,6 @@ def _some(words: list[str], at: int, count: int, where: str, what: str) -> list[
     return words[at:at + count]
 
 
-def _numbers(words: list[str], where: str, kind: str) -> list[float]:
-    """Finite numbers."""
-    found = []
-    for word in words:
-        try:
-            value = float(word)
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise InputError(f"{where}: {kind} has {printable(word)!r} where a number is wanted")
-        found.append(value)
-    return found
-
-
 def _count(words: list[str], at: int, where: str, what: str) -> int:
     """A number of values that follow."""
     word = _some(words, at, 1, where, f"the number of {what}")[0]
@@ -138,23 +125,23 @@ def _flaser(words: list[str], where: str) -> _Scan:
     count = _count(words, 1, where, "ranges")
     ranges = _some(words, 2, count, where, f"{count} ranges")
     rest = _some(words, 2 + count, 7, where, "two poses and a time")
-    values = _numbers(rest, where, "FLASER")
+    values = finite(rest, where, "FLASER")
     return _Scan(values[6], values[:3], values[3:6],
-                 np.array(_numbers(ranges, where, "FLASER")), (0.0, 0.0, 0.0))
+                 np.array(finite(ranges, where, "FLASER")), (0.0, 0.0, 0.0))
 
 
 def _robotlaser(words: list[str], where: str) -> _Scan:
-    first, _, increment, longest = _numbers(_some(words, 2, 4, where, "the laser's angles"), where,
-                                            "ROBOTLASER1")
+    first, _, increment, longest = finite(_some(words, 2, 4, where, "the laser's angles"), where,
+                                          "ROBOTLASER1")
     if increment == 0.0:
         raise InputError(f"{where}: ROBOTLASER1 has angles 0 apart; wanted: rad, not 0")
     count = _count(words, 8, where, "ranges")
     ranges = _some(words, 9, count, where, f"{count} ranges")
     at = 9 + count
     at += 1 + _count(words, at, where, "remissions")
-    values = _numbers(_some(words, at, 12, where, "two poses and a time"), where, "ROBOTLASER1")
+    values = finite(_some(words, at, 12, where, "two poses and a time"), where, "ROBOTLASER1")
     return _Scan(values[11], values[:3], values[3:6],
-                 np.array(_numbers(ranges, where, "ROBOTLASER1")), (first, increment, longest))
+                 np.array(finite(ranges, where, "ROBOTLASER1")), (first, increment, longest))
 
 
 def _log(scans: list[_Scan], longest_m: float) -> CarmenLog:

@@ -6,14 +6,14 @@ Kuemmerle et al., "On measuring the accuracy of SLAM algorithms" (Autonomous Rob
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from desim.errors import InputError, printable
+from desim.errors import InputError
 from desim.files import content
+from desim.imports.slam_logs.number_words import finite
 from desim.robot.slam.transforms import motion_between, wrapped
 
 _MOST_BYTES = 200_000_000
@@ -55,21 +55,11 @@ def read_relations(path: Path) -> Relations:
         if len(words) != _COLUMNS:
             raise InputError(f"{path}:{number}: has {len(words)} values; wanted: t1 t2 x y z roll "
                              "pitch yaw")
-        rows.append([_number(word, f"{path}:{number}") for word in words])
+        rows.append(finite(words, f"{path}:{number}", "a relation"))
     if not rows:
         raise InputError(f"{path}: has no relation; wanted: lines of t1 t2 x y z roll pitch yaw")
     table = np.array(rows)
     return Relations(table[:, :2], table[:, [2, 3, 7]])
-
-
-def _number(word: str, where: str) -> float:
-    try:
-        value = float(word)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{where}: {printable(word)!r} is no number")
-    return value
 
 
 def errors_of(times_s: np.ndarray, poses: np.ndarray, relations: Relations) -> PathErrors:
