@@ -54,6 +54,15 @@ class Peer(NamedTuple):
     goal: Place | None = None
 
 
+class TeamLink(NamedTuple):
+    """A teammate as the radio hears it: the time at which anything of it came last (map update,
+    pose, message of its strategy), and the power at which it is received now. None: the network
+    model does not say, or nothing of it gets through now."""
+
+    heard_ns: int
+    signal_dbm: float | None
+
+
 class StrategyMessage(NamedTuple):
     """A message of a teammate's strategy. ``content`` is a copy of what was published; after
     ``publish`` without a size it is what JSON makes of it: tuples become lists."""
@@ -86,6 +95,10 @@ class StrategyContext(Protocol):
         """The host's: the robot's."""
 
     @property
+    def has_body(self) -> bool:
+        """Whether the host is a robot's."""
+
+    @property
     def now_ns(self) -> int:
         """The time."""
 
@@ -104,6 +117,9 @@ class StrategyContext(Protocol):
     @property
     def team(self) -> tuple[str, ...]:
         """The names of all other hosts that run a strategy."""
+
+    def links(self) -> dict[str, TeamLink]:
+        """The teammates that were ever heard of, by name."""
 
     # ----------------------------------------------------------------------------- the own map
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-from desim.ports import Peer, Place
+from collections.abc import Callable
+
+from desim.ports import Peer, Place, TeamLink
 
 
 class Team:
     """``names`` of all other hosts with a strategy | ``peers`` the newest pose of each that came
-    with a map update or a ``TeamState``."""
+    with a map update or a ``TeamState`` | ``signal_dbm`` the power at which the host's radio
+    receives a teammate now; None where it does not, or does not say."""
 
-    def __init__(self, names: tuple[str, ...], lost_after_ns: int) -> None:
+    def __init__(self, names: tuple[str, ...], lost_after_ns: int,
+                 signal_dbm: Callable[[str], float | None] = lambda name: None) -> None:
         self.names = names
+        self._signal_dbm = signal_dbm
         self.peers: dict[str, Peer] = {}
         self._lost_after_ns = lost_after_ns
         self._stamp_ns: dict[str, int] = {}  # of the peers' poses
@@ -36,6 +41,12 @@ class Team:
     def spoke(self, name: str, now_ns: int) -> None:
         """A message of the strategy of ``name`` has arrived."""
         self._spoke_ns[name] = now_ns
+
+    def links(self) -> dict[str, TeamLink]:
+        """The teammates that were ever heard of."""
+        heard = ((name, self._heard_ns(name)) for name in self.names)
+        return {name: TeamLink(heard_ns, self._signal_dbm(name))
+                for name, heard_ns in heard if heard_ns is not None}
 
     def changes(self, now_ns: int) -> list[tuple[str, bool]]:
         """The teammates that were heard of for the first time or again (True), and those that were

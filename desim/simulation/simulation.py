@@ -32,6 +32,7 @@ from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan, plan
 from desim.simulation.drivers import Driver
+from desim.simulation.link_signals import LinkSignals
 from desim.simulation.monitor_node import MonitorNode
 from desim.simulation.wiring import HostPlaces, wired
 from desim.simulation.world_clock import WorldClock
@@ -73,10 +74,12 @@ class Simulation:
         self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
         # Messages: the hosts, their middleware, and the media between them.
         self.plan = plan(scenario)
-        self.graph = wired(scenario, HostPlaces(self.world, self.plan), self.kernel, self.trace,
-                           self.streams, [host.name for host in self.plan], payloads=payloads,
+        places = HostPlaces(self.world, self.plan)
+        self.graph = wired(scenario, places, self.kernel, self.trace, self.streams,
+                           [host.name for host in self.plan], payloads=payloads,
                            on_fate=on_fate if ledger is None else ledger,
                            passages=None if ledger is None else ledger.passages)
+        self._signals = LinkSignals(self.graph, places)
         # The observer, and what drives sensors and motors.
         self._controlled = [host.software for host in self.plan if host.software is not None]
         self._explorers = tuple(self.world.robots[robot] for robot in self._controlled)
@@ -149,7 +152,8 @@ class Simulation:
         """The other hosts with a strategy, in natural order; fresh, as their software is."""
         names = tuple(plan.name for plan in self.plan
                       if plan.name != own and (plan.name in self._explorers or plan.strategy))
-        return Team(names, self.scenario.coordination.lost_after_ns)
+        return Team(names, self.scenario.coordination.lost_after_ns,
+                    partial(self._signals.power_dbm, own))
 
     def _watch(self, robot: str, robot_map: RobotMap | None) -> None:
         for watcher in self._watchers:

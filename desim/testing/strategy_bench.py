@@ -30,9 +30,11 @@ class StrategyBench:
                  team: tuple[str, ...] = ("robot_2", "robot_10", "base")) -> None:
         self.name, self.team = name, team
         self.now_ns = 10 * NS_PER_S
+        self.has_body = True
         self.pose: ports.Pose2D | None = ports.Pose2D(0.0, 0.0, 0.0)
         self.goal: ports.Place | None = None
         self.peers = {"robot_2": ports.Peer(5.0, 5.0, 0.0, 9 * NS_PER_S, ports.Place(6.0, 5.0))}
+        self.heard = {"robot_2": ports.TeamLink(9 * NS_PER_S, -60.0)}
         self.known = frontiers
         cells = int(_SIDE_M / _CELL_M)
         self.grid = ports.GridSpec(_CELL_M, cells, cells, -_SIDE_M / 2, -_SIDE_M / 2)
@@ -41,6 +43,9 @@ class StrategyBench:
         self.timers: list[Callback] = []
         self.subscriptions: list[tuple[str, OnMessage]] = []
         self._advertised: set[str] = set()
+
+    def links(self) -> dict[str, ports.TeamLink]:
+        return dict(self.heard)
 
     def frontiers(self, limit: int | None = None, origin: ports.Place | None = None
                   ) -> list[ports.Frontier]:
@@ -88,13 +93,18 @@ class StrategyBench:
 
     def every(self, period_ns: int, callback: Callback) -> None:
         assert type(period_ns) is int and period_ns > 0, f"a period of {period_ns!r} ns"
-        self.timers.append(callback)
+
+        def again(context: ports.StrategyContext) -> None:
+            self.timers.append(again)
+            callback(context)
+
+        self.timers.append(again)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return Streams(0)("view", *name)
 
     def run_timers(self) -> None:
-        """Call what is due: all that was set until now, once."""
+        """Call all that was set until now, once. Periodic timers stay set."""
         due, self.timers = self.timers, []
         for callback in due:
             callback(self)

@@ -84,3 +84,25 @@ class Central:
         if place is not None:
             self.last_ns = context.now_ns
             note(context, "sent", context.go(ports.Place(*place)))
+
+
+class Listening:
+    """Stands, and notes its links every second."""
+
+    class Params(ports.Params):
+        """None."""
+
+    def __init__(self, params):
+        """Nothing is kept."""
+
+    def on_start(self, context):
+        context.advertise("here")
+        context.subscribe("here", lambda *_: None)
+        context.every(NS_PER_S, self.on_second)
+
+    def choose(self, context):
+        return None
+
+    def on_second(self, context):
+        note(context, "links", context.links())
+        context.publish("here", None)

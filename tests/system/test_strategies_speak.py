@@ -1,5 +1,6 @@
 """Strategies hear of what happens, speak over the network, and may run without a body."""
 
+import numpy as np
 import pytest
 import speaking
 from runs import HELLO, built, finished
@@ -81,3 +82,51 @@ def test_a_team_state_brings_pose_and_goal():
     # To two others once a second, from a phase drawn by name on.
     assert counts.delivered == counts.intended == 10
     assert counts.bytes == 10 * 2 * (72 + len("/p3dx0_tf/map"))
+
+
+LISTENING = (HELLO, "coordination.strategy=speaking:Listening", "coordination.exchange=null",
+             "deployment=field", "stop.elapsed=10 s")
+
+
+def links_at_the_end(*case):
+    speaking.LOG.clear()
+    simulation = built(*LISTENING, *case)
+    outcome = finished(simulation)
+    return simulation, {host: what[1] for _, host, *what in speaking.LOG}, outcome
+
+
+def test_links_have_the_time_and_where_the_radio_knows_it_the_power():
+    radio = "network.media.air={model: radio, fidelity: mac}"
+    simulation, links, _ = links_at_the_end(radio)
+    assert {host: sorted(heard) for host, heard in links.items()} == {
+        f"robot_{k}": [f"robot_{j}" for j in range(3) if j != k] for k in range(3)}
+    # The robots stand 2 m apart, in one row.
+    for (one, other), apart_m in {("robot_0", "robot_1"): 2.0, ("robot_0", "robot_2"): 4.0}.items():
+        power_dbm = simulation.graph.media[0].model.signal(
+            np.array([-10.0, 10.0]), np.array([[-10.0 + apart_m, 10.0]])).power_dbm[0]
+        for heard in (links[one][other], links[other][one]):
+            assert heard.signal_dbm == pytest.approx(power_dbm)
+            assert 8 * 10**9 < heard.heard_ns <= 10 * 10**9
+
+
+def test_a_disk_says_nothing_of_power_and_an_unheard_robot_has_no_link():
+    _, links, _ = links_at_the_end("network.media.air={model: disk, range: 3 m}")
+    assert {host: sorted(heard) for host, heard in links.items()} == {
+        "robot_0": ["robot_1"], "robot_1": ["robot_0", "robot_2"], "robot_2": ["robot_1"]}
+    assert {link.signal_dbm for heard in links.values() for link in heard.values()} == {None}
+
+
+def test_a_robot_that_stopped_is_remembered_but_not_received():
+    _, links, _ = links_at_the_end("network.media.air={model: radio, fidelity: mac}",
+                                   "faults=[{at: 5 s, host: robot_2}]")
+    heard = links["robot_0"]["robot_2"]
+    assert heard.heard_ns <= 5 * 10**9 + 10**8
+    assert heard.signal_dbm is None
+
+
+def test_asking_for_links_changes_nothing_else(monkeypatch):
+    radio = "network.media.air={model: radio, fidelity: mac}"
+    _, _, asked = links_at_the_end(radio)
+    monkeypatch.setattr(speaking.Listening, "on_second",
+                        lambda self, context: context.publish("here", None))
+    assert links_at_the_end(radio)[2].digest == asked.digest

@@ -20,6 +20,7 @@ from desim.ports import (
     Pose2D,
     StrategyContext,
     StrategyMessage,
+    TeamLink,
 )
 from desim.robot.coordination.strategy_messages import Encoded, encoded
 from desim.robot.navigation.map_queries import MapQueries
@@ -69,6 +70,10 @@ class HostContext:
         return self._node.host.name
 
     @property
+    def has_body(self) -> bool:
+        return self._body is not None
+
+    @property
     def now_ns(self) -> int:
         return self._node.now_ns
 
@@ -87,6 +92,9 @@ class HostContext:
     @property
     def team(self) -> tuple[str, ...]:
         return self._team.names
+
+    def links(self) -> dict[str, TeamLink]:
+        return self._team.links()
 
     def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
         discs = _NO_DISCS if self._body is None else self._body.discs()

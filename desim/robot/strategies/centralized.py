@@ -1,0 +1,140 @@
+"""A central coordinator: the base assigns frontiers to all robots, which obey (Burgard 2005)."""
+
+import math
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.optimize import linear_sum_assignment
+
+from desim import ports
+from desim.robot.strategies.contact import Contact, nearest
+from desim.units import Duration, Length, Period
+
+_FAR_M = 1e6  # in place of no way at all: more than any way
+
+
+class Centralized:
+    """Robots drive where a host without a body sends them: it merges their maps and assigns
+    frontiers to those without a task (Burgard, Moors, Stachniss, Schneider 2005, section III).
+
+    The same class runs on the robots and on that host. A robot says every ``period`` where it is
+    and what it has done; the base answers with all tasks. ``hungarian``: so that all ways together
+    are shortest. ``greedy``: the shortest way first, and frontiers near to a task are worth less.
+    Failsafe: a robot that the base has not spoken to for ``failsafe_after`` goes on alone as
+    ``nearest_frontier``, until it hears the base again.
+    """
+
+    class Params(ports.Params):
+        assignment: Literal["hungarian", "greedy"] = Field("hungarian", description=(
+            "how the base solves it"))
+        period_ns: Period = Field("1 s", description="of reports and tasks (as the team's state)")
+        near_m: Length = Field("4 m", gt=0, description="a frontier within it of a task is taken")
+        avoid_ns: Duration = Field("30 s", description=(
+            "time for which nobody is sent where a drive ended (six periods of the exchange)"))
+        failsafe_after_ns: Duration = Field("15 s", description=(
+            "without any word of the base: go on alone (15 periods)"))
+
+    def __init__(self, params: Params) -> None:
+        self._params, self._contact = params, Contact()
+        # On a robot: who has sent tasks; the places where drives ended since the last report.
+        self._bases: set[str] = set()
+        self._ended: list[ports.Place] = []
+        # At the base: each robot's place; its task, and since when; places to avoid, until when.
+        self._at: dict[str, ports.Place] = {}
+        self._tasks: dict[str, tuple[ports.Place, int]] = {}
+        self._avoid: list[tuple[ports.Place, int]] = []
+
+    def on_start(self, host: ports.StrategyContext) -> None:
+        if host.has_body:
+            host.advertise("report", queue=10)
+            host.subscribe("tasks", self._obey)
+            host.every(self._params.period_ns, self._report)
+        else:
+            host.advertise("tasks")
+            host.subscribe("report", self._note)
+            host.every(self._params.period_ns, self._assign)
+
+    # -------------------------------------------------------------------------------- a robot
+
+    def choose(self, robot: ports.StrategyContext) -> ports.Frontier | None:
+        return nearest(robot) if self._is_alone(robot) else None
+
+    def on_goal(self, robot: ports.StrategyContext, place: ports.Place, end: ports.GoalEnd) -> None:
+        if end is not ports.GoalEnd.REPLACED:
+            self._ended.append(place)
+            self._report(robot)
+
+    def _is_alone(self, robot: ports.StrategyContext) -> bool:
+        return self._contact.silent_ns(robot, self._bases) >= self._params.failsafe_after_ns
+
+    def _report(self, robot: ports.StrategyContext) -> None:
+        if robot.pose is None:
+            return
+        robot.publish("report", {"at": robot.pose[:2], "goal": robot.goal, "ended": self._ended})
+        self._ended = []
+        if robot.goal is None and self._is_alone(robot):  # it stands, and nothing is news to it
+            place = nearest(robot)
+            if place is not None:
+                robot.go(place)
+
+    def _obey(self, robot: ports.StrategyContext, tasks: ports.StrategyMessage) -> None:
+        self._bases.add(tasks.source)
+        task = tasks.content.get(robot.name)
+        if task is not None and robot.pose is not None and not robot.go(ports.Place(*task)):
+            self._ended.append(ports.Place(*task))  # not there, as far as its own map says
+
+    # -------------------------------------------------------------------------------- the base
+
+    def _note(self, base: ports.StrategyContext, report: ports.StrategyMessage) -> None:
+        name, content = report.source, report.content
+        self._at[name] = ports.Place(*content["at"])
+        ended = [ports.Place(*place) for place in content["ended"]]
+        self._avoid += [(place, base.now_ns + self._params.avoid_ns) for place in ended]
+        task, since_ns = self._tasks.get(name, (None, 0))
+        is_idle = content["goal"] is None and report.sent_ns > since_ns + self._params.period_ns
+        if task in ended or is_idle:
+            self._tasks.pop(name, None)
+
+    def on_teammate(self, host: ports.StrategyContext, name: str, heard: bool) -> None:
+        if not heard:  # its frontier is anybody's
+            self._tasks.pop(name, None)
+            self._at.pop(name, None)
+
+    def _assign(self, base: ports.StrategyContext) -> None:
+        """Give tasks to robots without one, and publish all."""
+        self._avoid = [one for one in self._avoid if one[1] > base.now_ns]
+        idle = sorted((name for name in self._at if name not in self._tasks),
+                      key=ports.natural_key)
+        places = self._free_frontiers(base, idle)
+        if places:
+            costs_m = np.minimum(_FAR_M, [base.path_lengths_m(places, self._at[name])
+                                          for name in idle])
+            solve = (linear_sum_assignment if self._params.assignment == "hungarian" else _greedy)
+            for robot, place in zip(*solve(costs_m), strict=True):
+                if costs_m[robot, place] < _FAR_M and not self._is_taken(places[place]):
+                    self._tasks[idle[robot]] = places[place], base.now_ns
+        base.publish("tasks", {name: task for name, (task, _) in self._tasks.items()})
+
+    def _free_frontiers(self, base: ports.StrategyContext, idle: list[str]) -> list[ports.Place]:
+        """Those that no task and no end of a drive is near to, as reached by the first of ``idle``
+        that reaches any."""
+        for name in idle:
+            found = base.frontiers(origin=self._at[name])
+            if found:
+                return [ports.Place(*one[:2]) for one in found if not self._is_taken(one)]
+        return []
+
+    def _is_taken(self, place: tuple[float, ...]) -> bool:
+        taken = [task for task, _ in self._tasks.values()] + [one for one, _ in self._avoid]
+        return any(math.dist(place[:2], one) < self._params.near_m for one in taken)
+
+
+def _greedy(costs: np.ndarray) -> tuple[list[int], list[int]]:
+    """Rows and columns of the cheapest pair, of the cheapest of the rest, and so on."""
+    left, pairs = costs.copy(), []
+    for _ in range(min(costs.shape)):
+        row, column = divmod(int(left.argmin()), costs.shape[1])
+        pairs.append((row, column))
+        left[row, :] = left[:, column] = np.inf
+    return [row for row, _ in pairs], [column for _, column in pairs]

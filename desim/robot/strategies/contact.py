@@ -1,0 +1,31 @@
+"""The last contact of a robot with its team: what the failsafes of strategies go by."""
+
+from collections.abc import Iterable
+
+from desim import ports
+
+
+class Contact:
+    """Knows for how long a robot has heard of nobody, and where it last did."""
+
+    def __init__(self) -> None:
+        self.place: ports.Place | None = None  # where somebody was last heard
+        self._heard_ns = -1  # then
+        self._since_ns: int | None = None  # the first question
+
+    def silent_ns(self, context: ports.StrategyContext, names: Iterable[str] | None = None) -> int:
+        """The time since anybody (of ``names``) was last heard of; since the first call if nobody
+        ever was. Notes the place."""
+        if self._since_ns is None:
+            self._since_ns = context.now_ns
+        links = context.links()
+        heard_ns = max((link.heard_ns for name, link in links.items()
+                        if names is None or name in names), default=-1)
+        if heard_ns > self._heard_ns and context.pose is not None:
+            self._heard_ns, self.place = heard_ns, ports.Place(*context.pose[:2])
+        return context.now_ns - max(heard_ns, self._since_ns if heard_ns < 0 else 0)
+
+
+def nearest(context: ports.StrategyContext) -> ports.Frontier | None:
+    """The choice of ``nearest_frontier``."""
+    return next(iter(context.frontiers(limit=1)), None)

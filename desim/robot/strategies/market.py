@@ -1,0 +1,151 @@
+"""A market: robots offer frontiers, others bid for them, awards go out (Zlot et al. 2002)."""
+
+import math
+
+from pydantic import Field
+
+from desim import ports
+from desim.robot.strategies.contact import Contact, nearest
+from desim.units import Duration, Length, Period
+
+
+class Market:
+    """Drive to the most profitable frontier that nobody else holds, and offer it and the next best
+    ones to the team: whom one profits more gets it (Zlot, Stentz, Dias, Thayer 2002).
+
+    The profit is the area in view at the frontier, at a price, less the way; of a robot that drives
+    already, the way there by its goal, unless the frontier lies before. The winners go out to all,
+    and nobody takes what is held. A frontier comes free when its holder's drive has ended, when the
+    holder is lost, or when it has held it for too long. Failsafe: a robot that has heard nobody
+    for ``failsafe_after`` goes on alone as ``nearest_frontier``.
+    """
+
+    class Params(ports.Params):
+        lots: int = Field(4, ge=1, description=(
+            "frontiers in an offer (maze_8, seeds 1 to 3, at a price of 0: 157 s; 8 lots: 169 s)"))
+        price_m_per_m2: float = Field(0.2, ge=0, description=(
+            "way that 1 m2 of unknown area in view is worth (maze_8, seeds 1 to 3: 152 s; 0.05: "
+            "165 s)"))
+        wait_ns: Period = Field("0.5 s", description="time for bids (the exploration's rate)")
+        hold_ns: Period = Field("20 s", description=(
+            "time for which a frontier is held at most (a drive of 24 m at 1.2 m/s)"))
+        same_m: Length = Field("2 m", description="frontiers so near to each other are one")
+        failsafe_after_ns: Duration = Field("30 s", description=(
+            "without any word of the team: go on alone (six periods of the exchange of maps)"))
+
+    reads_team_state = True
+
+    def __init__(self, params: Params) -> None:
+        self._params, self._contact = params, Contact()
+        self._held: dict[ports.Place, tuple[str, int]] = {}  # by others: by whom, until when
+        self._lots: dict[ports.Place, tuple[float, str]] = {}  # on offer: the best bid, and whose
+        self._offered_ns = 0
+
+    def on_start(self, robot: ports.StrategyContext) -> None:
+        for topic, callback in (("offer", self._bid), ("bid", self._note), ("award", self._learn),
+                                ("release", self._free)):
+            robot.advertise(topic, queue=10)
+            robot.subscribe(topic, callback)
+
+    def on_teammate(self, robot: ports.StrategyContext, name: str, heard: bool) -> None:
+        if not heard:
+            self._held = {place: held for place, held in self._held.items() if held[0] != name}
+
+    def on_goal(self, robot: ports.StrategyContext, place: ports.Place, end: ports.GoalEnd) -> None:
+        robot.publish("release", place)
+
+    def choose(self, robot: ports.StrategyContext) -> ports.Frontier | None:
+        if self._contact.silent_ns(robot) >= self._params.failsafe_after_ns:
+            return nearest(robot)
+        profits = self._profits(robot)
+        if not profits:
+            return nearest(robot)
+        if not self._lots:
+            best = sorted(profits, key=lambda one: -profits[one])[:self._params.lots]
+            self._lots = {ports.Place(*one[:2]): (profits[one], robot.name) for one in best}
+            self._offered_ns = robot.now_ns
+            robot.publish("offer", [[*lot, bid] for lot, (bid, _) in self._lots.items()])
+            robot.after(self._params.wait_ns, self._award)
+        return max(profits, key=lambda one: profits[one])
+
+    def _profits(self, robot: ports.StrategyContext) -> dict[ports.Frontier, float]:
+        """Of each frontier that nobody else holds."""
+        self._held = {place: held for place, held in self._held.items() if held[1] > robot.now_ns}
+        return {one: self._revenue_m(robot, one) - one.path_m for one in robot.frontiers()
+                if not any(self._is_same(one, place) for place in self._held)}
+
+    def _revenue_m(self, robot: ports.StrategyContext, place: tuple[float, ...]) -> float:
+        price = self._params.price_m_per_m2
+        return price * robot.gain_m2((place[0], place[1])) if price else 0.0
+
+    def _is_same(self, place: tuple[float, ...], other: tuple[float, ...]) -> bool:
+        return math.dist(place[:2], other[:2]) <= self._params.same_m
+
+    # ------------------------------------------------------------------------- as a seller
+
+    def _note(self, robot: ports.StrategyContext, bid: ports.StrategyMessage) -> None:
+        if bid.content["offer"] == [robot.name, self._offered_ns]:
+            for x_m, y_m, profit_m in bid.content["bids"]:
+                lot = ports.Place(x_m, y_m)
+                self._lots[lot] = max(self._lots[lot], (profit_m, bid.source))
+
+    def _award(self, robot: ports.StrategyContext) -> None:
+        """The time for bids is over. Of its own lots the seller keeps its goal alone."""
+        winners = {lot: winner for lot, (_, winner) in self._lots.items()}
+        self._lots = {}
+        for lot, winner in winners.items():
+            if winner != robot.name:
+                self._hold(robot, lot, winner)
+        if robot.goal is not None and any(self._is_same(robot.goal, lot) for lot in self._held):
+            self._turn(robot)
+        robot.publish("award", [[winner, *lot] for lot, winner in winners.items()
+                                if winner != robot.name or lot == robot.goal])
+
+    # -------------------------------------------------------------------------- as a buyer
+
+    def _bid(self, robot: ports.StrategyContext, offer: ports.StrategyMessage) -> None:
+        if robot.pose is None:
+            return
+        lots = [ports.Place(x_m, y_m) for x_m, y_m, _ in offer.content]
+        ways_m = robot.path_lengths_m(lots).tolist()
+        if robot.goal is not None:
+            rest_m = float(robot.path_lengths_m([robot.goal])[0])
+            beyond_m = robot.path_lengths_m(lots, robot.goal).tolist()
+            ways_m = [way_m if way_m < rest_m else rest_m + more_m
+                      for way_m, more_m in zip(ways_m, beyond_m, strict=True)]
+        bids = [[*lot, self._revenue_m(robot, lot) - way_m]
+                for lot, way_m in zip(lots, ways_m, strict=True) if math.isfinite(way_m)]
+        asked = {ports.Place(x_m, y_m): profit_m for x_m, y_m, profit_m in offer.content}
+        better = [bid for bid in bids if bid[2] > asked[ports.Place(*bid[:2])]]
+        if better:
+            robot.publish("bid", {"offer": [offer.source, offer.sent_ns], "bids": better})
+
+    def _learn(self, robot: ports.StrategyContext, award: ports.StrategyMessage) -> None:
+        """Note what others hold; drive to what was won if it is nearer than the goal."""
+        own = [ports.Place(*lot) for winner, *lot in award.content if winner == robot.name]
+        for winner, x_m, y_m in award.content:
+            if winner != robot.name:
+                self._hold(robot, ports.Place(x_m, y_m), winner)
+        if robot.goal is not None and any(
+                self._is_same(robot.goal, lot) for winner, *lot in award.content
+                if winner != robot.name):
+            self._turn(robot)
+        if own and robot.pose is not None:
+            places = own if robot.goal is None else [robot.goal, *own]
+            ways_m = robot.path_lengths_m(places).tolist()
+            way_m, place = min(zip(ways_m, places, strict=True))
+            if math.isfinite(way_m):
+                robot.go(place)
+
+    def _free(self, robot: ports.StrategyContext, release: ports.StrategyMessage) -> None:
+        self._held = {place: held for place, held in self._held.items()
+                      if held[0] != release.source or not self._is_same(place, release.content)}
+
+    def _hold(self, robot: ports.StrategyContext, place: ports.Place, name: str) -> None:
+        self._held[place] = (name, robot.now_ns + self._params.hold_ns)
+
+    def _turn(self, robot: ports.StrategyContext) -> None:
+        """Somebody else has the goal: drive to the best of the rest, if there is any."""
+        profits = self._profits(robot)
+        if profits:
+            robot.go(max(profits, key=lambda one: profits[one]))

@@ -1,0 +1,88 @@
+"""Robots trade frontiers by messages: offers, bids, awards, releases."""
+
+from benches import Team
+
+from desim import ports
+from desim.robot.strategies.market import Market
+from desim.testing import check_strategy
+from desim.units import NS_PER_S
+
+
+def market(places, *points, **params):
+    team = Team(lambda: Market(Market.Params(price_m_per_m2=0.0, **params)), places, points)
+    team.meet()
+    return team
+
+
+def test_a_market_keeps_its_contract():
+    check_strategy(Market)
+    check_strategy(Market, lots=1, failsafe_after="0 s")
+
+
+def test_a_whole_auction():
+    team = market({"a": (0, 0), "b": (20, 0)}, (4, 0), (18, 0))
+    assert team.choose("a") == (4.0, 0.0)
+    team.wait()
+    assert team.sent == [
+        ("a", "offer", [[4.0, 0.0, -4.0], [18.0, 0.0, -18.0]]),
+        ("b", "bid", {"offer": ["a", 10 * NS_PER_S], "bids": [[18.0, 0.0, -2.0]]}),
+        ("a", "award", [["a", 4.0, 0.0], ["b", 18.0, 0.0]])]
+    assert team.goals() == {"a": (4.0, 0.0), "b": (18.0, 0.0)}
+
+
+def test_a_robot_gives_its_goal_to_who_is_nearer_and_takes_the_next():
+    team = market({"a": (0, 0), "b": (12, 0)}, (10, 0), (-14, 0))
+    team.choose("a")
+    team.wait()
+    assert team.goals() == {"a": (-14.0, 0.0), "b": (10.0, 0.0)}
+
+
+def test_a_busy_robot_bids_the_way_by_its_goal_unless_the_lot_lies_before():
+    team = market({"a": (0, 0), "b": (40, 0)}, (25, 0))
+    team.benches["b"].go((50.0, 0.0))  # 10 m, and 25 m back
+    team.choose("a")
+    team.wait()
+    assert team.goals() == {"a": (25.0, 0.0), "b": (50.0, 0.0)}
+    before = market({"a": (0, 0), "b": (40, 0)}, (25, 0))
+    before.benches["b"].go((20.0, 0.0))  # the lot is on its way: 15 m, it goes there first
+    before.choose("a")
+    before.wait()
+    assert before.goals()["b"] == (25.0, 0.0)
+
+
+def test_nobody_takes_what_is_held_until_it_is_released():
+    team = market({"a": (0, 0), "b": (0, 1)}, (10, 0), (-30, 0))
+    team.choose("a")
+    team.wait()
+    assert team.choose("b") == (-30.0, 0.0)
+    for end in (ports.GoalEnd.FAILED, ports.GoalEnd.REPLACED):
+        team = market({"a": (0, 0), "b": (0, 1)}, (10, 0), (-30, 0))
+        team.choose("a")
+        team.wait()
+        team.drive("a", end)
+        assert team.choose("b") == (10.0, 0.0)
+
+
+def test_the_tasks_of_a_lost_robot_and_of_one_that_stalls_come_free():
+    lost = market({"a": (0, 0), "b": (0, 1)}, (10, 0), (-30, 0))
+    lost.choose("a")
+    lost.wait()
+    lost.strategies["b"].on_teammate(lost.benches["b"], "a", False)
+    assert lost.choose("b") == (10.0, 0.0)
+    stalled = market({"a": (0, 0), "b": (0, 1)}, (10, 0), (-30, 0), hold="5 s")
+    stalled.choose("a")
+    stalled.wait(6)
+    assert stalled.choose("b") == (10.0, 0.0)
+
+
+def test_without_a_word_for_the_failsafes_time_it_goes_on_alone_and_says_nothing():
+    team = market({"a": (0, 0), "b": (1, 0)}, (10, 0), (-30, 0), hold="60 s")
+    team.choose("b")
+    team.wait()
+    team.deaf.add("a")
+    team.benches["a"].now_ns += 28 * NS_PER_S
+    assert team.choose("a") == (-30.0, 0.0)  # b holds the other
+    team.wait(2)
+    said = len(team.sent)
+    assert team.choose("a") == (10.0, 0.0)
+    assert len(team.sent) == said

@@ -1,0 +1,53 @@
+"""Strategies that no message reaches finish through their failsafe, as robots without a network."""
+
+import tomllib
+
+import pytest
+from runs import HELLO, built, finished
+
+LOST = ("deployment=field",
+        "network.media.air={model: ideal, rules: [{rule: loss, probability: 1}]}")
+QUIET = ("deployment=field", "network.media.air={model: ideal}", "coordination.exchange=null")
+OF_MESSAGES = {"sent", "frame", "lost", "dropped", "callback", "sample_traffic"}
+
+
+@pytest.fixture(scope="module")
+def strategies(repository):
+    """Name to dotted path, also of those that are not installed yet."""
+    project = tomllib.loads((repository / "pyproject.toml").read_text())["project"]
+    return project["entry-points"]["desim.strategies"]
+
+
+def jammed(path, *more):
+    base = (f"hosts.base.strategy={{strategy: '{path}'}}",) if "centralized" in path else ()
+    return finished(built(HELLO, *LOST, f"coordination.strategy={path}", "stop.elapsed=400 s",
+                          *(("hosts.base={}", *base) if base else ()), *more))
+
+
+@pytest.mark.parametrize("name", [
+    "centralized", "greedy_assignment", "hungarian", "market", "minpos",
+    "nearest_frontier", "next_best_view", "random_frontier", "voronoi"])
+def test_under_a_total_jam_every_strategy_finishes(strategies, name):
+    assert jammed(strategies[name]).stop_reason == "explored"
+
+
+def test_every_strategy_is_jammed_here(strategies, request):
+    marks = test_under_a_total_jam_every_strategy_finishes.pytestmark
+    assert sorted(strategies) == sorted(marks[0].args[1])
+
+
+def deeds(*case):
+    """Digests of what robots, world and monitor did, but for the counts of messages."""
+    simulation = built(HELLO, *case)
+    finished_at = simulation.run().simulated_ns
+    return finished_at, {
+        (simulation.names[kind], simulation.names[entity]): digest
+        for (kind, entity), digest in simulation.trace.digests().items()
+        if simulation.names[kind] not in OF_MESSAGES}
+
+
+def test_jammed_nearest_frontier_equals_the_fleet_without_a_network():
+    lost, quiet = deeds(*LOST), deeds(*QUIET)
+    assert {"pose", "goal", "goal_reached", "sample"} <= {kind for kind, _ in lost[1]}
+    assert lost == quiet
+    assert lost != deeds(QUIET[0], QUIET[1])  # the exchange of maps would matter
