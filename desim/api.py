@@ -104,7 +104,7 @@ def recording_of(kept: Run, watch: Watch | None = None) -> Recording:
     """The recording of the run ``kept``: its own, or that of running its scenario again, with
     ``watch`` as ``run`` takes it. Raises ``InputError`` where none was kept and the run cannot be
     repeated: it failed, or other versions are installed now."""
-    if kept.has(f"{RECORDED[0]}.parquet"):
+    if kept.keeps(f"{RECORDED[0]}.parquet"):
         return Recording(kept)
     if kept.manifest["status"] == RunStatus.FAILED:
         raise InputError(f"{kept.path}: the run failed and has kept nothing to look at; its "

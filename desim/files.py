@@ -52,6 +52,7 @@ def refuse_link(path: str | os.PathLike) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """A file to write, which replaces ``path`` when it is complete and on the disk; if something
     goes wrong ``path`` stays as it was. Raises ``OSError``, which names ``path``."""
+    _refuse_special(path)
     beside = path.with_name(f".{path.name}.new")
     try:
         beside.unlink(missing_ok=True)  # it may be a link
@@ -64,6 +65,18 @@ def replacing(path: Path) -> Iterator[Path]:
         if isinstance(error, OSError) and str(error.filename) == str(beside):
             raise OSError(error.errno, error.strerror, os.fspath(path)) from error
         raise
+
+
+def _refuse_special(path: Path) -> None:
+    """Raise ``OSError`` for a folder, and for a device or a pipe: they would be gone."""
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        return
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    if not stat.S_ISREG(mode):
+        raise OSError(errno.EINVAL, "is no regular file", os.fspath(path))
 
 
 def synced(path: str | os.PathLike) -> None:

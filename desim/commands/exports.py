@@ -47,6 +47,8 @@ def export(path: RunPath,
         if not (mcap or bag or csv or graphml or animation or pcap):
             raise InputError("nothing to export; allowed: --mcap, --bag, --csv, --graphml, "
                              "--animation, --pcap")
+        _refuse_one_file_twice({"--mcap": mcap, "--bag": bag, "--csv": csv, "--graphml": graphml,
+                                "--animation": animation, "--pcap": pcap})
         with compiling(False):
             from desim.api import recording_of
             from desim.results.run import Run
@@ -68,6 +70,17 @@ def export(path: RunPath,
                 count = write_pcap(run, medium or _only_medium(run.scenario.network.media), pcap,
                                    done)
             say(f"{pcap}: {count} packets")
+
+
+def _refuse_one_file_twice(targets: Mapping[str, Path | None]) -> None:
+    from desim.errors import InputError
+
+    options: dict[Path, str] = {}
+    for option, path in targets.items():
+        if path is not None:
+            first = options.setdefault(path.resolve(), option)
+            if first != option:
+                raise InputError(f"{option}: {path} is the file of {first}, too")
 
 
 def _export_recording(recording: Recording, mcap: Path | None, bag: Path | None,

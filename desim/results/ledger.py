@@ -89,7 +89,7 @@ def ledger_of(run: Run) -> pa.Table:
     """The ledger of a run, of schema ``SCHEMA``, a row for each message between hosts and receiver
     in the order of their fates: the kept one, or that of running its scenario again. Raises
     ``InputError`` where it was not kept and the run cannot be repeated."""
-    if run.has(LEDGER):
+    if run.keeps(LEDGER):
         return _kept(run)
     refuse_failed(run)
     return _made_again(run, repeatable(run, "messages' parts of time", "trace.ledger=true"))[0]
@@ -100,9 +100,9 @@ def trace_and_ledger(run: Run, spool: Path, until_ns: int | None,
     """The trace of a run (in the file ``spool``) and its ledger. Where it has not kept its trace,
     both come from running its scenario again until ``until_ns``; a run is not repeated for its
     ledger alone (None). Raises ``InputError`` as ``trace_of`` does."""
-    if run.has(LEDGER):
+    if run.keeps(LEDGER):
         return trace_of(run, spool, until_ns), _kept(run)
-    if run.has(TRACE):
+    if run.keeps(TRACE):
         return trace_of(run, spool, until_ns), None
     if until_ns is None:
         refuse_failed(run)

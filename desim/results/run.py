@@ -87,8 +87,14 @@ class Run(InNotebooks):
         return columns(self.file(f"{name}.parquet"))
 
     def has(self, name: str) -> bool:
-        """Whether the run has left this file, and it is still there."""
-        return name in self.manifest["files"] and (self.path / name).exists()
+        """Whether the run has left this file. If it has gone since, ``file`` says so: a missing
+        table is no empty one."""
+        return name in self.manifest["files"]
+
+    def keeps(self, name: str) -> bool:
+        """Whether the run has left this file, and it is still there; else what it has can be made
+        again from the scenario."""
+        return self.has(name) and (self.path / name).exists()
 
     def file(self, name: str) -> Path:
         """One of its files, as desim wrote it. Raises ``InputError`` where it is not so."""

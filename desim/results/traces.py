@@ -66,7 +66,7 @@ def simulated(scenario: Scenario, spool: Path, until_ns: int | None = None) -> R
 
 def kept(run: Run, spool: Path) -> Rows | None:
     """The trace that a run has kept; None where it has kept none."""
-    if not run.has(TRACE):
+    if not run.keeps(TRACE):
         return None
     names, sink = Names(), Spool(spool)
     for batch in _batches(run.file(TRACE)):

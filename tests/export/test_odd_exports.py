@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -14,9 +15,11 @@ import pytest
 from captures import records
 from PIL import Image
 from recorded import made, quiet
+from typer.testing import CliRunner
 
 import desim
 from desim.api import recording_of
+from desim.cli import app
 from desim.engine.kernel import Phase
 from desim.errors import InputError, ModelError
 from desim.export.animation.animation_file import write_animation
@@ -205,6 +208,9 @@ def test_damage_is_named(export, repository, tmp_path):
         assert refused(export, Run(run.path), out) == (
             f"{run.path}: damaged: {name}.parquet is not what desim wrote; running its scenario "
             "again mends it")
+        (run.path / f"{name}.parquet").unlink()  # which is not the same as an empty table
+        assert refused(export, Run(run.path), out) == (
+            f"{run.path}: damaged: {name}.parquet is missing; running its scenario again mends it")
         (run.path / f"{name}.parquet").write_bytes(whole)
 
 
@@ -213,6 +219,29 @@ def test_a_file_that_cannot_be_written(export, alone, tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     line = refused(export, alone, tmp_path / "file")
     assert line.startswith("--") and line.endswith("cannot be written: Not a directory")
+
+
+@pytest.mark.parametrize("option", ["--mcap", "--bag", "--graphml", "--animation", "--pcap"])
+def test_folders_and_pipes_are_no_files_to_replace(option, alone, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.gif")
+    Path("folder.gif").mkdir()
+    for target, why in (("folder.gif", "Is a directory"), ("pipe.gif", "is no regular file")):
+        done = CliRunner().invoke(app, ["export", str(alone.path), option, target])
+        assert (done.exit_code, done.output) == (2, f"{option}: {target} cannot be written: "
+                                                    f"{why}\n")
+    if option != "--animation":  # it has no ending
+        done = CliRunner().invoke(app, ["export", str(alone.path), option, "."])
+        assert (done.exit_code, done.output) == (
+            2, f"{option}: . cannot be written: Is a directory\n")
+    assert Path("pipe.gif").is_fifo() and sorted(os.listdir()) == ["folder.gif", "pipe.gif"]
+
+
+def test_two_formats_want_two_files(alone, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["export", str(alone.path), "--mcap", "a", "--bag", "./a"])
+    assert (done.exit_code, done.output) == (2, "--bag: a is the file of --mcap, too\n")
+    assert not os.listdir()
 
 
 @pytest.fixture(scope="module")

@@ -60,7 +60,7 @@ def _print(console: Console, line: str = "") -> None:
 
 def _read_by_ns(run: Run, number: int) -> int | None:
     """An instant when the message was read, where the run has kept messages."""
-    if not run.has(MESSAGES):
+    if not run.keeps(MESSAGES):
         return None
     rows = pq.read_table(run.file(MESSAGES), columns=["end_ns"],
                          filters=pc.field("number") == number)
