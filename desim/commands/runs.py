@@ -15,8 +15,7 @@ from desim.commands.output import say
 from desim.errors import InputError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
+    from desim.commands.views.terminal import Terminal
     from desim.report.live.watch import Served
     from desim.results.run import Run
     from desim.scenario.load import Loaded
@@ -91,11 +90,11 @@ def _servers(live: bool, port: int, foxglove: bool, loaded: Loaded) -> list[Serv
     return servers
 
 
-def _show(finished: Run, console: Console) -> None:
+def _show(finished: Run, console: Terminal) -> None:
     from desim.commands.views.key_figures import result_table
 
     manifest = finished.manifest
-    console.print(result_table(finished.metrics, manifest))
+    console.print(result_table(finished.metrics, manifest, console.is_narrow))
     console.print(f"digest {manifest['digest']}\nresults in {finished.path}", highlight=False,
                   markup=False, soft_wrap=True)
     for warning in finished.metrics["warnings"]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -29,7 +30,7 @@ def show(found: ComparedRuns | ComparedCampaigns) -> None:
 
 def _keys(console: Terminal, keys: list[KeyDifference]) -> None:
     if keys:
-        console.print(_table(("key", "first", "second"), key_rows(keys)))
+        _print(console, ("key", "first", "second"), key_rows(keys))
     else:
         console.print("\nno key differs")
 
@@ -37,8 +38,8 @@ def _keys(console: Terminal, keys: list[KeyDifference]) -> None:
 def _runs(console: Terminal, found: ComparedRuns) -> None:
     unlike = [pair for pair in found.metrics if not pair.is_equal]
     if unlike:
-        console.print(_table(("metric", "first", "second", "difference", "%"),
-                             ((pair.name, *metric_cells(pair)) for pair in unlike)))
+        _print(console, ("metric", "first", "second", "difference", "%"),
+               ((pair.name, *metric_cells(pair)) for pair in unlike))
     console.print(f"\n{outcome(found)}", soft_wrap=True)
     if not found.is_same and not found.failed:
         both = f"{found.first.path} {found.second.path}"
@@ -50,10 +51,25 @@ def _campaigns(console: Terminal, found: ComparedCampaigns) -> None:
     rows = [(*map(value, pair.levels.values()), metric, *metric_cells(pair.metric),
              f"{pair.runs[0]}, {pair.runs[1]}")
             for metric in found.reported for pair in found.pairs(metric)]
-    console.print(_table((*found.parameters, "mean of", "first", "second", "difference", "%",
-                          "runs"), rows) if rows else "\nno vector is in both")
+    if rows:
+        _print(console, (*found.parameters, "mean of", "first", "second", "difference", "%",
+                         "runs"), rows)
+    else:
+        console.print("\nno vector is in both")
     console.print(f"\n{len(found.metrics)} metrics in all: --json; intervals: desim report",
                   soft_wrap=True)
+
+
+def _print(console: Terminal, titles: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
+    """A table; on a narrow terminal a paragraph for each row, as half a number is a wrong one."""
+    if not console.is_narrow:
+        console.print(_table(titles, rows))
+        return
+    for name, *cells in rows:
+        named = ", ".join(f"{title} {cell}" for title, cell in zip(titles[1:], cells, strict=True)
+                          if cell)
+        console.print(Text(f"\n{name}", style="bold"))
+        console.print(Padding(Text(named), (0, 0, 0, 2)))
 
 
 def _table(titles: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -14,6 +15,7 @@ from desim.commands.views.terminal import Terminal
 
 _STYLES = {"finished": "green", "campaign": "cyan", "interrupted": "yellow", "partial": "yellow"}
 _DIGITS = 8  # of a digest
+_LEFT_OUT_FIRST = ("digest", "size", "when", "simulated", "seed", "explored in", "")
 UNLIMITED = 10_000  # columns, where no terminal breaks lines
 
 
@@ -25,15 +27,29 @@ def show(folder: Path, found: Sequence[ListedResult]) -> None:
         return
     if not console.is_terminal:
         console.width = UNLIMITED
-    console.print(_table(found))
+    table = _table(found)
+    if console.is_terminal:
+        _fit(table, console)
+    console.print(table)
+
+
+def _fit(table: Table, console: Terminal) -> None:
+    """Leave columns out until the names and ids, which other commands ask for, are whole."""
+    for title in _LEFT_OUT_FIRST:
+        if Measurement.get(console, console.options.update(width=UNLIMITED),
+                           table).minimum <= console.width:
+            return
+        table.columns = [column for column in table.columns if column.header != title]
+    name = table.columns[0]
+    name.no_wrap, name.overflow = False, "fold"
 
 
 def _table(found: Sequence[ListedResult]) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="bold")
     for title in ("name", "id", "seed", "status", "when", "simulated", "explored in", "digest",
                   "size"):
-        table.add_column(title, no_wrap=True, justify="right" if title in (
-            "seed", "simulated", "explored in", "size") else "left")
+        table.add_column(title, no_wrap=True, min_width=len(title), justify=(
+            "right" if title in ("seed", "simulated", "explored in", "size") else "left"))
     if any(entry.note for entry in found):
         table.add_column("", overflow="fold")
     for entry in found:
