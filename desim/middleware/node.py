@@ -102,6 +102,10 @@ class Node:
         """Random numbers by name, this node's own."""
         return self._graph.streams("host", self.host.name, self.name, *name)
 
+    def noise_key(self, *name: str | int) -> int:
+        """A key for noise by counter (``desim.ports.kernels``), this node's own."""
+        return self._graph.streams.key("host", self.host.name, self.name, *name)
+
     def record(self, kind: str, a: int = 0, b: int = 0, c: int = 0) -> None:
         """Write a trace row of this host, and notify the listener to its kind."""
         graph = self._graph

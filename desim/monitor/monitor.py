@@ -19,6 +19,7 @@ from desim.engine.trace import Trace, bits, real
 from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
 from desim.monitor.coverage import EXPLORED, Coverage, Ground, Reached, map_age_s
+from desim.monitor.localization_errors import LocalizationErrors
 from desim.monitor.outdated_goals import MOVING_M, OutdatedGoals
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
@@ -95,7 +96,9 @@ class Monitor:
         self._moved_m = travelled_m().copy()
         self._moving = 0
         self._watch_coverage(scenario)
-        graph.listeners |= {"recovery": self._recovered, "goal": self._sets_out,
+        self.localization_errors = LocalizationErrors(robots, poses)
+        graph.listeners |= {"localized": self.localization_errors.localized,
+                            "recovery": self._recovered, "goal": self._sets_out,
                             "goal_reached": self._ends, "goal_aborted": self._ends}
         self._name_rows(trace)
         # Entity 0: before the sample of the same instant, whichever was booked first.

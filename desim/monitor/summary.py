@@ -68,6 +68,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **monitor.belief_metrics.summary(monitor.samples),
         **monitor.overlap.measures(monitor.maps),
         **monitor.outdated_goals.summary(),
+        **monitor.localization_errors.summary(),
         "map_age_s": mean_over(monitor.samples, "map_age_s"),
         "traffic": by_kind(monitor.graph),
         "messages_by_topic": monitor.families.fates(),

@@ -115,6 +115,18 @@ class RobotMap:
         self._note(count)
         return count > 0
 
+    def redraw_own(self, scans: Iterable[tuple[np.ndarray, LaserScan]], usable_range_m: float
+                   ) -> None:
+        """Replace the own layer by the evidence of ``scans``, each from its pose [3]."""
+        tiles = self.own.snapshot().filled()
+        count = _exchange(tiles, self.own.indices[tiles], np.zeros(len(tiles), np.int32),
+                          np.empty(len(tiles), np.int32), self.version + 1, self.pool.arrays,
+                          self.sum)
+        self.own = Layer(self.pool, self.tiles)
+        self._note(count)
+        for (x_m, y_m, yaw_rad), scan in scans:
+            self.integrate_scan(x_m, y_m, yaw_rad, scan, usable_range_m)
+
     def layers(self) -> tuple[LayerSnapshot, ...]:
         """Snapshots of all layers, own first: the map as it is now, immutable."""
         return (self.own.snapshot(), *self.received.values())

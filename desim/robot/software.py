@@ -6,7 +6,7 @@ from desim import plugins
 from desim.errors import below
 from desim.middleware.host import Host
 from desim.middleware.node import Node
-from desim.ports import Strategy
+from desim.ports import Pose2D, Strategy
 from desim.ports.sharing import Sharing
 from desim.robot import localization, map_sharing, mapping, monitor_feed
 from desim.robot.coordination.coordinate import Coordinate
@@ -14,17 +14,22 @@ from desim.robot.coordination.explore import Explore
 from desim.robot.navigation import global_costmap, move_base
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.robot_map import RobotMap
+from desim.robot.slam.localizations import SLAM
+from desim.robot.slam_node import SlamNode
 from desim.robot.team import Team
 from desim.robot.team_state import TeamStateNode
 from desim.scenario.schema.communication import Exchange, StrategyChoice
 from desim.scenario.schema.fleet import BodyType
+from desim.scenario.schema.robot import Robot
 from desim.scenario.schema.scenario import Scenario
 
 
 def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: RobotMap,
-                   peers: tuple[str, ...], team: Team, monitored: bool) -> list[Node]:
+                   peers: tuple[str, ...], team: Team, start: Pose2D | None, monitored: bool
+                   ) -> list[Node]:
     """The nodes of one robot, in the order in which they start. ``peers`` are the names of the
-    other robots that carry software; ``monitored``: some host collects maps and distances.
+    other robots that carry software; ``start``: the robot's pose where it is known; ``monitored``:
+    some host collects maps and distances.
 
     Nodes of one robot share live objects, as nodelets do: the map, the costmap and the poses of
     peers. They are given to them here. A message of the topics ``map``, ``costmap`` and ``peers``
@@ -35,8 +40,7 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     with below("coordination"):
         strategy = _strategy(coordination)
     nodes: list[Node] = [
-        localization.Localization(host, localization.SOURCES[robot.localization]),
-        mapping.Mapping(host, robot.mapping, robot_map),
+        *_localization(host, robot, robot_map, start),
         map_sharing.MapSharing(host, _sharing(coordination.exchange), robot_map, peers, team),
         move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team),
@@ -65,6 +69,15 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
         nodes.append(TeamStateNode(host, scenario.coordination.team_state, team, robots,
                                    has_body=False))
     return nodes
+
+
+def _localization(host: Host, robot: Robot, robot_map: RobotMap, start: Pose2D | None
+                  ) -> list[Node]:
+    """The nodes that make poses and the own map of sensors' readings."""
+    if robot.localization in SLAM:
+        return [SlamNode(host, robot, robot_map, start)]
+    return [localization.Localization(host, localization.SOURCES[robot.localization]),
+            mapping.Mapping(host, robot.mapping, robot_map)]
 
 
 def _strategy(choice: StrategyChoice) -> Strategy:

@@ -23,7 +23,7 @@ from desim.middleware.node import Node
 from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
-from desim.ports import World
+from desim.ports import Pose2D, World
 from desim.robot.robot_map import RobotMap
 from desim.robot.software import coordinator_software, robot_software
 from desim.robot.team import Team
@@ -140,13 +140,19 @@ class Simulation:
             self._watch(host.name, robot_map)
             nodes += robot_software(host, scenario, self.world.body(host_plan.software), robot_map,
                                     tuple(n for n in self._explorers if n != host.name),
-                                    self._team(host.name),
+                                    self._team(host.name), self._known_start(host_plan.software),
                                     monitored=any(other.monitor for other in self.plan))
         if host_plan.strategy is not None:
             nodes += coordinator_software(host, scenario, host_plan.strategy,
                                           RobotMap(self.grid, self._pool), self._explorers,
                                           self._team(host.name))
         return nodes
+
+    def _known_start(self, robot: int) -> Pose2D | None:
+        """The pose of ``robot`` at the start of the run, which its launch file has; None later."""
+        if self.kernel.now_ns > 0:
+            return None
+        return Pose2D(*self.world.snapshot().poses[robot].tolist())
 
     def _team(self, own: str) -> Team:
         """The other hosts with a strategy, in natural order; fresh, as their software is."""

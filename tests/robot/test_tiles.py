@@ -207,6 +207,22 @@ def test_raster_and_tiles_are_inverse(width, height, data):
     assert np.array_equal(raster(spec, tiles_of(spec, cells)), cells)
 
 
+@given(st.lists(readings, min_size=1, max_size=5), st.lists(readings, min_size=1, max_size=5))
+def test_a_map_that_is_drawn_anew_is_the_one_that_was_drawn_at_once(seen, better):
+    pool = TilePool(8)
+    robot_map, again, other = (RobotMap(SPEC, pool) for _ in range(3))
+    see(other, better[0])
+    for one in (robot_map, again):
+        one.receive([("robot_9", 1, other.own.snapshot())])
+    for reading in seen:
+        see(robot_map, reading)
+    robot_map.redraw_own([(np.array(pose), what) for pose, what in better], 25.0)
+    for reading in better:
+        see(again, reading)
+    assert np.array_equal(robot_map.own.snapshot().cells(), again.own.snapshot().cells())
+    assert np.array_equal(robot_map.fused, again.fused)
+
+
 # ---- sharing ------------------------------------------------------------------------------------
 
 

@@ -31,8 +31,8 @@ WRONG = {
         "testbed, physics, environment, fleet, robot, hosts, network, middleware, coordination, "
         "faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
-        "2:9: robot.<<: unknown key; allowed: localization, laser, odometry, mapping, navigation, "
-        "exploration, passive"]),
+        "2:9: robot.<<: unknown key; allowed: localization, slam, laser, odometry, mapping, "
+        "navigation, exploration, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
         "model, content, encoding, period, via"]),
@@ -74,7 +74,7 @@ WRONG = {
         "2:10: network: must be a mapping with fidelity, media, got 'lan'"]),
     "not of the allowed words": ("robot: {localization: ground_truh}", [
         "2:23: robot.localization: 'ground_truh' is not allowed (did you mean 'ground_truth'?); "
-        "allowed: ground_truth, odometry"]),
+        "allowed: ground_truth, odometry, gmapping, scan_matching"]),
     "a word in a list": ("measure: {on: [collison]}", [
         "2:16: measure.on.0: 'collison' is not allowed (did you mean 'collision'?); allowed: "
         "explored_10pct, collision, recovery, partition"]),

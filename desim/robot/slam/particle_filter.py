@@ -87,6 +87,13 @@ class ParticleSlam:
         """Take in a scan (ranges [beams] in m) and the odometry [3] of its instant: x m, y m, yaw
         rad in any frame. Whether the scan was processed: the first is, and one after enough motion.
         """
+        is_due = self.advance(odometry)
+        if is_due:
+            self.process(ranges)
+        return is_due
+
+    def advance(self, odometry: np.ndarray) -> bool:
+        """Take in the odometry [3] of a scan's instant. Whether the scan is to be processed."""
         odometry = np.array(odometry, float)
         if self._before is not None:
             motion = motion_between(self._before, odometry)
@@ -94,9 +101,13 @@ class ParticleSlam:
             self._radians += abs(motion[2])
         self._before = odometry
         settings = self._settings
-        if self.history and (self._metres < settings.linear_update_m
-                             and self._radians < settings.angular_update_rad):
-            return False
+        return not self.history or (self._metres >= settings.linear_update_m
+                                    or self._radians >= settings.angular_update_rad)
+
+    def process(self, ranges: np.ndarray) -> None:
+        """Take in the scan (ranges [beams] in m) of the last ``advance``."""
+        odometry, settings = self._before, self._settings
+        assert odometry is not None
         points = np.empty((len(ranges), 4))
         count = points_of(np.ascontiguousarray(ranges, float), self._beams, points,
                           np.empty(len(ranges)))
@@ -107,7 +118,6 @@ class ParticleSlam:
         self.maps.add(self.poses, settings.scanner.mount[:2], points[:count], fewer[:kept])
         self.history.append(Processed(odometry, self.poses.copy(), self._lineage))
         self._metres = self._radians = 0.0
-        return True
 
     def _move(self, odometry: np.ndarray, fewer: np.ndarray, kept: int) -> None:
         """Move the particles to where the scan fits, weigh them and draw them anew."""
@@ -162,7 +172,7 @@ class ParticleSlam:
                            np.clip(_WINDOW_SIGMAS * sigmas[2], *_WINDOW_RAD)))
         best = np.empty(3)
         search(self.best, expected, sigmas, window, expected, self._coarse, points, count,
-               self.maps.arrays, self._fit, best)
+               self.maps.arrays, self._fit, self._settings.noise.strayed, best)
         return best
 
     def _resample(self, step: int) -> None:

@@ -25,7 +25,8 @@ class ScannerGeometry:
 class OdometryNoise:
     """Standard deviations of the odometry between two processed scans: m per m and m per rad in
     each direction, rad per m and rad per rad of the heading, as gmapping has them (``srr``,
-    ``str``, ``srt``, ``stt``: 0.1, 0.1, 0.2, 0.2), and the least ones."""
+    ``str``, ``srt``, ``stt``: 0.1, 0.1, 0.2, 0.2), and the least ones. Odometry that is off by more
+    than ``strayed`` in log-likelihood has failed; infinite for one that never does."""
 
     m_per_m: float = 0.1
     m_per_rad: float = 0.1
@@ -33,6 +34,7 @@ class OdometryNoise:
     rad_per_rad: float = 0.2
     least_m: float = 0.02
     least_rad: float = 0.01
+    strayed: float = 6.0
 
 
 @dataclass(frozen=True)

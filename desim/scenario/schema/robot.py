@@ -8,7 +8,7 @@ from pydantic import Field
 
 from desim.ports import Params
 from desim.scenario.schema.shapes import BY_SHAPE
-from desim.units import Angle, Duration, Frequency, Length, Period
+from desim.units import Angle, Duration, Frequency, Length, Pace, Period
 
 
 class Laser(Params):
@@ -28,7 +28,7 @@ BUILT_IN_LASERS = {"lms500": Laser()}
 
 
 class Odometry(Params):
-    """Wheel odometry. Only ``localization: odometry`` reads it."""
+    """Wheel odometry. All kinds of localization but ``ground_truth`` read it."""
 
     rate_hz: Frequency = Field("10 Hz", description="(the paper)")
     model: Literal["independent", "random_walk"] = Field("independent", description=(
@@ -103,12 +103,23 @@ class ExplorationParams(Params):
     blacklist_for_ns: Duration = Field("60 s", description="how long a given-up goal is avoided")
 
 
+class SlamParams(Params):
+    """Simultaneous localization and mapping (docs/slam.md)."""
+
+    particles: int = Field(30, ge=1, le=10_000, description="of gmapping (its default)")
+    redraw_every_ns: Pace = Field("5 s", description=(
+        "so often the map is drawn anew where a better path was found (gmapping "
+        "map_update_interval)"))
+
+
 class Robot(Params):
     """The equipment and software of every robot."""
 
-    localization: Literal["ground_truth", "odometry"] = Field("ground_truth", description=(
-        "ground_truth: a sensor that publishes the true pose; odometry: the odometry taken at its "
-        "word"))
+    localization: Literal["ground_truth", "odometry", "gmapping", "scan_matching"] = Field(
+        "ground_truth", description=(
+            "ground_truth: a sensor that publishes the true pose; odometry: the odometry taken at "
+            "its word; gmapping, scan_matching: SLAM with the laser and the odometry"))
+    slam: SlamParams = Field(default_factory=SlamParams)
     laser: Annotated[str | Laser, BY_SHAPE] = Field(default_factory=Laser, description=(
         "lms500, or its parameters"))
     odometry: Odometry = Field(default_factory=Odometry)

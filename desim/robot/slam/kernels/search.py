@@ -12,7 +12,6 @@ from desim.robot.slam.kernels.points import X, Y
 from desim.robot.slam.kernels.tiles import CELLS, MAPS, OCCUPIED, SIDE
 
 FULL, BESIDE = np.uint8(4), np.uint8(2)  # of a coarse cell with a surface; of one next to it
-STRAYED = 6.0  # odometry that is off by more, in log-likelihood, has failed: all such are alike
 
 _f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.float64[:, ::1]
 
@@ -44,13 +43,15 @@ def draw_surfaces(particle, left, low, coarse, grid, maps):
                     grid[row, column] = FULL
 
 
-@kernel(types.void(_i8, _f8x1, _f8x1, _f8x1, _f8x1, _i8, _f8x2, _i8, MAPS, FIT, _f8x1))
-def search(particle, expected, sigmas, window, start, coarse, points, count, maps, fit, best):
+@kernel(types.void(_i8, _f8x1, _f8x1, _f8x1, _f8x1, _i8, _f8x2, _i8, MAPS, FIT, _f8, _f8x1))
+def search(particle, expected, sigmas, window, start, coarse, points, count, maps, fit, strayed,
+           best):
     """Write the best pose [3] of a window around ``start`` to ``best``.
 
     ``expected`` [3], ``sigmas`` [3]: the pose by odometry, and its standard deviations along the
     robot, across it and of its heading | ``window`` [2]: half its size in m and rad | ``coarse``:
-    cells in a step.
+    cells in a step | ``strayed``: odometry that is off by more, in log-likelihood, has failed, and
+    all such poses are alike to it.
     """
     size_m = coarse * maps.resolution_m
     far, squares = 0.0, 0.0
@@ -95,7 +96,7 @@ def search(particle, expected, sigmas, window, start, coarse, points, count, map
                 along, across = (ce * dx + se * dy) / sigmas[0], (ce * dy - se * dx) / sigmas[1]
                 dt /= sigmas[2]
                 off = 0.5 * (along * along + across * across + dt * dt)
-                score = gain * scores[r, q] - min(off, STRAYED)
+                score = gain * scores[r, q] - min(off, strayed)
                 if score > top:
                     top = score
                     best[0], best[1], best[2] = x, y, heading
