@@ -30,6 +30,18 @@ def test_a_whole_auction():
     assert team.goals() == {"a": (4.0, 0.0), "b": (18.0, 0.0)}
 
 
+def test_a_bid_that_comes_too_late_changes_nothing():
+    team = market({"a": (0, 0), "b": (20, 0)}, (4, 0), (18, 0))
+    team.deaf = {"b"}
+    team.choose("a")
+    team.wait()
+    goals, said = team.goals(), len(team.sent)
+    team.benches["a"].deliver(ports.StrategyMessage(
+        "b", "bid", {"offer": ["a", 10 * NS_PER_S], "bids": [[18.0, 0.0, -2.0]]}, 10 * NS_PER_S))
+    team.talk()
+    assert (team.goals(), len(team.sent)) == (goals, said)
+
+
 def test_a_robot_gives_its_goal_to_who_is_nearer_and_takes_the_next():
     team = market({"a": (0, 0), "b": (12, 0)}, (10, 0), (-14, 0))
     team.choose("a")

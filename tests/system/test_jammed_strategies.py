@@ -25,8 +25,8 @@ def jammed(path, *more):
 
 
 @pytest.mark.parametrize("name", [
-    "centralized", "greedy_assignment", "hungarian", "market", "minpos",
-    "nearest_frontier", "next_best_view", "random_frontier", "voronoi"])
+    "centralized", "connectivity", "greedy_assignment", "hungarian", "market", "minpos",
+    "nearest_frontier", "next_best_view", "random_frontier", "rendezvous", "role_based", "voronoi"])
 def test_under_a_total_jam_every_strategy_finishes(strategies, name):
     assert jammed(strategies[name]).stop_reason == "explored"
 

@@ -1,6 +1,8 @@
 """Strategies that speak, in whole small runs: what they send, and what becomes of the fleet."""
 
-from runs import HELLO, Tally, built, finished
+from runs import HELLO, Tally, built, call_often, finished
+
+from desim.robot.strategies.connectivity import connected
 
 STRATEGIES = "coordination.strategy=desim.robot.strategies."
 
@@ -41,3 +43,48 @@ def test_a_base_sends_a_fleet():
 def test_a_fleet_finishes_without_its_base():
     outcome, _ = played(*CENTRAL, "faults=[{at: 8 s, host: base}]")
     assert outcome.stop_reason == "explored"
+
+
+SHORT = ("deployment=field", "network.media.air={model: disk, range: 6 m}")
+
+
+def test_a_team_meets_over_a_short_radio():
+    outcome, topics = played(STRATEGIES + "rendezvous:Rendezvous", *SHORT,
+                             "coordination.interval=15 s")
+    assert outcome.stop_reason == "explored"
+    assert topics == {"strategy/meeting"}
+
+
+def test_a_relay_meets_its_explorer_and_brings_its_map_to_the_base():
+    name = "role_based:RoleBased"
+    base = (STRATEGIES + name, "hosts.base={at: [-10 m, 10 m]}",
+            f"hosts.base.strategy={{strategy: 'desim.robot.strategies.{name}'}}")
+    outcome, topics = played(*base, *SHORT, "coordination.interval=15 s")
+    assert outcome.stop_reason == "explored"
+    assert topics == {"strategy/meeting", "strategy/here"}
+
+
+def seconds_apart(*case):
+    """The time for which the fleet was not connected over a radio of 8 m."""
+    simulation = built(HELLO, "deployment=field",
+                       "network.media.air={model: disk, range: 8 m}", *case)
+    apart = []
+
+    def check():
+        places = simulation.world.snapshot().poses[:, :2].tolist()
+        apart.append(not connected(places, 8.0))
+    call_often(simulation, check)
+    assert finished(simulation).stop_reason == "explored"
+    return sum(apart) / 10
+
+
+def test_a_team_that_minds_its_network_stays_together():
+    minds = (STRATEGIES + "connectivity:Connectivity", "coordination.range=6 m")
+    assert seconds_apart(*minds) == 0
+    assert seconds_apart(STRATEGIES + "minpos:MinPos") > 5
+
+
+def test_a_team_that_could_only_go_on_apart_holds():
+    outcome, _ = played(STRATEGIES + "connectivity:Connectivity", *SHORT,
+                        "coordination.range=5 m", "stop.elapsed=200 s")
+    assert outcome.stop_reason == "elapsed"

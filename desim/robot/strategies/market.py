@@ -87,7 +87,8 @@ class Market:
         if bid.content["offer"] == [robot.name, self._offered_ns]:
             for x_m, y_m, profit_m in bid.content["bids"]:
                 lot = ports.Place(x_m, y_m)
-                self._lots[lot] = max(self._lots[lot], (profit_m, bid.source))
+                if lot in self._lots:  # else the bid comes too late
+                    self._lots[lot] = max(self._lots[lot], (profit_m, bid.source))
 
     def _award(self, robot: ports.StrategyContext) -> None:
         """The time for bids is over. Of its own lots the seller keeps its goal alone."""

@@ -1,0 +1,111 @@
+"""Connectivity: no robot goes where it would break the network (Rooker and Birk 2007)."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from pydantic import Field
+
+from desim import ports
+from desim.robot.strategies.contact import Contact, nearest
+from desim.units import Duration, Length, Period
+
+_STEP_M = 3.0  # between places that a robot may advance to; a door is 2 m wide and more
+_BETTER_M = 2.0  # that an advance is worth the drive
+
+
+class Connectivity:
+    """Choose the nearest frontier from which the team stays connected, else advance towards one as
+    far as it does, else hold (communicative exploration: Rooker and Birk 2007).
+
+    Two robots are connected within ``range``, and a team is when all are, over others if need be.
+    A robot counts where it drives to. Every ``period`` robots say what they know of all places and
+    goals, so that those out of reach are known through others. Ways in between are not checked, nor
+    can two robots that decide at once know of each other. A team that could only go on apart holds
+    for good.
+
+    Failsafe: who hears nobody for ``failsafe_after`` climbs back to the last place where it heard
+    somebody, and after as long again goes on alone as ``nearest_frontier``.
+    """
+
+    class Params(ports.Params):
+        range_m: Length = Field("150 m", gt=0, description=(
+            "within which robots count as connected (three quarters of the paper's 200 m)"))
+        period_ns: Period = Field("1 s", description="of what robots tell (as the team's state)")
+        failsafe_after_ns: Duration = Field("15 s", description=(
+            "without hearing anybody: climb back (15 periods); go on alone (after twice that)"))
+
+    def __init__(self, params: Params) -> None:
+        self._params, self._contact = params, Contact()
+        self._known: dict[str, tuple[int, ports.Place]] = {}  # when and where each robot ends
+
+    def on_start(self, robot: ports.StrategyContext) -> None:
+        robot.advertise("places")
+        robot.subscribe("places", self._learn)
+        robot.every(self._params.period_ns, self._mind)
+
+    def choose(self, robot: ports.StrategyContext) -> ports.Frontier | ports.Place | None:
+        silent_ns = self._contact.silent_ns(robot)
+        if silent_ns >= 2 * self._params.failsafe_after_ns:
+            return nearest(robot)
+        if silent_ns >= self._params.failsafe_after_ns:
+            return None
+        frontiers = robot.frontiers()
+        for frontier in frontiers:
+            if self._keeps(frontier):
+                return frontier
+        return self._advance(robot, frontiers[0]) if frontiers else None
+
+    def _mind(self, robot: ports.StrategyContext) -> None:
+        """Say who is where. Climb back if nobody is heard. A robot that holds chooses again: others
+        have moved."""
+        if robot.pose is None:
+            return
+        end = robot.goal or ports.Place(*robot.pose[:2])
+        robot.publish("places", {**self._known, robot.name: (robot.now_ns, end)})
+        silent_ns, place = self._contact.silent_ns(robot), self._contact.place
+        if self._params.failsafe_after_ns <= silent_ns < 2 * self._params.failsafe_after_ns:
+            if place is not None and math.dist(robot.pose[:2], place) > _BETTER_M:
+                robot.go(place)
+        elif robot.goal is None:
+            chosen = self.choose(robot)
+            if chosen is not None:
+                robot.go(chosen)
+
+    def _learn(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
+        for name, (time_ns, place) in message.content.items():
+            if name != robot.name and time_ns > self._known.get(name, (-1,))[0]:
+                self._known[name] = time_ns, ports.Place(*place)
+
+    def _keeps(self, place: Sequence[float]) -> bool:
+        """Whether the team is connected if the robot is at ``place``."""
+        return connected([place[:2], *(end for _, end in self._known.values())],
+                         self._params.range_m)
+
+    def _advance(self, robot: ports.StrategyContext, frontier: ports.Frontier
+                 ) -> ports.Place | None:
+        """The free place from where the way to ``frontier`` is shortest and the team connected."""
+        grid, pitch = robot.grid, max(1, round(_STEP_M / robot.grid.resolution_m))
+        rows, columns = np.nonzero(robot.costmap()[::pitch, ::pitch] == 0)
+        places = [ports.Place(grid.x_m + (column + 0.5) * grid.resolution_m,
+                              grid.y_m + (row + 0.5) * grid.resolution_m)
+                  for row, column in zip((rows * pitch).tolist(), (columns * pitch).tolist(),
+                                         strict=True)]
+        ways_m = robot.path_lengths_m(places, ports.Place(*frontier[:2]))
+        for k in np.argsort(ways_m, kind="stable").tolist():
+            if ways_m[k] > frontier.path_m - _BETTER_M:
+                return None
+            if self._keeps(places[k]):
+                return places[k]
+        return None
+
+
+def connected(places: Sequence[Sequence[float]], range_m: float) -> bool:
+    """Whether all ``places`` are joined by steps of at most ``range_m``."""
+    left, reached = list(places[1:]), [places[0]]
+    while reached and left:
+        place = reached.pop()
+        near = [other for other in left if math.dist(place, other) <= range_m]
+        reached += near
+        left = [other for other in left if other not in near]
+    return not left

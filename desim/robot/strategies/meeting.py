@@ -1,0 +1,46 @@
+"""Meetings of robots: an agreed place and time, and who is missing."""
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from desim import ports
+from desim.units import NS_PER_S
+
+
+class Meeting(NamedTuple):
+    """The place and the time that were agreed on."""
+
+    place: ports.Place
+    time_ns: int
+
+    def is_due(self, robot: ports.StrategyContext, speed_mps: float) -> bool:
+        """Whether a robot of this speed has to leave now, and knows a way."""
+        way_m = float(robot.path_lengths_m([self.place])[0])
+        left_s = (self.time_ns - robot.now_ns) / NS_PER_S
+        return way_m < math.inf and way_m / speed_mps >= left_s
+
+    def drive(self, robot: ports.StrategyContext, near_m: float) -> None:
+        """Go there; stand once it is near: not all fit into one place."""
+        drive_near(robot, self.place, near_m)
+
+
+def drive_near(robot: ports.StrategyContext, place: ports.Place, near_m: float) -> None:
+    """Go to ``place``, and stand once the robot is near."""
+    if is_near(robot, place, near_m):
+        if robot.goal is not None:
+            robot.stop()
+    elif robot.goal != place:
+        robot.go(place)
+
+
+def is_near(robot: ports.StrategyContext, place: ports.Place, near_m: float) -> bool:
+    """Whether the robot is within ``near_m`` of ``place``."""
+    return robot.pose is not None and math.dist(robot.pose[:2], place) <= near_m
+
+
+def silent(robot: ports.StrategyContext, names: Iterable[str], for_ns: int) -> list[str]:
+    """Those of ``names`` that were not heard of within the last ``for_ns``."""
+    links = robot.links()
+    return [name for name in names
+            if name not in links or robot.now_ns - links[name].heard_ns > for_ns]
