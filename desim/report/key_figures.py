@@ -53,8 +53,8 @@ def _exploration(m: Summary) -> list[tuple[str, str, str]]:
           if "outdated_goal_m" in m else []),
         ("efficiency", "-" if efficiency is None else f"{efficiency:.2f} m2/m", "area / cost"),
         ("map completeness", f"{m['map_completeness']:.4f}", ""),
-        ("map quality", f"{m['map_quality']:.4f}", f"{m['map_error_cells']} wrong cells"),
-        ("safety", f"{m['safety']:.2f}", f"{m['collisions']} collisions"),
+        ("map quality", f"{m['map_quality']:.4f}", _counted(m["map_error_cells"], "wrong cell")),
+        ("safety", f"{m['safety']:.2f}", _counted(m["collisions"], "collision")),
         ("recoveries", str(m["recoveries"]), ""),
     ]
 
@@ -103,3 +103,7 @@ def _awareness(m: Summary) -> list[tuple[str, str, str]]:
 def time_or_limit(value: float | None, limit: float) -> str:
     """A time in s; None: it was not reached until ``limit``."""
     return f"> {limit:.1f} s" if value is None else f"{value:.1f} s"
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from desim.monitor.coverage import EXPLORED
+from desim.plugins import bare
 from desim.report.key_figures import imported_figures, time_or_limit
 from desim.results.seal import Json
 from desim.scenario.schema.scenario import Scenario
@@ -13,12 +14,12 @@ def facts(scenario: Scenario, metrics: Json, robots: int) -> list[tuple[str, str
     if "imported_from" in metrics:
         source, *rest = imported_figures(metrics)
         return [source, ("robots", str(robots)), *rest]
-    media = ", ".join(f"{name} ({medium.model})" for name, medium in scenario.network.media.items()
-                      if medium is not None)
+    media = ", ".join(f"{name} ({bare(medium.model)})"
+                      for name, medium in scenario.network.media.items() if medium is not None)
     size = ("robots", str(robots))
     return [*([*_measured(metrics)[:1], size, *_measured(metrics)[1:]] if metrics else [size]),
-            ("medium", media), ("middleware", scenario.middleware.model),
-            ("strategy", scenario.coordination.strategy)]
+            ("medium", media), ("middleware", bare(scenario.middleware.model)),
+            ("strategy", bare(scenario.coordination.strategy))]
 
 
 def _measured(metrics: Json) -> list[tuple[str, str]]:
