@@ -167,6 +167,11 @@ def reads_team_state(strategy: str) -> bool:
     return bool(getattr(load("strategy", strategy), "reads_team_state", False))
 
 
+def fusion(sharing: str) -> str:
+    """The rule by which robots fuse maps where a scenario names none."""
+    return str(getattr(load("sharing", sharing), "fusion", "evidence"))
+
+
 @cache
 def parameters(kind: str, name: str) -> type[ports.Params]:
     """The parameter block of the plug-in called ``name``. Raises ``InputError``."""

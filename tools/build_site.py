@@ -42,6 +42,7 @@ reference/keys
 docs/network-models
 docs/networks-alone
 docs/strategies
+docs/map-sharing
 docs/slam
 docs/results
 docs/replay

@@ -146,6 +146,9 @@ class SharingContext(Protocol):
     def drawn(self, log_odds: np.ndarray) -> Evidence:
         """Complete evidence: int8 ``log_odds`` [height, width], row 0 at the bottom."""
 
+    def stream(self, *name: str | int) -> np.random.Generator:
+        """Random numbers by name, this host's own."""
+
     # --------------------------------------------------------------------------------- actions
 
     def take_in(self, contributions: Iterable[Contribution]) -> None:

@@ -81,33 +81,11 @@ class MapSharing(Node):
             self.publish("map", Empty())
 
 
-class MapContext:
-    """The ``SharingContext`` of a host."""
+class MapAccess:
+    """The part of a ``SharingContext`` that is about the robot's map."""
 
-    def __init__(self, node: MapSharing) -> None:
-        self._node, self._map = node, node.robot_map
-
-    # -------------------------------------------------------------------------------- knowledge
-
-    @property
-    def name(self) -> str:
-        return self._node.host.name
-
-    @property
-    def now_ns(self) -> int:
-        return self._node.now_ns
-
-    @property
-    def pose(self) -> Pose2D | None:
-        return self._node.pose
-
-    @property
-    def team(self) -> tuple[str, ...]:
-        return self._node.peers
-
-    @property
-    def peers(self) -> Mapping[str, Peer]:
-        return self._node.team.peers
+    def __init__(self, robot_map: RobotMap) -> None:
+        self._map = robot_map
 
     @property
     def grid(self) -> GridSpec:
@@ -129,7 +107,36 @@ class MapContext:
                              f"{log_odds.dtype} {list(log_odds.shape)}")
         return drawn(self._map.pool, spec, log_odds)
 
-    # ---------------------------------------------------------------------------------- actions
+
+class MapContext(MapAccess):
+    """The ``SharingContext`` of a host."""
+
+    def __init__(self, node: MapSharing) -> None:
+        super().__init__(node.robot_map)
+        self._node = node
+
+    @property
+    def name(self) -> str:
+        return self._node.host.name
+
+    @property
+    def now_ns(self) -> int:
+        return self._node.now_ns
+
+    @property
+    def pose(self) -> Pose2D | None:
+        return self._node.pose
+
+    @property
+    def team(self) -> tuple[str, ...]:
+        return self._node.peers
+
+    @property
+    def peers(self) -> Mapping[str, Peer]:
+        return self._node.team.peers
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._node.stream("sharing", *name)
 
     def take_in(self, contributions: Iterable[Contribution]) -> None:
         self._node.take_in(contributions)

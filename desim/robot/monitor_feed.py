@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from functools import partial
 
@@ -14,8 +15,10 @@ from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.poses import step
 from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import LayerSnapshot, fuse, occupancy
+from desim.robot.tiles import LayerSnapshot, occupancy
 from desim.units import NS_PER_S
+
+Layers = tuple[LayerSnapshot, ...]
 
 
 class MonitorFeed(Node):
@@ -46,10 +49,12 @@ class MonitorFeed(Node):
     def _on_period(self, _: int) -> None:
         if self.has_subscribers("explored_map"):
             self.publish("explored_map", Lazy(self._size_bytes, partial(
-                _fused_occupancy, self.robot_map.spec, self.robot_map.layers())))
+                _fused_occupancy, self.robot_map.spec, self.robot_map.fusion_of,
+                self.robot_map.layers())))
         self.publish("distance", Float64(self._travelled_m))
 
 
 
-def _fused_occupancy(spec: GridSpec, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:
-    return occupancy(spec, fuse(layers))
+def _fused_occupancy(spec: GridSpec, fusion_of: Callable[[Layers], np.ndarray],
+                     layers: Layers) -> np.ndarray:
+    return occupancy(spec, fusion_of(layers))

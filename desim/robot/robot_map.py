@@ -21,6 +21,7 @@ from desim.robot.tiles import (
     Received,
     TilePool,
     cell_numbers,
+    fuse,
     replacement,
     tiles_across,
 )
@@ -90,9 +91,7 @@ class RobotMap:
                        usable_range_m: float) -> None:
         """Add the evidence of a scan from this pose to the own layer and the sum. Beams of
         ``usable_range_m`` and more clear space up to there and mark nothing."""
-        self.pool.reserve(len(self.tiles))
-        self.own.changing()
-        self._note(self._scans.integrate(x_m, y_m, yaw_rad, scan, usable_range_m, self))
+        self._integrate(x_m, y_m, yaw_rad, scan, usable_range_m)
         for observer in self.scan_observers:
             observer(Pose2D(x_m, y_m, yaw_rad), scan, usable_range_m)
 
@@ -112,12 +111,12 @@ class RobotMap:
                                zip(*(change[2:] for change in taken), strict=True))
         count = _exchange(tiles, old, new, np.empty(len(tiles), np.int32), self.version + 1,
                           self.pool.arrays, self.sum)
-        self._note(count)
-        return count > 0
+        return self._note(count)
 
     def redraw_own(self, scans: Iterable[tuple[np.ndarray, LaserScan]], usable_range_m: float
                    ) -> None:
-        """Replace the own layer by the evidence of ``scans``, each from its pose [3]."""
+        """Replace the own layer by the evidence of ``scans``, each from its pose [3]; the
+        ``scan_observers`` had them before."""
         tiles = self.own.snapshot().filled()
         count = _exchange(tiles, self.own.indices[tiles], np.zeros(len(tiles), np.int32),
                           np.empty(len(tiles), np.int32), self.version + 1, self.pool.arrays,
@@ -125,16 +124,28 @@ class RobotMap:
         self.own = Layer(self.pool, self.tiles)
         self._note(count)
         for (x_m, y_m, yaw_rad), scan in scans:
-            self.integrate_scan(x_m, y_m, yaw_rad, scan, usable_range_m)
+            self._integrate(x_m, y_m, yaw_rad, scan, usable_range_m)
 
     def layers(self) -> tuple[LayerSnapshot, ...]:
         """Snapshots of all layers, own first: the map as it is now, immutable."""
         return (self.own.snapshot(), *self.received.values())
 
-    def _note(self, count: int) -> None:
+    def fusion_of(self, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:
+        """int16 [tiles, 1024]: what the map would be of these complete snapshots, own first."""
+        return fuse(layers)
+
+    def _integrate(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
+                   usable_range_m: float) -> None:
+        self.pool.reserve(len(self.tiles))
+        self.own.changing()
+        self._note(self._scans.integrate(x_m, y_m, yaw_rad, scan, usable_range_m, self))
+
+    def _note(self, count: int) -> bool:
+        """``count`` tiles of the sum have changed. True if that changed the knowledge."""
         if count:
             self.version += 1
             if self.observers:
                 changed = self.sum.changed[:count].copy()
                 for observer in self.observers:
                     observer(self, changed)
+        return count > 0

@@ -121,6 +121,8 @@ def _coordination(coordination: Coordination, deployment: str) -> Coordination:
     free = (plugins.parameters("sharing", exchange.model).model_fields.keys()
             - exchange.written.keys())
     missing = {key: value for key, value in _EXCHANGE[deployment].items() if key in free}
+    if exchange.fusion is None:
+        missing["fusion"] = plugins.fusion(exchange.model)
     return _changed(coordination, exchange=_changed(exchange, **missing))
 
 

@@ -24,6 +24,7 @@ from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.ports import Pose2D, World
+from desim.robot.fusion import robot_map_of
 from desim.robot.robot_map import RobotMap
 from desim.robot.software import coordinator_software, robot_software
 from desim.robot.team import Team
@@ -136,7 +137,7 @@ class Simulation:
         if host_plan.monitor:
             nodes.append(MonitorNode(host, self._explorers))
         if host_plan.software is not None:
-            robot_map = RobotMap(self.grid, self._pool)
+            robot_map = self._map()
             self._watch(host.name, robot_map)
             nodes += robot_software(host, scenario, self.world.body(host_plan.software), robot_map,
                                     tuple(n for n in self._explorers if n != host.name),
@@ -144,7 +145,7 @@ class Simulation:
                                     monitored=any(other.monitor for other in self.plan))
         if host_plan.strategy is not None:
             nodes += coordinator_software(host, scenario, host_plan.strategy,
-                                          RobotMap(self.grid, self._pool), self._explorers,
+                                          self._map(), self._explorers,
                                           self._team(host.name))
         return nodes
 
@@ -153,6 +154,11 @@ class Simulation:
         if self.kernel.now_ns > 0:
             return None
         return Pose2D(*self.world.snapshot().poses[robot].tolist())
+
+    def _map(self) -> RobotMap:
+        exchange = self.scenario.coordination.exchange
+        return robot_map_of(self.grid, self._pool,
+                            None if exchange is None else exchange.fusion)
 
     def _team(self, own: str) -> Team:
         """The other hosts with a strategy, in natural order; fresh, as their software is."""

@@ -11,9 +11,11 @@ from desim.testing.checks import check_case, check_network, check_rule
 from desim.testing.fleet import Fleet
 from desim.testing.medium_bench import HOUR_NS, Bench, ImmediateNetwork
 from desim.testing.middleware import Patience, check_discovery, check_middleware
+from desim.testing.sharing_bench import SharingBench
+from desim.testing.sharing_checks import check_sharing
 from desim.testing.strategy_bench import StrategyBench
 from desim.testing.strategy_checks import check_strategy
 
-__all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "Patience", "StrategyBench",
-           "check_case", "check_discovery", "check_middleware", "check_network", "check_rule",
-           "check_strategy"]
+__all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "Patience", "SharingBench",
+           "StrategyBench", "check_case", "check_discovery", "check_middleware", "check_network",
+           "check_rule", "check_sharing", "check_strategy"]

@@ -35,7 +35,7 @@ WRONG = {
         "navigation, exploration, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
-        "model, content, encoding, period, via"]),
+        "model, fusion, content, encoding, period, via"]),
     "wrong unit": ("network: {media: {lan: {model: switch, rate: 1 m}}}", [
         f"2:46: network.media.lan.rate: unknown unit 'm' for a bit rate; {RATES}"]),
     "bare number": ("stop: {elapsed: 2000}", [
@@ -228,8 +228,8 @@ WRONG = {
     "fidelity of an unknown model": ("network: {fidelity: mac, media: {air: {model: radoi}}}", [
         "2:47: network.media.air.model: unknown network 'radoi' (did you mean 'radio'?); known: "
         f"{NETWORKS}, {DOTTED}"]),
-    "unknown strategy": ("coordination: {strategy: nearest}", [
-        "2:26: coordination.strategy: unknown strategy 'nearest' (did you mean "
+    "unknown strategy": ("coordination: {strategy: nearest_frontiers}", [
+        "2:26: coordination.strategy: unknown strategy 'nearest_frontiers' (did you mean "
         f"'nearest_frontier'?); known: {STRATEGIES}, {DOTTED}"]),
     "unknown middleware": ("middleware: {model: ros}", [
         "2:21: middleware.model: unknown middleware 'ros' (did you mean 'ros1'?); known: dds, "

@@ -14,6 +14,7 @@ compresses what follows the header.
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
 from typing import NamedTuple
@@ -34,6 +35,9 @@ _HEADER = struct.Struct("<qdddHB")
 _TILE = np.dtype([("number", "<u2"), ("cells", "i1", CELLS)])
 
 
+_NO_POSE = Pose2D(math.nan, math.nan, math.nan)  # on the wire, of a source that said none
+
+
 class MapUpdate(NamedTuple):
     """The own evidence of robot ``source``, or its changed tiles, and the robot's pose.
 
@@ -43,7 +47,7 @@ class MapUpdate(NamedTuple):
 
     source: str
     version: int
-    pose: Pose2D
+    pose: Pose2D | None
     layer: Evidence
     size_bytes: int
 
@@ -64,26 +68,31 @@ class MapFormat(NamedTuple):
             return header_bytes + len(zlib.compress(self._body(layer), ZLIB_LEVEL))
         if full:
             return header_bytes + self.spec.width * self.spec.height
-        return header_bytes + len(layer.filled()) * _TILE.itemsize
+        return header_bytes + len(_named(layer)) * _TILE.itemsize
 
     def encode(self, update: MapUpdate) -> bytes:
         """The bytes of ``update``. Its source is not among them: that is the topic's name."""
-        pose = update.pose
+        pose = update.pose or _NO_POSE
         body = self._body(update.layer)
         if self.content == "full":
             header = _GRID.pack(0, *divmod(update.version, NS_PER_S), MAP_FRAME_BYTES, b"", 0, 0,
                                 self.spec.resolution_m, self.spec.width, self.spec.height, *pose,
                                 0.0, 0.0, 0.0, 1.0, len(body))
         else:
-            header = _HEADER.pack(update.version, *pose, len(update.layer.filled()),
+            header = _HEADER.pack(update.version, *pose, len(_named(update.layer)),
                                   update.layer.complete)
         return header + (zlib.compress(body, ZLIB_LEVEL) if self.encoding == "zlib" else body)
 
     def _body(self, layer: Evidence) -> bytes:
         if self.content == "full":
             return raster(self.spec, layer.cells()).tobytes()
-        filled = layer.filled()
-        entries = np.empty(len(filled), _TILE)
-        entries["number"] = filled
-        entries["cells"] = layer.cells()[np.isin(layer.tiles, filled)]
+        named = _named(layer)
+        entries = np.empty(len(named), _TILE)
+        entries["number"] = named
+        entries["cells"] = layer.cells()[np.isin(layer.tiles, named)]
         return entries.tobytes()
+
+
+def _named(layer: Evidence) -> np.ndarray:
+    """The numbers of the tiles that are sent: of a part also those that have become empty."""
+    return layer.filled() if layer.complete else layer.tiles

@@ -7,38 +7,27 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sharing_fleet import SPEC, Explorer, Fleet, S, see
 
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
-from desim.middleware.contents import LaserScan, Pose, occupancy_grid_bytes
+from desim.middleware.contents import occupancy_grid_bytes
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
-from desim.network.medium import Medium
-from desim.network.surroundings import Nowhere
-from desim.ports import GridSpec, Pose2D
-from desim.robot.map_sharing import MapSharing
+from desim.ports import Pose2D
 from desim.robot.monitor_feed import MonitorFeed
 from desim.robot.robot_map import RobotMap
 from desim.robot.sharing.map_message import MapFormat, MapUpdate
 from desim.robot.sharing.own_maps import MERGING_HZ, REFRESH_PERIODS, OwnMaps
-from desim.robot.team import Team
-from desim.robot.tiles import TilePool, fuse, tiles_of
-from netmodels.ideal import Ideal
+from desim.robot.tiles import TilePool, tiles_of
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
 
-S = 1_000_000_000
-SPEC = GridSpec(0.2, 70, 50, 0.0, 0.0)
 CELLS = 70 * 50
 
 poses = st.tuples(st.floats(0.5, 13.5), st.floats(0.5, 9.5), st.floats(-4.0, 4.0))
-
-
-def see(robot_map, x_m, y_m, yaw_rad, range_m=3.0):
-    scan = LaserScan(0, np.full(12, range_m, np.float32), -1.5, 0.25, 26.0)
-    robot_map.integrate_scan(x_m, y_m, yaw_rad, scan, 25.0)
 
 
 # ---- on the wire --------------------------------------------------------------------------------
@@ -108,80 +97,9 @@ def test_sizes():
 # ---- robots that talk ---------------------------------------------------------------------------
 
 
-class Explorer(Node):
-    """Sees something new at the given seconds, and says where it is every second."""
-
-    def __init__(self, host, robot_map, seconds):
-        super().__init__(host, "explorer")
-        self._map, self._seconds = robot_map, seconds
-        self._number = int(host.name[-1])
-
-    def start(self):
-        self.advertise("pose")
-        self.timer(1, self._tick, start="zero")
-
-    def _tick(self, _):
-        second = self.now_ns // S
-        self.publish("pose", Pose(self.now_ns, float(second), self._number, 0.0))
-        if second in self._seconds:
-            see(self._map, 1.0 + second % 11, 1.0 + 2 * self._number, 0.3 * second)
-
-
-class Ear(Node):
-    """Writes down what is heard on a host: (second, kind, of whom)."""
-
-    def __init__(self, host, log, others):
-        super().__init__(host, "ear")
-        self._log, self._others = log, others
-        self.peers = None
-
-    def start(self):
-        self.subscribe("map", lambda message: self._note("map", self.host.name), queue=0)
-        for other in self._others:
-            self.subscribe(f"/map_exchange/{other}",
-                           lambda message: self._note("peer", message.content.source))
-        self.peers = self.latest("peers")
-
-    def _note(self, kind, name):
-        self._log.append((self.now_ns // S, self.host.name, kind, name))
-
-
-class Fleet:
-    """Three robots on one ideal medium with ``rules``; ``seconds`` [3] when each sees something."""
-
-    def __init__(self, exchange, seconds, rules=()):
-        self.kernel, names = Kernel(), Names()
-        hosts = ("robot_1", "robot_2", "robot_3")
-        trace, streams = Trace(names), Streams(0)
-        self.graph = Graph(self.kernel, names, trace, streams, Direct(), hosts)
-        self.medium = Medium("air", Ideal(Ideal.Params()), list(rules), kernel=self.kernel,
-                             names=names, streams=streams, hosts=list(hosts), place=Nowhere(3))
-        self.graph.attach(self.medium)
-        self.pool, self.maps, self.heard, self.log = TilePool(), {}, {}, []
-        self.exchange = exchange
-        for name, own in zip(hosts, seconds, strict=True):
-            self.graph.host(name).software = lambda host, own=own: self._nodes(host, own)
-        self.graph.start()
-
-    def _nodes(self, host, seconds):
-        robot_map = self.maps[host.name] = RobotMap(SPEC, self.pool)
-        others = tuple(other.name for other in self.graph.hosts if other is not host)
-        return [Explorer(host, robot_map, seconds), Ear(host, self.log, others),
-                MapSharing(host, self.exchange and OwnMaps(self.exchange), robot_map, others,
-                           self.heard.setdefault(host.name, Team((), 0)))]
-
-    def run(self, until_s):
-        self.kernel.run(until_s * S)
-        return self
-
-    def alike(self):
-        """Whether every map is the sum of what all have seen themselves."""
-        everything = fuse(tuple(robot_map.own.snapshot() for robot_map in self.maps.values()))
-        return [bool((robot_map.fused == everything).all()) for robot_map in self.maps.values()]
-
-
 def exchange(content="full", encoding="raw", via="unicast"):
-    return OwnMaps.Params(content=content, encoding=encoding, period="5 s", via=via)
+    params = OwnMaps.Params(content=content, encoding=encoding, period="5 s", via=via)
+    return lambda: OwnMaps(params)
 
 
 BOTH = pytest.mark.parametrize("content", ["full", "changed_tiles"])
@@ -287,7 +205,7 @@ def test_what_a_restarted_robot_sees_replaces_what_it_saw_before():
 
 
 def test_nothing_is_said_where_nothing_is_shared():
-    fleet = Fleet(None, [{1, 2}, {1}, set()]).run(100)
+    fleet = Fleet(lambda: None, [{1, 2}, {1}, set()]).run(100)
     assert fleet.log == []
     assert fleet.graph.messages == 0
 

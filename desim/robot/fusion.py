@@ -1,0 +1,88 @@
+"""Rules by which a robot makes one map of the evidence of several sources, and the map of a rule.
+
+``evidence``, the default, is the sum of all (``RobotMap``), as independent evidence adds up in
+log-odds (Moravec and Elfes 1985). The others choose one source for each cell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from desim.ports import GridSpec
+from desim.robot.kernels import tiles as kernels
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import CELLS, FREE, OCCUPIED, TILE, LayerSnapshot, TilePool
+
+# int8 [sources, k, 1024], the robot's own first, to int16 [k, 1024].
+Rule = Callable[[np.ndarray], np.ndarray]
+
+
+def strongest(cells: np.ndarray) -> np.ndarray:
+    """The stronger statement wins: the evidence that is farthest from 0; among equals the first."""
+    chosen = np.abs(cells.astype(np.int16)).argmax(axis=0)
+    return np.take_along_axis(cells, chosen[np.newaxis], axis=0)[0].astype(np.int16)
+
+
+def first_known(cells: np.ndarray) -> np.ndarray:
+    """The first source that knows a cell wins, and others only fill in what is unknown: the
+    robot's own evidence, then that of whom it received first (greedyMerging of yzrobot's
+    map_merging). Where none knows, the robot's own evidence stays."""
+    chosen = ((cells <= FREE) | (cells >= OCCUPIED)).argmax(axis=0)
+    return np.take_along_axis(cells, chosen[np.newaxis], axis=0)[0].astype(np.int16)
+
+
+RULES: dict[str, Rule] = {"max": strongest, "greedy": first_known}
+
+
+def robot_map_of(spec: GridSpec, pool: TilePool, fusion: str | None) -> RobotMap:
+    """An empty map that fuses by the rule of this name."""
+    rule = RULES.get(fusion or "")
+    return RobotMap(spec, pool) if rule is None else ChoosingMap(spec, pool, rule)
+
+
+class ChoosingMap(RobotMap):
+    """A map whose ``fused`` has the evidence of one source in each cell, as ``rule`` chooses.
+
+    The sum that ``RobotMap`` keeps stays beside it. After each change the tiles in which a source
+    has changed are made anew.
+    """
+
+    def __init__(self, spec: GridSpec, pool: TilePool, rule: Rule) -> None:
+        super().__init__(spec, pool)
+        self._rule = rule
+        self._seen: tuple[LayerSnapshot, ...] = self.layers()  # held: they share no tile that is
+        #                                                        written to from now on
+        self.sum = kernels.Fused(np.zeros_like(self.fused), np.zeros_like(self.tile_version),
+                                 np.zeros_like(self.row_version), *self.sum[3:])
+
+    def fusion_of(self, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:
+        """int16 [tiles, 1024] of complete snapshots, own first."""
+        return self._rule(np.stack([layer.cells() for layer in layers]))
+
+    def _note(self, _: int) -> bool:
+        layers, touched = self.layers(), np.zeros(len(self.tiles), bool)
+        for number, layer in enumerate(layers):
+            touched |= (layer.indices != self._seen[number].indices if number < len(self._seen)
+                        else layer.indices != 0)
+        self._seen = layers
+        tiles = np.flatnonzero(touched)
+        after = self._rule(np.stack([self.pool.arrays.data[layer.indices[tiles]]
+                                     for layer in layers]))
+        turned = _states(after) != _states(self.fused[tiles])
+        self.fused[tiles] = after
+        rows = turned.reshape(-1, TILE, CELLS // TILE).any(axis=2)
+        changed = tiles[rows.any(axis=1)].astype(np.int32)
+        if not len(changed):
+            return False
+        self.version += 1
+        self.tile_version[changed] = self.version
+        self.row_version[tiles] = np.where(rows, self.version, self.row_version[tiles])
+        for observer in self.observers:
+            observer(self, changed)
+        return True
+
+
+def _states(evidence: np.ndarray) -> np.ndarray:
+    return (evidence >= OCCUPIED).astype(np.int8) - (evidence <= FREE)

@@ -1,0 +1,119 @@
+"""The map merging of the paper's testbed, as published (yzrobot/map_merging, map_merging.cpp)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from pydantic import Field
+
+from desim import ports
+from desim.middleware.contents import POSE_STAMPED_BYTES
+from desim.ports import Pose2D
+from desim.ports.sharing import Contribution, Scan, SharedMessage, SharingContext
+from desim.robot.sharing.map_message import MapFormat, MapUpdate
+from desim.units import NS_PER_S, Length, Pace
+
+MERGING_HZ = 10  # merging_rate
+POSE_HZ = 10  # robot_pose_publisher (GT-RAIL)
+
+
+class StampedPose(NamedTuple):
+    """A robot's pose: geometry_msgs/PoseStamped."""
+
+    pose: Pose2D
+
+    @property
+    def size_bytes(self) -> int:
+        return POSE_STAMPED_BYTES
+
+
+class MrsTestbed:
+    """Merges with one partner for each update of the own map, and hands over what it has merged
+    only when all teammates are: a round of n robots takes n - 1 updates, and none ends while one
+    robot is silent.
+
+    Maps are full grids (nav_msgs/OccupancyGrid), sent after a scan was processed and ``period`` has
+    passed, as gmapping does: a robot that stands sends none. Poses go out at 10 Hz. The partner is
+    the first teammate that is not merged in this round, was heard and is nearer than
+    ``max_distance``; it stays the partner until it is merged, also out of reach. The distance
+    decides on merging alone: messages go to all.
+
+    Not modelled: the questions to the master ten times a second, which robots there are.
+    """
+
+    fusion = "greedy"  # greedyMerging: its own evidence, then partners fill in what is unknown
+
+    class Params(ports.Params):
+        """The period of maps, and the reach of merging."""
+
+        period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
+        max_distance_m: Length = Field("200 m", description=(
+            "(the paper, 5.1; the published launch file says 100 m, the code 10 m)"))
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._published_ns: int | None = None  # the last map
+        self._own_is_fresh = False  # the own map was updated since the last merging
+        self._poses: dict[str, Pose2D] = {}  # heard and not used yet
+        self._maps: dict[str, MapUpdate] = {}  # likewise
+        self._partner: str | None = None
+        self._merged: dict[str, MapUpdate] = {}  # in this round, in order
+
+    def start(self, context: SharingContext) -> None:
+        self._codec = MapFormat(context.grid, "full", "raw")
+        context.advertise(latch=True)
+        context.advertise("pose")
+        self._inbox, self._heard = context.latest(), context.latest("pose")
+        context.every(NS_PER_S // POSE_HZ, _publish_pose)
+        context.every(NS_PER_S // MERGING_HZ, self._loop)
+
+    def on_scan(self, context: SharingContext, pose: Pose2D, scan: Scan,
+                usable_range_m: float) -> None:
+        """Publish the map if it is time."""
+        now_ns = context.now_ns
+        if self._published_ns is None or now_ns - self._published_ns >= self._params.period_ns:
+            self._published_ns, self._own_is_fresh = now_ns, True
+            layer = context.own()
+            context.publish(MapUpdate(context.name, now_ns, pose, layer,
+                                      self._codec.size_bytes(layer)))
+
+    def _loop(self, context: SharingContext) -> None:
+        self._listen(context, self._heard.news())
+        for message in self._inbox.news():
+            self._maps[message.source] = message.content
+        if self._partner is None:
+            self._partner = self._found(context)
+        partner = self._partner
+        if partner in self._maps and self._own_is_fresh:
+            self._own_is_fresh, self._partner = False, None
+            self._merged[partner] = self._maps.pop(partner)
+            if len(self._merged) == len(context.team):
+                context.take_in([Contribution(update.source, update.version, None, update.layer)
+                                 for update in self._merged.values()])
+                self._merged = {}
+
+    def _listen(self, context: SharingContext, heard: Sequence[SharedMessage]) -> None:
+        """Note the poses of teammates."""
+        self._poses |= {message.source: message.content.pose for message in heard}
+        if heard:
+            context.take_in([Contribution(message.source, message.sent_ns, message.content.pose,
+                                          None) for message in heard])
+
+    def _found(self, context: SharingContext) -> str | None:
+        """The next partner: of the robots in natural order, as the master lists topics."""
+        own = context.pose
+        if own is None:
+            return None
+        for name in context.team:
+            pose = self._poses.pop(name, None) if name not in self._merged else None
+            if pose is not None and math.dist(own[:2], pose[:2]) < self._params.max_distance_m:
+                return name
+        return None
+
+
+def _publish_pose(context: SharingContext) -> None:
+    pose = context.pose
+    if pose is not None:
+        context.publish(StampedPose(pose), "pose")
