@@ -87,26 +87,10 @@ def load(kind: str, name: str) -> Any:
 def _installed(kind: str, name: str) -> str:
     points = available(kind)
     if name not in points:
-        added = _added_since(kind, name)
-        if added is not None:
-            return added
         meant = did_you_mean(name, [*points, *([":".join(name.rsplit(".", 1))] * ("." in name))])
         raise InputError(f"unknown {kind} {name!r}{meant}; known: "
                          f"{', '.join(points) or 'none'}, or a dotted path 'package.module:Class'")
     return f"{points[name].module}:{points[name].attr}"
-
-
-def _added_since(kind: str, name: str) -> str | None:
-    """The path that a checkout's pyproject.toml has for ``name``: an editable install knows the
-    entry points of the day on which it was made."""
-    import tomllib
-
-    file = os.path.join(os.path.dirname(os.path.dirname(__file__)), "pyproject.toml")
-    if not os.path.isfile(file):
-        return None
-    with open(file, "rb") as text:
-        project = tomllib.load(text)["project"]
-    return project["entry-points"][GROUPS[kind]].get(name) if project["name"] == "desim" else None
 
 
 def _methods(contract: type) -> list[str]:
