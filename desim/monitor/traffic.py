@@ -54,7 +54,8 @@ def kind(topic: str) -> str:
     and from controllers to the monitor."""
     if topic.rpartition("/")[2] in SENSORS:
         return "simulation"
-    is_coordination = topic.startswith("/map_exchange/") or "/strategy/" in topic
+    is_coordination = (topic.startswith("/map_exchange/") or "/strategy/" in topic
+                       or topic.endswith("/team_state"))
     return "coordination" if is_coordination else "monitoring"
 
 
@@ -75,7 +76,7 @@ class Families:
 
     def fates(self) -> dict[str, dict[str, int]]:
         """The fates of each family's messages: published = delivered + dropped + unmatched +
-        in flight, one per message and receiving host."""
+        in flight, one per message and receiving host; and the bytes delivered."""
         out: dict[str, Counter[str]] = {}
         for name, topic in self._graph.topics.items():
             counts = topic.counts
@@ -83,7 +84,7 @@ class Families:
                 out.setdefault(self._of(name), Counter()).update(
                     published=counts.published, delivered=counts.delivered,
                     dropped=sum(counts.dropped.values()), unmatched=counts.unmatched,
-                    in_flight=counts.in_flight)
+                    in_flight=counts.in_flight, bytes=counts.bytes)
         return {key: dict(out[key]) for key in sorted(out)}
 
     def latency(self) -> dict[str, dict[str, float]]:

@@ -291,6 +291,8 @@ def test_without_a_range_nobody_is_ever_cut_off():
     ("/robot_12/cmd_vel", "/*/cmd_vel", "simulation"),
     ("/map_exchange/robot_3", "/map_exchange/*", "coordination"),
     ("/robot_3/explored_map", "/*/explored_map", "monitoring"),
+    ("/robot_3/team_state", "/*/team_state", "coordination"),
+    ("/robot_3/strategy/bid", "/*/strategy/bid", "coordination"),
 ])
 def test_topics_by_family_and_kind(topic, its_family, its_kind):
     assert family(topic, frozenset({"robot_3", "robot_12"})) == its_family

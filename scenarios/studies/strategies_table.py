@@ -1,0 +1,137 @@
+"""The tables and the figure of docs/studies/strategies.md, from the campaign of strategies.yaml:
+
+    python scenarios/studies/strategies_table.py results/strategies
+
+Prints Markdown and writes strategies.png beside runs.parquet.
+"""
+
+from __future__ import annotations
+
+import sys
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as parquet
+
+from desim.statistics.comparisons import holm, paired
+from desim.statistics.intervals import t_interval
+
+REFERENCE = "nearest_frontier"
+NETWORKS, ROBOTS = ("lan", "radio"), (4, 8)
+
+
+def strategy_kB(run):
+    """kB delivered of what strategies publish, and of the state of the team that they read."""
+    families = run.metrics["messages_by_topic"]
+    return 1e-3 * sum(fates["bytes"] for family, fates in families.items()
+                      if "/strategy/" in family or family.endswith("/team_state"))
+
+
+def time_s(run) -> float:
+    """The exploration time, or the time limit."""
+    reached = run["exploration_time_s"]
+    return run["simulated_s"] if reached is None else reached
+
+
+def times_of(runs, strategy) -> dict[tuple[str, int], float]:
+    """The time by terrain and seed."""
+    return {(run["terrain"], run["seed"]): time_s(run) for run in runs
+            if run["strategy"] == strategy}
+
+
+def ratios(first, second) -> tuple[np.ndarray, np.ndarray]:
+    """The logarithms of two strategies' times, pair by pair."""
+    keys = [key for key in first if key in second]
+    return (np.log([first[key] for key in keys]), np.log([second[key] for key in keys]))
+
+
+def table(runs) -> None:
+    """Mean times by terrain, and each strategy's time as a share of the reference's: geometric
+    mean over terrains and seeds, its 95 % interval, p of the paired t test by Holm."""
+    terrains = list(dict.fromkeys(run["terrain"] for run in runs))
+    times = {name: times_of(runs, name) for name in dict.fromkeys(run["strategy"] for run in runs)}
+    pairs = {name: paired(*ratios(own, times[REFERENCE])) for name, own in times.items()
+             if name != REFERENCE}
+    adjusted = dict(zip(pairs, holm([pair.t_p or 1.0 for pair in pairs.values()]), strict=True))
+    print("| strategy |", " | ".join(f"{terrain}, s" for terrain in terrains),
+          "| late | share of nearest's time | p | d_z | MB | kB |")
+    print("|---" * (len(terrains) + 7) + "|")
+    for name, own in times.items():
+        mine = [run for run in runs if run["strategy"] == name]
+        cells = [spread([own[key] for key in own if key[0] == terrain]) for terrain in terrains]
+        late = sum(run["exploration_time_s"] is None for run in mine)
+        compared = ["1", "", ""]
+        if name in pairs:
+            low, mean, high = np.exp([pairs[name].difference.low, pairs[name].difference.mean,
+                                      pairs[name].difference.high])
+            compared = [f"{mean:.2f} ({low:.2f} to {high:.2f})", f"{adjusted[name]:.2g}",
+                        f"{pairs[name].cohen_dz:.1f}"]
+        sent = [f"{np.mean([run[key] for run in mine]):.2g}"
+                for key in ("coordination_MB", "strategy_kB")]
+        print(f"| `{name}` |", " | ".join(cells + [str(late) if late else ""] + compared + sent),
+              "|")
+
+
+def spread(times) -> str:
+    interval = t_interval(times)
+    half = "" if interval.half_width is None else f" +- {interval.half_width:.0f}"
+    return f"{interval.mean:.0f}{half}"
+
+
+def expectations(runs) -> None:
+    """Sentences of the literature as paired comparisons: the share of time, for all runs and for
+    each network and size."""
+    print("\n| expected to be no slower | than |",
+          " | ".join(f"{network}, {robots}" for network, robots in product(NETWORKS, ROBOTS)), "|")
+    print("|---" * 6 + "|")
+    for first, second in (("greedy_assignment", REFERENCE), ("hungarian", REFERENCE),
+                          ("minpos", REFERENCE), ("voronoi", REFERENCE), ("market", REFERENCE),
+                          ("centralized", REFERENCE), ("minpos", "greedy_assignment"),
+                          ("hungarian", "greedy_assignment"), (REFERENCE, "random_frontier")):
+        cells = []
+        for network, robots in product(NETWORKS, ROBOTS):
+            some = [run for run in runs if (run["network"], run["robots"]) == (network, robots)]
+            pair = paired(*ratios(times_of(some, first), times_of(some, second)))
+            low, mean, high = np.exp([pair.difference.low, pair.difference.mean,
+                                      pair.difference.high])
+            cells.append(f"{mean:.2f} ({low:.2f} to {high:.2f}), {pair.below}:{pair.above}")
+        print(f"| `{first}` | `{second}` |", " | ".join(cells), "|")
+
+
+def figure(runs, path: Path) -> None:
+    """Exploration times, a panel for each terrain, a row for each strategy."""
+    from matplotlib import pyplot
+
+    terrains = list(dict.fromkeys(run["terrain"] for run in runs))
+    strategies = list(dict.fromkeys(run["strategy"] for run in runs))
+    marks = {("lan", 4): ("o", "none", "C0"), ("lan", 8): ("o", "C0", "C0"),
+             ("radio", 4): ("s", "none", "C1"), ("radio", 8): ("s", "C1", "C1")}
+    shown, panels = pyplot.subplots(1, len(terrains), figsize=(12, 5), sharey=True,
+                                    layout="constrained")
+    for panel, terrain in zip(panels, terrains, strict=True):
+        for (network, robots), (marker, face, edge) in marks.items():
+            means = [np.mean([time_s(run) for run in runs if (run["strategy"], run["terrain"],
+                     run["network"], run["robots"]) == (name, terrain, network, robots)])
+                     for name in strategies]
+            panel.plot(means, range(len(strategies)), marker, mfc=face, mec=edge,
+                       label=f"{network}, {robots} robots")
+        panel.set(title=terrain, xlabel="exploration time, s", xlim=(0, None))
+        panel.grid(alpha=0.3)
+    panels[0].set_yticks(range(len(strategies)), strategies)
+    panels[0].invert_yaxis()
+    panels[0].legend(fontsize="small")
+    shown.savefig(path, dpi=110)
+
+
+def main(campaign: Path) -> None:
+    runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
+    for network, robots in product(NETWORKS, ROBOTS):
+        print(f"\n**{network}, {robots} robots**\n")
+        table([run for run in runs if (run["network"], run["robots"]) == (network, robots)])
+    expectations(runs)
+    figure(runs, campaign / "strategies.png")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
