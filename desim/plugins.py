@@ -21,12 +21,14 @@ from desim.errors import InputError, did_you_mean, first_line
 from desim.ports.cases import Case, Validation
 from desim.ports.middleware import Middleware
 from desim.ports.sharing import Sharing
+from desim.ports.tasks import Task
 
 GROUPS = {
     "network": "desim.networks",
     "rule": "desim.rules",
     "strategy": "desim.strategies",
     "sharing": "desim.sharing",
+    "task": "desim.tasks",
     "middleware": "desim.middleware",
     "world": "desim.worlds",
     "case": "desim.cases",
@@ -39,6 +41,7 @@ CONTRACTS: dict[str, type] = {
     "rule": ports.Rule,
     "strategy": ports.Strategy,
     "sharing": Sharing,
+    "task": Task,
     "middleware": Middleware,
     "world": ports.World,
     "case": Case,
@@ -154,6 +157,22 @@ def reads_team_state(strategy: str) -> bool:
 def fusion(sharing: str) -> str:
     """The rule by which robots fuse maps where a scenario names none."""
     return str(getattr(load("sharing", sharing), "fusion", "evidence"))
+
+
+def unbriefed(strategy: str, task: str) -> str:
+    """A complaint if the strategy needs what the task does not tell; else an empty string."""
+    needs = getattr(load("strategy", strategy), "needs", None)
+    gives = getattr(load("task", task), "gives", type(None))
+    if needs is None or issubclass(gives, needs):
+        return ""
+    return (f"{bare(strategy)!r} needs a task that gives robots a {needs.__name__}; the task "
+            f"{bare(task)!r} gives "
+            f"{'nothing' if gives is type(None) else f'a {gives.__name__}'}")
+
+
+def quantities(task: str) -> tuple[str, ...]:
+    """The quantities that a task has of its own, for ``stop.when``."""
+    return tuple(getattr(load("task", task), "quantities", ()))
 
 
 @cache

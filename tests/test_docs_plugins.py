@@ -42,6 +42,7 @@ def test_each_command_prints_what_the_page_shows(page, folder):
             assert_as_shown(shown, output)
     assert {"desim run fenced.yaml", "desim run orbit.yaml", "desim run spreading.yaml",
             "desim run auctioning.yaml", "desim run sharing.yaml",
+            "desim run rallying.yaml",
             "desim run muddy.yaml", "desim run rooms.yaml",
             "python test_mine.py"} <= set(played)
 

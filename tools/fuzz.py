@@ -31,7 +31,7 @@ from typer.testing import CliRunner
 
 import desim
 from desim.campaign.running import driver, probes
-from desim.campaign.running.work import Task, work
+from desim.campaign.running.work import RunTask, work
 from desim.cli import app
 from desim.results.row import Row
 
@@ -78,7 +78,7 @@ class Here:
     has_idle_worker, is_busy = True, False
 
     def __init__(self, *_: Any) -> None:
-        self._tasks: list[Task] = []
+        self._tasks: list[RunTask] = []
         self._begun = 0
 
     def __enter__(self) -> Here:
@@ -87,14 +87,14 @@ class Here:
     def __exit__(self, *_: object) -> None:
         return None
 
-    def begin(self, task: Task) -> None:
+    def begin(self, task: RunTask) -> None:
         self._begun += 1
         if self._begun > _MOST_RUNS:
             raise KeyboardInterrupt
         self._tasks.append(task)
         self.has_idle_worker, self.is_busy = False, True
 
-    def finished(self) -> list[tuple[Task, Row]]:
+    def finished(self) -> list[tuple[RunTask, Row]]:
         task = self._tasks.pop()
         self.has_idle_worker, self.is_busy = True, False
         return [(task, work(task))]

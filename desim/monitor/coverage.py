@@ -11,13 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from desim.compiler.kernel import compiled_function
 from desim.monitor import kernels
-from desim.ports import GridSpec
+from desim.ports.tasks import Ground
 from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import FREE, OCCUPIED, raster, tiles_of
 from desim.units import NS_PER_S
@@ -25,22 +24,6 @@ from desim.units import NS_PER_S
 _recount = compiled_function(kernels.recount)
 
 EXPLORED = 0.99  # the share at which the paper calls a terrain explored (3.3.1)
-
-
-@dataclass(frozen=True)
-class Ground:
-    """The truth that maps are judged by, rows from the lowest y upwards.
-
-    ``solid`` uint8 [height, width], 0 where a cell is free | ``reachable`` bool [height, width], G.
-    """
-
-    grid: GridSpec
-    solid: np.ndarray
-    reachable: np.ndarray
-
-    @property
-    def cell_m2(self) -> float:
-        return self.grid.resolution_m ** 2
 
 
 def states(log_odds: np.ndarray) -> np.ndarray:

@@ -1,7 +1,8 @@
 """The monitor: it alone sees the truth. It samples, decides when the run is over, and sums up.
 
 It watches out of band, so that no load on the networks can delay its verdict. First instants (99 %
-of the terrain known, a condition met at an event) come from what happens, not from polling.
+of the terrain known, a condition met at an event) come from what happens, not from polling. What
+the fleet is to do, and when that is done, its ``task`` says.
 """
 
 from __future__ import annotations
@@ -15,16 +16,21 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
 from desim.engine.trace import Trace, bits, real
+from desim.errors import below
 from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
-from desim.monitor.coverage import EXPLORED, Coverage, Ground, Reached, map_age_s
+from desim.monitor.coverage import Coverage, map_age_s
 from desim.monitor.localization_errors import LocalizationErrors
 from desim.monitor.outdated_goals import MOVING_M, OutdatedGoals
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
 from desim.monitor.reachability import SampledReachability
+from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
+from desim.plugins import bare
+from desim.ports.tasks import FollowsKnowledge, Ground, JudgesMap, Measures, Task
 from desim.robot.robot_map import RobotMap
 from desim.scenario.expression import condition
 from desim.scenario.schema.experiment import QUANTITIES
@@ -33,9 +39,9 @@ from desim.units import NS_PER_S
 
 
 class StopReason(StrEnum):
-    """The reasons of a run's end; beside these, the text of a condition that was met."""
+    """The reasons of a run's end; beside these, the task's, or the text of a condition that was
+    met."""
 
-    EXPLORED = "explored"
     ELAPSED = "elapsed"  # the time limit
     INTERRUPTED = "interrupted"
 
@@ -54,16 +60,16 @@ class Track(NamedTuple):
 
 
 class Monitor:
-    """Watches one run.
+    """Watches one run, of which ``task`` says when it is done.
 
     ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
     name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``
-    [robots] m, both true.
+    [robots] m, both true. Raises ``InputError`` where the task does not fit the terrain.
     """
 
-    def __init__(self, kernel: Kernel, trace: Trace, scenario: Scenario, *,
-                 robots: tuple[str, ...], explorers: tuple[str, ...], ground: Ground,
-                 graph: Graph, poses: Callable[[], np.ndarray],
+    def __init__(self, kernel: Kernel, trace: Trace, scenario: Scenario, task: Task, *,
+                 streams: Streams, robots: tuple[str, ...], explorers: tuple[str, ...],
+                 ground: Ground, graph: Graph, poses: Callable[[], np.ndarray],
                  travelled_m: Callable[[], np.ndarray]) -> None:
         self.robots, self.explorers, self.ground, self.graph = robots, explorers, ground, graph
         self.maps: dict[str, RobotMap | None] = dict.fromkeys(explorers)
@@ -82,20 +88,22 @@ class Monitor:
         self.stop_reason: str | None = None
         self.samples: list[Sample] = []
         self.tracks: list[Track] = []  # one each second
-        self._kernel, self.trace, self._stop = kernel, trace, scenario.stop
-        self._poses, self.travelled_m = poses, travelled_m
+        self._kernel, self.trace = kernel, trace
+        self.poses, self.travelled_m = poses, travelled_m
         self._measured_on = frozenset(scenario.measure.on)
         self.safety_scale = scenario.measure.safety_scale
         self.started_ns = 0  # when the first robot's software started
         self._has_started = False
-        self._condition = (condition(scenario.stop.when, QUANTITIES)
-                           if scenario.stop.when else None)
+        self._measures = task if isinstance(task, Measures) else None
+        self._condition = (condition(scenario.stop.when, (*QUANTITIES, *(
+            self._measures.quantities if self._measures else ()))) if scenario.stop.when else None)
         self._causes: list[str] = []
         self._next_percent = 1
         self._finished = False
         self._moved_m = travelled_m().copy()
         self._moving = 0
-        self._watch_coverage(scenario)
+        self.coverage = Coverage(ground, explorers, self._learned)
+        self.outdated_goals = OutdatedGoals(ground.grid, self.coverage, len(explorers))
         self.localization_errors = LocalizationErrors(robots, poses)
         graph.listeners |= {"localized": self.localization_errors.localized,
                             "recovery": self._recovered, "goal": self._sets_out,
@@ -105,15 +113,14 @@ class Monitor:
         kernel.ticker(1, Phase.OBSERVE, 0, self._each_second)
         kernel.ticker(Fraction(NS_PER_S, scenario.measure.every_ns), Phase.OBSERVE, self._entity,
                       lambda k: self._sample("period"))
+        self._begin(task, scenario, streams)
 
-    def _watch_coverage(self, scenario: Scenario) -> None:
-        self.coverage = Coverage(self.ground, self.explorers, self._learned)
-        count = len(self.explorers)
-        self.outdated_goals = OutdatedGoals(self.ground.grid, self.coverage, count)
-        self.explored = Reached(self.coverage.cells_for(EXPLORED), count)
-        enough = self.coverage.cells_for(scenario.stop.explored)
-        self._enough = (self.explored if enough == self.explored.cells
-                        else Reached(enough, count))
+    def _begin(self, task: Task, scenario: Scenario, streams: Streams) -> None:
+        self.task, self._view = task, TaskView(self, self._kernel, streams, scenario.stop)
+        self.task_name = bare(scenario.task.model)
+        self._follows = task if isinstance(task, FollowsKnowledge) else None
+        with below("task"):
+            task.start(self._view)
 
     def _name_rows(self, trace: Trace) -> None:
         self._entity = trace.names.id("monitor")
@@ -156,13 +163,10 @@ class Monitor:
         self._happened("recovery")
 
     def _learned(self, i: int) -> None:
-        coverage, now_ns = self.coverage, self._kernel.now_ns
-        known, union = coverage.known[i], coverage.union_known
-        self.explored.update(i, known, union, now_ns)
-        if self._enough is not self.explored:
-            self._enough.update(i, known, union, now_ns)
-        if self.stop_reason is None and self._enough.first_ns[self._stop.by] is not None:
-            self._end(StopReason.EXPLORED)
+        coverage = self.coverage
+        if self._follows is not None:
+            self._follows.on_knowledge(self._view, i)
+        known = coverage.known[i]
         if 100 * known >= self._next_percent * coverage.cells > 0:
             percent = 100 * known // coverage.cells
             ten = percent // 10 > (self._next_percent - 1) // 10
@@ -204,7 +208,20 @@ class Monitor:
             "distance_m": math.fsum(self.travelled_m().tolist()),
             "partitions": self.partitions.count,
             "robots_moving": self._moving,
+            **(self._measures.measure() if self._measures else {}),
         }
+
+    def judged_robot(self) -> str | None:
+        """The robot whose map the metrics are about: the task's, else the one that knows most (the
+        first by name among equals); None in a fleet without software."""
+        known = self.coverage.known
+        if not known:
+            return None
+        first = self.task.judged() if isinstance(self.task, JudgesMap) else None
+        # A robot whose host stopped since then has no map left to judge.
+        if first is None or self.maps[self.explorers[first]] is None:
+            first = known.index(max(known))
+        return self.explorers[first]
 
     def finish(self) -> str:
         """Close the run: take the last sample, end open episodes. A second call changes nothing.
@@ -240,9 +257,12 @@ class Monitor:
     def _judge(self, values: dict[str, float]) -> None:
         if (self._condition is not None and self.stop_reason is None
                 and self._condition.evaluate(values)):
-            self._end(f"condition: {self._condition.text}")
+            self.end(f"condition: {self._condition.text}")
 
-    def _end(self, reason: str) -> None:
+    def end(self, reason: str) -> None:
+        """The run ends when this instant is complete, unless it has ended before."""
+        if self.stop_reason is not None:
+            return
         self.stop_reason = reason
         self.trace.row(self._kernel.now_ns, self._kind["stop"], self._entity)
         self._kernel.stop()
@@ -250,7 +270,7 @@ class Monitor:
     def _each_second(self, _: int) -> None:
         self.graph.catch_up()
         now_ns, row, pose_kind = self._kernel.now_ns, self.trace.row, self._kind["pose"]
-        poses, travelled_m = self._poses().copy(), self.travelled_m().copy()
+        poses, travelled_m = self.poses().copy(), self.travelled_m().copy()
         as_bits = poses.view(np.int64).tolist()
         for entity, (x, y, yaw) in zip(self._robot_ids, as_bits, strict=True):
             row(now_ns, pose_kind, entity, x, y, yaw)

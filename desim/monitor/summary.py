@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 
 import numpy as np
 
+from desim.errors import ModelError, class_of
 from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
 from desim.monitor.monitor import Monitor
@@ -16,35 +18,17 @@ from desim.units import NS_PER_S
 
 _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
-def judged_robot(monitor: Monitor) -> str | None:
-    """The robot whose map the metrics are about: the first to know 99 %, else the one that knows
-    most (the first by name among equals); None in a fleet without software."""
-    first, known = monitor.explored.first_robot, monitor.coverage.known
-    if not known:
-        return None
-    # A robot whose host stopped since then has no map left to judge.
-    if first is None or monitor.maps[monitor.explorers[first]] is None:
-        first = known.index(max(known))
-    return monitor.explorers[first]
-
 def summarize(monitor: Monitor, now_ns: int) -> Sample:
-    """The summary of a run that ended at ``now_ns``, after ``monitor.finish``.
-
-    Times count from when the first robot's software started (the paper, 3.3.1). They are None
-    where the instant was not reached: the run is censored.
-    """
-    judged = judged_robot(monitor)
+    """The summary of a run that ended at ``now_ns``, after ``monitor.finish``."""
+    judged = monitor.judged_robot()
     last, robots = monitor.samples[-1], _robots(monitor, now_ns)
-    first_s = {name: None if instant_ns is None else (instant_ns - monitor.started_ns) / NS_PER_S
-               for name, instant_ns in monitor.explored.first_ns.items()}
     traffic = totals(monitor.graph)
-    return {
+    own = _of_task(monitor)
+    general = {
         "stop_reason": monitor.stop_reason,
         "simulated_s": now_ns / NS_PER_S,
-        "censored": first_s["any"] is None,
-        "exploration_time_s": first_s["any"],
-        "union_time_s": first_s["union"],
-        "fleet_time_s": first_s["all"],
+        "task": monitor.task_name,
+        "task_metrics": list(own),
         **{name: last[name] for name in ("explored", "explored_union", "explored_all")},
         "reachable_area_m2": monitor.coverage.cells * monitor.ground.cell_m2,
         "judged_robot": judged,
@@ -79,6 +63,23 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "robots": robots,
         "warnings": warnings(monitor),
     }
+    twice = sorted(own.keys() & general.keys())
+    if twice:
+        raise ModelError(f"{class_of(monitor.task)} has metrics that every run has: "
+                         f"{', '.join(twice)}; choose other names")
+    return own | general
+
+
+def _of_task(monitor: Monitor) -> Sample:
+    """The metrics of the task. Raises ``ModelError`` for what JSON cannot hold."""
+    metrics = dict(monitor.task.metrics())
+    for name, value in metrics.items():
+        try:
+            json.dumps(value, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise ModelError(f"{class_of(monitor.task)} has the metric {name} = {value!r}; wanted: "
+                             "finite numbers, words, None, lists and mappings of them") from error
+    return metrics
 
 
 def warnings(monitor: Monitor) -> list[str]:

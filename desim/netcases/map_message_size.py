@@ -9,7 +9,8 @@ import numpy as np
 
 from desim.engine.streams import Streams
 from desim.middleware.contents import LaserScan
-from desim.monitor.coverage import EXPLORED, Ground
+from desim.monitor.coverage import EXPLORED
+from desim.ports.tasks import Ground
 from desim.robot.robot_map import RobotMap
 from desim.robot.sharing.map_message import MapFormat
 from desim.robot.sharing.own_maps import OwnMaps

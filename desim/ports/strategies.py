@@ -107,6 +107,11 @@ class StrategyContext(Protocol):
         """The robot's own, as localization has it."""
 
     @property
+    def task(self) -> Any:
+        """The briefing of the scenario's task, ``desim.ports.tasks.Patrol`` of ``patrolling``; None
+        of ``exploration``."""
+
+    @property
     def goal(self) -> Place | None:
         """The goal that the robot drives to."""
 
@@ -182,7 +187,8 @@ class Strategy(Protocol):
     """Decides where a robot goes next. Built as ``Strategy(params)``, one for each host.
 
     A class with ``reads_team_state = True`` gets the poses and goals of ``peers`` every second,
-    unless the scenario says otherwise (``coordination.team_state``).
+    unless the scenario says otherwise (``coordination.team_state``). One with ``needs``, a class,
+    serves tasks alone whose briefing is one.
     """
 
     @property

@@ -9,6 +9,8 @@ from desim.results.status import is_imported
 
 Summary = Mapping[str, Any]  # of summary.json, or of manifest.json
 
+_UNITS = ("s", "m", "m2")  # with which names of metrics end
+
 
 def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str]]:
     """Name, value and remark of each figure of a run."""
@@ -17,7 +19,7 @@ def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str
     speed = ("speed", f"{manifest['real_time_factor']:.1f} x real time",
              f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
              f"{manifest['peak_memory_mb']:.0f} MB")
-    return [*_exploration(metrics), *_network(metrics), speed]
+    return [*_task(metrics), *_map_and_way(metrics), *_network(metrics), speed]
 
 
 def headline(metrics: Summary, manifest: Summary) -> str:
@@ -37,15 +39,42 @@ def imported_figures(metrics: Summary) -> list[tuple[str, str]]:
     return found
 
 
+def _task(m: Summary) -> list[tuple[str, str, str]]:
+    if "exploration_time_s" in m:
+        return _exploration(m)
+    return [("task", m["task"], ""), *(
+        (f"  {name}", value, "") for name, value in task_figures(m))]
+
+
+def task_figures(m: Summary) -> list[tuple[str, str]]:
+    """Name and value of each metric of a task other than exploration: ``idleness mean`` and
+    ``12.3 s`` of ``idleness_mean_s``."""
+    found = []
+    for metric in m["task_metrics"]:
+        value, (stem, _, unit) = m[metric], metric.rpartition("_")
+        if isinstance(value, (list, dict)):
+            continue
+        name = stem if unit in _UNITS else metric
+        text = "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+        found.append((name.replace("_", " "),
+                      f"{text} {unit}" if unit in _UNITS and value is not None else text))
+    return found
+
+
 def _exploration(m: Summary) -> list[tuple[str, str, str]]:
     limit = m["simulated_s"]
-    efficiency = m["exploration_efficiency_m2_per_m"]
     return [
         ("exploration time", time_or_limit(m["exploration_time_s"], limit),
          f"not reached; best {m['explored']:.2%}" if m["censored"] else
          f"99 % known to {m['judged_robot']}"),
         ("  of the union", time_or_limit(m["union_time_s"], limit), "99 % known to some robot"),
         ("  of the fleet", time_or_limit(m["fleet_time_s"], limit), "99 % known to every robot"),
+    ]
+
+
+def _map_and_way(m: Summary) -> list[tuple[str, str, str]]:
+    efficiency = m["exploration_efficiency_m2_per_m"]
+    return [
         ("explored area", f"{m['explored_area_m2']:.0f} m2", f"of {m['reachable_area_m2']:.0f} m2"),
         ("cost", f"{m['exploration_cost_m']:.0f} m", "driven by all robots"),
         *([("  in vain", f"{m['outdated_goal_m']:.0f} m",

@@ -15,9 +15,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from desim.errors import InputError, did_you_mean
-from desim.monitor.coverage import Ground
 from desim.network.medium import Medium
 from desim.ports import GridSpec, PredictsSignal
+from desim.ports.tasks import Ground
 from desim.report.picture_file import save
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation

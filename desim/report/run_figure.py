@@ -180,7 +180,7 @@ def _explored(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
                                 (np.fmin.reduce(shares, axis=1), ":", "least informed robot")):
         axes.plot(time_s, share, style, color="black", linewidth=1.6, label=label)
     axes.axhline(100.0 * EXPLORED, color="grey", linewidth=0.8)
-    reached_s = metrics["exploration_time_s"]
+    reached_s = metrics.get("exploration_time_s")
     if reached_s is not None:
         axes.axvline(reached_s, color="grey", linewidth=0.8,
                      label=f"{EXPLORED:.0%} known to one robot, {reached_s:.1f} s")

@@ -20,7 +20,7 @@ from desim.files import refuse_link, synced
 from desim.monitor.coverage import states
 from desim.monitor.monitor import Monitor
 from desim.monitor.recorder import Recorder
-from desim.monitor.summary import judged_robot, known_map, robots_table, samples_table, summarize
+from desim.monitor.summary import known_map, robots_table, samples_table, summarize
 from desim.monitor.traffic import latency_table
 from desim.results import identity, maps, parquet
 from desim.results.file_names import (
@@ -180,7 +180,7 @@ class RunFolder:
         folder.mkdir(exist_ok=True)
         truth = np.where(ground.solid != 0, 100, np.where(ground.reachable, 0, -1))
         maps.save(folder, "truth", truth, ground.grid)
-        maps.save(folder, "merged", states(known_map(monitor, judged_robot(monitor))),
+        maps.save(folder, "merged", states(known_map(monitor, monitor.judged_robot())),
                   ground.grid)
 
     def _write_recording(self, recorder: Recorder) -> None:

@@ -56,7 +56,8 @@ def plugin_references(scenario: Scenario) -> dict[str, str]:
 
 
 def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
-    chosen = {("strategy", scenario.coordination.strategy), ("world", scenario.physics.model),
+    chosen = {("task", scenario.task.model),
+              ("strategy", scenario.coordination.strategy), ("world", scenario.physics.model),
               ("middleware", scenario.middleware.model)}
     chosen.update(("strategy", host.strategy.strategy) for host in scenario.hosts.values()
                   if host.strategy is not None)

@@ -25,11 +25,11 @@ from desim.scenario.schema.scenario import Scenario
 
 
 def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: RobotMap,
-                   peers: tuple[str, ...], team: Team, start: Pose2D | None, monitored: bool
-                   ) -> list[Node]:
+                   peers: tuple[str, ...], team: Team, start: Pose2D | None, monitored: bool,
+                   task: object) -> list[Node]:
     """The nodes of one robot, in the order in which they start. ``peers`` are the names of the
     other robots that carry software; ``start``: the robot's pose where it is known; ``monitored``:
-    some host collects maps and distances.
+    some host collects maps and distances; ``task``: the briefing.
 
     Nodes of one robot share live objects, as nodelets do: the map, the costmap and the poses of
     peers. They are given to them here. A message of the topics ``map``, ``costmap`` and ``peers``
@@ -43,7 +43,7 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
         *_localization(host, robot, robot_map, start),
         map_sharing.MapSharing(host, _sharing(coordination.exchange), robot_map, peers, team),
         move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
-        Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team),
+        Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
     ]
     if coordination.team_state is not None:
         nodes.append(TeamStateNode(host, coordination.team_state, team, peers, has_body=True))
@@ -53,7 +53,8 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
 
 
 def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
-                         robot_map: RobotMap, robots: tuple[str, ...], team: Team) -> list[Node]:
+                         robot_map: RobotMap, robots: tuple[str, ...], team: Team,
+                         task: object) -> list[Node]:
     """The nodes of a host without a body that runs a strategy. It plans for the widest robot of the
     fleet."""
     queries = _queries(scenario, robot_map,
@@ -63,7 +64,7 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
     nodes: list[Node] = [
         map_sharing.MapSharing(host, _sharing(scenario.coordination.exchange), robot_map, robots,
                                team),
-        Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team),
+        Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team, task),
     ]
     if scenario.coordination.team_state is not None:
         nodes.append(TeamStateNode(host, scenario.coordination.team_state, team, robots,

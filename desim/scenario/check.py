@@ -197,7 +197,11 @@ def _condition(scenario: Scenario, _: Folder) -> Found:
     if scenario.stop.when is None:
         return
     try:
-        expression.condition(scenario.stop.when, QUANTITIES)
+        own = plugins.quantities(scenario.task.model)
+    except InputError:
+        return  # there is no such task, which is complained of where it is named
+    try:
+        expression.condition(scenario.stop.when, (*QUANTITIES, *own))
     except InputError as error:
         yield ("stop", "when"), str(error)
 
@@ -232,6 +236,21 @@ def _fidelity(scenario: Scenario, _: Folder) -> Found:
                         if complaint.path == ("fidelity",))
 
 
+def _briefed(scenario: Scenario, _: Folder) -> Found:
+    """Strategies that need the briefing of another task."""
+    chosen: list[tuple[Path, str]] = [(("coordination", "strategy"),
+                                       scenario.coordination.strategy)]
+    chosen += [(("hosts", name, "strategy"), host.strategy.strategy)
+               for name, host in scenario.hosts.items() if host.strategy is not None]
+    for path, strategy in chosen:
+        try:
+            complaint = plugins.unbriefed(strategy, scenario.task.model)
+        except InputError:
+            continue  # there is no such plug-in, which is complained of where it is named
+        if complaint:
+            yield path, complaint
+
+
 def _world(scenario: Scenario, _: Folder) -> Found:
     name = scenario.physics.model
     if name == Physics.model_fields["model"].default:
@@ -252,8 +271,9 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("faults",),), _faults),
     ((("robot", "laser"),), _laser),
     ((("robot", "navigation"),), _local_window),
-    ((("stop", "when"),), _condition),
+    ((("stop", "when"), ("task",)), _condition),
     ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
     ((("network",), ("deployment",)), _fidelity),
+    ((("coordination",), ("hosts",), ("task",)), _briefed),
     ((("physics", "model"),), _world),
 )

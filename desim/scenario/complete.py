@@ -42,6 +42,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         network=_network(scenario),
         hosts={name: host.parsed() for name, host in _sorted(scenario.hosts).items()},
         middleware=scenario.middleware.parsed(),
+        task=scenario.task.parsed(),
         coordination=_coordination(scenario.coordination, scenario.deployment).parsed(),
     )
 

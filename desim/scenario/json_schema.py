@@ -7,6 +7,7 @@ from pydantic.json_schema import models_json_schema
 from desim import plugins
 from desim.errors import InputError
 from desim.ports import Params
+from desim.scenario.merge import CHOICES
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -15,11 +16,13 @@ from desim.scenario.schema.communication import (
     RuleChoice,
     StrategyChoice,
 )
+from desim.scenario.schema.experiment import TaskChoice
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Data
 
 _CHOICES: tuple[type[PluginChoice], ...] = (
-    MediumChoice, RuleChoice, MiddlewareChoice, Coordination, StrategyChoice)
+    MediumChoice, RuleChoice, MiddlewareChoice, Coordination, StrategyChoice, TaskChoice)
+_ALONE = {"type": "string", "title": "name", "description": "a plug-in by its name alone"}
 
 
 def json_schema() -> Data:
@@ -39,8 +42,10 @@ def json_schema() -> Data:
         own = definitions[names[choice]]
         alternatives = [_alternative(own, key, name, definitions[names[block]])
                         for (kind, name), block in blocks.items() if kind == choice.kind]
+        alone = [_ALONE] * (choice in CHOICES.values())
         definitions[names[choice]] = {
-            "description": own.get("description", ""), "anyOf": [*alternatives, _dotted(own, key)]}
+            "description": own.get("description", ""),
+            "anyOf": [*alternatives, _dotted(own, key), *alone]}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "desim scenario",
             **{key: value for key, value in root.items() if key not in ("title", "required")},
             "anyOf": [{"required": root["required"]}, {"required": ["extends"]}],

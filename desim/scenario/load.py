@@ -113,7 +113,7 @@ def from_mapping(data: Mapping[str, object], overrides: Sequence[str] = (),
                          f"false and null: {error}") from None
     if not isinstance(copied, dict):
         raise InputError("scenario: must be a mapping")
-    document = copied, Places(SourcePlace("scenario"))
+    document = merge.document(copied, Places(SourcePlace("scenario")))
     return Variants(document).of(_changes(overrides, seed))
 
 

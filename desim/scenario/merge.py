@@ -22,6 +22,7 @@ from desim.scenario.schema.communication import (
     StrategyChoice,
 )
 from desim.scenario.schema.environment import Environment
+from desim.scenario.schema.experiment import TaskChoice
 from desim.scenario.schema.fleet import FleetParams
 from desim.scenario.schema.shapes import alternatives, keys, which
 from desim.scenario.source_places import Data, Path, Places, SourcePlace, dotted, items
@@ -35,6 +36,7 @@ CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
     ("coordination",): Coordination,
     ("coordination", "exchange"): Exchange,
     ("hosts", "*", "strategy"): StrategyChoice,
+    ("task",): TaskChoice,
 }
 _SHAPES = {
     ("environment", "terrain"): Environment.model_fields["terrain"],
@@ -46,7 +48,7 @@ _BY_NAME = (("network", "media"), ("hosts",), ("fleet", "types"))
 
 def extended(path: str, below: tuple[str, ...] = ()) -> Document:
     """The mapping in a file, laid over those that it extends. Raises ``InputError``."""
-    data, places = yaml12.read(path)
+    data, places = document(*yaml12.read(path))
     if "extends" not in data:
         return data, places
     parent = data.pop("extends")
@@ -70,6 +72,7 @@ def changed(document: Document, path: Path, value: object, place: SourcePlace) -
     """A document with ``value``, which was written at ``place``, laid over what is at ``path``. The
     given one stays as it is. Raises ``InputError``."""
     data, places = document
+    value = _spelled_out(value, path)
     merged = _put(data, path, value, (), str(place))
     top = Places(places.root)  # what nobody wrote is still a default of the file
     below: object = data
@@ -79,6 +82,24 @@ def changed(document: Document, path: Path, value: object, place: SourcePlace) -
             top.put(path[:depth], place, place)
     top.put_all(value, place, path)
     return _mapping(merged), places.under(top, merged)
+
+
+def document(data: Data, places: Places) -> Document:
+    """A document of what somebody wrote: where the name of a plug-in stands alone, it becomes a
+    mapping, ``{model: patrolling}`` for ``task: patrolling``."""
+    return _mapping(_spelled_out(data, (), places)), places
+
+
+def _spelled_out(value: object, path: Path, places: Places | None = None) -> object:
+    choice = choice_at(path)
+    if choice is not None and isinstance(value, str):
+        if places is not None:
+            place = places.value(path)
+            places.put((*path, choice.name_key), place, place)
+        return {choice.name_key: value}
+    if isinstance(value, dict):
+        return {key: _spelled_out(one, (*path, key), places) for key, one in value.items()}
+    return value
 
 
 def without_removed(document: Document) -> Document:

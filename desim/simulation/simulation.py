@@ -20,11 +20,12 @@ from desim.middleware.graph import OnFate
 from desim.middleware.host import Host
 from desim.middleware.message_ledger import MessageLedger
 from desim.middleware.node import Node
-from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.ports import Pose2D, World
+from desim.ports.tasks import Briefs, GivesMap, Ground
 from desim.robot.fusion import robot_map_of
+from desim.robot.map_server import MapServer, map_of_terrain
 from desim.robot.robot_map import RobotMap
 from desim.robot.software import coordinator_software, robot_software
 from desim.robot.team import Team
@@ -95,6 +96,10 @@ class Simulation:
                                  self.monitor.collided)
         # The software of each host, which starts with it, and the faults that stop hosts.
         self._pool = TilePool()
+        task = self.monitor.task
+        self._briefing = task.briefing() if isinstance(task, Briefs) else None
+        self._terrain_map = (map_of_terrain(self._pool, self.monitor.ground)
+                             if isinstance(task, GivesMap) and task.gives_map() else None)
         for host_plan in self.plan:
             self.graph.host(host_plan.name).software = partial(self.nodes, host_plan=host_plan)
         for number, fault in enumerate(scenario.faults):
@@ -104,8 +109,10 @@ class Simulation:
     def _watching(self) -> Monitor:
         explorers = self._controlled or range(len(self.world.robots))
         return Monitor(
-            self.kernel, self.trace, self.scenario, robots=self.world.robots,
-            explorers=self._explorers, graph=self.graph,
+            self.kernel, self.trace, self.scenario,
+            plugins.load("task", self.scenario.task.model)(self.scenario.task.params),
+            streams=self.streams, robots=self.world.robots, explorers=self._explorers,
+            graph=self.graph,
             ground=Ground(self.grid, *self.world.ground(self.grid, explorers)),
             poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m)
 
@@ -130,6 +137,7 @@ class Simulation:
         """The software of a host, made afresh and not started."""
         scenario = self.scenario
         nodes: list[Node] = []
+        robot_map: RobotMap | None = None
         if host_plan.drives:
             driver = Driver(host, self.world, host_plan.drives, scenario.robot.scanner)
             self._drivers[host.name] = driver
@@ -142,11 +150,15 @@ class Simulation:
             nodes += robot_software(host, scenario, self.world.body(host_plan.software), robot_map,
                                     tuple(n for n in self._explorers if n != host.name),
                                     self._team(host.name), self._known_start(host_plan.software),
-                                    monitored=any(other.monitor for other in self.plan))
+                                    monitored=any(other.monitor for other in self.plan),
+                                    task=self._briefing)
         if host_plan.strategy is not None:
+            robot_map = self._map()
             nodes += coordinator_software(host, scenario, host_plan.strategy,
-                                          self._map(), self._explorers,
-                                          self._team(host.name))
+                                          robot_map, self._explorers,
+                                          self._team(host.name), self._briefing)
+        if robot_map is not None and self._terrain_map is not None:
+            nodes.append(MapServer(host, robot_map, self._terrain_map))
         return nodes
 
     def _known_start(self, robot: int) -> Pose2D | None:

@@ -15,7 +15,9 @@ from desim.testing.sharing_bench import SharingBench
 from desim.testing.sharing_checks import check_sharing
 from desim.testing.strategy_bench import StrategyBench
 from desim.testing.strategy_checks import check_strategy
+from desim.testing.task_bench import TaskBench
+from desim.testing.task_checks import check_task
 
 __all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "Patience", "SharingBench",
-           "StrategyBench", "check_case", "check_discovery", "check_middleware", "check_network",
-           "check_rule", "check_sharing", "check_strategy"]
+           "StrategyBench", "TaskBench", "check_case", "check_discovery", "check_middleware",
+           "check_network", "check_rule", "check_sharing", "check_strategy", "check_task"]

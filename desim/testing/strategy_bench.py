@@ -36,6 +36,7 @@ class StrategyBench:
         self.peers = {"robot_2": ports.Peer(5.0, 5.0, 0.0, 9 * NS_PER_S, ports.Place(6.0, 5.0))}
         self.heard = {"robot_2": ports.TeamLink(9 * NS_PER_S, -60.0)}
         self.known = frontiers
+        self.task: Any = None
         cells = int(_SIDE_M / _CELL_M)
         self.grid = ports.GridSpec(_CELL_M, cells, cells, -_SIDE_M / 2, -_SIDE_M / 2)
         self.goals: list[ports.Place | None] = []

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from desim.campaign.design.design import LoadedDesign, load_design
 from desim.campaign.design.plan import Plan
-from desim.campaign.running.work import Task, work
+from desim.campaign.running.work import RunTask, work
 from desim.results.row import Row
 
 BASE = """\
@@ -50,7 +50,7 @@ class Here:
 
     def __init__(self, jobs=1, picked=lambda tasks: 0, work=work):
         self.jobs, self.picked, self.work = jobs, picked, work
-        self.tasks: list[Task] = []
+        self.tasks: list[RunTask] = []
         self.begun: list[str] = []
 
     @property

@@ -22,7 +22,7 @@ from desim.campaign.running import cluster_settings
 from desim.campaign.running.cluster_settings import Local, Queue, Running, load_settings
 from desim.campaign.running.crew import Crew
 from desim.campaign.running.sweep import Sweep
-from desim.campaign.running.work import Task, Unwritable
+from desim.campaign.running.work import RunTask, Unwritable
 from desim.errors import InputError
 
 needs_dask = pytest.mark.skipif(
@@ -84,14 +84,14 @@ def client():
         yield client
 
 
-def task(plan: Plan, folder: Path, *functions: str) -> Task:
+def task(plan: Plan, folder: Path, *functions: str) -> RunTask:
     """A campaign's first run, to be made in ``folder``."""
     (folder / "runs").mkdir()
     loaded = plan.scenario(plan.vectors[0], 0)
-    return Task(plan.run_id(plan.vectors[0], 0), loaded, "runs", functions)
+    return RunTask(plan.run_id(plan.vectors[0], 0), loaded, "runs", functions)
 
 
-def outcome(client, task: Task):
+def outcome(client, task: RunTask):
     from desim.campaign.running.cluster import Cluster
 
     cluster = Cluster(client)

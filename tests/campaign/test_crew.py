@@ -14,7 +14,7 @@ from desim.campaign.design.metrics import Metrics
 from desim.campaign.running import crew
 from desim.campaign.running.crew import Crew
 from desim.campaign.running.sweep import Sweep
-from desim.campaign.running.work import Changed, Task
+from desim.campaign.running.work import Changed, RunTask
 
 TEXT = "parameters: {robots: {key: fleet.size, values: [1, 2]}}\niterations: 2\n"
 ONE = "iterations: 2\n"
@@ -68,7 +68,7 @@ def test_a_worker_that_dies_costs_one_retry_and_twice_a_failed_row(tmp_path, tim
 def test_a_worker_that_dies_while_idle_costs_nothing(tmp_path):
     plan = planned(tmp_path, TEXT)
     vector = plan.vectors[0]
-    task = Task(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
+    task = RunTask(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
     with Crew(1) as crew:
         process = crew._idle[0]._process
         process.kill()
@@ -82,7 +82,7 @@ def test_a_run_that_takes_too_long_has_failed_and_its_worker_is_replaced(tmp_pat
     plan = planned(tmp_path, TEXT + "limits: {wall: 10 min}\n")
     assert plan.design.limits.wall_ns == 600 * 10**9
     vector = plan.vectors[0]
-    task = Task(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
+    task = RunTask(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
     now_s = [0.0]
     monkeypatch.setattr(crew, "monotonic", lambda: now_s[0])
     with Crew(1, plan.design.limits.wall_ns) as workers:
@@ -99,7 +99,7 @@ def test_code_that_changes_meanwhile_ends_the_campaign(tmp_path):
     """80 of 80 and a table with fewer rows."""
     plan = planned(tmp_path, TEXT)
     vector = plan.vectors[0]
-    task = Task("another one", plan.scenario(vector, 0), str(tmp_path), ())
+    task = RunTask("another one", plan.scenario(vector, 0), str(tmp_path), ())
     with Crew(1) as workers:
         workers.begin(task)
         (_, outcome), = workers.finished()

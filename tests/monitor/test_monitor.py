@@ -14,13 +14,14 @@ from desim.errors import InputError
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
-from desim.monitor.coverage import Ground
 from desim.monitor.monitor import Monitor
 from desim.monitor.partitions import Partitions, components
 from desim.monitor.summary import robots_table, samples_table, summarize
+from desim.monitor.tasks.exploration import Exploration
 from desim.monitor.traffic import family, kind
 from desim.network.medium import Medium
 from desim.ports import GridSpec
+from desim.ports.tasks import Ground
 from desim.robot.tiles import FREE, Layer, TilePool
 from desim.scenario.schema.scenario import Scenario
 from netmodels.ideal import Ideal
@@ -53,7 +54,8 @@ class Fleet:
         self.graph = graph
         explorers = tuple(name for name in names if name not in passive)
         self.monitor = Monitor(
-            self.kernel, self.trace, self.scenario, robots=names, explorers=explorers,
+            self.kernel, self.trace, self.scenario, Exploration(Exploration.Params()),
+            streams=Streams(0), robots=names, explorers=explorers,
             ground=Ground(GRID, np.zeros((32, 32), np.uint8), np.ones((32, 32), bool)),
             graph=graph, poses=lambda: self.poses, travelled_m=lambda: self.travelled_m)
         self.maps = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[],

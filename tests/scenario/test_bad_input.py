@@ -26,10 +26,26 @@ RULES = ", ".join(plugins.available("rule"))
 WRONG = {
     "unknown key": ("fleet: {siz: 3}", [
         "2:9: fleet.siz: unknown key (did you mean 'size'?); allowed: size, robots, types, start"]),
+    "unknown task": ("task: patroling", [
+        "2:7: task.model: unknown task 'patroling' (did you mean 'patrolling'?); known: "
+        f"exploration, patrolling, {DOTTED}"]),
+    "no task": ("task: 5", ["2:7: task: must be a mapping with model, got 5"]),
+    "no places": ("task: {model: patrolling, places: [[1 m]]}", [
+        "2:36: task.places.0: must be a list of 2, got a list of 1"]),
+    "a patrol without a task": ("coordination: {strategy: cyclic_patrol}", [
+        "2:26: coordination.strategy: 'cyclic_patrol' needs a task that gives robots a Patrol; the "
+        "task 'exploration' gives nothing"]),
+    "a base without a task": ("hosts: {base: {strategy: cyclic_patrol}}", [
+        "2:26: hosts.base.strategy: 'cyclic_patrol' needs a task that gives robots a Patrol; the "
+        "task 'exploration' gives nothing"]),
+    "a quantity of another task": ("stop: {when: idleness_s > 5}", [
+        "2:14: stop.when: unknown quantity 'idleness_s'; allowed: time_s, explored, "
+        "explored_union, explored_all, collisions, recoveries, messages_sent, messages_delivered, "
+        "messages_dropped, bytes_on_air, distance_m, partitions, robots_moving"]),
     "unknown family": ("networks: {}", [
         "2:1: networks: unknown key (did you mean 'network'?); allowed: name, seed, deployment, "
         "testbed, physics, environment, fleet, robot, hosts, network, middleware, coordination, "
-        "faults, stop, measure, trace"]),
+        "task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
         "2:9: robot.<<: unknown key; allowed: localization, slam, laser, odometry, mapping, "
         "navigation, exploration, passive"]),

@@ -184,6 +184,23 @@ def test_extends_merges_mappings_and_replaces_lists(here):
     assert loaded.where("stop.explored") == "base.yaml:3:18: stop.explored"
 
 
+def test_the_name_of_a_plug_in_may_stand_alone(here):
+    (here / "short.yaml").write_text(
+        "name: short\ntask: patrolling\nhosts: {base: {strategy: centralized}}\n"
+        "middleware: ros1\nnetwork: {media: {lan: disk}}\n")
+    (here / "longer.yaml").write_text("extends: short.yaml\ntask: {drawn: 3}\n")
+    loaded = load("longer.yaml", ["coordination=expected_reactive"])
+    scenario = loaded.scenario
+    assert (scenario.task.model, scenario.task.params.drawn) == ("patrolling", 3)
+    assert scenario.hosts["base"].strategy.strategy == "centralized"
+    assert scenario.middleware.model == "ros1"
+    assert scenario.network.media["lan"].model == "disk"
+    assert (scenario.coordination.strategy, scenario.coordination.lost_after_ns) == (
+        "expected_reactive", 30 * 10**9)
+    assert loaded.where("task.model") == "short.yaml:2:7: task.model"
+    assert load("short.yaml", ["task=exploration"]).scenario.task.model == "exploration"
+
+
 def test_another_plugin_does_not_inherit_parameters_but_rules():
     maze = "network: {media: {lan: {model: switch, rate: 1 Gb/s, rules: [{rule: range, " \
            "distance: 9 m}]}}}"

@@ -24,16 +24,26 @@ def jammed(path, *more):
                           *(("hosts.base={}", *base) if base else ()), *more))
 
 
-@pytest.mark.parametrize("name", [
+EXPLORING = [
     "centralized", "connectivity", "greedy_assignment", "hungarian", "market", "minpos",
-    "nearest_frontier", "next_best_view", "random_frontier", "rendezvous", "role_based", "voronoi"])
+    "nearest_frontier", "next_best_view", "random_frontier", "rendezvous", "role_based", "voronoi"]
+PATROLLING = ["conscientious_reactive", "cyclic_patrol", "expected_reactive"]
+
+
+@pytest.mark.parametrize("name", EXPLORING)
 def test_under_a_total_jam_every_strategy_finishes(strategies, name):
     assert jammed(strategies[name]).stop_reason == "explored"
 
 
-def test_every_strategy_is_jammed_here(strategies, request):
-    marks = test_under_a_total_jam_every_strategy_finishes.pytestmark
-    assert sorted(strategies) == sorted(marks[0].args[1])
+@pytest.mark.parametrize("terrain", ["known", "unknown"])
+@pytest.mark.parametrize("name", PATROLLING)
+def test_under_a_total_jam_every_patrol_makes_its_rounds(strategies, name, terrain):
+    task = f"task={{model: patrolling, drawn: 6, rounds: 2, map: {terrain}}}"
+    assert jammed(strategies[name], task).stop_reason == "patrolled"
+
+
+def test_every_strategy_is_jammed_here(strategies):
+    assert sorted(strategies) == sorted(EXPLORING + PATROLLING)
 
 
 def deeds(*case):

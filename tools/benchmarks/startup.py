@@ -15,7 +15,7 @@ from pathlib import Path
 from statistics import median
 
 from desim.campaign.running.crew import Crew
-from desim.campaign.running.work import Task
+from desim.campaign.running.work import RunTask
 from desim.results.identity import Identity
 from desim.scenario.load import load
 
@@ -59,7 +59,7 @@ def first_run(scratch: str) -> None:
     loaded = load(SCENARIOS / "hello.yaml", ["stop.elapsed=1 s"])
     run_id = Identity(loaded.scenario).run_id(loaded.scenario.seed)
     with Crew(1) as crew:
-        crew.begin(Task(run_id, loaded, scratch, ()))
+        crew.begin(RunTask(run_id, loaded, scratch, ()))
         [(_, outcome)] = crew.finished()
     if isinstance(outcome, Exception):
         raise outcome

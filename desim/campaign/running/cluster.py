@@ -19,7 +19,7 @@ from threading import Lock
 from distributed import Client, Future, KilledWorker
 
 from desim.campaign.running.crew import Crew
-from desim.campaign.running.work import Task, Unwritable, work
+from desim.campaign.running.work import RunTask, Unwritable, work
 from desim.engine.garbage import freeze_present_objects
 from desim.errors import InputError
 from desim.results.identity import Identity
@@ -42,7 +42,7 @@ class Cluster:
         self._workers_up = workers_up
         self._folder = os.getcwd()
         self._done: SimpleQueue[Future] = SimpleQueue()
-        self._tasks: dict[Future, Task] = {}
+        self._tasks: dict[Future, RunTask] = {}
         self._count = -1
         self._ended = 0  # runs since workers were counted
         self._count_workers()
@@ -57,14 +57,14 @@ class Cluster:
         """Whether something is being run."""
         return bool(self._tasks)
 
-    def begin(self, task: Task) -> None:
+    def begin(self, task: RunTask) -> None:
         """Send a run to the cluster."""
         future = self._client.submit(carried_out, task, self._folder, self._wall_ns,
                                      pure=False)
         self._tasks[future] = task
         future.add_done_callback(self._done.put)
 
-    def finished(self) -> list[tuple[Task, Row | Exception]]:
+    def finished(self) -> list[tuple[RunTask, Row | Exception]]:
         """Wait for runs to end, for a second at most. Returns their rows, or the error that makes
         all further work pointless."""
         try:
@@ -91,7 +91,7 @@ class Cluster:
             self._workers_up(count)
 
 
-def _outcome(task: Task, future: Future) -> Row | Exception:
+def _outcome(task: RunTask, future: Future) -> Row | Exception:
     try:
         return future.result()
     except KilledWorker as killed:
@@ -106,7 +106,7 @@ def _outcome(task: Task, future: Future) -> Row | Exception:
                           f"{type(error).__name__}: {error}")
 
 
-def carried_out(task: Task, folder: str, wall_ns: int | None = None) -> Row:
+def carried_out(task: RunTask, folder: str, wall_ns: int | None = None) -> Row:
     """Make a run on a worker, as if it were made in ``folder``, where the campaign was started.
 
     Raises ``InputError`` where this worker's runs would not be those of the campaign.
@@ -130,7 +130,7 @@ def carried_out(task: Task, folder: str, wall_ns: int | None = None) -> Row:
                                       _ended_in_time(task, _child(folder, wall_ns)))
 
 
-def _ended_in_time(task: Task, child: Crew) -> Row:
+def _ended_in_time(task: RunTask, child: Crew) -> Row:
     child.begin(task)
     while True:
         for _, outcome in child.finished():
@@ -150,7 +150,7 @@ def _child(_: str, wall_ns: int) -> Crew:
 _freeze_modules = cache(freeze_present_objects)
 
 
-def _left_behind(task: Task) -> Row | None:
+def _left_behind(task: RunTask) -> Row | None:
     """The row of a run that another process is still writing, when that has ended; None if there is
     none. A killed campaign or a lost worker may have left such a process behind."""
     path = Path(task.out) / task.loaded.scenario.name / task.run_id

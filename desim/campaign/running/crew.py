@@ -14,7 +14,7 @@ import sys
 from multiprocessing.connection import Connection, wait
 from time import monotonic
 
-from desim.campaign.running.work import Task
+from desim.campaign.running.work import RunTask
 from desim.results.row import Row, failure
 from desim.units import DURATION, NS_PER_S
 
@@ -28,7 +28,7 @@ class Crew:
     def __init__(self, jobs: int, wall_ns: int | None = None) -> None:
         self._idle = [_Worker() for _ in range(jobs)]
         # Task, its number of tries, and its beginning; in the order in which they are due.
-        self._busy: dict[Connection, tuple[_Worker, Task, int, float]] = {}
+        self._busy: dict[Connection, tuple[_Worker, RunTask, int, float]] = {}
         self._wall_ns = wall_ns
 
     def __enter__(self) -> Crew:
@@ -48,7 +48,7 @@ class Crew:
         """Whether a worker is at work."""
         return bool(self._busy)
 
-    def begin(self, task: Task, tries: int = 1) -> None:
+    def begin(self, task: RunTask, tries: int = 1) -> None:
         """Give an idle worker something to do."""
         worker = self._idle.pop()
         try:
@@ -59,10 +59,10 @@ class Crew:
             worker.connection.send(task)
         self._busy[worker.connection] = worker, task, tries, monotonic()
 
-    def finished(self) -> list[tuple[Task, Row | Exception]]:
+    def finished(self) -> list[tuple[RunTask, Row | Exception]]:
         """Wait for runs to end. Returns their rows, or the error that makes all further work
         pointless."""
-        done: list[tuple[Task, Row | Exception]] = []
+        done: list[tuple[RunTask, Row | Exception]] = []
         ready = wait(list(self._busy), self._left_s())
         for connection in [connection for connection in self._busy if connection in ready]:
             worker, task, tries, _ = self._busy.pop(connection)
@@ -86,9 +86,9 @@ class Crew:
         *_, begun_s = next(iter(self._busy.values()))
         return max(begun_s + self._wall_ns / NS_PER_S - monotonic(), 0.0)
 
-    def _overdue(self) -> list[tuple[Task, Row | Exception]]:
+    def _overdue(self) -> list[tuple[RunTask, Row | Exception]]:
         """Kill the workers whose runs take too long: one that computes answers nobody."""
-        done: list[tuple[Task, Row | Exception]] = []
+        done: list[tuple[RunTask, Row | Exception]] = []
         while self._wall_ns is not None and self._busy and self._left_s() == 0.0:
             worker, task, *_ = self._busy.pop(next(iter(self._busy)))
             worker.end()

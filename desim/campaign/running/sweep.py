@@ -22,7 +22,7 @@ from desim.campaign.folder.index import Index, read, recovered
 from desim.campaign.folder.run_folders import Folders
 from desim.campaign.folder.table import write_table
 from desim.campaign.running.agenda import Agenda
-from desim.campaign.running.work import Task
+from desim.campaign.running.work import RunTask
 from desim.errors import InputError, did_you_mean
 from desim.files import refuse_link
 from desim.results.row import Row, Rows
@@ -42,10 +42,10 @@ class Workers(Protocol):
     def is_busy(self) -> bool:
         """Whether a worker is at work."""
 
-    def begin(self, task: Task) -> None:
+    def begin(self, task: RunTask) -> None:
         """Begin a task; a worker is idle."""
 
-    def finished(self) -> list[tuple[Task, Row | Exception]]:
+    def finished(self) -> list[tuple[RunTask, Row | Exception]]:
         """Wait for tasks to end. Returns their rows, or the error that ends the campaign."""
 
 
@@ -123,11 +123,11 @@ class Sweep:
                 write_table(self.out / TABLE, self.plan, self.metrics, self.agenda.rows,
                             self.agenda.runs)
 
-    def _next(self) -> Task | None:
+    def _next(self) -> RunTask | None:
         if (run := self.agenda.next()) is None:
             return None
         vector, iteration, run_id = run
-        return Task(run_id, self.plan.scenario(vector, iteration), str(self.out / RUNS),
+        return RunTask(run_id, self.plan.scenario(vector, iteration), str(self.out / RUNS),
                     self.metrics.functions)
 
 

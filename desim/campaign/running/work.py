@@ -15,7 +15,7 @@ from desim.results.row import Row, failure, row_of
 from desim.scenario.load import Loaded
 
 
-class Task(NamedTuple):
+class RunTask(NamedTuple):
     """A run to be made. ``functions`` are the paths of metrics that read the run's folder."""
 
     run_id: str
@@ -32,7 +32,7 @@ class Changed(InputError):
     """The source or a file has changed since the campaign was planned."""
 
 
-def work(task: Task) -> Row:
+def work(task: RunTask) -> Row:
     """Make the run. Raises ``Unwritable`` where results cannot be written, and ``Changed``."""
     try:
         run = api.run(task.loaded, out=task.out, command="desim sweep")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim.monitor.coverage import EXPLORED
 from desim.plugins import bare
-from desim.report.key_figures import imported_figures, time_or_limit
+from desim.report.key_figures import imported_figures, task_figures, time_or_limit
 from desim.results.seal import Json
 from desim.scenario.schema.scenario import Scenario
 
@@ -23,9 +23,12 @@ def facts(scenario: Scenario, metrics: Json, robots: int) -> list[tuple[str, str
 
 
 def _measured(metrics: Json) -> list[tuple[str, str]]:
-    known = time_or_limit(metrics["exploration_time_s"], metrics["simulated_s"])
-    found = [(f"{EXPLORED:.0%} explored", known),
-             ("driven", f"{metrics['exploration_cost_m']:,.0f} m"),
+    if "exploration_time_s" in metrics:
+        done = [(f"{EXPLORED:.0%} explored",
+                 time_or_limit(metrics["exploration_time_s"], metrics["simulated_s"]))]
+    else:
+        done = task_figures(metrics)
+    found = [*done, ("driven", f"{metrics['exploration_cost_m']:,.0f} m"),
              ("collisions", str(metrics["collisions"])),
              ("messages", f"{metrics['messages_delivered']:,} delivered")]
     for name, count in (("lost", sum(metrics["messages_dropped"].values())),

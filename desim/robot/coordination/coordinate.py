@@ -18,10 +18,10 @@ class Coordinate(Node):
     """
 
     def __init__(self, host: Host, rate_hz: Fraction, strategy: Strategy, queries: MapQueries,
-                 team: Team) -> None:
+                 team: Team, task: object) -> None:
         super().__init__(host, "coordinate")
         self._rate_hz, self._map = rate_hz, queries.costmap.robot_map
-        context = HostContext(self, team, queries, None)
+        context = HostContext(self, team, queries, None, task)
         self._events = StrategyEvents(strategy, context, team)
 
     def start(self) -> None:

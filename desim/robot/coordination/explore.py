@@ -49,12 +49,13 @@ class Explore(Node):
     """
 
     def __init__(self, host: Host, exploration: ExplorationParams, strategy: Strategy,
-                 navigation: Navigation, body: BodyType, queries: MapQueries, team: Team) -> None:
+                 navigation: Navigation, body: BodyType, queries: MapQueries, team: Team,
+                 task: object) -> None:
         super().__init__(host, "explore")
         self._rate_hz, self._strategy, self._queries = exploration.rate_hz, strategy, queries
         self._costmap, self._planner = queries.costmap, queries.planner
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
-        self._context = HostContext(self, team, queries, self)
+        self._context = HostContext(self, team, queries, self, task)
         self._events = StrategyEvents(strategy, self._context, team)
         self._pose = Latest(host)
         self._mapped = False  # whether the costmap can be used

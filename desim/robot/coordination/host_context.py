@@ -57,10 +57,12 @@ class Drives(Protocol):
 
 class HostContext:
     """The knowledge and the actions of a strategy on the host of ``node``. ``body`` None: a host
-    without one."""
+    without one | ``task`` the briefing."""
 
-    def __init__(self, node: Node, team: Team, queries: MapQueries, body: Drives | None) -> None:
+    def __init__(self, node: Node, team: Team, queries: MapQueries, body: Drives | None,
+                 task: object = None) -> None:
         self._node, self._team, self._queries, self._body = node, team, queries, body
+        self.task = task
         self._topics: set[str] = set()  # advertised
 
     # -------------------------------------------------------------------------------- knowledge

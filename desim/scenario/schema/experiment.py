@@ -1,4 +1,4 @@
-"""The experiment family: stop conditions, measurements, what is kept."""
+"""The experiment family: the task, stop conditions, measurements, what is kept."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from desim.ports import Params
+from desim.scenario.schema.communication import PluginChoice
 from desim.units import Pace, Period, Ratio
 
 # What the monitor offers to expressions.
@@ -17,13 +18,24 @@ QUANTITIES = (
 )
 
 
+class TaskChoice(PluginChoice):
+    """The task of the fleet."""
+
+    kind, name_key = "task", "model"
+
+    model: str = Field("exploration", description=(
+        "a task plug-in: exploration, patrolling (the paper: exploration)"))
+
+
 class Stop(Params):
     """The conditions that end the run: whichever holds first."""
 
-    explored: Ratio = Field("99 %", gt=0, description="share of the reachable free cells that some "
-                                                "robot's own belief knows (the paper)")
+    explored: Ratio = Field("99 %", gt=0, description=(
+        "of the task exploration: share of the reachable free cells that some robot's own belief "
+        "knows (the paper)"))
     by: Literal["any", "union", "all"] = Field("any", description=(
-        "whose knowledge counts: any one robot's (the paper), the union, or all robots'"))
+        "of exploration: whose knowledge counts: any one robot's (the paper), the union, or all "
+        "robots'"))
     elapsed_ns: Period = Field("2000 s", description="(the paper)")
     when: str | None = Field(None, description=(
         "an expression over the monitor's quantities, e.g. 'explored > 0.9 and collisions == 0' "

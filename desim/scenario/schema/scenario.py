@@ -17,7 +17,7 @@ from desim.scenario.schema.communication import (
     StationaryHost,
 )
 from desim.scenario.schema.environment import Environment
-from desim.scenario.schema.experiment import Measure, Stop, TraceParams
+from desim.scenario.schema.experiment import Measure, Stop, TaskChoice, TraceParams
 from desim.scenario.schema.fleet import FleetParams
 from desim.scenario.schema.robot import Robot
 from desim.units import Frequency, Pace
@@ -60,6 +60,7 @@ class Scenario(Params):
     network: Network = Field(default_factory=Network)
     middleware: MiddlewareChoice = Field(default_factory=MiddlewareChoice)
     coordination: Coordination = Field(default_factory=Coordination)
+    task: TaskChoice = Field(default_factory=TaskChoice)
     faults: tuple[Fault, ...] = ()
     stop: Stop = Field(default_factory=Stop)
     measure: Measure = Field(default_factory=Measure)

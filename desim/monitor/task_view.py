@@ -1,0 +1,82 @@
+"""The ``TaskContext`` of a run: what its task sees of the truth, through the monitor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from desim.engine.kernel import Kernel, Phase
+from desim.engine.streams import Streams
+from desim.errors import ModelError
+from desim.monitor.coverage import Coverage
+from desim.ports.tasks import Ground, TaskContext
+from desim.scenario.schema.experiment import Stop
+from desim.units import NS_PER_S
+
+if TYPE_CHECKING:
+    from desim.monitor.monitor import Monitor
+
+
+class TaskView:
+    """See ``TaskContext``."""
+
+    def __init__(self, monitor: Monitor, kernel: Kernel, streams: Streams, stop: Stop) -> None:
+        self._monitor, self._kernel, self._streams, self._stop = monitor, kernel, streams, stop
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        return self._monitor.robots
+
+    @property
+    def explorers(self) -> tuple[str, ...]:
+        return self._monitor.explorers
+
+    @property
+    def now_ns(self) -> int:
+        return self._kernel.now_ns
+
+    @property
+    def started_ns(self) -> int:
+        return self._monitor.started_ns
+
+    @property
+    def ground(self) -> Ground:
+        return self._monitor.ground
+
+    @property
+    def knowledge(self) -> Coverage:
+        return self._monitor.coverage
+
+    @property
+    def stop_explored(self) -> float:
+        return self._stop.explored
+
+    @property
+    def stop_by(self) -> Literal["any", "union", "all"]:
+        return self._stop.by
+
+    def poses(self) -> np.ndarray:
+        return self._monitor.poses()
+
+    def travelled_m(self) -> np.ndarray:
+        return self._monitor.travelled_m()
+
+    def every(self, period_ns: int, callback: Callable[[TaskContext], object]) -> None:
+        if type(period_ns) is not int or period_ns <= 0:
+            raise ModelError(f"a task's period is an int > 0 of ns, not {period_ns!r}")
+        self._kernel.ticker(Fraction(NS_PER_S, period_ns), Phase.OBSERVE,
+                            self._monitor.trace.names.id("task"), lambda _: callback(self),
+                            self.now_ns + period_ns)
+
+    def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
+        names = self._monitor.trace.names
+        self._monitor.trace.row(self.now_ns, names.id(kind), names.id(robot), a, b)
+
+    def end(self, reason: str) -> None:
+        self._monitor.end(reason)
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._streams("task", *name)

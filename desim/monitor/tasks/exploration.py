@@ -1,0 +1,54 @@
+"""Exploration: the terrain is to be known (Yan, Fabresse, Laval, Bouraqadi 2017, section 3.3)."""
+
+from __future__ import annotations
+
+from desim import ports
+from desim.monitor.coverage import EXPLORED, Reached
+from desim.ports.tasks import TaskContext
+from desim.units import NS_PER_S
+
+DONE = "explored"  # the reason of a run's end
+
+
+class Exploration:
+    """Learn the terrain: done when ``stop.explored`` of its free cells are known to ``stop.by``.
+    """
+
+    class Params(ports.Params):
+        """None."""
+
+    def __init__(self, params: Params) -> None:
+        self.params = params
+
+    def start(self, context: TaskContext) -> None:
+        knowledge, count = context.knowledge, len(context.explorers)
+        enough = knowledge.cells_for(context.stop_explored)
+        self._context, self._is_over = context, False
+        self._explored = Reached(knowledge.cells_for(EXPLORED), count)
+        self._enough = (self._explored if enough == self._explored.cells
+                        else Reached(enough, count))
+
+    def on_knowledge(self, context: TaskContext, explorer: int) -> None:
+        knowledge = context.knowledge
+        for reached in dict.fromkeys((self._explored, self._enough)):
+            reached.update(explorer, knowledge.known[explorer], knowledge.union_known,
+                           context.now_ns)
+        if not self._is_over and self._enough.first_ns[context.stop_by] is not None:
+            self._is_over = True
+            context.end(DONE)
+
+    def judged(self) -> int | None:
+        """The first to know 99 %."""
+        return self._explored.first_robot
+
+    def metrics(self) -> dict[str, object]:
+        """Times count from when the first robot's software started (3.3.1). They are None where the
+        instant was not reached: the run is censored."""
+        context = self._context
+        first_s = {name: None if instant_ns is None else
+                   (instant_ns - context.started_ns) / NS_PER_S
+                   for name, instant_ns in self._explored.first_ns.items()}
+        return {"censored": first_s["any"] is None,
+                "exploration_time_s": first_s["any"],
+                "union_time_s": first_s["union"],
+                "fleet_time_s": first_s["all"]}

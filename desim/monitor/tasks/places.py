@@ -1,0 +1,45 @@
+"""Places for a patrol, drawn from the free space."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import ndimage
+
+from desim.errors import InputError
+from desim.ports import Place
+from desim.ports.tasks import Ground
+
+_CANDIDATES = 32  # for each place
+
+
+def free_cells(ground: Ground, starts_m: np.ndarray, clearance_m: float) -> np.ndarray:
+    """[n, 2] m, the middles of the cells that are ``clearance_m`` away from all walls, as is a way
+    there from near one of ``starts_m`` [robots, 2]."""
+    grid = ground.grid
+    # From the middle of a cell to the middle of a wall's, whose edge is half a cell before.
+    off_m = (ndimage.distance_transform_edt(ground.solid == 0) - 0.5) * grid.resolution_m
+    wide = off_m >= clearance_m
+    parts, _ = ndimage.label(wide & ground.reachable)
+    if not parts.any():
+        return np.zeros((0, 2))
+    _, nearest = ndimage.distance_transform_edt(parts == 0, return_indices=True)
+    at = [grid.cell(*start) for start in starts_m.tolist()]
+    reached = {int(parts[tuple(nearest[:, row, column])]) for column, row in at}
+    rows, columns = np.nonzero(np.isin(parts, sorted(reached)))
+    return np.stack((grid.x_m + (columns + 0.5) * grid.resolution_m,
+                     grid.y_m + (rows + 0.5) * grid.resolution_m), axis=1)
+
+
+def drawn(cells_m: np.ndarray, count: int, generator: np.random.Generator) -> tuple[Place, ...]:
+    """``count`` of ``cells_m`` [n, 2], spread out: of some candidates, each the one that is
+    farthest from all before it (best candidate, Mitchell 1991). Raises ``InputError`` where
+    there are fewer cells."""
+    if len(cells_m) < count:
+        raise InputError(f".drawn: there are {len(cells_m)} places with this clearance, not "
+                         f"{count}")
+    chosen = cells_m[generator.integers(len(cells_m), size=1)]
+    while len(chosen) < count:
+        some = cells_m[generator.integers(len(cells_m), size=_CANDIDATES)]
+        apart = np.hypot(*(some[:, None] - chosen).T).min(axis=0)
+        chosen = np.append(chosen, some[[int(apart.argmax())]], axis=0)
+    return tuple(Place(x_m, y_m) for x_m, y_m in chosen.tolist())

@@ -1,0 +1,179 @@
+"""The contract of a task: what a fleet is to do, when that is done, and how well it was done.
+
+A task stands on the side of the truth, with the monitor: it sees all, and no robot hears of it.
+What robots know of their task is its ``briefing``, which does not change in a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from desim.ports import parameters
+from desim.ports.strategies import Place
+from desim.ports.worlds import GridSpec
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The truth that maps are judged by, rows from the lowest y upwards.
+
+    ``solid`` uint8 [height, width], 0 where a cell is free | ``reachable`` bool [height, width], G:
+    the free cells that lasers can come to see.
+    """
+
+    grid: GridSpec
+    solid: np.ndarray
+    reachable: np.ndarray
+
+    @property
+    def cell_m2(self) -> float:
+        return self.grid.resolution_m ** 2
+
+
+class Patrol(NamedTuple):
+    """A briefing: the places that are to be visited again and again."""
+
+    places: tuple[Place, ...]
+
+
+class Knowledge(Protocol):
+    """The cells of G that robots know. A robot's count may fall, the union's never does."""
+
+    @property
+    def cells(self) -> int:
+        """All cells of G."""
+
+    @property
+    def known(self) -> Sequence[int]:
+        """By robot that carries software, in their order."""
+
+    @property
+    def union_known(self) -> int:
+        """Those that some robot has known."""
+
+    def cells_for(self, share: float) -> int:
+        """The fewest cells that make at least ``share`` of G."""
+
+
+class TaskContext(Protocol):
+    """The truth about a fleet, and what a task may do."""
+
+    @property
+    def robots(self) -> tuple[str, ...]:
+        """All names, in the order of indices."""
+
+    @property
+    def explorers(self) -> tuple[str, ...]:
+        """The names of those that carry software."""
+
+    @property
+    def now_ns(self) -> int:
+        """The time."""
+
+    @property
+    def started_ns(self) -> int:
+        """The time at which the first robot's software started."""
+
+    @property
+    def ground(self) -> Ground:
+        """The terrain."""
+
+    @property
+    def knowledge(self) -> Knowledge:
+        """The knowledge of it in the robots' maps."""
+
+    @property
+    def stop_explored(self) -> float:
+        """``stop.explored`` of the scenario."""
+
+    @property
+    def stop_by(self) -> Literal["any", "union", "all"]:
+        """``stop.by`` of the scenario."""
+
+    def poses(self) -> np.ndarray:
+        """[robots, 3] x m, y m, yaw rad as of now."""
+
+    def travelled_m(self) -> np.ndarray:
+        """[robots] the ways driven so far."""
+
+    def every(self, period_ns: int, callback: Callable[[TaskContext], object]) -> None:
+        """Call ``callback(context)`` every ``period_ns``, from one period after the start on."""
+
+    def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
+        """Write a trace row about ``robot``: a result that no row tells did not happen."""
+
+    def end(self, reason: str) -> None:
+        """The task is done: the run ends, and its ``stop_reason`` is ``reason``."""
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        """Random numbers by name, the task's own."""
+
+
+class Task(Protocol):
+    """The work of a fleet. Built as ``Task(params)``, one for each run.
+
+    ``gives`` of its class, if it has one, is the class of its briefing.
+    """
+
+    @property
+    def Params(self) -> type[parameters.Params]:
+        """The class of its parameters, inside the plug-in's class."""
+
+    def start(self, context: TaskContext) -> None:
+        """The run is put together; no software has started. Raises ``InputError`` for parameters
+        that do not fit the terrain, as ``.places.2: ...``."""
+
+    def metrics(self) -> Mapping[str, object]:
+        """The task's part of ``summary.json``, when the run is over: numbers, words, None, and
+        mappings of them."""
+
+
+@runtime_checkable
+class Briefs(Protocol):
+    """A task that its robots have to know something of."""
+
+    def briefing(self) -> object:
+        """The object that every strategy finds in ``StrategyContext.task``; immutable. Asked
+        after ``start``."""
+
+
+@runtime_checkable
+class GivesMap(Protocol):
+    """A task in a terrain that is known, where the scenario says so."""
+
+    def gives_map(self) -> bool:
+        """Whether every robot starts with the map of the terrain (as of a ROS map_server)."""
+
+
+@runtime_checkable
+class FollowsKnowledge(Protocol):
+    """A task that looks at what robots know."""
+
+    def on_knowledge(self, context: TaskContext, explorer: int) -> None:
+        """The count of a robot, by its place among ``explorers``, is up to date after a change of
+        its map."""
+
+
+@runtime_checkable
+class JudgesMap(Protocol):
+    """A task that says whose map is judged."""
+
+    def judged(self) -> int | None:
+        """The robot, by its place among ``explorers``; None: the one that knows most."""
+
+
+@runtime_checkable
+class Measures(Protocol):
+    """A task with quantities of its own for samples and for ``stop.when``; ``quantities`` of its
+    class are their names."""
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """Their names."""
+
+    def measure(self) -> Mapping[str, float]:
+        """Their present values, all of them."""

@@ -1,0 +1,40 @@
+"""The node that gives its robot the map of a terrain that is known (ROS's map_server)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from desim.middleware.contents import Empty
+from desim.middleware.host import Host
+from desim.middleware.message import Message
+from desim.middleware.node import Node
+from desim.ports.tasks import Ground
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import LayerSnapshot, TilePool, drawn
+
+_SOURCE = "map_server"  # of this evidence
+_FREE, _SOLID = -40, 70  # as sure as evidence can be: the clamps of a cell
+
+
+def map_of_terrain(pool: TilePool, ground: Ground) -> LayerSnapshot:
+    """Evidence of all walls, and of the free cells that a laser can come to see."""
+    return drawn(pool, ground.grid, np.where(
+        ground.solid != 0, _SOLID, np.where(ground.reachable, _FREE, 0)).astype(np.int8))
+
+
+class MapServer(Node):
+    """Takes the map in at its start, and announces it until somebody uses it: move_base says so on
+    ``costmap``."""
+
+    def __init__(self, host: Host, robot_map: RobotMap, terrain: LayerSnapshot) -> None:
+        super().__init__(host, "map_server")
+        self._map, self._terrain = robot_map, terrain
+
+    def start(self) -> None:
+        self.advertise("map")
+        self.subscribe("costmap", self._on_costmap)
+        self._map.receive([(_SOURCE, 0, self._terrain)])
+        self._ticker = self.timer(1, lambda _: self.publish("map", Empty()))
+
+    def _on_costmap(self, _: Message) -> None:
+        self._ticker.cancel()

@@ -1,0 +1,67 @@
+"""Cyclic patrol: all robots on one closed tour, one behind the other (Chevaleyre 2004)."""
+
+import numpy as np
+
+from desim import ports
+from desim.ports import natural_key
+from desim.ports.tasks import Patrol
+from desim.robot.strategies.contact import nearest
+
+
+class CyclicPatrol:
+    """Drive along one tour through all places, as the whole team does, at equal distances.
+
+    The tour begins with the first place, goes on to the nearest that is left, and is then made
+    shorter by turning parts of it round (2-opt, Croes 1958). Robots with the same map find the same
+    one: nobody sends anything. The k-th of n robots begins at k/n of its length. A place whose
+    drive failed is left out this time.
+    """
+
+    class Params(ports.Params):
+        """None."""
+
+    needs = Patrol
+
+    def __init__(self, params: Params) -> None:
+        self._tour: list[ports.Place] = []
+        self._next = 0
+
+    def on_goal(self, robot: ports.StrategyContext, place: ports.Place, end: ports.GoalEnd) -> None:
+        if end in (ports.GoalEnd.REACHED, ports.GoalEnd.FAILED) and place in self._tour:
+            self._next = (self._tour.index(place) + 1) % len(self._tour)
+
+    def choose(self, robot: ports.StrategyContext) -> ports.Frontier | ports.Place | None:
+        places = robot.task.places
+        if not self._tour:
+            lengths_m = np.array([robot.path_lengths_m(places, place) for place in places])
+            if not np.isfinite(lengths_m).all():
+                return nearest(robot)  # not all ways are known yet
+            order = tour(lengths_m)
+            self._tour = [places[i] for i in order]
+            names = sorted((robot.name, *robot.team), key=natural_key)
+            steps_m = lengths_m[order, np.roll(order, -1)]
+            share = names.index(robot.name) / len(names)
+            self._next = int(np.searchsorted(np.cumsum(steps_m), share * steps_m.sum()))
+        for k in range(len(self._tour)):
+            place = self._tour[(self._next + k) % len(self._tour)]
+            if np.isfinite(robot.path_lengths_m([place])[0]):
+                return place
+        return nearest(robot)
+
+
+def tour(lengths_m: np.ndarray) -> list[int]:
+    """A short closed tour through all places, of ``lengths_m`` [n, n] from each to each."""
+    order, left = [0], list(range(1, len(lengths_m)))
+    while left:
+        order.append(min(left, key=lambda place: (lengths_m[order[-1], place], place)))
+        left.remove(order[-1])
+    count, is_shorter = len(order), True
+    while is_shorter:
+        is_shorter = False
+        for i in range(count - 2):
+            for j in range(i + 2, count - (i == 0)):
+                a, b, c, d = order[i], order[i + 1], order[j], order[(j + 1) % count]
+                if lengths_m[a, c] + lengths_m[b, d] < lengths_m[a, b] + lengths_m[c, d] - 1e-9:
+                    order[i + 1:j + 1] = order[i + 1:j + 1][::-1]
+                    is_shorter = True
+    return order

@@ -1,0 +1,102 @@
+"""Whole patrols: what is measured is what happened, and what a run leaves can be read."""
+
+import json
+
+import pytest
+from runs import SCENARIOS, audited, built
+
+import desim
+from desim.monitor.summary import summarize
+from desim.report.key_figures import key_figures
+from desim.report.replay.facts import facts
+
+PATROL = SCENARIOS / "patrol.yaml"
+S = 1_000_000_000
+
+
+def played(strategy, *case):
+    """The simulation, its summary, and its visits: time ns, robot, place, idleness ns."""
+    rows = []
+    simulation = built(PATROL, f"coordination.strategy={strategy}", *case, trace_sink=rows.append)
+    simulation.run()
+    summary = summarize(simulation.monitor, simulation.kernel.now_ns)
+    simulation.trace.flush()
+    visit = simulation.names.id("visit")
+    visits = [(row["t_ns"].item(), simulation.names[row["entity"].item()], row["a"].item(),
+               row["b"].item()) for batch in rows for row in batch[batch["kind"] == visit]]
+    audited(simulation)
+    return simulation, summary, visits
+
+
+@pytest.fixture(scope="module")
+def cyclic():
+    return played("cyclic_patrol")
+
+
+def test_the_summary_is_a_fold_over_the_visits(cyclic):
+    _, summary, visits = cyclic
+    assert summary["simulated_s"] == 300
+    assert summary["visits"] == len(visits) > 50
+    assert summary["visits_by_place"] == [sum(place == i for _, _, place, _ in visits)
+                                          for i in range(10)]
+    assert sum(summary["visits_by_robot"]) == len(visits)
+    assert summary["idleness_worst_s"] >= max(idle for *_, idle in visits) / S
+    assert "exploration_time_s" not in summary
+
+
+def test_a_tour_leaves_places_alone_for_less_time_than_looking_around_does(cyclic):
+    """Chevaleyre 2004: one cycle is near the best there is. So the worst idleness of three robots
+    on it is less than that of three that look around, who meet and part as it happens."""
+    around = played("conscientious_reactive")[1]
+    assert cyclic[1]["idleness_worst_s"] < around["idleness_worst_s"]
+    assert cyclic[1]["idleness_mean_s"] < around["idleness_mean_s"]
+
+
+def test_intentions_matter(cyclic):
+    """Robots that hear of each other's intentions leave places alone for less time."""
+    heard = played("expected_reactive")[1]
+    jammed = "network.media.lan={model: ideal, rules: [{rule: loss, probability: 1}]}"
+    deaf = played("expected_reactive", "deployment=field", jammed)[1]
+    assert heard["messages_by_topic"]["/*/strategy/intention"]["delivered"] > 0
+    assert heard["idleness_mean_s"] < deaf["idleness_mean_s"]
+
+
+def test_robots_that_do_not_know_the_terrain_find_their_places():
+    known, unknown = (played("expected_reactive", f"task.map={word}", "stop.elapsed=120 s")[1]
+                      for word in ("known", "unknown"))
+    assert known["explored"] == 1.0
+    assert min(unknown["visits_by_place"]) >= 1
+
+
+def test_the_places_do_not_depend_on_the_fleet(cyclic):
+    simulation = cyclic[0]
+    places = simulation.monitor.task.briefing().places
+    again = played("conscientious_reactive", "stop.elapsed=1 s", "fleet.size=2")[0]
+    assert again.monitor.task.briefing().places == places  # drawn by name, from the seed
+
+
+def test_a_stopped_robot_starts_again_with_its_map_and_its_task():
+    simulation, _, visits = played("cyclic_patrol", "stop.elapsed=120 s",
+                                   "faults=[{at: 40 s, host: robot_1, down_for: 10 s}]")
+    assert any(robot == "robot_1" and t_ns > 55 * S for t_ns, robot, *_ in visits)
+
+
+def test_a_condition_on_idleness_ends_a_run():
+    simulation = built(PATROL, "stop.when=idleness_s > 20", "coordination.exchange=null",
+                       "robot.passive=[robot_1, robot_2]", "measure.every=1 s")
+    assert simulation.run().stop_reason == "condition: idleness_s > 20"
+    assert summarize(simulation.monitor, simulation.kernel.now_ns)["idleness_worst_s"] > 20
+
+
+def test_a_folder_of_a_patrol_can_be_read_and_shown(tmp_path):
+    run = desim.run(PATROL, out=tmp_path, overrides=["stop.elapsed=20 s", "measure.every=2 s"])
+    assert json.loads((run.path / "summary.json").read_text())["task"] == "patrolling"
+    assert {"idleness_s", "idleness_worst_s", "visits"} <= set(run.samples)
+    figures = {name.strip(): value for name, value, _ in key_figures(run.metrics, run.manifest)}
+    assert figures["task"] == "patrolling"
+    assert figures["visits"] == str(run.metrics["visits"])
+    assert figures["idleness mean"] == f"{run.metrics['idleness_mean_s']:.4g} s"
+    heads = dict(facts(run.scenario, run.metrics, 3))
+    assert heads["idleness worst"].endswith(" s")
+    again = desim.run(run.path / "scenario.resolved.yaml", out=tmp_path / "again")
+    assert again.manifest["digest"] == run.manifest["digest"]

@@ -1,0 +1,77 @@
+"""The kit's check of tasks: ours pass, and what breaks the contract is named."""
+
+import random
+
+import pytest
+
+from desim import plugins
+from desim.monitor.tasks.exploration import Exploration
+from desim.monitor.tasks.patrolling import Patrolling
+from desim.ports import Place
+from desim.ports.tasks import Patrol
+from desim.testing import check_task
+
+TASKS = sorted({*plugins.available("task"), "exploration", "patrolling"})
+
+
+@pytest.mark.parametrize("name", TASKS)
+def test_every_task_keeps_its_contract(name):
+    check_task(plugins.load("task", name))
+
+
+def test_patrols_keep_it_with_given_places():
+    check_task(Patrolling, places=[["5 m", "4 m"], ["28 m", "9 m"]], rounds=1, map="unknown")
+
+
+class Secretive(Patrolling):
+    gives = type(None)
+
+
+class Fickle(Patrolling):
+    def briefing(self):
+        return Patrol((Place(self._context.now_ns / 1e9, 0.0),))
+
+
+class Vague(Exploration):
+    def metrics(self):
+        return {"share": float("nan")}
+
+
+class Mute(Exploration):
+    def metrics(self):
+        return {}
+
+
+class Unmeasured(Patrolling):
+    quantities = ("idleness_s",)
+
+
+class Chancy(Exploration):
+    def metrics(self):
+        return {"luck": random.random()}
+
+
+class Floating(Exploration):
+    def on_knowledge(self, context, explorer):
+        context.record("knows", context.explorers[explorer], context.knowledge.known[0] / 2)
+
+
+class Partial(Exploration):
+    def judged(self):
+        return "robot_1"
+
+
+@pytest.mark.parametrize("cls, advice", [
+    (Secretive, "declare gives = Patrol, the class of its briefing, not NoneType"),
+    (Fickle, "leave its briefing as it was at the start"),
+    (Vague, "return metrics that JSON can hold"),
+    (Mute, "return some metrics by their names"),
+    (Unmeasured, "measure the quantities that it declares"),
+    (Chancy, "draw from context.stream(name) only"),
+    (Floating, "no ints"),
+    (Partial, "judge a place among explorers or None"),
+])
+def test_what_breaks_the_contract_is_named(cls, advice):
+    with pytest.raises(AssertionError) as caught:
+        check_task(cls)
+    assert advice in str(caught.value)
