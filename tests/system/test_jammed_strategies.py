@@ -25,8 +25,9 @@ def jammed(path, *more):
 
 
 EXPLORING = [
-    "centralized", "connectivity", "greedy_assignment", "hungarian", "market", "minpos",
-    "nearest_frontier", "next_best_view", "random_frontier", "rendezvous", "role_based", "voronoi"]
+    "centralized", "connectivity", "explore_multirobot", "greedy_assignment", "hungarian",
+    "market", "minpos", "nearest_frontier", "next_best_view", "random_frontier", "rendezvous",
+    "role_based", "voronoi"]
 PATROLLING = ["conscientious_reactive", "cyclic_patrol", "expected_reactive"]
 
 
