@@ -16,7 +16,8 @@ from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
-from desim.scenario.schema.robot import BUILT_IN_LASERS, MAX_LOCAL_SIDE
+from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
+from desim.scenario.schema.robot import BUILT_IN_LASERS
 from desim.scenario.schema.scenario import Physics, Scenario
 from desim.scenario.source_places import Folder, Path
 from desim.units import DURATION, LENGTH

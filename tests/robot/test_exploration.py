@@ -21,7 +21,8 @@ from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.robot.strategies.random_frontier import RandomFrontier
 from desim.robot.team import Team
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import ExplorationParams, Navigation
+from desim.scenario.schema.navigation import Navigation
+from desim.scenario.schema.robot import ExplorationParams
 
 S = 10**9
 

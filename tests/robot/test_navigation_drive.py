@@ -19,7 +19,8 @@ from desim.robot.navigation.move_base import MoveBase
 from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import TilePool
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Laser, Navigation
+from desim.scenario.schema.navigation import Navigation
+from desim.scenario.schema.robot import Laser
 
 S = 10**9
 BODY, LASER = BodyType(), Laser()

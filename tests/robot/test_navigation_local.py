@@ -12,7 +12,7 @@ from desim.middleware.contents import LaserScan, Pose
 from desim.robot.navigation.local_planner import LocalPlanner
 from desim.robot.tiles import FREE
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Navigation
+from desim.scenario.schema.navigation import Navigation
 
 NAVIGATION, BODY = Navigation(), BodyType()
 BEAMS, HALF_VIEW = 180, math.radians(95.0)

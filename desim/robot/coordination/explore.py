@@ -21,7 +21,8 @@ from desim.robot.coordination.strategy_events import StrategyEvents
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import ExplorationParams, Navigation
+from desim.scenario.schema.navigation import Navigation
+from desim.scenario.schema.robot import ExplorationParams
 from desim.units import NS_PER_S
 
 # Tuned; ``maze_8`` as in desim/robot/navigation/__init__.py.

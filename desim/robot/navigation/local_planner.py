@@ -12,7 +12,7 @@ from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_planner as kernels
 from desim.robot.navigation.local_costmap import LocalCostmap
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Navigation
+from desim.scenario.schema.navigation import Navigation
 from desim.units import NS_PER_S, seconds
 
 _MARGIN_M = 0.3  # distance of the aim beyond a rollout's reach; maze_8: 192, 164 s

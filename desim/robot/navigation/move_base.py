@@ -17,7 +17,8 @@ from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.robot.navigation.local_planner import LocalPlanner, Position
 from desim.robot.navigation.recovery import Progress, Recovery, Spin, retreat
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Laser, Navigation
+from desim.scenario.schema.navigation import Navigation
+from desim.scenario.schema.robot import Laser
 from desim.units import NS_PER_S
 
 _NOWHERE = np.empty((0, 2))

@@ -1,0 +1,46 @@
+"""The navigation section of the robot family: costmaps, planners, recovery."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim.ports import Params
+from desim.units import Frequency, Length, Period
+
+MAX_LOCAL_SIDE = 1000  # cells of the local window; the published one has 60
+
+
+class Navigation(Params):
+    """Costmaps, global and local planner, recovery."""
+
+    control_rate_hz: Frequency = Field("10 Hz", description="(the published code)")
+    local_rate_hz: Frequency = Field("5 Hz", description="update of the local layer (the paper)")
+    local_size_m: Length = Field("6 m", gt=0,
+                                 description="side of the local window (the published yaml)")
+    local_resolution_m: Length = Field("0.1 m", gt=0, description="(the published yaml)")
+    inflation_radius_m: Length = Field("0.55 m", description="(costmap_2d default)")
+    inflation_scaling: float = Field(10.0, gt=0, description="cost decay per metre (costmap_2d "
+                                                             "cost_scaling_factor)")
+    sim_time_ns: Period = Field("1 s", description="rollout length (TrajectoryPlannerROS)")
+    speed_samples: int = Field(3, ge=1, le=100, description="(TrajectoryPlannerROS vx_samples)")
+    turn_samples: int = Field(20, ge=3, le=1000,
+                              description="(TrajectoryPlannerROS vtheta_samples)")
+    goal_tolerance_m: Length = Field("0.4 m", gt=0, description="(two cells of the map)")
+    stuck_after_ns: Period = Field("5 s", description="no progress for so long starts a recovery "
+                                                     "(move_base controller_patience)")
+    give_up_after: int = Field(3, ge=1, description="recoveries before the goal is aborted")
+    sensor_timeout_ns: Period = Field("0.5 s", description=(
+        "the robot stops when its newest scan is older (move_base: sensor not current; at least "
+        "two periods of the laser)"))
+    keep_right_m: Length = Field("0.4 m", description=(
+        "drive so far to the right of the planned way, so that robots that meet on one way pass "
+        "each other (1.5 robot radii)"))
+    clearance_m: Length = Field("0.1 m", description=(
+        "distance that rollouts keep from obstacles beside the robot's radius (one cell of the "
+        "local grid)"))
+    path_weight: float = Field(0.6, ge=0, description=(
+        "per metre that a rollout ends beside the way (TrajectoryPlannerROS path_distance_bias)"))
+    goal_weight: float = Field(0.8, ge=0, description=(
+        "per metre to the point ahead on the way (TrajectoryPlannerROS goal_distance_bias)"))
+    obstacle_weight: float = Field(0.001, ge=0, description=(
+        "per unit of inflated cost (TrajectoryPlannerROS occdist_scale 0.01 per cell of 0.1 m)"))
