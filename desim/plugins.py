@@ -20,8 +20,8 @@ from desim import ports
 from desim.errors import InputError, did_you_mean, first_line
 from desim.ports.cases import Case, Validation
 from desim.ports.middleware import Middleware
-from desim.ports.sharing import Sharing
-from desim.ports.tasks import Task
+from desim.ports.sharing import FollowsScans, Sharing
+from desim.ports.tasks import Briefs, FollowsKnowledge, GivesMap, JudgesMap, Measures, Task
 
 GROUPS = {
     "network": "desim.networks",
@@ -46,6 +46,13 @@ CONTRACTS: dict[str, type] = {
     "world": ports.World,
     "case": Case,
     "validation": Validation,
+}
+
+# What a plug-in of a kind may have beside: methods that are called if it has them.
+_OPTIONAL: dict[str, tuple[type, ...]] = {
+    "strategy": (ports.Starts, ports.FollowsGoals, ports.FollowsMap, ports.FollowsTeam),
+    "sharing": (FollowsScans,),
+    "task": (Briefs, GivesMap, FollowsKnowledge, JudgesMap, Measures),
 }
 
 # The parameters that desim makes a plug-in with. (A world is made by its ``build``.)
@@ -106,13 +113,16 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
     arguments, in ``reasons``, in defaults of its ``Params``. Empty if all is well."""
     contract = CONTRACTS[kind]
     found = [_misfit("__init__", cls, _MADE_WITH[kind])] if kind in _MADE_WITH else []
-    for name in _methods(contract):
-        wanted = list(signature(getattr(contract, name)).parameters)
-        method = getattr_static(cls, name, None)
-        if isinstance(method, staticmethod | classmethod):
-            wanted = [parameter for parameter in wanted if parameter != "self"]
-        found.append(_misfit(name, getattr(cls, name), wanted) if method is not None else
-                     f"have a method {name}({', '.join(wanted)})")
+    for part in (contract, *_OPTIONAL.get(kind, ())):
+        for name in _methods(part):
+            wanted = list(signature(getattr(part, name)).parameters)
+            method = getattr_static(cls, name, None)
+            if isinstance(method, staticmethod | classmethod):
+                wanted = [parameter for parameter in wanted if parameter != "self"]
+            if method is not None:
+                found.append(_misfit(name, getattr(cls, name), wanted))
+            elif part is contract:
+                found.append(f"have a method {name}({', '.join(wanted)})")
     reasons = getattr(cls, "reasons", None)
     if hasattr(contract, "reasons") and not (isinstance(reasons, tuple) and all(
             isinstance(reason, str) for reason in reasons)):

@@ -63,6 +63,7 @@ from desim.ports.strategies import (
     Strategy,
     StrategyContext,
     StrategyMessage,
+    TeamArea,
     TeamLink,
 )
 from desim.ports.time_parts import Ledger, TimePart
@@ -76,6 +77,6 @@ __all__ = [
     "Obstacles", "PASS", "Params", "Pass", "PassesMany", "Peer", "Place", "Pose2D",
     "PredictsSignal", "Preset", "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext",
     "RuleFunction", "SendsMany", "Separates", "Signal", "Snapshot", "Starts", "Strategy",
-    "StrategyContext", "StrategyMessage", "TeamLink", "TimePart", "Verdict", "World",
+    "StrategyContext", "StrategyMessage", "TeamArea", "TeamLink", "TimePart", "Verdict", "World",
     "function_rule", "natural_key", "packet_sizes", "rule_of", "with_preset", "yaml_key",
 ]

@@ -63,6 +63,14 @@ class TeamLink(NamedTuple):
     signal_dbm: float | None
 
 
+class TeamArea(NamedTuple):
+    """The area that a teammate has seen with its own laser, by the last that came of its map:
+    ``seen`` bool [height, width], read-only; ``told_ns`` the teammate's clock then."""
+
+    seen: np.ndarray
+    told_ns: int
+
+
 class StrategyMessage(NamedTuple):
     """A message of a teammate's strategy. ``content`` is a copy of what was published; after
     ``publish`` without a size it is what JSON makes of it: tuples become lists."""
@@ -126,6 +134,10 @@ class StrategyContext(Protocol):
     def links(self) -> dict[str, TeamLink]:
         """The teammates that were ever heard of, by name."""
 
+    def areas(self) -> dict[str, TeamArea]:
+        """The areas of teammates, by name, as far as they have sent maps of their own. What one
+        claims is ``peers[name].goal``."""
+
     # ----------------------------------------------------------------------------- the own map
 
     def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
@@ -177,7 +189,8 @@ class StrategyContext(Protocol):
         """Call ``callback(context)`` once, ``delay_ns`` from now."""
 
     def every(self, period_ns: int, callback: Callable[[StrategyContext], object]) -> None:
-        """Call ``callback(context)`` every ``period_ns``, from a random part of it on."""
+        """Call ``callback(context)`` every ``period_ns``, 1 ms or more, from a random part of it
+        on."""
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this host's own."""

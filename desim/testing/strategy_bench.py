@@ -13,6 +13,11 @@ import numpy as np
 
 from desim import ports
 from desim.engine.streams import Streams
+from desim.robot.coordination.strategy_arguments import (
+    check_callback,
+    check_period,
+    check_topic,
+)
 from desim.robot.coordination.strategy_messages import encoded
 from desim.units import NS_PER_S
 
@@ -48,6 +53,12 @@ class StrategyBench:
     def links(self) -> dict[str, ports.TeamLink]:
         return dict(self.heard)
 
+    def areas(self) -> dict[str, ports.TeamArea]:
+        """Of robot_2, the right half of the plane."""
+        seen = np.zeros((self.grid.height, self.grid.width), bool)
+        seen[:, self.grid.width // 2:] = True
+        return {name: ports.TeamArea(seen, peer.heard_ns) for name, peer in self.peers.items()}
+
     def frontiers(self, limit: int | None = None, origin: ports.Place | None = None
                   ) -> list[ports.Frontier]:
         return self.known[:limit]
@@ -77,10 +88,13 @@ class StrategyBench:
 
     def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
+        check_topic(topic, queue)
         assert topic not in self._advertised, f"{topic!r} is advertised twice"
         self._advertised.add(topic)
 
     def subscribe(self, topic: str, callback: OnMessage, *, queue: int = 10) -> None:
+        check_topic(topic, queue)
+        check_callback(callback, "context", "message")
         self.subscriptions.append((topic, callback))
 
     def publish(self, topic: str, content: Any, size_bytes: int | None = None) -> None:
@@ -90,10 +104,12 @@ class StrategyBench:
 
     def after(self, delay_ns: int, callback: Callback) -> None:
         assert type(delay_ns) is int and delay_ns >= 0, f"a delay of {delay_ns!r} ns"
+        check_callback(callback, "context")
         self.timers.append(callback)
 
     def every(self, period_ns: int, callback: Callback) -> None:
-        assert type(period_ns) is int and period_ns > 0, f"a period of {period_ns!r} ns"
+        check_period(period_ns)
+        check_callback(callback, "context")
 
         def again(context: ports.StrategyContext) -> None:
             self.timers.append(again)

@@ -28,6 +28,11 @@ STRATEGY = HEAD + """
         def choose(self, view):
             {body}
 """
+METHODS = HEAD.replace("def start(self, context, hosts): self.context = context", "") + """
+        def choose(self, view):
+            return next(iter(view.frontiers(limit=1)), None)
+        {body}
+"""
 NETWORK = HEAD + """
         def send(self, frame):
             {body}
@@ -52,7 +57,9 @@ MIDDLEWARE = HEAD.replace("context, hosts", "context") + """
         def subscribe(self, subscriber): pass
         {body}
 """
+ON_START = "def on_start(self, view): "
 PLACES = {MIDDLEWARE: "middleware: {model: 'NAME:Plugin'}",
+          METHODS: "coordination: {strategy: 'NAME:Plugin'}",
           STRATEGY: "coordination: {strategy: 'NAME:Plugin'}",
           NETWORK: "network: {media: {lan: {model: 'NAME:Plugin'}}}",
           FUNCTION: "network: {media: {lan: {model: ideal, rules: [{rule: 'NAME:Plugin'}]}}}",
@@ -100,10 +107,52 @@ def desim(tmp_path, monkeypatch):
     ("s_gone", STRATEGY, "view.go('left')", "strategy s_gone:Plugin raised a robot drives to a "
      "place of two finite numbers, not to 'left' at s_gone.py:12 (robot_"),
     ("s_timer", STRATEGY, "view.every(0, print)", "strategy s_timer:Plugin raised a timer's period "
-     "is an int > 0 of ns, not 0 at s_timer.py:12 (robot_"),
+     "is an int >= 1000000 of ns (1 ms), not 0 at s_timer.py:12 (robot_"),
     ("s_late", STRATEGY, "view.after(10**9, lambda view: view.nothing)", "strategy s_late:Plugin "
      "raised AttributeError: 'HostContext' object has no attribute 'nothing' at s_late.py:12 "
      "(robot_"),
+    *((f"c_{name}", METHODS, f"def {form}: return 1 / 0", f"strategy c_{name}:Plugin raised "
+       f"ZeroDivisionError: division by zero at c_{name}.py:13 (robot_") for name, form in (
+           ("start", "on_start(self, view)"), ("map", "on_map(self, view)"),
+           ("goal", "on_goal(self, view, place, end)"),
+           ("mate", "on_teammate(self, view, name, heard)"))),
+    ("c_message", METHODS, ON_START + "view.advertise('a'); view.subscribe('a', self.hear); "
+     "view.every(10**9, lambda view: view.publish('a', 1))\n"
+     "        def hear(self, view, message): return 1 / 0", "strategy c_message:Plugin raised "
+     "ZeroDivisionError: division by zero at c_message.py:14 (robot_"),
+    ("c_timer", METHODS, ON_START + "view.every(10**9, self.tick)\n"
+     "        def tick(self, view): return 1 / 0", "strategy c_timer:Plugin raised "
+     "ZeroDivisionError: division by zero at c_timer.py:14 (robot_"),
+    ("c_loop", METHODS, ON_START + "view.after(0, self.on_start)", "strategy c_loop:Plugin raised "
+     "more than 1000 rounds at 0 ns: the loop goes through Node._run in phase CONTROL at "
+     "c_loop.py:13 (robot_"),
+    *((f"c_{name}", METHODS, ON_START + call, f"strategy c_{name}:Plugin raised {says} at "
+       f"c_{name}.py:13 (robot_0, 0 s)") for name, call, says in (
+           ("soon", "view.every(999_999, print)",
+            "a timer's period is an int >= 1000000 of ns (1 ms), not 999999"),
+           ("past", "view.after(-1, print)",
+            "delay_ns must be an int >= 0, got -1 for Node._run"),
+           ("half", "view.after(0.5, print)",
+            "delay_ns must be an int >= 0, got 0.5 for Node._run"),
+           ("none", "view.after(5, None)", "a callback is a function of (context), not None"),
+           ("args", "view.subscribe('a', self.choose)", "a callback takes (context, message); "
+            "Plugin.choose takes (view)"),
+           ("deaf", "view.subscribe('a', 5)",
+            "a callback is a function of (context, message), not 5"),
+           ("name", "view.advertise('a b')",
+            "a topic is called as ROS names are, 'bid' or 'bid/best', not 'a b'"),
+           ("queue", "view.advertise('a', queue=-1)",
+            "a queue is an int >= 0 of messages (0: no bound), not -1"),
+           ("pickle", "view.advertise('a'); view.publish('a', print.__self__, 10)",
+            "<module 'builtins' (built-in)> cannot be pickled (TypeError: cannot pickle 'module' "
+            "object)"),
+           ("nan", "view.advertise('a'); view.publish('a', 1, float('nan'))",
+            "size_bytes is an int >= 0, not nan"))),
+    ("c_away", METHODS, "def on_map(self, view): view.go((float('inf'), 0.0))", "strategy "
+     "c_away:Plugin raised a robot drives to a place of two finite numbers, not to (inf, 0.0) at "
+     "c_away.py:13 (robot_"),
+    ("c_peers", METHODS, "def on_map(self, view): view.peers['x'] = 5", "strategy c_peers:Plugin "
+     "raised TypeError: 'mappingproxy' object does not support item assignment at c_peers.py:13 "),
     ("s_list", STRATEGY, "return view.frontiers()[:1] * 99", "s_list.Plugin (s_list.py:4) chose a "
      "list of 99; wanted: one of frontiers(), a "),
     ("s_tuple", STRATEGY, "return tuple(view.frontiers()[0])",
@@ -155,6 +204,12 @@ def test_the_plug_in_is_named_with_its_line_host_and_time(desim, name, template,
     assert "Traceback" not in output
     assert output.endswith("this repeats it:\n  desim run bad.yaml --quiet\n")
     assert output.splitlines()[0].endswith(" s)")
+
+
+def test_a_callback_that_takes_other_arguments_is_refused_at_the_door(desim):
+    assert desim("c_form", METHODS, "def on_goal(self, view): return 1") == (2, (
+        "bad.yaml:6:26: coordination.strategy: the strategy 'c_form:Plugin' must take (self, "
+        "context, place, end) in on_goal, not (self, view)\n"))
 
 
 def test_a_network_that_settles_nothing_is_pointed_at(desim):

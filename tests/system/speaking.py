@@ -1,6 +1,7 @@
 """Strategies that speak, for tests: each keeps a log of what happens to it."""
 
 from desim import ports
+from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.units import NS_PER_S
 
 LOG = []  # (s, host, what)
@@ -84,6 +85,13 @@ class Central:
         if place is not None:
             self.last_ns = context.now_ns
             note(context, "sent", context.go(ports.Place(*place)))
+
+
+class Surveying(NearestFrontier):
+    """Explores, and notes its teammates' areas whenever its map has changed."""
+
+    def on_map(self, context):
+        note(context, "areas", context.areas())
 
 
 class Listening:

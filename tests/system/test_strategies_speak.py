@@ -5,6 +5,7 @@ import pytest
 import speaking
 from runs import HELLO, built, finished
 
+from desim.robot.tiles import FREE, OCCUPIED, raster
 from desim.scenario.load import load
 
 CHATTY = (HELLO, "coordination.strategy=speaking:Chatty", "stop.elapsed=40 s")
@@ -64,6 +65,32 @@ def test_robots_go_on_alone_when_their_coordinator_is_gone():
     log, outcome = log_of(*CENTRAL, "faults=[{at: 10 s, host: base}]")
     assert min(entry[0] for entry in log if entry[2] == "alone") > 10
     assert outcome.stop_reason == "explored"
+
+
+SURVEYING = (HELLO, "coordination.strategy=speaking:Surveying", "stop.explored=100 %",
+             "coordination.exchange={content: full, encoding: raw}")
+
+
+def test_areas_are_what_teammates_have_seen_as_far_as_their_maps_came():
+    speaking.LOG.clear()
+    simulation = built(*SURVEYING)
+    simulation.run()
+    _, host, _, areas = speaking.LOG[-1]
+    assert sorted(areas) == [name for name in ("robot_0", "robot_1", "robot_2") if name != host]
+    for name, (seen, told_ns) in areas.items():
+        own = raster(simulation.grid, simulation.monitor.maps[name].own.snapshot().cells())
+        now = (own <= FREE) | (own >= OCCUPIED)
+        # A robot's evidence of a cell may fall back; so much of it that nothing is left is rare.
+        assert (seen & ~now).sum() <= 0.001 * seen.sum()
+        assert 0.5 * now.sum() < seen.sum()
+        assert simulation.kernel.now_ns - 30 * 10**9 < told_ns < simulation.kernel.now_ns
+        assert not seen.flags.writeable
+    assert not speaking.LOG[0][3]  # nothing had come yet
+
+
+def test_who_shares_no_map_has_no_area():
+    log, _ = log_of(*SURVEYING[:2], "coordination.exchange=null", "stop.elapsed=20 s")
+    assert log and not any(areas for *_, areas in log)
 
 
 MINPOS = "coordination.strategy=desim.robot.strategies.minpos:MinPos"

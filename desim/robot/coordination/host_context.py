@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
@@ -20,7 +21,13 @@ from desim.ports import (
     Pose2D,
     StrategyContext,
     StrategyMessage,
+    TeamArea,
     TeamLink,
+)
+from desim.robot.coordination.strategy_arguments import (
+    check_callback,
+    check_period,
+    check_topic,
 )
 from desim.robot.coordination.strategy_messages import Encoded, encoded
 from desim.robot.navigation.map_queries import MapQueries
@@ -89,7 +96,7 @@ class HostContext:
 
     @property
     def peers(self) -> Mapping[str, Peer]:
-        return self._team.peers
+        return MappingProxyType(self._team.peers)
 
     @property
     def team(self) -> tuple[str, ...]:
@@ -97,6 +104,10 @@ class HostContext:
 
     def links(self) -> dict[str, TeamLink]:
         return self._team.links()
+
+    def areas(self) -> dict[str, TeamArea]:
+        found = ((name, self._queries.seen_by(name)) for name in self._team.names)
+        return {name: area for name, area in found if area is not None}
 
     def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
         discs = _NO_DISCS if self._body is None else self._body.discs()
@@ -132,6 +143,7 @@ class HostContext:
 
     def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
+        check_topic(topic, queue)
         if topic in self._topics:
             raise ModelError(f"topic {topic!r} is advertised a second time")
         self._topics.add(topic)
@@ -142,6 +154,8 @@ class HostContext:
             raise ModelError(str(error)) from error
 
     def subscribe(self, topic: str, callback: OnMessage, *, queue: int = 10) -> None:
+        check_topic(topic, queue)
+        check_callback(callback, "context", "message")
         for name in self._team.names:
             self._node.subscribe(_absolute(name, topic), partial(self._receive, topic, callback),
                                  queue)
@@ -153,11 +167,12 @@ class HostContext:
         self._node.publish(_absolute(self.name, topic), encoded(content, size_bytes))
 
     def after(self, delay_ns: int, callback: Callback) -> None:
+        check_callback(callback, "context")
         self._node.after(delay_ns, callback, self)
 
     def every(self, period_ns: int, callback: Callback) -> None:
-        if type(period_ns) is not int or period_ns <= 0:
-            raise ModelError(f"a timer's period is an int > 0 of ns, not {period_ns!r}")
+        check_period(period_ns)
+        check_callback(callback, "context")
         self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
 
     def stream(self, *name: str | int) -> np.random.Generator:

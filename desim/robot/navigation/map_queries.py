@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from desim.ports import Frontier, GridSpec
+from desim.ports import Frontier, GridSpec, TeamArea
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.robot.navigation.kernels.information_gain import unknown_in_view
-from desim.robot.tiles import occupancy
+from desim.robot.tiles import FREE, OCCUPIED, occupancy, raster
 from desim.scenario.schema.robot import ExplorationParams
 
 
@@ -68,6 +68,16 @@ class MapQueries:
     def occupancy(self) -> np.ndarray:
         """[height, width] int8: 0 free, 100 occupied, -1 unknown; a copy."""
         return occupancy(self.grid, self.costmap.robot_map.fused)
+
+    def seen_by(self, name: str) -> TeamArea | None:
+        """The area that ``name`` has seen itself, as far as its map has come; None: it has not."""
+        received = self.costmap.robot_map.received.get(name)
+        if received is None:
+            return None
+        cells = raster(self.grid, received.cells())
+        seen = (cells <= FREE) | (cells >= OCCUPIED)
+        seen.flags.writeable = False
+        return TeamArea(seen, received.newest)
 
     def costs(self) -> np.ndarray:
         """[height, width] uint8, costs of costmap_2d; a copy."""
