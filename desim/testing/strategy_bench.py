@@ -126,6 +126,11 @@ class StrategyBench:
         for callback in due:
             callback(self)
 
+    def hear(self, name: str) -> None:
+        """Something of a teammate has come: its pose, its goal."""
+        self.peers[name] = ports.Peer(5.0, 5.0, 0.0, self.now_ns, ports.Place(6.0, 5.0))
+        self.heard[name] = ports.TeamLink(self.now_ns, -60.0)
+
     def deliver(self, message: ports.StrategyMessage) -> None:
         """Call those who subscribe to the message's topic."""
         for topic, callback in self.subscriptions:

@@ -14,63 +14,93 @@ from desim.units import NS_PER_S
 _LOST_AFTER_NS = 5 * NS_PER_S
 _ROUNDS = 10  # of a second each
 _PATROL = Patrol((ports.Place(4.0, 0.0), ports.Place(-8.0, 3.0), ports.Place(2.0, 12.0)))
+_EARLY = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
+          ports.Frontier(-30.0, 2.0, 45.0, 7)]
+_LATE = [ports.Frontier(5.0, 1.0, 5.5, 30), *_EARLY[1:]]  # somebody has explored the nearest
 
 
 def check_strategy(cls: PluginClass[ports.Strategy], briefing: object = None,
                    **params: object) -> None:
-    """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, or None when
-    there is none, takes the same one when asked again, and goes on when every message is lost, when
-    messages come late or twice, and when teammates are lost and come back. ``briefing`` of its
-    task; a strategy that ``needs`` a ``Patrol`` has one of three places without."""
+    """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, a ``Place`` or
+    None, also where the map comes late and changes, takes the same ones in the same situation, and
+    goes on when every message is lost, when messages come late or twice, when teammates are lost
+    and come back, and when there is no frontier left; then it takes None, unless it ``needs`` a
+    briefing. ``briefing`` of its task; where a ``Patrol`` is needed, one of three places."""
     check_form("strategy", cls, params)
     needs = getattr(cls, "needs", None)
     if needs is Patrol and briefing is None:
         briefing = _PATROL
     need(needs is None or isinstance(briefing, needs), cls,
          f"be checked with the briefing that it needs: check_strategy(..., briefing={needs}(...))")
-    frontiers = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
-                 ports.Frontier(-30.0, 2.0, 45.0, 7)]
     with own_streams(cls):
-        try:
-            chosen, raised = _play_strategy(cls, params, [], briefing)[-1], ""
-        except (IndexError, ValueError) as error:
-            chosen, raised = None, f"; choose raised {type(error).__name__}: {error}"
-        need(not raised and (chosen is None or briefing is not None), cls,
-             f"return None when there is no frontier{raised}")
-        choices = [_play_strategy(cls, params, frontiers, briefing) for _ in range(2)]
-    strange = [one for one in choices[0] if not (one is None or one in frontiers
-                                                 or isinstance(one, ports.Place))]
-    need(not strange, cls, f"return one of frontiers(), a Place or None, not {strange[:1]}")
+        played = [_Play(cls, params, briefing) for _ in range(2)]
+        choices = [play.played() for play in played]
     need(choices[0] == choices[1], cls, f"choose alike in like situations, got {choices}")
 
 
-def _play_strategy(cls: PluginClass[ports.Strategy], params: dict[str, object],
-                   frontiers: list[ports.Frontier], briefing: object) -> list[object]:
-    """All choices of a strategy: at first, while nobody is heard, when what it sent comes back from
-    a teammate, late and twice, and when the teammate is lost and comes back."""
-    strategy, bench = made(cls, params), StrategyBench(frontiers)
-    bench.task = briefing
-    team = Team(bench.team, _LOST_AFTER_NS)
-    events = StrategyEvents(strategy, bench, team)
-    choices: list[object] = []
+class _Play:
+    """A robot and its team: what happens to them, one thing after the other."""
 
-    def go_on() -> None:
-        bench.now_ns += NS_PER_S
-        bench.run_timers()
-        events.tick(bench.now_ns, bench.now_ns)
-        choices.append(strategy.choose(bench))
+    def __init__(self, cls: PluginClass[ports.Strategy], params: dict[str, object],
+                 briefing: object) -> None:
+        self._cls, self._strategy = cls, made(cls, params)
+        self._bench = StrategyBench([])
+        self._bench.task = briefing
+        self._team = Team(self._bench.team, _LOST_AFTER_NS)
+        self._events = StrategyEvents(self._strategy, self._bench, self._team)
+        self._choices: list[object] = []
+        self._version = 0  # of the map
 
-    events.started()
-    choices.append(strategy.choose(bench))
-    for _ in range(_ROUNDS):  # every message is lost
-        go_on()
-    for message in bench.published * 2:  # they come after all, twice, from a teammate
-        team.spoke("robot_2", bench.now_ns)
-        bench.deliver(message._replace(source="robot_2"))
-        go_on()
-    for _ in range(_ROUNDS):  # who is lost again
-        go_on()
-    for end in ports.GoalEnd:
-        events.goal_ended(ports.Place(4.0, 0.0), end)
-        go_on()
-    return [*choices, *bench.goals]
+    def played(self) -> list[object]:
+        """All choices, and all goals that the strategy set by itself."""
+        bench, pose = self._bench, self._bench.pose
+        bench.pose, bench.peers, bench.heard = None, {}, {}  # there is no map and no pose yet
+        self._events.started()
+        for _ in range(3):
+            bench.now_ns += NS_PER_S
+            bench.run_timers()
+        bench.pose = pose
+        self._map(_EARLY)
+        self._go_on(_ROUNDS)  # every message is lost
+        sent = list(bench.published)
+        self._map(_LATE)
+        for message in sent * 2:  # they come after all, twice, from a teammate
+            self._team.spoke("robot_2", bench.now_ns)
+            bench.hear("robot_2")
+            bench.deliver(message._replace(source="robot_2"))
+            self._go_on(1)
+        bench.hear("robot_2")
+        self._team.spoke("robot_2", bench.now_ns)
+        self._go_on(_ROUNDS)  # who is lost again
+        bench.hear("robot_2")
+        self._team.spoke("robot_2", bench.now_ns)
+        self._go_on(1)  # and comes back
+        for end in ports.GoalEnd:
+            self._events.goal_ended(ports.Place(4.0, 0.0), end)
+            self._go_on(1)
+        self._map([])
+        self._go_on(2)
+        return [*self._choices, *bench.goals]
+
+    def _map(self, frontiers: list[ports.Frontier]) -> None:
+        """The map has changed."""
+        self._bench.known = frontiers
+        self._version += 1
+
+    def _go_on(self, seconds: int) -> None:
+        bench = self._bench
+        for _ in range(seconds):
+            bench.now_ns += NS_PER_S
+            bench.run_timers()
+            self._events.tick(bench.now_ns, self._version)
+            try:
+                chosen = self._strategy.choose(bench)
+            except (IndexError, ValueError) as error:
+                need(bench.known, self._cls, "return None when there is no frontier; choose raised "
+                                             f"{type(error).__name__}: {error}")
+                raise
+            need(bench.known or chosen is None or bench.task is not None, self._cls,
+                 "return None when there is no frontier")
+            need(chosen is None or chosen in bench.known or type(chosen) is ports.Place, self._cls,
+                 f"return one of frontiers(), a Place or None, not {chosen!r}")
+            self._choices.append(chosen)

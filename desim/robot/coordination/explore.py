@@ -51,7 +51,7 @@ class Explore(Node):
 
     def __init__(self, host: Host, exploration: ExplorationParams, strategy: Strategy,
                  navigation: Navigation, body: BodyType, queries: MapQueries, team: Team,
-                 task: object) -> None:
+                 task: object = None) -> None:
         super().__init__(host, "explore")
         self._rate_hz, self._strategy, self._queries = exploration.rate_hz, strategy, queries
         self._costmap, self._planner = queries.costmap, queries.planner

@@ -67,7 +67,7 @@ class HostContext:
     without one | ``task`` the briefing."""
 
     def __init__(self, node: Node, team: Team, queries: MapQueries, body: Drives | None,
-                 task: object = None) -> None:
+                 task: object) -> None:
         self._node, self._team, self._queries, self._body = node, team, queries, body
         self.task = task
         self._topics: set[str] = set()  # advertised

@@ -1,0 +1,158 @@
+"""The kit's check of strategies: what it plays really happens, and what breaks is named."""
+
+import pytest
+
+from desim import ports
+from desim.robot.strategies.nearest_frontier import NearestFrontier
+from desim.testing import check_strategy
+
+S = 10**9
+
+
+class Diary(NearestFrontier):
+    """Notes all that happens to it."""
+
+    entries = None  # of the life that began last
+
+    def __init__(self, params):
+        super().__init__(params)
+        type(self).entries = self.entries = []
+
+    def note(self, context, *what):
+        self.entries.append((context.now_ns // S, *what))
+
+    def on_start(self, context):
+        self.note(context, "start", context.pose, len(context.frontiers()))
+        context.advertise("here")
+        context.subscribe("here", self.hear)
+        context.every(S, self.speak)
+
+    def speak(self, context):
+        context.publish("here", context.now_ns // S)
+        self.note(context, "tick", context.pose is not None)
+
+    def hear(self, context, message):
+        self.note(context, "hears", message.source, message.content)
+
+    def on_map(self, context):
+        self.note(context, "map", len(context.frontiers()))
+
+    def on_teammate(self, context, name, heard):
+        self.note(context, "back" if heard else "lost", name,
+                  context.now_ns - context.links()[name].heard_ns)
+
+    def on_goal(self, context, place, end):
+        self.note(context, "goal", end)
+
+    def choose(self, context):
+        self.note(context, "choose", [one.path_m for one in context.frontiers()])
+        return super().choose(context)
+
+
+@pytest.fixture(scope="module")
+def entries():
+    check_strategy(Diary)
+    return Diary.entries
+
+
+def of(entries, *kinds):
+    return [entry[1:] for entry in entries if entry[1] in kinds]
+
+
+def test_the_map_comes_late(entries):
+    assert entries[0] == (10, "start", None, 0)
+    first = next(k for k, entry in enumerate(entries) if entry[1] == "map")
+    assert of(entries[:first], "tick", "choose")[:3] == [("tick", False)] * 3
+    assert of(entries, "map") == [("map", 3), ("map", 3), ("map", 0)]
+    before, after = (next(entry[2] for entry in entries[k:] if entry[1] == "choose")
+                     for k, entry in enumerate(entries) if entry[1:] == ("map", 3))
+    assert before != after  # a frontier has gone, another one has come
+
+
+def test_messages_are_lost_at_first_then_late_and_twice(entries):
+    heard = [(entry[0], entry[3]) for entry in entries if entry[1] == "hears"]
+    assert {entry[2] for entry in entries if entry[1] == "hears"} == {"robot_2"}
+    said = [at_s for at_s, content in heard]
+    contents = [content for _, content in heard]
+    assert contents == contents[:len(contents) // 2] * 2  # each twice
+    assert min(said) >= max(contents)  # when the last of them was sent
+    assert heard[0][0] - heard[0][1] >= 10
+
+
+def test_a_teammate_is_heard_lost_and_back(entries):
+    events = of(entries, "back", "lost")
+    assert [entry[:2] for entry in events] == [
+        ("back", "robot_2"), ("lost", "robot_2"), ("back", "robot_2"), ("lost", "robot_2")]
+    assert events[1][2] > 5 * S and events[2][2] <= S
+
+
+def test_goals_end_in_every_way_and_frontiers_run_out(entries):
+    assert [end for _, end in of(entries, "goal")] == list(ports.GoalEnd)
+    assert of(entries, "choose")[-2:] == [("choose", [])] * 2
+
+
+class Early(NearestFrontier):
+    """Does not expect to have no pose."""
+
+    def on_start(self, context):
+        context.every(S, lambda context: context.path_lengths_m([context.pose[:2]]))
+
+
+class Stubborn(NearestFrontier):
+    """Drives to what was a frontier once."""
+
+    def choose(self, context):
+        self.first = getattr(self, "first", None) or super().choose(context)
+        return self.first
+
+
+class Credulous(NearestFrontier):
+    """Does not expect a message twice."""
+
+    def on_start(self, context):
+        self.waiting = {"robot_1"}
+        context.advertise("here")
+        context.subscribe("here", lambda context, message: self.waiting.remove("robot_1"))
+        context.after(S, lambda context: context.publish("here", None))
+
+
+class Trusting(NearestFrontier):
+    """Does not expect a teammate to come back."""
+
+    def on_teammate(self, context, name, heard):
+        self.team = {**getattr(self, "team", {}), name: heard} if heard is False or not hasattr(
+            self, "team") else {}[name]
+
+
+class Hopeful(NearestFrontier):
+    """Expects that there is always a frontier."""
+
+    def choose(self, context):
+        return context.frontiers(limit=1)[0]
+
+
+class Wandering(NearestFrontier):
+    """Drives on where there is nothing left."""
+
+    def choose(self, context):
+        return super().choose(context) or ports.Place(1.0, 1.0)
+
+
+class Inventive(NearestFrontier):
+    def choose(self, context):
+        return ports.Frontier(1.0, 2.0, 3.0, 4)
+
+
+@pytest.mark.parametrize("cls, error, says", [
+    (Early, TypeError, "'NoneType' object is not subscriptable"),
+    (Stubborn, AssertionError, "return one of frontiers(), a Place or None, not Frontier(x_m=4.0"),
+    (Credulous, KeyError, "'robot_1'"),
+    (Trusting, KeyError, "'robot_2'"),
+    (Hopeful, AssertionError, "return None when there is no frontier; choose raised IndexError"),
+    (Wandering, AssertionError, "return None when there is no frontier"),
+    (Inventive, AssertionError, "return one of frontiers(), a Place or None, not Frontier(x_m=1.0"),
+])
+def test_what_each_part_is_there_for(cls, error, says):
+    with pytest.raises(error) as caught:
+        check_strategy(cls)
+    assert says in str(caught.value)
