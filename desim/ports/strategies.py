@@ -65,10 +65,10 @@ class TeamLink(NamedTuple):
 
 class TeamArea(NamedTuple):
     """The area that a teammate has seen with its own laser, by the last that came of its map:
-    ``seen`` bool [height, width], read-only; ``told_ns`` the teammate's clock then."""
+    ``seen`` bool [height, width], read-only; ``sent_ns`` the teammate's clock then."""
 
     seen: np.ndarray
-    told_ns: int
+    sent_ns: int
 
 
 class StrategyMessage(NamedTuple):

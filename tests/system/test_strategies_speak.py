@@ -77,13 +77,13 @@ def test_areas_are_what_teammates_have_seen_as_far_as_their_maps_came():
     simulation.run()
     _, host, _, areas = speaking.LOG[-1]
     assert sorted(areas) == [name for name in ("robot_0", "robot_1", "robot_2") if name != host]
-    for name, (seen, told_ns) in areas.items():
+    for name, (seen, sent_ns) in areas.items():
         own = raster(simulation.grid, simulation.monitor.maps[name].own.snapshot().cells())
         now = (own <= FREE) | (own >= OCCUPIED)
         # A robot's evidence of a cell may fall back; so much of it that nothing is left is rare.
         assert (seen & ~now).sum() <= 0.001 * seen.sum()
         assert 0.5 * now.sum() < seen.sum()
-        assert simulation.kernel.now_ns - 30 * 10**9 < told_ns < simulation.kernel.now_ns
+        assert simulation.kernel.now_ns - 30 * 10**9 < sent_ns < simulation.kernel.now_ns
         assert not seen.flags.writeable
     assert not speaking.LOG[0][3]  # nothing had come yet
 
