@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 _SELDOM = (1 << 8) - 1  # rows and latencies are flushed after so many messages: a mask
 
 OnFate = Callable[[Message, int, int, "str | None", int, int], object]
-OnDisplay = Callable[[str, str, np.ndarray], object]  # host, kind, points [n, 2] m
+# Host, kind, points [n, 2] m, texts [n] or none.
+OnDisplay = Callable[[str, str, np.ndarray, tuple[str, ...]], object]
 
 
 class Graph:

@@ -119,11 +119,11 @@ class Node:
         """Whether somebody looks at what ``display`` shows."""
         return self._graph.on_display is not None
 
-    def display(self, kind: str, points_m: np.ndarray) -> None:
-        """Show ``points_m`` [n, 2] to the one who looks at the run. No message is sent, and nothing
-        in the run depends on it."""
+    def display(self, kind: str, points_m: np.ndarray, texts: tuple[str, ...] = ()) -> None:
+        """Show ``points_m`` [n, 2], with or without ``texts`` [n], to the one who looks at the run.
+        No message is sent, and nothing in the run depends on it."""
         if self._graph.on_display is not None:
-            self._graph.on_display(self.host.name, kind, points_m)
+            self._graph.on_display(self.host.name, kind, points_m, texts)
 
     def _run(self, what: tuple[Callable[..., object], object]) -> None:
         if self._alive:

@@ -32,13 +32,15 @@ _NO_OBSTACLES = np.empty((0, 3))
 
 
 class ShownPlan(NamedTuple):
-    """Points int32 [k, 2] in mm that a robot shows at an instant, until the next ones of their
-    ``kind``: plan, goal, frontiers, or what a strategy calls it."""
+    """Points int32 [k, 2] in mm that a robot, or a host without a body, shows at an instant, until
+    the next ones of their ``kind``: plan, goal, frontiers, path and pose (where SLAM has been and
+    is), or what a strategy calls it. ``texts`` [k], or none."""
 
     time_ns: int
     robot: str
     kind: str
     xy_mm: np.ndarray
+    texts: tuple[str, ...] = ()
 
 
 class StandingWall(NamedTuple):
@@ -149,6 +151,7 @@ class Recorder:
         self._walls += [StandingWall(from_ns, now_ns, *wall) for wall, from_ns in before.items()
                         if wall not in self._standing]
 
-    def _displayed(self, robot: str, kind: str, points_m: np.ndarray) -> None:
+    def _displayed(self, host: str, kind: str, points_m: np.ndarray, texts: tuple[str, ...]
+                   ) -> None:
         xy_mm = np.rint(points_m * MM_PER_M).astype(np.int32)
-        self.plans.append(ShownPlan(self._kernel.now_ns, robot, kind, xy_mm))
+        self.plans.append(ShownPlan(self._kernel.now_ns, host, kind, xy_mm, texts))

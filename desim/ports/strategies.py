@@ -7,7 +7,7 @@ each of the small protocols below that it has the methods of. In all of them it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import StrEnum
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
@@ -79,6 +79,14 @@ class StrategyMessage(NamedTuple):
     topic: str
     content: Any
     sent_ns: int
+
+
+class Mark(NamedTuple):
+    """A place with a few words, for people who look at a recording."""
+
+    x_m: float
+    y_m: float
+    text: str
 
 
 class GoalEnd(StrEnum):
@@ -194,6 +202,10 @@ class StrategyContext(Protocol):
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this host's own."""
+
+    def show(self, kind: str, marks: Iterable[Mark]) -> None:
+        """Show people ``marks`` in place of the last ones of this ``kind``. If the run is not
+        recorded nothing is taken from ``marks``; nothing in the run may depend on it."""
 
 
 class Strategy(Protocol):

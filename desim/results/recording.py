@@ -122,13 +122,15 @@ class Recording:
 
     @cached_property
     def plans(self) -> tuple[ShownPlan, ...]:
-        """All that the robots' software has shown, and their goals, by time."""
+        """All that hosts have shown, and the robots' goals and poses by SLAM, by time."""
         table = self._table("plans")
         places = [np.column_stack([x, y]).astype(np.int32) for x, y in
                   zip(table["x_mm"].to_pylist(), table["y_mm"].to_pylist(), strict=True)]
+        texts = map(tuple, table["texts"].to_pylist() if "texts" in table.column_names
+                    else [()] * len(table))  # recordings of before there were texts
         shown = list(map(ShownPlan, table["time_ns"].to_pylist(), table["robot"].to_pylist(),
-                         table["kind"].to_pylist(), places))
-        return tuple(sorted(shown + goals_of(self._rows), key=lambda plan: plan.time_ns))
+                         table["kind"].to_pylist(), places, texts))
+        return tuple(sorted(shown + shown_in(self._rows), key=lambda plan: plan.time_ns))
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
@@ -170,19 +172,20 @@ def events_of(rows: Sequence[Json], names: Mapping[int, str]) -> tuple[Event, ..
                  for row in rows)
 
 
-def goals_of(rows: Sequence[Json]) -> list[ShownPlan]:
-    """The goals that explore has set, and their ends."""
-    goals = []
+_SHOWN = {"goal": "goal", "goal_reached": "goal", "goal_aborted": "goal", "localized": "pose"}
+
+
+def shown_in(rows: Sequence[Json]) -> list[ShownPlan]:
+    """The goals that explore has set, and their ends; the poses that SLAM has found."""
+    shown = []
     for row in rows:
-        if row["kind"] == "goal":
-            place = [real(row[column]) * MM_PER_M for column in "ab"]
-        elif row["kind"] in ("goal_reached", "goal_aborted"):
-            place = []
-        else:
-            continue
-        goals.append(ShownPlan(row["t_ns"], row["entity"], "goal",
-                               np.rint(place).astype(np.int32).reshape(-1, 2)))
-    return goals
+        kind = _SHOWN.get(row["kind"])
+        if kind is not None:
+            has_place = row["kind"] in ("goal", "localized")
+            place = [real(row[column]) * MM_PER_M for column in "ab"] if has_place else []
+            shown.append(ShownPlan(row["t_ns"], row["entity"], kind,
+                                   np.rint(place).astype(np.int32).reshape(-1, 2)))
+    return shown
 
 
 def _growth(row: Mapping[str, pa.Scalar]) -> MapGrowth:

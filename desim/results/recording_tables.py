@@ -56,13 +56,14 @@ def growth_table(growths: Sequence[MapGrowth]) -> pa.Table:
 
 
 def plans_table(plans: Sequence[ShownPlan]) -> pa.Table:
-    """A row for each plan that a robot's software has shown."""
+    """A row for each plan, or other places, that a host has shown."""
     return pa.table({
         "time_ns": pa.array([plan.time_ns for plan in plans], pa.int64()),
         "robot": pa.array([plan.robot for plan in plans], pa.string()),
         "kind": pa.array([plan.kind for plan in plans], pa.string()),
         "x_mm": pa.array([plan.xy_mm[:, 0] for plan in plans], _PLACES),
-        "y_mm": pa.array([plan.xy_mm[:, 1] for plan in plans], _PLACES)})
+        "y_mm": pa.array([plan.xy_mm[:, 1] for plan in plans], _PLACES),
+        "texts": pa.array([plan.texts for plan in plans], pa.list_(pa.string()))})
 
 
 def walls_table(walls: Sequence[StandingWall]) -> pa.Table:

@@ -125,6 +125,7 @@ class SlamNode(Node):
         if shift_m < self.robot_map.spec.resolution_m and turn_rad < _REDRAWN_RAD:
             return
         self.record("map_redrawn", len(path))
+        self.display("path", path[:, :2])
         self._drawn = list(path)
         self.robot_map.redraw_own(zip(path, self._scans, strict=True), self._usable_m)
         self.publish("map", Empty())

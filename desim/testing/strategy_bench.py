@@ -1,12 +1,13 @@
 """A robot without a simulator: a ``StrategyContext`` whose world is a list of frontiers.
 
-What the strategy does is kept: ``goals``, ``published``, ``timers``. A check plays the part of the
-team: it delivers messages, or loses them.
+What the strategy does is kept: ``goals``, ``published``, ``timers``, ``shown``. A check plays the
+part of the team: it delivers messages, or loses them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,7 @@ class StrategyBench:
         cells = int(_SIDE_M / _CELL_M)
         self.grid = ports.GridSpec(_CELL_M, cells, cells, -_SIDE_M / 2, -_SIDE_M / 2)
         self.goals: list[ports.Place | None] = []
+        self.shown: dict[str, list[ports.Mark]] = {}
         self.published: list[ports.StrategyMessage] = []
         self.timers: list[Callback] = []
         self.subscriptions: list[tuple[str, OnMessage]] = []
@@ -119,6 +121,12 @@ class StrategyBench:
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return Streams(0)("view", *name)
+
+    def show(self, kind: str, marks: Iterable[ports.Mark]) -> None:
+        self.shown[kind] = list(marks)
+        for x_m, y_m, text in self.shown[kind]:
+            assert math.isfinite(x_m) and math.isfinite(y_m) and isinstance(text, str), \
+                f"a mark is two finite numbers and a text, not {(x_m, y_m, text)!r}"
 
     def run_timers(self) -> None:
         """Call all that was set until now, once. Periodic timers stay set."""

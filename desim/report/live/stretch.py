@@ -21,8 +21,8 @@ from desim.results.recording import (
     LinkChange,
     Poses,
     events_of,
-    goals_of,
     rows_of,
+    shown_in,
 )
 from desim.results.seal import Json
 from desim.results.status import RunStatus
@@ -93,7 +93,7 @@ class Stretches:
         stretch = Stretch(
             self._facts(), self._begin_ns, now_ns, self._recorder.robots, self._hosts,
             *self._next_poses(), self._recorder.growths() if with_maps else (),
-            self._recorder.walls, self._next_plans(goals_of(rows)),
+            self._recorder.walls, self._next_plans(shown_in(rows)),
             events_of(rows, simulation.names.items()), self._next_links(),
             self._taken(self._messages, parquet.MESSAGE_SCHEMA))
         self._begin_ns = now_ns
@@ -135,10 +135,10 @@ class Stretches:
         return (Poses(times_ns, poses[:, :, :2].astype(np.int32), poses[:, :, 2].astype(np.int16)),
                 obstacles)
 
-    def _next_plans(self, goals: list[ShownPlan]) -> list[ShownPlan]:
+    def _next_plans(self, of_rows: list[ShownPlan]) -> list[ShownPlan]:
         plans, begin = self._recorder.plans, self._plans
         self._plans = len(plans)
-        return sorted(plans[begin:] + goals, key=lambda each: each.time_ns)
+        return sorted(plans[begin:] + of_rows, key=lambda each: each.time_ns)
 
     def _next_links(self) -> list[LinkChange]:
         table, begin = self._recorder.links.table(), self._links

@@ -23,7 +23,7 @@ from desim.units import MM_PER_M
 Description = dict[str, object]  # what JSON can hold
 _NO_SECONDS = {name: np.empty(0) for name in (
     "time_s", "explored", "explored_union", "distance_m", "rx_bytes", "tx_bytes")}
-PLANS = ("plan", "goal", "frontiers")
+PLANS = ("plan", "goal", "frontiers", "path", "pose")  # others are marks, with words
 MAX_PLAN_POINTS = 1_500_000
 
 
@@ -48,7 +48,8 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
     load_s, reductions = add_loads(columns, traffic)
     notes += reductions
     add_topics(columns, traffic, recording.begin_ns, recording.end_ns)
-    notes.append(_add_plans(columns, recording))
+    shown, reduced = _add_plans(columns, recording, hosts)
+    notes.append(reduced)
     _add_links(columns, recording)
     add_beliefs(columns, recording.events, hosts)
     _add_robots(columns, recording)
@@ -72,7 +73,7 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
             "range_m": laser.max_range_m},
         "deployment": scenario.deployment, "middleware": scenario.middleware.model,
         "terrain": _add_terrain(columns, recording),
-        "growth": grown, "load_s": load_s,
+        "growth": grown, "load_s": load_s, "plan_kinds": shown[0], "marks": shown[1],
         "topics": list(traffic.topics), "families": list(traffic.families),
         "topic_family": traffic.family.tolist(), "topic_kind": traffic.kind.tolist(),
         "reasons": list(traffic.reasons), "ledger": ledger, "partitions_s": partitions_s,
@@ -101,20 +102,28 @@ def _add_poses(columns: Columns, recording: ReplaySource) -> None:
         columns.add(f"obstacle.{name}", moving[:, :, k].T)
 
 
-def _add_plans(columns: Columns, recording: ReplaySource) -> str | None:
-    plans = [plan for plan in recording.plans if plan.kind in PLANS]
-    place = {name: i for i, name in enumerate(recording.robots)}
-    lengths = [len(plan.xy_mm) for plan in plans]
+def _add_plans(columns: Columns, recording: ReplaySource, hosts: Sequence[str]
+               ) -> tuple[tuple[list[str], list[str]], str | None]:
+    """Add what hosts have shown. The names of its kinds, ``PLANS`` first, and all words of marks;
+    what was left out."""
+    plans = recording.plans
+    kinds = [*PLANS, *sorted({plan.kind for plan in plans}.difference(PLANS))]
+    number: dict[str, int] = {"": 0}
+    lengths = [len(plan.xy_mm) for plan in plans if not plan.texts]
     every = -(-sum(lengths) // MAX_PLAN_POINTS) or 1
-    points = [_every(plan.xy_mm, every) for plan in plans]
+    points = [plan.xy_mm if plan.texts else _every(plan.xy_mm, every) for plan in plans]
+    texts = [number.setdefault(text, len(number)) for plan, own in zip(plans, points, strict=True)
+             for text in plan.texts or [""] * len(own)]
     columns.add("plan.ns", np.array([plan.time_ns for plan in plans], np.int64))
-    columns.add("plan.robot", np.array([place[plan.robot] for plan in plans], np.int64))
-    columns.add("plan.kind", np.array([PLANS.index(plan.kind) for plan in plans], np.int64))
+    columns.add("plan.host", np.array([hosts.index(plan.robot) for plan in plans], np.int64))
+    columns.add("plan.kind", np.array([kinds.index(plan.kind) for plan in plans], np.int64))
     columns.add("plan.count", np.array([len(own) for own in points], np.int64))
     whole = np.concatenate([np.empty((0, 2), np.int64), *points])
     columns.add("plan.x_mm", whole[:, 0])
     columns.add("plan.y_mm", whole[:, 1])
-    return None if every == 1 else f"plans are drawn through one point in {every}"
+    columns.add("plan.text", np.array(texts, np.int64))
+    return ((kinds, list(number)),
+            None if every == 1 else f"plans are drawn through one point in {every}")
 
 
 def _every(points: np.ndarray, step: int) -> np.ndarray:

@@ -13,11 +13,13 @@ from desim.robot.navigation.recovery import Recovery
 from desim.units import NS_PER_S
 
 # Kinds of events that happen by the thousand: they are drawn, not listed.
-_DRAWN = ("advertises", "subscribes", "believes", "sees", "goal", "goal_reached", "partition")
+_DRAWN = ("advertises", "subscribes", "believes", "sees", "goal", "goal_reached", "localized",
+          "partition")
 _RECOVERIES = {Recovery.REPLAN: "plans again", Recovery.ROTATE: "turns",
                Recovery.RETREAT: "backs off"}
 _PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
-          "goal_aborted": "{} gives up its goal", "stop": "the run ends"}
+          "goal_aborted": "{} gives up its goal", "stop": "the run ends",
+          "map_redrawn": "{} corrects its path, and draws its map anew"}
 _FULL = "full"  # in the reasons queue_full, outbox_full, ...
 _APART_NS = 10 * NS_PER_S  # late messages that are closer than this are one episode
 MOST = 3000  # events that the page lists

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from types import MappingProxyType
@@ -16,6 +16,7 @@ from desim.middleware.node import Node
 from desim.ports import (
     Frontier,
     GridSpec,
+    Mark,
     Peer,
     Place,
     Pose2D,
@@ -177,6 +178,12 @@ class HostContext:
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._node.stream("strategy", *name)
+
+    def show(self, kind: str, marks: Iterable[Mark]) -> None:
+        if self._node.is_watched:
+            shown = list(marks)
+            places = np.array([mark[:2] for mark in shown], float).reshape(-1, 2)
+            self._node.display(kind, places, tuple(mark.text for mark in shown))
 
     # ------------------------------------------------------------------------------------------
 

@@ -114,7 +114,9 @@ class Centralized:
             for robot, place in zip(*solve(costs_m), strict=True):
                 if costs_m[robot, place] < _FAR_M and not self._is_taken(places[place]):
                     self._tasks[idle[robot]] = places[place], base.now_ns
-        base.publish("tasks", {name: task for name, (task, _) in self._tasks.items()})
+        tasks = {name: task for name, (task, _) in self._tasks.items()}
+        base.show("assignment", (ports.Mark(*task, name) for name, task in tasks.items()))
+        base.publish("tasks", tasks)
 
     def _free_frontiers(self, base: ports.StrategyContext, idle: list[str]) -> list[ports.Place]:
         """Those that no task and no end of a drive is near to, as reached by the first of ``idle``

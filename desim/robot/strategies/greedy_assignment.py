@@ -37,4 +37,7 @@ class GreedyAssignment:
                                 for goal in goals)
             return self._beta_m * utility - frontier.path_m
 
-        return max(context.frontiers(), key=value_m, default=None)
+        values_m = {frontier: value_m(frontier) for frontier in context.frontiers()}
+        context.show("value", (ports.Mark(*one[:2], f"{value:.0f} m")
+                               for one, value in values_m.items()))
+        return max(values_m, key=lambda one: values_m[one], default=None)

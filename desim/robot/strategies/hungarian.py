@@ -32,5 +32,9 @@ class Hungarian:
             context.path_lengths_m(places, ports.Place(peer.x_m, peer.y_m))
             for peer in context.peers.values())])
         robots, chosen = linear_sum_assignment(np.minimum(costs_m, _FAR_M))
-        own = dict(zip(robots.tolist(), chosen.tolist(), strict=True)).get(0)
+        pairs = list(zip(robots.tolist(), chosen.tolist(), strict=True))
+        names = [context.name, *context.peers]
+        context.show("assignment", (ports.Mark(places[place].x_m, places[place].y_m, names[robot])
+                                    for robot, place in pairs))
+        own = dict(pairs).get(0)
         return frontiers[0] if own is None else frontiers[own]

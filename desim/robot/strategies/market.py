@@ -49,7 +49,8 @@ class Market:
 
     def on_teammate(self, robot: ports.StrategyContext, name: str, heard: bool) -> None:
         if not heard:
-            self._held = {place: held for place, held in self._held.items() if held[0] != name}
+            self._keep(robot, {place: held for place, held in self._held.items()
+                               if held[0] != name})
 
     def on_goal(self, robot: ports.StrategyContext, place: ports.Place, end: ports.GoalEnd) -> None:
         robot.publish("release", place)
@@ -64,13 +65,15 @@ class Market:
             best = sorted(profits, key=lambda one: -profits[one])[:self._params.lots]
             self._lots = {ports.Place(*one[:2]): (profits[one], robot.name) for one in best}
             self._offered_ns = robot.now_ns
+            self._show_lots(robot)
             robot.publish("offer", [[*lot, bid] for lot, (bid, _) in self._lots.items()])
             robot.after(self._params.wait_ns, self._award)
         return max(profits, key=lambda one: profits[one])
 
     def _profits(self, robot: ports.StrategyContext) -> dict[ports.Frontier, float]:
         """Of each frontier that nobody else holds."""
-        self._held = {place: held for place, held in self._held.items() if held[1] > robot.now_ns}
+        self._keep(robot, {place: held for place, held in self._held.items()
+                           if held[1] > robot.now_ns})
         return {one: self._revenue_m(robot, one) - one.path_m for one in robot.frontiers()
                 if not any(self._is_same(one, place) for place in self._held)}
 
@@ -89,11 +92,13 @@ class Market:
                 lot = ports.Place(x_m, y_m)
                 if lot in self._lots:  # else the bid comes too late
                     self._lots[lot] = max(self._lots[lot], (profit_m, bid.source))
+            self._show_lots(robot)
 
     def _award(self, robot: ports.StrategyContext) -> None:
         """The time for bids is over. Of its own lots the seller keeps its goal alone."""
         winners = {lot: winner for lot, (_, winner) in self._lots.items()}
         self._lots = {}
+        self._show_lots(robot)
         for lot, winner in winners.items():
             if winner != robot.name:
                 self._hold(robot, lot, winner)
@@ -139,11 +144,22 @@ class Market:
                 robot.go(place)
 
     def _free(self, robot: ports.StrategyContext, release: ports.StrategyMessage) -> None:
-        self._held = {place: held for place, held in self._held.items()
-                      if held[0] != release.source or not self._is_same(place, release.content)}
+        self._keep(robot, {
+            place: held for place, held in self._held.items()
+            if held[0] != release.source or not self._is_same(place, release.content)})
 
     def _hold(self, robot: ports.StrategyContext, place: ports.Place, name: str) -> None:
-        self._held[place] = (name, robot.now_ns + self._params.hold_ns)
+        self._keep(robot, {**self._held, place: (name, robot.now_ns + self._params.hold_ns)})
+
+    def _keep(self, robot: ports.StrategyContext, held: dict[ports.Place, tuple[str, int]]) -> None:
+        if held != self._held:
+            self._held = held
+            robot.show("held", (ports.Mark(*place, name)
+                                for place, (name, _) in held.items()))
+
+    def _show_lots(self, robot: ports.StrategyContext) -> None:
+        robot.show("bid", (ports.Mark(*lot, f"{bidder}: {profit_m:.0f} m")
+                           for lot, (profit_m, bidder) in self._lots.items()))
 
     def _turn(self, robot: ports.StrategyContext) -> None:
         """Somebody else has the goal: drive to the best of the rest, if there is any."""

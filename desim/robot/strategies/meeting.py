@@ -1,5 +1,7 @@
 """Meetings of robots: an agreed place and time, and who is missing."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -19,6 +21,12 @@ class Meeting(NamedTuple):
         way_m = float(robot.path_lengths_m([self.place])[0])
         left_s = (self.time_ns - robot.now_ns) / NS_PER_S
         return way_m < math.inf and way_m / speed_mps >= left_s
+
+    def shown(self, robot: ports.StrategyContext) -> Meeting:
+        """The same meeting, which people see from now on."""
+        text = f"{robot.name} meets at {self.time_ns / NS_PER_S:.0f} s"
+        robot.show("meeting", [ports.Mark(*self.place, text)])
+        return self
 
     def drive(self, robot: ports.StrategyContext, near_m: float) -> None:
         """Go there; stand once it is near: not all fit into one place."""

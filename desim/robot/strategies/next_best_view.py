@@ -24,4 +24,7 @@ class NextBestView:
             gain_m2 = context.gain_m2(frontier[:2])
             return gain_m2 * math.exp(-self._decay_per_m * frontier.path_m)
 
-        return max(context.frontiers(), key=utility, default=None)
+        utilities = {frontier: utility(frontier) for frontier in context.frontiers()}
+        context.show("utility", (ports.Mark(*one[:2], f"{value:.2g}")
+                                 for one, value in utilities.items()))
+        return max(utilities, key=lambda one: utilities[one], default=None)

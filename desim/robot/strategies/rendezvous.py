@@ -58,7 +58,8 @@ class Rendezvous:
             return
         params, now_ns = self._params, robot.now_ns
         if self._meeting is None:
-            self._meeting = Meeting(ports.Place(*robot.pose[:2]), now_ns + params.interval_ns)
+            self._meeting = Meeting(ports.Place(*robot.pose[:2]), now_ns + params.interval_ns
+                                    ).shown(robot)
         meeting, missing = self._meeting, self._missing(robot)
         if self._attends or missing and meeting.is_due(robot, params.speed_mps):
             self._attends = True
@@ -114,7 +115,7 @@ class Rendezvous:
     def _part(self, robot: ports.StrategyContext, meeting: Meeting) -> None:
         """Explore until the next meeting."""
         was_there, self._attends, self._together_ns = self._attends, False, None
-        self._meeting = meeting
+        self._meeting = meeting.shown(robot)
         chosen = self.choose(robot) if was_there and robot.pose is not None else None
         if chosen is not None:
             robot.go(chosen)

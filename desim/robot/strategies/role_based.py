@@ -75,7 +75,8 @@ class RoleBased:
             return False
         if self._home is None:
             self._home = ports.Place(*robot.pose[:2])
-            self._meeting = Meeting(self._home, robot.now_ns + self._params.interval_ns)
+            self._meeting = Meeting(self._home, robot.now_ns + self._params.interval_ns
+                                    ).shown(robot)
         return True
 
     def _hears(self, robot: ports.StrategyContext, name: str | None) -> bool:
@@ -119,7 +120,7 @@ class RoleBased:
         way_m = float(robot.path_lengths_m([place], self._home)[0])
         trip_s = 2 * way_m / params.speed_mps if way_m < 1e6 else 0.0
         time_ns = robot.now_ns + max(params.interval_ns, round(trip_s * 1e9))
-        self._meeting = Meeting(place, time_ns)
+        self._meeting = Meeting(place, time_ns).shown(robot)
         robot.publish("meeting", {"with": self._partner, "at": place, "time_ns": time_ns})
         if not self._free:
             self._go_free(robot)
@@ -128,7 +129,8 @@ class RoleBased:
 
     def _agree(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
         if message.content["with"] == robot.name and self._is_set(robot):
-            self._meeting = Meeting(ports.Place(*message.content["at"]), message.content["time_ns"])
+            self._meeting = Meeting(ports.Place(*message.content["at"]),
+                                    message.content["time_ns"]).shown(robot)
             self._free, self._carries = False, True
 
     def _mind_relaying(self, robot: ports.StrategyContext) -> None:
@@ -140,7 +142,7 @@ class RoleBased:
             if self._free:  # it is back: bring home what it knows
                 self._free, self._carries = False, True
                 late_ns = robot.now_ns + params.interval_ns
-                self._meeting = self._meeting._replace(time_ns=late_ns)
+                self._meeting = self._meeting._replace(time_ns=late_ns).shown(robot)
         elif not self._free and robot.now_ns >= self._meeting.time_ns + params.failsafe_after_ns:
             self._go_free(robot)
         if self._free:

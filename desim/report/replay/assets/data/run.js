@@ -22,8 +22,8 @@ class Run {
     this.partCount = new Table("part", ["count"]);
     this.link = new Table("link", ["ns", "host", "other", "linked"]);
     this.sees = new Table("sees", ["ns", "believer", "other", "state"]);
-    this.plan = new Table("plan", ["ns", "robot", "kind", "count"]);
-    this.planPoint = new Table("plan", ["x_mm", "y_mm"]);
+    this.plan = new Table("plan", ["ns", "host", "kind", "count"]);
+    this.planPoint = new Table("plan", ["x_mm", "y_mm", "text"]);
     this.second = new Table("second", ["us", "union", "explored", "distance_m", "rx_bytes",
       "tx_bytes"], ["explored", "distance_m", "rx_bytes", "tx_bytes"]);
     this.topic = new Table("topic", ["bytes", "messages", "latency_us", "longest_us", "lost"],
@@ -65,8 +65,9 @@ class Run {
   #joined(about) {
     const own = this.about;
     if (about === own) return {};
-    const [topics, families, reasons] = ["topics", "families", "reasons"].map((list) =>
-      about[list].map((name) => numberOf(own[list], name)));
+    const [topics, families, reasons, kinds, marks] =
+      ["topics", "families", "reasons", "plan_kinds", "marks"].map((list) =>
+        about[list].map((name) => numberOf(own[list], name)));
     topics.forEach((topic, k) => {
       own.topic_family[topic] = families[about.topic_family[k]];
       own.topic_kind[topic] = about.topic_kind[k];
@@ -78,6 +79,7 @@ class Run {
       return k < 0 ? new Int32Array(rows[0]?.length ?? 0) : rows[k];
     });
     return { message: { topic: through(topics), reason: through(reasons) },
+      plan: { kind: through(kinds), text: through(marks) },
       topic: Object.fromEntries(Object.keys(this.topic.lists).map((name) => [name, byFamily])) };
   }
 

@@ -54,6 +54,18 @@ const SYMBOLS = [
     context.strokeStyle = theme.hues[0];
     for (const [dx, dy] of [[-14, 3], [-2, -4], [11, 2]]) frontierMark(context, x + dx, y + dy);
   }],
+  ["what a strategy shows: a utility, a bid, a meeting", (context, theme, x, y, labels) => {
+    context.fillStyle = theme.hues[0];
+    context.beginPath();
+    circle(context, x - 20, y, 2);
+    context.fill();
+    putLabel(context, labels("12 m"), x - 14, y);
+  }],
+  ["where SLAM takes the robot to be", (context, theme, x, y) => {
+    symbolRobot(context, theme, x - 8, y);
+    context.strokeStyle = theme.hues[0];
+    believedRing(context, x - 8, y, x + 10, y - 4, 6);
+  }],
   ["link: frames get from one to the other", (context, theme, x, y) => symbolLine(context, x, y, {
     strokeStyle: theme.soft, lineWidth: 1, globalAlpha: 0.6 })],
   ["link that has just broken (dashed) or come", (context, theme, x, y) => {

@@ -1,7 +1,8 @@
-// Plans as lines of dots, goals as rings with a point, frontiers as open squares.
+// Plans as lines of dots, goals as rings with a point, frontiers as open squares; marks, which
+// strategies show, as points with words.
 
-const PLAN = 0, GOAL = 1, FRONTIERS = 2;
-const FRONTIERS_OF_ALL = 3;  // robots: of a larger fleet the frontiers of the selected one only
+const PLAN = 0, GOAL = 1, FRONTIERS = 2, PATH = 3, POSE = 4, FIRST_MARKS = 5;
+const DETAILS_OF_ALL = 3;  // robots: of a larger fleet frontiers and marks of the selected one only
 
 class Plans {
   constructor(run) {
@@ -9,48 +10,76 @@ class Plans {
     this.lists = plansOf(run);
   }
 
-  // The last plan, goal or frontiers that a robot showed by the time; null: none, or given up.
-  shown(robot, kind, timeS) {
-    const list = this.lists[robot][kind], at = countUpTo(list.ns, Math.round(timeS * NS)) - 1;
+  // What a host showed last by the time, of a kind; null: nothing, or given up.
+  shown(host, kind, timeS) {
+    const list = this.lists[host][kind];
+    if (!list) return null;
+    const at = countUpTo(list.ns, Math.round(timeS * NS)) - 1;
     if (at < 0 || list.counts[at] === 0) return null;
-    return { from: list.offsets[at], count: list.counts[at] };
+    return { ns: list.ns[at], from: list.offsets[at], count: list.counts[at] };
   }
 
   key(view) {
-    if (!this.#areDrawn(view)) return "";
     const rows = countUpTo(this.run.plan.at.ns, Math.round(view.timeS * NS));
     return `${view.moves} ${rows} ${view.chosen} ${view.up.changes}`;
   }
 
-  #areDrawn(view) {
-    return view.chosen >= 0 || !this.run.isLarge;
+  // Whether details of a robot are drawn: the selected one, or any of a small fleet.
+  isDetailed(view, robot) {
+    return robot === view.chosen || (view.chosen < 0 && this.run.robots.length <= DETAILS_OF_ALL);
   }
 
   draw(context, camera, view) {
-    const count = this.run.robots.length, { chosen, timeS } = view;
-    if (!this.#areDrawn(view)) return;
+    const { chosen, timeS } = view, { hostOfRobot, robots } = this.run;
     const { x_mm: xs, y_mm: ys } = this.run.planPoint.at;
     const x = (i) => camera.sx(xs[i] / 1000), y = (i) => camera.sy(ys[i] / 1000);
     context.save();
-    for (let robot = 0; robot < count; robot++) {
-      const strong = robot === chosen;
-      if ((chosen >= 0 && !strong) || !view.up.robots[robot]) continue;
+    for (let robot = 0; robot < robots.length; robot++) {
+      const strong = robot === chosen, host = hostOfRobot[robot];
+      if (!strong && (chosen >= 0 || this.run.isLarge)) continue;
+      if (!view.up.robots[robot]) continue;
       context.strokeStyle = context.fillStyle = robotColour(view.theme, robot);
       context.globalAlpha = strong ? 1 : 0.7;
-      const plan = this.shown(robot, PLAN, timeS), goal = this.shown(robot, GOAL, timeS);
+      const plan = this.shown(host, PLAN, timeS), goal = this.shown(host, GOAL, timeS);
       if (plan) {
         context.beginPath();
         this.#ahead(context, camera, view, robot, plan);
         strokePlan(context, strong);
       }
       if (goal) goalMark(context, x(goal.from), y(goal.from), strong);
-      const frontiers = strong || count <= FRONTIERS_OF_ALL
-        ? this.shown(robot, FRONTIERS, timeS) : null;
+      if (!this.isDetailed(view, robot)) continue;
+      const frontiers = this.shown(host, FRONTIERS, timeS);
       for (let i = 0; i < (frontiers?.count ?? 0); i++) {
         frontierMark(context, x(frontiers.from + i), y(frontiers.from + i));
       }
+      this.#marks(context, camera, view, host, robotColour(view.theme, robot));
     }
+    context.globalAlpha = 1;
+    this.run.hosts.forEach((_, host) => {  // coordinators
+      if (this.run.robotOfHost[host] < 0) this.#marks(context, camera, view, host, view.theme.ink);
+    });
     context.restore();
+  }
+
+  // The points and words that the strategy of a host shows.
+  #marks(context, camera, view, host, colour) {
+    const { x_mm: xs, y_mm: ys, text } = this.run.planPoint.at, { theme, ratio } = view;
+    const style = { font: `500 10px ${theme.sans}`, lineHeight: 12, colour: theme.ink,
+      halo: theme.halo, ratio };
+    const taken = [];
+    context.fillStyle = colour;
+    for (let kind = FIRST_MARKS; kind < this.run.about.plan_kinds.length; kind++) {
+      const marks = this.shown(host, kind, view.timeS);
+      for (let i = marks?.from; i < marks?.from + marks?.count; i++) {
+        const sx = camera.sx(xs[i] / 1000), sy = camera.sy(ys[i] / 1000);
+        context.beginPath();
+        circle(context, sx, sy, 2);
+        context.fill();
+        const label = view.labels.of(this.run.about.marks[text[i]], style);
+        putWhereFree(context, taken, label, [sx + 6, sx - 6 - label.wide], sy)
+          || putWhereFree(context, taken, label, [sx + 6, sx - 6 - label.wide], sy + LINE_PX + 2);
+      }
+    }
   }
 
   // The part of a plan that is still to be driven, from the point nearest to the robot.
@@ -96,13 +125,13 @@ function frontierMark(context, x, y) {
   context.strokeRect(x - 3, y - 3, 6, 6);
 }
 
-// By robot and kind: the times of its plans, and where their points stand.
+// By host and kind: the times of what it showed, and where the points stand.
 function plansOf(run) {
-  const lists = run.robots.map(() => [0, 1, 2].map(() => ({ ns: [], offsets: [], counts: [] })));
-  const { ns, robot, kind, count } = run.plan.at;
+  const lists = run.hosts.map(() => []);
+  const { ns, host, kind, count } = run.plan.at;
   let offset = 0;
   for (let k = 0; k < run.plan.length; k++) {
-    const list = lists[robot[k]][kind[k]];
+    const list = lists[host[k]][kind[k]] ??= { ns: [], offsets: [], counts: [] };
     list.ns.push(ns[k]); list.offsets.push(offset); list.counts.push(count[k]);
     offset += count[k];
   }

@@ -6,6 +6,7 @@ const LAYERS = {
   fans: { words: "laser fans", isIn: (run) => Boolean(run.about.laser) },
   paths: { words: "paths", isIn: () => true },
   plans: { words: "plans and goals", isIn: (run) => run.plan.length > 0 },
+  slam: { words: "believed poses", isIn: (run) => run.plan.at.kind?.includes(POSE) },
   links: { words: "links", isIn: (run) => run.link.length > 0 },
   loads: { words: "load of links", isIn: (run) => run.load.length > 0 },
   messages: { words: "messages", isIn: (run) => run.message.length > 0 },
@@ -39,6 +40,7 @@ class Scene {
       [["plans", this.plans]],
       [
         [null, new Obstacles(run)],
+        ["slam", new BelievedPoses(run, this.plans)],
         ["links", new Flashes(links)],
         [null, new Robots(run, SOLID)],
         [null, this.hosts],
