@@ -41,8 +41,8 @@ def map_age_s(maps: Mapping[str, RobotMap | None], now_ns: int) -> float | None:
     pairs = len(up) * (len(up) - 1)
     if not pairs:
         return None
-    heard_ns = sum(max(layer.newest, 0) for robot_map in up.values()
-                   for name, layer in robot_map.received.items() if name in up)
+    heard_ns = sum(max(layer.newest, 0) for own, robot_map in up.items()
+                   for name, layer in robot_map.received.items() if name in up and name != own)
     return (now_ns - heard_ns / pairs) / NS_PER_S
 
 

@@ -18,6 +18,7 @@ from desim.ports import GridSpec, Peer, Pose2D
 from desim.ports.sharing import (
     Contribution,
     FollowsScans,
+    LimitsSight,
     Scan,
     SharedMessage,
     Sharing,
@@ -32,16 +33,16 @@ from desim.units import NS_PER_S
 
 class MapSharing(Node):
     """Runs ``sharing`` (None: the robot shares nothing) and hands what it takes in to
-    ``robot_map`` and ``team``.
+    ``robot_map`` and ``team``. ``drawn`` is the map of its own scans, often the same.
 
     The event ``map`` announces to other nodes of the host that this changed the map, the event
     ``peers`` that ``team`` has one peer more.
     """
 
     def __init__(self, host: Host, sharing: Sharing | None, robot_map: RobotMap,
-                 peers: tuple[str, ...], team: Team) -> None:
+                 peers: tuple[str, ...], team: Team, drawn: RobotMap) -> None:
         super().__init__(host, "map_sharing")
-        self.robot_map, self.peers, self.team = robot_map, peers, team
+        self.robot_map, self.peers, self.team, self.drawn = robot_map, peers, team, drawn
         self._sharing = sharing
         self._pose = Latest(host)
 
@@ -55,7 +56,7 @@ class MapSharing(Node):
         context = MapContext(self)
         sharing.start(context)
         if isinstance(sharing, FollowsScans):
-            self.robot_map.scan_observers.append(partial(sharing.on_scan, context))
+            self.drawn.scan_observers.append(partial(sharing.on_scan, context))
 
     @property
     def pose(self) -> Pose2D | None:
@@ -81,18 +82,34 @@ class MapSharing(Node):
             self.publish("map", Empty())
 
 
-class MapAccess:
-    """The part of a ``SharingContext`` that is about the robot's map."""
+def drawn_beside(robot_map: RobotMap, sharing: Sharing | None) -> RobotMap:
+    """The map of the robot's own scans: ``robot_map`` itself, or one beside it, where map sharing
+    limits sight."""
+    sight_m = sharing.sight_m if isinstance(sharing, LimitsSight) else None
+    if sight_m is None:
+        return robot_map
+    drawn = RobotMap(robot_map.spec, robot_map.pool)
 
-    def __init__(self, robot_map: RobotMap) -> None:
-        self._map = robot_map
+    def see_near_by(pose: Pose2D, scan: LaserScan, usable_range_m: float) -> None:
+        robot_map.integrate_scan(*pose, scan, min(sight_m, usable_range_m))
+
+    drawn.scan_observers.append(see_near_by)
+    return drawn
+
+
+class MapAccess:
+    """The part of a ``SharingContext`` that is about the robot's map. ``drawn``: see
+    ``MapSharing``."""
+
+    def __init__(self, robot_map: RobotMap, drawn: RobotMap) -> None:
+        self._map, self._drawn = robot_map, drawn
 
     @property
     def grid(self) -> GridSpec:
         return self._map.spec
 
     def own(self) -> LayerSnapshot:
-        return self._map.own.snapshot()
+        return self._drawn.own.snapshot()
 
     def received(self) -> Mapping[str, Received]:
         return self._map.received
@@ -112,7 +129,7 @@ class MapContext(MapAccess):
     """The ``SharingContext`` of a host."""
 
     def __init__(self, node: MapSharing) -> None:
-        super().__init__(node.robot_map)
+        super().__init__(node.robot_map, node.drawn)
         self._node = node
 
     @property

@@ -39,9 +39,11 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     queries = _queries(scenario, robot_map, body.radius_m)
     with below("coordination"):
         strategy = _strategy(coordination)
+    sharing = _sharing(coordination.exchange)
+    drawn = map_sharing.drawn_beside(robot_map, sharing)
     nodes: list[Node] = [
-        *_localization(host, robot, robot_map, start),
-        map_sharing.MapSharing(host, _sharing(coordination.exchange), robot_map, peers, team),
+        *_localization(host, robot, drawn, start),
+        map_sharing.MapSharing(host, sharing, robot_map, peers, team, drawn),
         move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
     ]
@@ -63,7 +65,7 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
         strategy = _strategy(choice)
     nodes: list[Node] = [
         map_sharing.MapSharing(host, _sharing(scenario.coordination.exchange), robot_map, robots,
-                               team),
+                               team, robot_map),
         Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team, task),
     ]
     if scenario.coordination.team_state is not None:

@@ -53,7 +53,7 @@ class SharingBench(MapAccess):
     def __init__(self, sharing: Sharing, name: str, team: tuple[str, ...], pool: TilePool,
                  now_ns: int = 0) -> None:
         self.robot_map = RobotMap(GRID, pool)
-        super().__init__(self.robot_map)
+        super().__init__(self.robot_map, self.robot_map)
         self.name, self.team, self.now_ns = name, team, now_ns
         self.pose: Pose2D | None = None
         self.published: list[tuple[str, SharedMessage]] = []

@@ -11,7 +11,7 @@ from pydantic import Field
 from desim import ports
 from desim.middleware.contents import POSE_STAMPED_BYTES
 from desim.ports import Pose2D
-from desim.ports.sharing import Contribution, Scan, SharedMessage, SharingContext
+from desim.ports.sharing import Contribution, Evidence, Scan, SharedMessage, SharingContext
 from desim.robot.sharing.map_message import MapFormat, MapUpdate
 from desim.units import NS_PER_S, Length, Pace
 
@@ -40,6 +40,9 @@ class MrsTestbed:
     ``max_distance``; it stays the partner until it is merged, also out of reach. The distance
     decides on merging alone: messages go to all.
 
+    With ``sight`` the robot waits for whole rounds for its own map, too, as the published explore
+    does; alone, it never gets it.
+
     Not modelled: the questions to the master ten times a second, which robots there are.
     """
 
@@ -51,6 +54,10 @@ class MrsTestbed:
         period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
         max_distance_m: Length = Field("200 m", description=(
             "(the paper, 5.1; the published launch file says 100 m, the code 10 m)"))
+        sight_m: Length | None = Field(None, gt=0, description=(
+            "the robot plans with maps of whole rounds, and beside them with what it sees itself "
+            "up to here (3 m in the published explore_costmap.yaml, raytrace_range; null: with its "
+            "own map at once)"))
 
     def __init__(self, params: Params) -> None:
         self._params = params
@@ -60,6 +67,12 @@ class MrsTestbed:
         self._maps: dict[str, MapUpdate] = {}  # likewise
         self._partner: str | None = None
         self._merged: dict[str, MapUpdate] = {}  # in this round, in order
+        self._own: tuple[int, Evidence] | None = None  # as of the round's first merging
+
+    @property
+    def sight_m(self) -> float | None:
+        """See ``ports.sharing.LimitsSight``."""
+        return self._params.sight_m
 
     def start(self, context: SharingContext) -> None:
         self._codec = MapFormat(context.grid, "full", "raw")
@@ -88,11 +101,15 @@ class MrsTestbed:
         partner = self._partner
         if partner in self._maps and self._own_is_fresh:
             self._own_is_fresh, self._partner = False, None
+            self._own = self._own or (context.now_ns, context.own())
             self._merged[partner] = self._maps.pop(partner)
             if len(self._merged) == len(context.team):
-                context.take_in([Contribution(update.source, update.version, None, update.layer)
-                                 for update in self._merged.values()])
-                self._merged = {}
+                own = [] if self.sight_m is None else [Contribution(
+                    context.name, self._own[0], None, self._own[1])]
+                context.take_in([*own, *(
+                    Contribution(update.source, update.version, None, update.layer)
+                    for update in self._merged.values())])
+                self._merged, self._own = {}, None
 
     def _listen(self, context: SharingContext, heard: Sequence[SharedMessage]) -> None:
         """Note the poses of teammates."""

@@ -13,7 +13,7 @@ from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from desim.ports import GridSpec
 from desim.robot.fusion import robot_map_of
-from desim.robot.map_sharing import MapSharing
+from desim.robot.map_sharing import MapSharing, drawn_beside
 from desim.robot.team import Team
 from desim.robot.tiles import TilePool, fuse
 from netmodels.ideal import Ideal
@@ -77,7 +77,7 @@ class Fleet:
         self.medium = Medium("air", Ideal(Ideal.Params()), list(rules), kernel=self.kernel,
                              names=names, streams=streams, hosts=list(hosts), place=Nowhere(3))
         self.graph.attach(self.medium)
-        self.pool, self.maps, self.heard, self.log = TilePool(), {}, {}, []
+        self.pool, self.maps, self.drawn, self.heard, self.log = TilePool(), {}, {}, {}, []
         self.sharing, self.fusion = sharing, fusion
         for name, own in zip(hosts, seconds, strict=True):
             self.graph.host(name).software = lambda host, own=own: self._nodes(host, own)
@@ -86,9 +86,11 @@ class Fleet:
     def _nodes(self, host, seconds):
         robot_map = self.maps[host.name] = robot_map_of(SPEC, self.pool, self.fusion)
         others = tuple(other.name for other in self.graph.hosts if other is not host)
-        return [Explorer(host, robot_map, seconds), Ear(host, self.log, others),
-                MapSharing(host, self.sharing(), robot_map, others,
-                           self.heard.setdefault(host.name, Team((), 0)))]
+        sharing = self.sharing()
+        drawn = self.drawn[host.name] = drawn_beside(robot_map, sharing)
+        return [Explorer(host, drawn, seconds), Ear(host, self.log, others),
+                MapSharing(host, sharing, robot_map, others,
+                           self.heard.setdefault(host.name, Team((), 0)), drawn)]
 
     def run(self, until_s):
         self.kernel.run(until_s * S)

@@ -62,6 +62,20 @@ def test_mrs_testbed_merges_with_near_robots_only():
         [], ["robot_1", "robot_3"], []]
 
 
+def test_with_limited_sight_a_robot_waits_for_whole_rounds_for_its_own_map_too():
+    everywhere = [set(range(60))] * 3
+    fleet = Fleet(of(MrsTestbed, sight="1 m"), everywhere, fusion="greedy").run(60)
+    for name, robot_map in fleet.maps.items():
+        drawn, near = fleet.drawn[name].own.snapshot(), robot_map.own.snapshot()
+        known = [np.count_nonzero(layer.cells()) for layer in (near, robot_map.received[name],
+                                                               drawn)]
+        assert known[0] < known[1] <= known[2]
+        assert sorted(robot_map.received) == ["robot_1", "robot_2", "robot_3"]
+    silent = Fleet(of(MrsTestbed, sight="1 m"), [*everywhere[:2], set()]).run(60)
+    assert not silent.maps["robot_1"].received
+    assert np.count_nonzero(silent.maps["robot_1"].fused) > 0  # what it sees near by
+
+
 def test_frontiers_are_a_pose_and_grid_cells():
     fleet = Fleet(of(Frontiers), [{1}, set(), set()]).run(12)
     edge = frontier_cells(raster(SPEC, own_cells(fleet, "robot_1")))
