@@ -192,13 +192,13 @@ class Sharing(Protocol):
 
 
 @runtime_checkable
-class LimitsSight(Protocol):
+class PlansWithMerged(Protocol):
     """Map sharing that makes the map with which the robot plans: of what it hands over
     (``take_in``, also under the robot's own name), and of what the robot sees near by. ``own`` is
     the plug-in's alone."""
 
     @property
-    def sight_m(self) -> float | None:
+    def raytrace_range_m(self) -> float | None:
         """The range of near by. None: no limit, the robot plans with all that it sees, at once."""
 
 

@@ -18,7 +18,7 @@ from desim.ports import GridSpec, Peer, Pose2D
 from desim.ports.sharing import (
     Contribution,
     FollowsScans,
-    LimitsSight,
+    PlansWithMerged,
     Scan,
     SharedMessage,
     Sharing,
@@ -84,14 +84,14 @@ class MapSharing(Node):
 
 def drawn_beside(robot_map: RobotMap, sharing: Sharing | None) -> RobotMap:
     """The map of the robot's own scans: ``robot_map`` itself, or one beside it, where map sharing
-    limits sight."""
-    sight_m = sharing.sight_m if isinstance(sharing, LimitsSight) else None
-    if sight_m is None:
+    makes the map to plan with."""
+    raytrace_range_m = sharing.raytrace_range_m if isinstance(sharing, PlansWithMerged) else None
+    if raytrace_range_m is None:
         return robot_map
     drawn = RobotMap(robot_map.spec, robot_map.pool)
 
     def see_near_by(pose: Pose2D, scan: LaserScan, usable_range_m: float) -> None:
-        robot_map.integrate_scan(*pose, scan, min(sight_m, usable_range_m))
+        robot_map.integrate_scan(*pose, scan, min(raytrace_range_m, usable_range_m))
 
     drawn.scan_observers.append(see_near_by)
     return drawn

@@ -45,6 +45,9 @@ def test_a_better_goal_replaces_the_present_one_when_the_map_changes():
     strategy, context = explore(), StrategyBench([frontier(10, 20)])
     assert context.go(strategy.choose(context))
     context.known.append(frontier(-12, 60))
+    strategy.on_map(context)  # in the same instant: no more than once in a period
+    context.now_ns += 1_000_000_000
+    strategy.on_map(context)
     strategy.on_map(context)
     assert context.goals == [(10.0, 0.0), (-12.0, 0.0)]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from pydantic import Field
 
@@ -40,8 +40,9 @@ class MrsTestbed:
     ``max_distance``; it stays the partner until it is merged, also out of reach. The distance
     decides on merging alone: messages go to all.
 
-    With ``sight`` the robot waits for whole rounds for its own map, too, as the published explore
-    does; alone, it never gets it.
+    With ``raytrace_range`` the robot waits for whole rounds for its own map, too, as the published
+    explore does; alone, it never gets it. ``partners`` and ``hand_over`` take away a mechanism each,
+    to see what it does.
 
     Not modelled: the questions to the master ten times a second, which robots there are.
     """
@@ -54,10 +55,15 @@ class MrsTestbed:
         period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
         max_distance_m: Length = Field("200 m", description=(
             "(the paper, 5.1; the published launch file says 100 m, the code 10 m)"))
-        sight_m: Length | None = Field(None, gt=0, description=(
+        raytrace_range_m: Length | None = Field(None, gt=0, description=(
             "the robot plans with maps of whole rounds, and beside them with what it sees itself "
             "up to here (3 m in the published explore_costmap.yaml, raytrace_range; null: with its "
             "own map at once)"))
+        partners: Literal["one", "all"] = Field("one", description=(
+            "merged for each update of the own map (map_merging.cpp: one; all: with whoever has "
+            "sent a map)"))
+        hand_over: Literal["rounds", "merged"] = Field("rounds", description=(
+            "what was merged when all robots are (map_merging.cpp), or each at once"))
 
     def __init__(self, params: Params) -> None:
         self._params = params
@@ -70,9 +76,9 @@ class MrsTestbed:
         self._own: tuple[int, Evidence] | None = None  # as of the round's first merging
 
     @property
-    def sight_m(self) -> float | None:
-        """See ``ports.sharing.LimitsSight``."""
-        return self._params.sight_m
+    def raytrace_range_m(self) -> float | None:
+        """See ``ports.sharing.PlansWithMerged``."""
+        return self._params.raytrace_range_m
 
     def start(self, context: SharingContext) -> None:
         self._codec = MapFormat(context.grid, "full", "raw")
@@ -96,20 +102,33 @@ class MrsTestbed:
         self._listen(context, self._heard.news())
         for message in self._inbox.news():
             self._maps[message.source] = message.content
-        if self._partner is None:
-            self._partner = self._found(context)
-        partner = self._partner
-        if partner in self._maps and self._own_is_fresh:
-            self._own_is_fresh, self._partner = False, None
-            self._own = self._own or (context.now_ns, context.own())
-            self._merged[partner] = self._maps.pop(partner)
-            if len(self._merged) == len(context.team):
-                own = [] if self.sight_m is None else [Contribution(
-                    context.name, self._own[0], None, self._own[1])]
-                context.take_in([*own, *(
-                    Contribution(update.source, update.version, None, update.layer)
-                    for update in self._merged.values())])
-                self._merged, self._own = {}, None
+        if self._params.partners == "one":
+            self._partner = self._partner or self._found(context, context.team)
+            if self._own_is_fresh and self._partner in self._maps:
+                self._merge(context, self._partner)
+                self._partner = None
+        elif self._own_is_fresh:
+            waiting = [name for name in context.team if name in self._maps]
+            while (name := self._found(context, waiting)) is not None:
+                self._merge(context, name)
+
+    def _merge(self, context: SharingContext, partner: str) -> None:
+        self._own_is_fresh = False
+        self._own = self._own or (context.now_ns, context.own())
+        self._merged[partner] = self._maps.pop(partner)
+        ends = len(self._merged) == len(context.team)
+        if ends or self._params.hand_over == "merged":
+            self._hand_over(context)
+        if ends:
+            self._merged, self._own = {}, None
+
+    def _hand_over(self, context: SharingContext) -> None:
+        """Take in what this round has merged so far, and the own map of its beginning."""
+        merged = [Contribution(update.source, update.version, None, update.layer)
+                  for update in self._merged.values()]
+        if self.raytrace_range_m is not None and self._own is not None:
+            merged.insert(0, Contribution(context.name, self._own[0], None, self._own[1]))
+        context.take_in(merged)
 
     def _listen(self, context: SharingContext, heard: Sequence[SharedMessage]) -> None:
         """Note the poses of teammates."""
@@ -118,12 +137,12 @@ class MrsTestbed:
             context.take_in([Contribution(message.source, message.sent_ns, message.content.pose,
                                           None) for message in heard])
 
-    def _found(self, context: SharingContext) -> str | None:
+    def _found(self, context: SharingContext, names: Sequence[str]) -> str | None:
         """The next partner: of the robots in natural order, as the master lists topics."""
         own = context.pose
         if own is None:
             return None
-        for name in context.team:
+        for name in names:
             pose = self._poses.pop(name, None) if name not in self._merged else None
             if pose is not None and math.dist(own[:2], pose[:2]) < self._params.max_distance_m:
                 return name

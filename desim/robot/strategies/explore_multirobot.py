@@ -49,6 +49,7 @@ class ExploreMultirobot:
         self._goal = ports.Place(math.inf, math.inf)  # at the last look
         self._at = ports.Place(math.inf, math.inf)  # the robot's place likewise
         self._stalled_ns = 0
+        self._chosen_ns = 0  # the last look at frontiers
 
     def on_start(self, robot: ports.StrategyContext) -> None:
         if robot.has_body:
@@ -61,6 +62,8 @@ class ExploreMultirobot:
         """Replace the goal if another one is better now. Without news of the map none can be: on
         the way to the best frontier no other comes nearer faster."""
         if self._done or robot.goal is None:  # then ``choose`` is called
+            return
+        if robot.now_ns - self._chosen_ns < self._params.period_ns:
             return
         best = self._best(robot)
         if best is not None:
@@ -93,6 +96,7 @@ class ExploreMultirobot:
     def _best(self, robot: ports.StrategyContext) -> ports.Frontier | None:
         """The frontier of least cost that is not avoided; without any, the robot may be done."""
         resolution_m, params = robot.grid.resolution_m, self._params
+        self._chosen_ns = robot.now_ns
 
         def cost(frontier: ports.Frontier) -> float:
             potential = NEUTRAL * frontier.path_m / resolution_m

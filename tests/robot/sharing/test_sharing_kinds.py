@@ -62,16 +62,24 @@ def test_mrs_testbed_merges_with_near_robots_only():
         [], ["robot_1", "robot_3"], []]
 
 
-def test_with_limited_sight_a_robot_waits_for_whole_rounds_for_its_own_map_too():
+@pytest.mark.parametrize("mechanism, seconds", [({}, 2 * 5), ({"partners": "all"}, 5),
+                                                ({"hand_over": "merged"}, 5)])
+def test_each_mechanism_of_mrs_testbed_delays_maps(mechanism, seconds):
+    fleet = Fleet(of(MrsTestbed, **mechanism), [set(range(90))] * 3).run(90)
+    merged = [second for second, host, kind, _ in fleet.log if (host, kind) == ("robot_2", "map")]
+    assert np.median(np.diff(merged)) == pytest.approx(seconds, abs=1)
+
+
+def test_with_a_range_of_its_own_a_robot_waits_for_whole_rounds_for_its_own_map_too():
     everywhere = [set(range(60))] * 3
-    fleet = Fleet(of(MrsTestbed, sight="1 m"), everywhere, fusion="greedy").run(60)
+    fleet = Fleet(of(MrsTestbed, raytrace_range="1 m"), everywhere, fusion="greedy").run(60)
     for name, robot_map in fleet.maps.items():
         drawn, near = fleet.drawn[name].own.snapshot(), robot_map.own.snapshot()
         known = [np.count_nonzero(layer.cells()) for layer in (near, robot_map.received[name],
                                                                drawn)]
         assert known[0] < known[1] <= known[2]
         assert sorted(robot_map.received) == ["robot_1", "robot_2", "robot_3"]
-    silent = Fleet(of(MrsTestbed, sight="1 m"), [*everywhere[:2], set()]).run(60)
+    silent = Fleet(of(MrsTestbed, raytrace_range="1 m"), [*everywhere[:2], set()]).run(60)
     assert not silent.maps["robot_1"].received
     assert np.count_nonzero(silent.maps["robot_1"].fused) > 0  # what it sees near by
 
