@@ -41,8 +41,8 @@ class MrsTestbed:
     decides on merging alone: messages go to all.
 
     With ``raytrace_range`` the robot waits for whole rounds for its own map, too, as the published
-    explore does; alone, it never gets it. ``partners`` and ``hand_over`` take away a mechanism each,
-    to see what it does.
+    explore does; alone, it never gets it. ``partners`` and ``hand_over`` each take away one
+    mechanism, to see what it does.
 
     Not modelled: the questions to the master ten times a second, which robots there are.
     """

@@ -1,0 +1,126 @@
+"""The tables and figures of docs/studies/paper_findings.md, from the campaigns of findings.yaml and
+mechanisms.yaml, or their small versions, as far as they are done:
+
+    python scenarios/paper/findings_table.py results/findings
+    python scenarios/paper/findings_table.py results/mechanisms
+
+Prints Markdown, and of findings writes findings.png beside runs.parquet.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as parquet
+
+from desim.statistics.comparisons import holm, paired
+from desim.statistics.intervals import t_interval
+
+
+def time_s(run) -> float:
+    """The exploration time, or the time limit."""
+    reached = run["exploration_time_s"]
+    return run["simulated_s"] if reached is None else reached
+
+
+def levels(runs, name):
+    """The levels of a parameter, in the campaign's order."""
+    return list(dict.fromkeys(run[name] for run in runs))
+
+
+def spread(values) -> str:
+    """Mean and half of the 95 % interval."""
+    interval = t_interval(values)
+    half = "" if interval.half_width is None else f" ± {interval.half_width:.0f}"
+    return f"{interval.mean:.0f}{half}"
+
+
+def cell(runs) -> str:
+    """Time, way, and how many were late, of runs of one vector."""
+    if not runs:
+        return "–"
+    late = sum(run["exploration_time_s"] is None for run in runs)
+    return (f"{spread([time_s(run) for run in runs])}"
+            f" ({np.mean([run['exploration_cost_m'] for run in runs]) / 1000:.1f} km"
+            + (f", {late} of {len(runs)} late)" if late else ")"))
+
+
+def findings(runs, folder: Path) -> None:
+    """Times and ways against the fleet's size, by terrain and by the map that explore plans with.
+    """
+    sizes = sorted(levels(runs, "robots"))
+    columns = [(terrain, own) for terrain in levels(runs, "terrain")
+               for own in levels(runs, "own_map")]
+    print("| robots |", " | ".join(f"{terrain}, {own}" for terrain, own in columns), "|")
+    print("|---" * (len(columns) + 1) + "|")
+    for size in sizes:
+        print(f"| {size} |", " | ".join(cell([
+            run for run in runs if (run["robots"], run["terrain"], run["own_map"])
+            == (size, *column)]) for column in columns), "|")
+    figure(runs, sizes, columns, folder / "findings.png")
+
+
+def figure(runs, sizes, columns, path: Path) -> None:
+    """Exploration time and cost against the fleet's size, single runs as dots."""
+    from matplotlib import pyplot
+
+    shown, panels = pyplot.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    for number, (terrain, own) in enumerate(columns):
+        some = [run for run in runs if (run["terrain"], run["own_map"]) == (terrain, own)]
+        there = [size for size in sizes if any(run["robots"] == size for run in some)]
+        for panel, value in zip(panels, (time_s, lambda run: run["exploration_cost_m"] / 1000),
+                                strict=True):
+            means = [np.mean([value(run) for run in some if run["robots"] == size])
+                     for size in there]
+            panel.plot(there, means, color=f"C{number}", label=f"{terrain}, {own}")
+            panel.plot([run["robots"] for run in some], [value(run) for run in some], ".",
+                       color=f"C{number}", ms=3)
+    for panel, label in zip(panels, ("exploration time, s", "way of all robots, km"), strict=True):
+        panel.set(xlabel="robots", ylabel=label, ylim=(0, None))
+        panel.grid(alpha=0.3)
+    panels[0].axhspan(250, 349, color="0.85", zorder=0)  # 8 robots in the maze, the issue's band
+    panels[0].legend(fontsize="small")
+    shown.savefig(path, dpi=110)
+
+
+def mechanisms(runs) -> None:
+    """Each mechanism taken away, against none, seed by seed: the share of time, geometric mean, its
+    95 % interval, p of the paired t test by Holm, how many seeds became faster."""
+    for size in sorted(levels(runs, "robots")):
+        some = [run for run in runs if run["robots"] == size]
+        times = {name: {run["seed"]: time_s(run) for run in some if run["without"] == name}
+                 for name in levels(some, "without")}
+        whole = times["nothing"]
+        pairs = {}
+        for name, own in times.items():
+            seeds = [seed for seed in own if seed in whole]
+            if name != "nothing" and len(seeds) > 1:
+                pairs[name] = paired(np.log([own[seed] for seed in seeds]),
+                                     np.log([whole[seed] for seed in seeds]))
+        adjusted = dict(zip(pairs, holm([one.t_p or 1.0 for one in pairs.values()]), strict=True))
+        print(f"\n| {size} robots without | time, s | share of time | p | faster |")
+        print("|---|---|---|---|---|")
+        for name, own in times.items():
+            late = sum(run["exploration_time_s"] is None for run in some
+                       if run["without"] == name)
+            row = [spread(list(own.values())) + (f" ({late} late)" if late else ""), "1", "", ""]
+            if name in pairs:
+                low, mean, high = np.exp([pairs[name].difference.low, pairs[name].difference.mean,
+                                          pairs[name].difference.high])
+                row[1:] = [f"{mean:.2f} ({low:.2f} to {high:.2f})", f"{adjusted[name]:.2g}",
+                           f"{pairs[name].below} of {len(own)}"]
+            print(f"| {name.replace('_', ' ')} |", " | ".join(row), "|")
+
+
+def main(campaign: Path) -> None:
+    runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
+    if "without" in runs[0]:
+        mechanisms(runs)
+    else:
+        findings(runs, campaign)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
