@@ -17,6 +17,7 @@ import numpy as np
 MAP_FRAME_BYTES = len("/p3dx0_tf/map")
 ODOM_FRAME_BYTES = len("/p3dx0_tf/odom")
 BASE_FRAME_BYTES = len("/p3dx0_tf/base_footprint")
+BASE_LINK_FRAME_BYTES = len("/p3dx0_tf/base_link")
 LASER_FRAME_BYTES = len("/p3dx0_tf/base_laser_link")
 
 
@@ -35,6 +36,11 @@ def laser_scan_bytes(beams: int) -> int:
 def occupancy_grid_bytes(cells: int) -> int:
     """nav_msgs/OccupancyGrid: 96 + frame id + one byte a cell."""
     return 96 + MAP_FRAME_BYTES + cells
+
+
+def tf_message_bytes(frame_bytes: int, child_bytes: int) -> int:
+    """tf/tfMessage with one transform: 80 + frame id + child frame id."""
+    return 80 + frame_bytes + child_bytes
 
 
 ODOMETRY_BYTES = 700 + ODOM_FRAME_BYTES + BASE_FRAME_BYTES  # nav_msgs/Odometry

@@ -13,7 +13,7 @@ from desim.middleware.graph import Graph
 from desim.units import NS_PER_S
 
 KINDS = ("coordination", "monitoring", "simulation")
-SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel"})
+SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel", "tf"})
 
 
 class Totals(NamedTuple):
@@ -51,7 +51,9 @@ def family(topic: str, hosts: frozenset[str]) -> str:
 
 def kind(topic: str) -> str:
     """The paper's three kinds of traffic: between simulator and controllers, among controllers,
-    and from controllers to the monitor."""
+    and from controllers to the monitor. A fleet's common ``/tf`` is among controllers."""
+    if topic == "/tf":
+        return "coordination"
     if topic.rpartition("/")[2] in SENSORS:
         return "simulation"
     is_coordination = (topic.startswith("/map_exchange/") or "/strategy/" in topic

@@ -8,7 +8,7 @@ from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
 from desim.ports.sharing import Sharing
-from desim.robot import localization, map_sharing, mapping, monitor_feed
+from desim.robot import localization, map_sharing, mapping, monitor_feed, transform_broadcaster
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
 from desim.robot.navigation import global_costmap, move_base
@@ -49,6 +49,10 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     ]
     if coordination.team_state is not None:
         nodes.append(TeamStateNode(host, coordination.team_state, team, peers, has_body=True))
+    if robot.tf != "none":
+        nodes.append(transform_broadcaster.TransformBroadcaster(
+            host, "tf", transform_broadcaster.of_software(host.name, robot.tf),
+            transform_broadcaster.topic_of(host.name, robot.tf)))
     if monitored:
         nodes.append(monitor_feed.MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
     return nodes

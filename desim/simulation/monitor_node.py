@@ -8,21 +8,23 @@ from desim.middleware.node import Node
 
 
 class MonitorNode(Node):
-    """Subscribes to every robot's explored map and travelled distance.
+    """Subscribes to every robot's explored map and travelled distance, and to its goal's ``cost``
+    and ``gain`` where they are published.
 
     The traffic between controllers and monitor ends here: it is counted and timed like any other.
     The verdict on the run does not depend on it: the monitor itself watches out of band, so that no
     load can delay it.
     """
 
-    def __init__(self, host: Host, robots: tuple[str, ...]) -> None:
+    def __init__(self, host: Host, robots: tuple[str, ...], hears_cost: bool) -> None:
         super().__init__(host, "monitor")
         self._robots = robots
+        self._topics = ("explored_map", "distance", *(("cost", "gain") if hears_cost else ()))
 
     def start(self) -> None:
         for robot in self._robots:
-            self.subscribe(f"/{robot}/explored_map", self._received)
-            self.subscribe(f"/{robot}/distance", self._received)
+            for topic in self._topics:
+                self.subscribe(f"/{robot}/{topic}", self._received)
 
     def _received(self, message: Message) -> None:
         """Do nothing: the arrival is in the trace."""

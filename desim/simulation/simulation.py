@@ -30,6 +30,7 @@ from desim.robot.robot_map import RobotMap
 from desim.robot.software import coordinator_software, robot_software
 from desim.robot.team import Team
 from desim.robot.tiles import TilePool
+from desim.robot.transform_broadcaster import TransformBroadcaster, of_odometry
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan, plan
@@ -142,8 +143,10 @@ class Simulation:
             driver = Driver(host, self.world, host_plan.drives, scenario.robot.scanner)
             self._drivers[host.name] = driver
             nodes.append(driver)
+            nodes += self._odometry_transforms(host, host_plan)
         if host_plan.monitor:
-            nodes.append(MonitorNode(host, self._explorers))
+            nodes.append(MonitorNode(host, self._explorers,
+                                     scenario.robot.exploration.publishes_cost))
         if host_plan.software is not None:
             robot_map = self._map()
             self._watch(host.name, robot_map)
@@ -160,6 +163,15 @@ class Simulation:
         if robot_map is not None and self._terrain_map is not None:
             nodes.append(MapServer(host, robot_map, self._terrain_map))
         return nodes
+
+    def _odometry_transforms(self, host: Host, host_plan: HostPlan) -> list[Node]:
+        """The node that publishes odometry as tf, if the scenario has that."""
+        robot = self.scenario.robot
+        if robot.tf == "none":
+            return []
+        names = [self.world.robots[driven] for driven in host_plan.drives]
+        return [TransformBroadcaster(host, "odometry_tf", of_odometry(
+            names, robot.odometry.rate_hz, robot.tf), None)]
 
     def _known_start(self, robot: int) -> Pose2D | None:
         """The pose of ``robot`` at the start of the run, which its launch file has; None later."""

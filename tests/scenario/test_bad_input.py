@@ -48,7 +48,7 @@ WRONG = {
         "task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
         "2:9: robot.<<: unknown key; allowed: localization, slam, laser, odometry, mapping, "
-        "navigation, exploration, passive"]),
+        "navigation, exploration, tf, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
         "model, fusion, content, encoding, period, via"]),

@@ -9,7 +9,7 @@ import numpy as np
 
 from desim.engine.trace import bits
 from desim.errors import ModelError, class_of
-from desim.middleware.contents import Goal, GoalResult
+from desim.middleware.contents import Float64, Goal, GoalResult
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -33,12 +33,14 @@ _VETOES = 5  # refusals after which a strategy that insists on such a frontier g
 
 class Target(NamedTuple):
     """The goal of the robot: its ``cell`` at the unknown's edge, the highest cost that cells of its
-    frontier may have, and their number, 0 for a place that is no frontier."""
+    frontier may have, and their number, 0 for a place that is no frontier; the way there when it
+    was chosen, NaN if that is not known."""
 
     place: Place
     cell: int
     highest: int
     cells: int
+    way_m: float
 
 
 class Explore(Node):
@@ -54,6 +56,7 @@ class Explore(Node):
                  task: object = None) -> None:
         super().__init__(host, "explore")
         self._rate_hz, self._strategy, self._queries = exploration.rate_hz, strategy, queries
+        self._publishes_cost = exploration.publishes_cost
         self._costmap, self._planner = queries.costmap, queries.planner
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
         self._context = HostContext(self, team, queries, self, task)
@@ -71,6 +74,9 @@ class Explore(Node):
 
     def start(self) -> None:
         self.advertise("goal")
+        if self._publishes_cost:
+            self.advertise("cost")
+            self.advertise("gain")
         self._pose = self.latest("pose")
         self.latest("peers")  # nothing waits for a new peer; the strategy reads them all
         self.subscribe("costmap", self._on_costmap)
@@ -156,6 +162,14 @@ class Explore(Node):
             self._events.goal_ended(target.place, GoalEnd.SPOILT)
             if self._target is None:
                 self._choose()
+        if self._publishes_cost:
+            self._publish_cost()
+
+    def _publish_cost(self) -> None:
+        """The way to the goal, m, and the length of its frontier, m, as of when it was chosen."""
+        if self._target is not None:
+            self.publish("cost", Float64(self._target.way_m))
+            self.publish("gain", Float64(self._target.cells * self._costmap.spec.resolution_m))
 
     def _choose(self) -> None:
         self._blacklist.expire(self.now_ns)
@@ -198,7 +212,8 @@ class Explore(Node):
         cells = 0 if frontier is None else frontier.cells
         self.record("goal", bits(at.x_m), bits(at.y_m), cells)
         self.publish("goal", Goal(at.x_m, at.y_m))
-        self._target, self._moving = Target(at, *self._edge(frontier or at), cells), True
+        way_m = math.nan if frontier is None else frontier.path_m
+        self._target, self._moving = Target(at, *self._edge(frontier or at), cells, way_m), True
 
     def _halt(self) -> None:
         """Tell move_base to stop."""

@@ -63,6 +63,9 @@ class ExplorationParams(Params):
     blacklist_radius_m: Length = Field("1 m", description="around a goal that was given up "
                                                         "(explore_lite: 5 cells)")
     blacklist_for_ns: Duration = Field("60 s", description="how long a given-up goal is avoided")
+    publishes_cost: bool = Field(False, description=(
+        "the way to the goal and the size of its frontier go to the monitor, at this rate (the "
+        "published explore's estimated_cost, in parts)"))
 
 
 class SlamParams(Params):
@@ -88,6 +91,10 @@ class Robot(Params):
     mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)
     exploration: ExplorationParams = Field(default_factory=ExplorationParams)
+    tf: Literal["none", "own", "all"] = Field("none", description=(
+        "transforms between frames as traffic, which nothing reads: own, four messages ten times a "
+        "second to the robot itself (as after yzrobot's tf_splitter); all, to the whole fleet (as "
+        "in ROS without it)"))
     passive: tuple[str, ...] = Field((), description="names of robots that carry no software: they "
                                                "stand where they are and say nothing")
 

@@ -1,0 +1,80 @@
+"""tf as traffic: the transforms between frames that ROS nodes publish, which no node here reads.
+
+On the paper's robots four messages of one transform each go out ten times a second: odom to
+base_footprint with each odometry reading, by the simulator; map to odom, by gmapping; and two that
+never change, by publishers of static transforms. There is one topic for the whole fleet, unless
+something like yzrobot's tf_splitter gives each robot its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import partial
+from typing import Literal, NamedTuple
+
+from desim.middleware.contents import (
+    BASE_FRAME_BYTES,
+    BASE_LINK_FRAME_BYTES,
+    LASER_FRAME_BYTES,
+    MAP_FRAME_BYTES,
+    ODOM_FRAME_BYTES,
+    Filler,
+    tf_message_bytes,
+)
+from desim.middleware.host import Host
+from desim.middleware.node import Node
+
+_QUEUE = 100  # of tf's broadcaster and listener
+_RATE_HZ = 10  # gmapping's transform_publish_period in the paper's launch file: 0.1 s
+
+ODOMETRY_BYTES = tf_message_bytes(ODOM_FRAME_BYTES, BASE_FRAME_BYTES)
+ROBOT_BYTES = (tf_message_bytes(MAP_FRAME_BYTES, ODOM_FRAME_BYTES),
+               tf_message_bytes(BASE_FRAME_BYTES, BASE_LINK_FRAME_BYTES),
+               tf_message_bytes(BASE_LINK_FRAME_BYTES, LASER_FRAME_BYTES))
+
+Audience = Literal["own", "all"]
+
+
+class Sent(NamedTuple):
+    """Messages of ``size_bytes`` on ``topic``. ``start`` as ``Node.timer`` takes it."""
+
+    topic: str
+    size_bytes: int
+    rate_hz: Fraction
+    start: str
+
+
+def topic_of(robot: str, audience: Audience) -> str:
+    """The topic that a robot's transforms are published on."""
+    return "/tf" if audience == "all" else f"/{robot}/tf"
+
+
+def of_odometry(robots: Sequence[str], rate_hz: Fraction, audience: Audience) -> list[Sent]:
+    """The transforms that come with the odometry of ``robots``, all at once."""
+    return [Sent(topic_of(robot, audience), ODOMETRY_BYTES, rate_hz, "zero") for robot in robots]
+
+
+def of_software(robot: str, audience: Audience) -> list[Sent]:
+    """The transforms of a robot's own software."""
+    return [Sent(topic_of(robot, audience), size_bytes, Fraction(_RATE_HZ), "random")
+            for size_bytes in ROBOT_BYTES]
+
+
+class TransformBroadcaster(Node):
+    """Publishes messages of tf; ``listens`` to a topic of it, or None."""
+
+    def __init__(self, host: Host, name: str, sent: Sequence[Sent], listens: str | None) -> None:
+        super().__init__(host, name)
+        self._sent, self._listens = tuple(sent), listens
+
+    def start(self) -> None:
+        for topic in dict.fromkeys(one.topic for one in self._sent):
+            self.advertise(topic, queue=_QUEUE)
+        if self._listens is not None:
+            self.latest(self._listens)
+        for one in self._sent:
+            self.timer(one.rate_hz, partial(self._publish, one), one.start)
+
+    def _publish(self, sent: Sent, _: int) -> None:
+        self.publish(sent.topic, Filler(sent.size_bytes))
