@@ -9,6 +9,9 @@ import desim
 from desim.monitor.summary import summarize
 from desim.report.key_figures import key_figures
 from desim.report.replay.facts import facts
+from desim.robot.strategies import cyclic_patrol
+from desim.scenario.load import from_mapping
+from desim.simulation.simulation import Simulation
 
 PATROL = SCENARIOS / "patrol.yaml"
 S = 1_000_000_000
@@ -100,3 +103,41 @@ def test_a_folder_of_a_patrol_can_be_read_and_shown(tmp_path):
     assert heads["idleness worst"].endswith(" s")
     again = desim.run(run.path / "scenario.resolved.yaml", out=tmp_path / "again")
     assert again.manifest["digest"] == run.manifest["digest"]
+
+
+HALL = {"name": "hall", "task": {"model": "patrolling", "places": [
+            ["-9 m", "-9 m"], ["9 m", "-9 m"], ["9 m", "9 m"], ["-9 m", "9 m"]]},
+        "environment": {"terrain": {"size": ["24 m", "24 m"]}},
+        "coordination": "cyclic_patrol", "stop": {"elapsed": "240 s"}}
+TOUR_M = 4 * 18.0
+
+
+def in_the_hall(robots, strategy="cyclic_patrol"):
+    """The metrics of robots that start near the corners in turn."""
+    poses = [{"x": f"{x} m", "y": f"{y} m"} for x, y in ((-7, -7), (7, 7), (7, -7), (-7, 7))]
+    simulation = Simulation(from_mapping({
+        **HALL, "coordination": strategy,
+        "fleet": {"start": {"poses": poses[:robots]}}}).scenario)
+    simulation.run()
+    return (simulation.monitor.task.metrics(),
+            simulation.world.travelled_m().sum() / (240.0 * robots))
+
+
+@pytest.mark.parametrize("robots", [1, 2, 4])
+def test_on_a_tour_the_interval_is_its_length_over_the_speed_and_the_robots(robots):
+    """Chevaleyre 2004: n robots at equal distances on a tour of length L come by every L / (n v).
+    A visit lasts for a tenth of that, in which a place is not alone: 1 m, a turn, 1 m."""
+    metrics, speed_mps = in_the_hall(robots)
+    expected_s = TOUR_M / (robots * speed_mps)
+    assert metrics["visits"] == pytest.approx(4 * 240.0 / expected_s, abs=robots)
+    assert 0.8 * expected_s < metrics["interval_mean_s"] < expected_s
+    # Idleness grows from 0 to the interval, again and again.
+    assert metrics["idleness_mean_s"] == pytest.approx(expected_s / 2, rel=0.2)
+
+
+def test_robots_that_are_not_spread_gain_less(monkeypatch):
+    """The twin: both robots begin the tour at its first place."""
+    spread = in_the_hall(2)[0]
+    monkeypatch.setattr(cyclic_patrol, "natural_key", lambda name: 0)
+    together = in_the_hall(2)[0]
+    assert together["idleness_mean_s"] > 1.2 * spread["idleness_mean_s"]

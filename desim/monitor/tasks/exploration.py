@@ -21,18 +21,16 @@ class Exploration:
         self.params = params
 
     def start(self, context: TaskContext) -> None:
-        knowledge, count = context.knowledge, len(context.explorers)
-        enough = knowledge.cells_for(context.stop_explored)
+        knowledge = context.knowledge
         self._context, self._is_over = context, False
-        self._explored = Reached(knowledge.cells_for(EXPLORED), count)
-        self._enough = (self._explored if enough == self._explored.cells
-                        else Reached(enough, count))
+        self._explored, self._enough = (
+            Reached(knowledge.cells_for(share), len(context.explorers))
+            for share in (EXPLORED, context.stop_explored))
 
     def on_knowledge(self, context: TaskContext, explorer: int) -> None:
-        knowledge = context.knowledge
-        for reached in dict.fromkeys((self._explored, self._enough)):
-            reached.update(explorer, knowledge.known[explorer], knowledge.union_known,
-                           context.now_ns)
+        known, union_known = context.knowledge.known[explorer], context.knowledge.union_known
+        for reached in (self._explored, self._enough):
+            reached.update(explorer, known, union_known, context.now_ns)
         if not self._is_over and self._enough.first_ns[context.stop_by] is not None:
             self._is_over = True
             context.end(DONE)

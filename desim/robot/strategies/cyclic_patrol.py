@@ -13,8 +13,8 @@ class CyclicPatrol:
 
     The tour begins with the first place, goes on to the nearest that is left, and is then made
     shorter by turning parts of it round (2-opt, Croes 1958). Robots with the same map find the same
-    one: nobody sends anything. The k-th of n robots begins at k/n of its length. A place whose
-    drive failed is left out this time.
+    one: nobody sends anything. The k-th of n robots begins at the place nearest to k/n of its
+    length. A place whose drive failed is left out this time.
     """
 
     class Params(ports.Params):
@@ -40,8 +40,9 @@ class CyclicPatrol:
             self._tour = [places[i] for i in order]
             names = sorted((robot.name, *robot.team), key=natural_key)
             steps_m = lengths_m[order, np.roll(order, -1)]
-            share = names.index(robot.name) / len(names)
-            self._next = int(np.searchsorted(np.cumsum(steps_m), share * steps_m.sum()))
+            begins_m = np.cumsum(steps_m) - steps_m  # of each place on the tour
+            own_m = names.index(robot.name) / len(names) * steps_m.sum()
+            self._next = int(np.abs(begins_m - own_m).argmin())
         for k in range(len(self._tour)):
             place = self._tour[(self._next + k) % len(self._tour)]
             if np.isfinite(robot.path_lengths_m([place])[0]):
