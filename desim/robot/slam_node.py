@@ -21,14 +21,10 @@ from desim.robot.slam.localizations import SLAM
 from desim.robot.slam.particle_filter import ParticleSlam
 from desim.robot.slam.settings import OdometryNoise, ScannerGeometry, SlamSettings
 from desim.robot.slam.transforms import compose, motion_between, wrapped
-from desim.scenario.schema.robot import Robot
+from desim.scenario.schema.robot import Odometry, Robot
 from desim.units import NS_PER_S
 
 _REDRAWN_RAD = 0.01  # a turn of a pose that is worth a new drawing: 0.25 m at 25 m; a shift: a cell
-# Noise by motion as a share of gmapping's. Independent readings do not drift; a random walk adds
-# 0.06 m and 0.06 rad in the eight readings of a metre. With gmapping's own, in maze_8, the robot
-# ahead in a convoy drags the pose of the next one along a corridor: 1 m and more after 70 s.
-_SHARE = {"independent": 0.2, "random_walk": 0.6}
 
 
 class SlamNode(Node):
@@ -37,21 +33,22 @@ class SlamNode(Node):
     most likely path has changed.
 
     ``start`` is the robot's pose in the map, as its launch file has it. None, after a restart: the
-    first message of ``odom`` is taken at its word. The event ``map`` announces each change of the
-    map to other nodes of the host.
+    first message of ``odom`` is taken at its word. ``bodies_m``: the width of the widest teammate,
+    0 without one. The event ``map`` announces each change of the map to other nodes of the host.
     """
 
-    def __init__(self, host: Host, robot: Robot, robot_map: RobotMap, start: Pose2D | None
-                 ) -> None:
+    def __init__(self, host: Host, robot: Robot, robot_map: RobotMap, start: Pose2D | None,
+                 bodies_m: float) -> None:
         super().__init__(host, "slam")
         self.robot_map = robot_map
         self._robot, self._usable_m = robot, robot.mapping.usable_range_m
-        self._slam: ParticleSlam = SLAM[robot.localization](settings_of(robot),
+        self._slam: ParticleSlam = SLAM[robot.localization](settings_of(robot, bodies_m),
                                                             self.noise_key("particles"))
         self._scan = Latest(host)
         self._odometry: Pose | None = None  # the latest
         self._start = None if start is None else np.array(start)
         self._placed_at: np.ndarray | None = None  # the odometry of the last scan that was placed
+        self._readings = 0  # of the odometer, since then
         self._placed_ns = -PATIENCE_NS  # stamp of the last odometry that had a scan
         self._drawn: list[np.ndarray] = []  # the poses of the scans in the map
         self._scans: list[LaserScan] = []
@@ -66,6 +63,7 @@ class SlamNode(Node):
     def _on_odometry(self, message: Message) -> None:
         before, odometry = self._odometry, message.content
         self._odometry = odometry
+        self._readings += 1
         if self._start is None:
             self._start = np.array(odometry[1:])
         scan, at = self._scan.message, None
@@ -73,7 +71,9 @@ class SlamNode(Node):
             at = self._odometry_at(scan.born_ns, before, odometry)
         if scan is not None and at is not None:
             self._placed_at = np.array(at[1:])
-            if self._slam.advance(self._placed_at):
+            is_due = self._slam.advance(self._placed_at, self._readings)
+            self._readings = 0
+            if is_due:
                 self._process(scan.content)
         pose = np.array(odometry[1:])
         if self._placed_at is not None:
@@ -131,21 +131,30 @@ class SlamNode(Node):
         self.publish("map", Empty())
 
 
-def settings_of(robot: Robot) -> SlamSettings:
-    """The settings of SLAM for a robot's laser, odometry and map. The least noise of odometry is
-    that of the difference of two readings."""
-    laser, mapping, odometry = robot.scanner, robot.mapping, robot.odometry
-    gmapping = OdometryNoise()
-    share = _SHARE[odometry.model]
-    noise = OdometryNoise(
-        share * gmapping.m_per_m, share * gmapping.m_per_rad, share * gmapping.rad_per_m,
-        share * gmapping.rad_per_rad, strayed=math.inf,
-        least_m=max(gmapping.least_m, math.sqrt(2.0) * odometry.position_noise_m),
-        least_rad=max(gmapping.least_rad, math.sqrt(2.0) * odometry.heading_noise_rad))
+def settings_of(robot: Robot, bodies_m: float) -> SlamSettings:
+    """The settings of SLAM for a robot's laser, odometry and map, among bodies of this width."""
+    laser, mapping = robot.scanner, robot.mapping
     return SlamSettings(
         particles=robot.slam.particles, resolution_m=mapping.resolution_m,
         linear_update_m=mapping.linear_update_m, angular_update_rad=mapping.angular_update_rad,
-        noise=noise,
+        noise=_NOISE[robot.odometry.model](robot.odometry),
         scanner=ScannerGeometry(-0.5 * laser.field_of_view_rad,
                                 laser.field_of_view_rad / (laser.beams - 1),
-                                longest_m=min(laser.max_range_m, mapping.usable_range_m)))
+                                longest_m=min(laser.max_range_m, mapping.usable_range_m),
+                                bodies_m=bodies_m))
+
+
+def _independent(odometry: Odometry) -> OdometryNoise:
+    """The noise of two readings. It does not drift: drawn in full, it would become a drift."""
+    two = math.sqrt(2.0)
+    return OdometryNoise(0.0, 0.0, 0.0, 0.0, two * odometry.position_noise_m,
+                         two * odometry.heading_noise_rad, strayed=math.inf, spread=0.3)
+
+
+def _random_walk(odometry: Odometry) -> OdometryNoise:
+    """The noise of all readings since."""
+    return OdometryNoise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, odometry.position_noise_m,
+                         odometry.heading_noise_rad, strayed=math.inf)
+
+
+_NOISE = {"independent": _independent, "random_walk": _random_walk}

@@ -42,7 +42,7 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     sharing = _sharing(coordination.exchange)
     drawn = map_sharing.drawn_beside(robot_map, sharing)
     nodes: list[Node] = [
-        *_localization(host, robot, drawn, start),
+        *_localization(host, robot, drawn, start, _widest_m(scenario) if peers else 0.0),
         map_sharing.MapSharing(host, sharing, robot_map, peers, team, drawn),
         move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
@@ -78,11 +78,11 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
     return nodes
 
 
-def _localization(host: Host, robot: Robot, robot_map: RobotMap, start: Pose2D | None
-                  ) -> list[Node]:
+def _localization(host: Host, robot: Robot, robot_map: RobotMap, start: Pose2D | None,
+                  bodies_m: float) -> list[Node]:
     """The nodes that make poses and the own map of sensors' readings."""
     if robot.localization in SLAM:
-        return [SlamNode(host, robot, robot_map, start)]
+        return [SlamNode(host, robot, robot_map, start, bodies_m)]
     return [localization.Localization(host, localization.SOURCES[robot.localization]),
             mapping.Mapping(host, robot.mapping, robot_map)]
 
@@ -93,6 +93,11 @@ def _strategy(choice: StrategyChoice) -> Strategy:
 
 def _sharing(choice: Exchange | None) -> Sharing | None:
     return None if choice is None else plugins.load("sharing", choice.model)(choice.params)
+
+
+def _widest_m(scenario: Scenario) -> float:
+    """The width of the widest body of the fleet."""
+    return 2.0 * max(body.radius_m for body in scenario.fleet.types.values())
 
 
 def _queries(scenario: Scenario, robot_map: RobotMap, radius_m: float) -> MapQueries:

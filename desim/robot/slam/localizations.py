@@ -11,7 +11,7 @@ from desim.robot.slam.settings import SlamSettings
 
 def gmapping(settings: SlamSettings, key: int) -> ParticleSlam:
     """A Rao-Blackwellized particle filter (Grisetti, Stachniss and Burgard 2007)."""
-    return ParticleSlam(settings, key)
+    return ParticleSlam(settings, key, settings.noise.spread)
 
 
 def scan_matching(settings: SlamSettings, key: int) -> ParticleSlam:

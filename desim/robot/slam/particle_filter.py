@@ -14,14 +14,15 @@ import numpy as np
 
 from desim.robot.slam.kernels.alignment import Fit, align
 from desim.robot.slam.kernels.particles import ancestors, normalize, propose
-from desim.robot.slam.kernels.points import Beams, points_of, thinned
+from desim.robot.slam.kernels.points import Beams, points_of, thinned, without_bodies
 from desim.robot.slam.kernels.search import search
 from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.shared_maps import SharedMaps
 from desim.robot.slam.transforms import compose, motion_between
 
-# The residual of a return: noise of the sensor, and what cells blur.
-_SIGMA_M, _SIGMA_CELLS = 0.01, 0.15
+# The residual of a return: noise of the sensor, and what cells blur. From far away a larger one is
+# taken at first: at its own, a pose that is a cell off has no gradient.
+_SIGMA_M, _SIGMA_CELLS, _ROUGH_CELLS = 0.01, 0.05, 0.25
 _OUTLIER_SIGMAS = 2.5
 _REACH_CELLS = 1.5
 # Independent returns in a scan: fewer than it has, as cells and surfaces err together. Made logs
@@ -65,15 +66,15 @@ class ParticleSlam:
     the most likely pose, in standard deviations; 0 for one hypothesis.
     """
 
-    def __init__(self, settings: SlamSettings, key: int, spread: float = 1.0) -> None:
+    def __init__(self, settings: SlamSettings, key: int, spread: float) -> None:
         self._settings, self._key, self._spread = settings, np.uint64(key), spread
         count, cell_m = settings.particles, settings.resolution_m
         scanner = settings.scanner
         self._beams = Beams(scanner.angle_min_rad, scanner.increment_rad, scanner.shortest_m,
                             scanner.longest_m, *scanner.mount)
-        sigma_m = _SIGMA_M + _SIGMA_CELLS * cell_m
-        self._fit = Fit(sigma_m, _OUTLIER_SIGMAS * sigma_m, _REACH_CELLS * cell_m, _EFFECTIVE,
-                        _STEPS)
+        self._fit, self._rough = (
+            Fit(sigma_m, _OUTLIER_SIGMAS * sigma_m, _REACH_CELLS * cell_m, _EFFECTIVE, _STEPS)
+            for sigma_m in (_SIGMA_M + _SIGMA_CELLS * cell_m, _SIGMA_M + _ROUGH_CELLS * cell_m))
         self._coarse = max(1, round(_COARSE_M / cell_m))
         self.maps = SharedMaps(count, cell_m)
         self.poses = np.zeros((count, 3))
@@ -82,6 +83,7 @@ class ParticleSlam:
         self.history: list[Processed] = []
         self._before: np.ndarray | None = None  # the odometry of the scan before
         self._metres = self._radians = 0.0
+        self._readings = 0
 
     def update(self, odometry: np.ndarray, ranges: np.ndarray) -> bool:
         """Take in a scan (ranges [beams] in m) and the odometry [3] of its instant: x m, y m, yaw
@@ -92,8 +94,10 @@ class ParticleSlam:
             self.process(ranges)
         return is_due
 
-    def advance(self, odometry: np.ndarray) -> bool:
-        """Take in the odometry [3] of a scan's instant. Whether the scan is to be processed."""
+    def advance(self, odometry: np.ndarray, readings: int = 1) -> bool:
+        """Take in the odometry [3] of a scan's instant, the last of so many ``readings`` since the
+        scan before. Whether the scan is to be processed."""
+        self._readings += readings
         odometry = np.array(odometry, float)
         if self._before is not None:
             motion = motion_between(self._before, odometry)
@@ -108,29 +112,24 @@ class ParticleSlam:
         """Take in the scan (ranges [beams] in m) of the last ``advance``."""
         odometry, settings = self._before, self._settings
         assert odometry is not None
-        points = np.empty((len(ranges), 4))
-        count = points_of(np.ascontiguousarray(ranges, float), self._beams, points,
-                          np.empty(len(ranges)))
-        fewer = np.empty((count, 4))
-        kept = thinned(points, count, _SPACING_CELLS * settings.resolution_m, fewer)
+        points, fewer, count, kept = self._points(ranges)
         if self.history:
             self._move(odometry, fewer, kept)
         self.maps.add(self.poses, settings.scanner.mount[:2], points[:count], fewer[:kept])
         self.history.append(Processed(odometry, self.poses.copy(), self._lineage))
         self._metres = self._radians = 0.0
+        self._readings = 0
 
     def _move(self, odometry: np.ndarray, fewer: np.ndarray, kept: int) -> None:
         """Move the particles to where the scan fits, weigh them and draw them anew."""
         motion = motion_between(self.history[-1].odometry, odometry)
-        sigmas = self._sigmas(motion)
+        sigmas = self._settings.noise.sigmas(motion, self._readings)
         expected = compose(self.poses, motion)
         start = self._search(expected[self.best], sigmas, fewer, kept)
         correction = motion_between(expected[self.best], start)
         sigmas = np.maximum(sigmas, np.abs(correction) / _STRAYED_SIGMAS)
-        if len(expected) > 1:  # the others begin where the best one ends
-            align(self.best, start, expected[self.best], sigmas, fewer, kept, self.maps.arrays,
-                  self._fit, self._roots[0])
-            correction = motion_between(expected[self.best], start)
+        start = self._roughly(start, expected[self.best], sigmas, fewer, kept)
+        correction = motion_between(expected[self.best], start)
         poses = compose(expected, correction)
         step = len(self.history)
         propose(poses, expected, sigmas, fewer, kept, self.maps.arrays, self._fit, self._spread,
@@ -146,24 +145,35 @@ class ParticleSlam:
 
         ``expected``: the pose by odometry | ``motion`` [3]: for its uncertainty.
         """
-        points, fewer = np.empty((len(ranges), 4)), np.empty((len(ranges), 4))
-        count = points_of(np.ascontiguousarray(ranges, float), self._beams, points,
-                          np.empty(len(ranges)))
-        kept = thinned(points, count, _SPACING_CELLS * self._settings.resolution_m, fewer)
-        sigmas = self._sigmas(motion)
+        _, fewer, _, kept = self._points(ranges)
+        sigmas = self._settings.noise.sigmas(motion, 1)
         pose = self._search(expected, sigmas, fewer, kept)
         sigmas = np.maximum(sigmas, np.abs(motion_between(expected, pose)) / _STRAYED_SIGMAS)
         align(self.best, pose, expected, sigmas, fewer, kept, self.maps.arrays, self._fit,
               np.empty(6))
         return pose
 
-    def _sigmas(self, motion: np.ndarray) -> np.ndarray:
-        """Standard deviations of the odometry: along the robot, across it, of its heading."""
-        noise = self._settings.noise
-        metres, radians = math.hypot(motion[0], motion[1]), abs(float(motion[2]))
-        place_m = noise.least_m + noise.m_per_m * metres + noise.m_per_rad * radians
-        return np.array((place_m, place_m, noise.least_rad + noise.rad_per_m * metres
-                         + noise.rad_per_rad * radians))
+    def _points(self, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray, int, int]:
+        """The returns of a scan, a part of them with distances between, and their numbers."""
+        scanner, ranges = self._settings.scanner, np.ascontiguousarray(ranges, float)
+        if scanner.bodies_m:
+            beyond = np.empty(len(ranges))
+            without_bodies(ranges, self._beams, scanner.bodies_m, beyond)
+            ranges = beyond
+        points, fewer = np.empty((len(ranges), 4)), np.empty((len(ranges), 4))
+        count = points_of(ranges, self._beams, points, np.empty(len(ranges)))
+        spacing_m = _SPACING_CELLS * self._settings.resolution_m
+        return points, fewer, count, thinned(points, count, spacing_m, fewer)
+
+    def _roughly(self, found: np.ndarray, expected: np.ndarray, sigmas: np.ndarray,
+                 points: np.ndarray, count: int) -> np.ndarray:
+        """The pose roughly aligned with the best particle's map: from the one that was ``found``,
+        or from the odometry's, whichever ends better."""
+        ends, likelihoods = [found.copy(), expected.copy()], []
+        for pose in ends:
+            likelihoods.append(sum(align(self.best, pose, expected, sigmas, points, count,
+                                         self.maps.arrays, self._rough, self._roots[0])))
+        return ends[int(np.argmax(likelihoods))]
 
     def _search(self, expected: np.ndarray, sigmas: np.ndarray, points: np.ndarray,
                 count: int) -> np.ndarray:

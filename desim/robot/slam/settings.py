@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class ScannerGeometry:
     """The laser whose scans are processed: any number of beams, at equal angles.
 
     A range below ``shortest_m``, or of ``longest_m`` and above, is no return. ``mount``: the
-    laser's pose on the robot (m, m, rad). The defaults are those of a SICK LMS 291 with 361 beams.
+    laser's pose on the robot (m, m, rad). What stands in front and is not wider than ``bodies_m``
+    may be a teammate, and is left out; 0: nothing is. The defaults are those of a SICK LMS 291 with
+    361 beams.
     """
 
     angle_min_rad: float = -0.5 * math.pi
@@ -19,14 +23,20 @@ class ScannerGeometry:
     shortest_m: float = 0.05
     longest_m: float = 80.0
     mount: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    bodies_m: float = 0.0
 
 
 @dataclass(frozen=True)
 class OdometryNoise:
-    """Standard deviations of the odometry between two processed scans: m per m and m per rad in
-    each direction, rad per m and rad per rad of the heading, as gmapping has them (``srr``,
-    ``str``, ``srt``, ``stt``: 0.1, 0.1, 0.2, 0.2), and the least ones. Odometry that is off by more
-    than ``strayed`` in log-likelihood has failed; infinite for one that never does."""
+    """The noise of the odometry between two processed scans, as standard deviations.
+
+    They grow with the motion, in m per m and m per rad in each direction, rad per m and rad per rad
+    of the heading, as gmapping has them (``srr``, ``str``, ``srt``, ``stt``: 0.1, 0.1, 0.2, 0.2),
+    from the least ones on; or with the square root of the number of readings, by ``reading_m`` and
+    ``reading_rad``. Odometry that is off by more than ``strayed`` in log-likelihood has failed;
+    infinite for one that never does. ``spread``: particles are drawn from the most likely pose with
+    so much of the standard deviations: less than 1 where the noise is gone with the next reading.
+    """
 
     m_per_m: float = 0.1
     m_per_rad: float = 0.1
@@ -34,7 +44,22 @@ class OdometryNoise:
     rad_per_rad: float = 0.2
     least_m: float = 0.02
     least_rad: float = 0.01
+    reading_m: float = 0.0
+    reading_rad: float = 0.0
     strayed: float = 6.0
+    spread: float = 1.0
+
+    def sigmas(self, motion: np.ndarray, readings: int) -> np.ndarray:
+        """Standard deviations [3] of a ``motion`` [3] over so many readings: along the robot and
+        across it in m, of its heading in rad."""
+        metres, radians = math.hypot(motion[0], motion[1]), abs(float(motion[2]))
+        root = math.sqrt(readings)
+        place_m = (self.least_m + self.m_per_m * metres + self.m_per_rad * radians
+                   + self.reading_m * root)
+        # The mean of a random walk has 1 / 3 of the variance of its end.
+        aside_m = math.hypot(place_m, self.reading_rad * root * metres / math.sqrt(3.0))
+        return np.array((place_m, aside_m, self.least_rad + self.rad_per_m * metres
+                         + self.rad_per_rad * radians + self.reading_rad * root))
 
 
 @dataclass(frozen=True)

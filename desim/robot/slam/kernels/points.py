@@ -4,13 +4,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.ports.kernels import cos, lean, sin, types
+from desim.ports.kernels import cos, inner, lean, sin, types
 
 X, Y, NX, NY = 0, 1, 2, 3  # columns of points
 NEIGHBOURS = 6  # beams on each side, at most, in which a normal is fitted
+LEAST = 3  # and at least so many returns
 FLAT = 0.15  # a normal is trusted if the spread across is less than this share of that along
 BREAK = 0.3  # m; farther neighbours are on another surface, but for distant beams
 SPACINGS = 2.5  # and there, neighbours up to so many spacings of beams away are on the same
+EVEN = 2.0  # so are farther ones where distances grow by this factor at most: beams graze it
+GRAZING = 2.5  # beams that are less than so many increments off a surface met its edge, perhaps
+STEP = 0.25  # m between the ranges of beams next to each other: one surface ends there
+GONE = -1.0  # the range of a beam that met something in front
 
 
 class Beams(NamedTuple):
@@ -29,14 +34,21 @@ class Beams(NamedTuple):
 BEAMS = types.NamedTuple([types.float64] * 7, Beams)
 
 
+@inner("f8(f8[:,::1], i8, i8)")
+def distance(points, k, j):
+    """The distance between two points."""
+    dx, dy = points[j, X] - points[k, X], points[j, Y] - points[k, Y]
+    return np.sqrt(dx * dx + dy * dy)
+
+
 @lean(types.int64(types.float64[::1], BEAMS, types.float64[:, ::1], types.float64[::1]))
 def points_of(ranges, beams, points, taken):
     """Write the returns of a scan as ``points`` [beams, 4] in the robot's frame: x, y in m, and the
     unit normal of the surface towards the laser, zeros where it is not known. ``taken`` [beams]:
     the range of each. Returns their number.
 
-    A normal is that of the line through the neighbouring returns (least squares across it), up to
-    the first that is ``BREAK`` away or farther.
+    A normal is that of the line through the neighbouring returns (least squares across it), as far
+    as they follow each other on one surface.
     """
     count = 0
     for b in range(len(ranges)):
@@ -49,14 +61,23 @@ def points_of(ranges, beams, points, taken):
             count += 1
     for k in range(count):
         reach = max(BREAK, SPACINGS * taken[k] * abs(beams.increment_rad))
+        before = distance(points, k, k - 1) if k > 0 else np.inf
+        after = distance(points, k, k + 1) if k + 1 < count else np.inf
+        if max(before, after) <= EVEN * min(before, after):
+            reach = max(reach, before, after)
         n, sx, sy, sxx, sxy, syy = 1, 0.0, 0.0, 0.0, 0.0, 0.0
         for side in (-1, 1):
+            most = reach
             for away in range(1, NEIGHBOURS + 1):
                 j = k + side * away
                 if not 0 <= j < count:
                     break
+                step = distance(points, j, j - side)
+                if step > most:
+                    break
+                most = max(reach, EVEN * step)
                 dx, dy = points[j, X] - points[k, X], points[j, Y] - points[k, Y]
-                if dx * dx + dy * dy > reach * reach:
+                if dx * dx + dy * dy > 4.0 * reach * reach:
                     break
                 n += 1
                 sx += dx
@@ -65,7 +86,7 @@ def points_of(ranges, beams, points, taken):
                 sxy += dx * dy
                 syy += dy * dy
         points[k, NX] = points[k, NY] = 0.0
-        if n < 4:
+        if n < LEAST:
             continue
         a, b, c = sxx - sx * sx / n, sxy - sx * sy / n, syy - sy * sy / n
         root = np.sqrt(0.25 * (a - c) * (a - c) + b * b)
@@ -76,10 +97,50 @@ def points_of(ranges, beams, points, taken):
         size = np.sqrt(nx * nx + ny * ny)
         if size <= 0.0:
             continue
+        seen_x, seen_y = points[k, X] - beams.mount_x_m, points[k, Y] - beams.mount_y_m
+        if abs(nx * seen_x + ny * seen_y) < GRAZING * abs(beams.increment_rad) * size * taken[k]:
+            continue
         if nx * (beams.mount_x_m - points[k, X]) + ny * (beams.mount_y_m - points[k, Y]) < 0.0:
             size = -size
         points[k, NX], points[k, NY] = nx / size, ny / size
     return count
+
+
+@lean(types.void(types.float64[::1], BEAMS, types.float64, types.float64[::1]))
+def without_bodies(ranges, beams, widest_m, kept):
+    """Copy ranges to ``kept``, infinite where something stands in front that is ``widest_m`` wide
+    at most: a teammate's body, perhaps.
+
+    Such a thing is a run of beams without a step of ``STEP`` in range, from which the range steps
+    up on both sides. What it hides in part is found when it is out of the way.
+    """
+    for b in range(len(kept)):
+        kept[b] = ranges[b] if beams.shortest_m <= ranges[b] < beams.longest_m else np.inf
+    found = True
+    while found:
+        found = False
+        first, last, before = 0, -1, np.inf  # the run so far, and the range of its last beam
+        came_down = True
+        for b in range(len(kept) + 1):
+            if b < len(kept) and kept[b] == GONE:
+                continue
+            length = kept[b] if b < len(kept) else np.inf
+            if abs(length - before) <= STEP:
+                last, before = b, length
+                continue
+            if came_down and before < length:
+                turn = (last - first) * beams.increment_rad
+                ahead = kept[last] * cos(turn) - kept[first]
+                aside = kept[last] * sin(turn)
+                if ahead * ahead + aside * aside <= widest_m * widest_m:
+                    for k in range(first, last + 1):
+                        kept[k] = GONE
+                    found = True
+            came_down = length < before or last < 0
+            first, last, before = b, b, length
+    for b in range(len(kept)):
+        if kept[b] == GONE:
+            kept[b] = np.inf
 
 
 @lean(types.int64(types.float64[:, ::1], types.int64, types.float64, types.float64[:, ::1]))
