@@ -18,7 +18,7 @@ import numpy as np
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Trace, bits, real
-from desim.errors import below
+from desim.errors import ModelError, below, class_of
 from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
 from desim.monitor.coverage import Coverage, map_age_s
@@ -208,8 +208,18 @@ class Monitor:
             "distance_m": math.fsum(self.travelled_m().tolist()),
             "partitions": self.partitions.count,
             "robots_moving": self._moving,
-            **(self._measures.measure() if self._measures else {}),
+            **self._measured(),
         }
+
+    def _measured(self) -> dict[str, float]:
+        """The task's own quantities."""
+        if self._measures is None:
+            return {}
+        values, wanted = dict(self._measures.measure()), tuple(self._measures.quantities)
+        if sorted(values) != sorted(wanted) or not set(QUANTITIES).isdisjoint(wanted):
+            raise ModelError(f"{class_of(self.task)} measured {values}; wanted: its quantities, "
+                             f"{wanted}, with other names than those of every run")
+        return values
 
     def judged_robot(self) -> str | None:
         """The robot whose map the metrics are about: the task's, else the one that knows most (the
@@ -218,6 +228,9 @@ class Monitor:
         if not known:
             return None
         first = self.task.judged() if isinstance(self.task, JudgesMap) else None
+        if first is not None and first not in range(len(known)):
+            raise ModelError(f"{class_of(self.task)} judged {first!r}; wanted: a place among the "
+                             f"{len(known)} explorers, or None")
         # A robot whose host stopped since then has no map left to judge.
         if first is None or self.maps[self.explorers[first]] is None:
             first = known.index(max(known))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -72,14 +73,17 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
 
 def _of_task(monitor: Monitor) -> Sample:
     """The metrics of the task. Raises ``ModelError`` for what JSON cannot hold."""
-    metrics = dict(monitor.task.metrics())
+    metrics = monitor.task.metrics()
+    if not isinstance(metrics, Mapping):
+        raise ModelError(f"{class_of(monitor.task)} has {metrics!r} as its metrics; wanted: values "
+                         "by names")
     for name, value in metrics.items():
         try:
             json.dumps(value, allow_nan=False)
         except (TypeError, ValueError) as error:
             raise ModelError(f"{class_of(monitor.task)} has the metric {name} = {value!r}; wanted: "
                              "finite numbers, words, None, lists and mappings of them") from error
-    return metrics
+    return dict(metrics)
 
 
 def warnings(monitor: Monitor) -> list[str]:

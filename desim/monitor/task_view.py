@@ -13,6 +13,7 @@ from desim.engine.streams import Streams
 from desim.errors import ModelError
 from desim.monitor.coverage import Coverage
 from desim.ports.tasks import Ground, TaskContext
+from desim.robot.coordination.strategy_arguments import check_callback, check_period
 from desim.scenario.schema.experiment import Stop
 from desim.units import NS_PER_S
 
@@ -65,17 +66,23 @@ class TaskView:
         return self._monitor.travelled_m()
 
     def every(self, period_ns: int, callback: Callable[[TaskContext], object]) -> None:
-        if type(period_ns) is not int or period_ns <= 0:
-            raise ModelError(f"a task's period is an int > 0 of ns, not {period_ns!r}")
+        check_period(period_ns)
+        check_callback(callback, "context")
         self._kernel.ticker(Fraction(NS_PER_S, period_ns), Phase.OBSERVE,
                             self._monitor.trace.names.id("task"), lambda _: callback(self),
                             self.now_ns + period_ns)
 
     def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
         names = self._monitor.trace.names
+        if robot not in self.robots:
+            raise ModelError(f"a task's row is about a robot, not {robot!r}")
+        if type(a) is not int or type(b) is not int:
+            raise ModelError(f"a task's row has ints, not {a!r} and {b!r}")
         self._monitor.trace.row(self.now_ns, names.id(kind), names.id(robot), a, b)
 
     def end(self, reason: str) -> None:
+        if not isinstance(reason, str) or not reason:
+            raise ModelError(f"a run ends for a reason, a text, not {reason!r}")
         self._monitor.end(reason)
 
     def stream(self, *name: str | int) -> np.random.Generator:

@@ -11,6 +11,7 @@ from desim import ports
 from desim.engine.streams import Streams
 from desim.monitor.coverage import Coverage
 from desim.ports.tasks import FollowsKnowledge, Ground, Task, TaskContext
+from desim.robot.coordination.strategy_arguments import check_callback, check_period
 from desim.robot.tiles import FREE, tiles_of
 
 _CELLS, _CELL_M = 64, 0.5
@@ -46,7 +47,8 @@ class TaskBench:
         return self._way_m
 
     def every(self, period_ns: int, callback: Callable[[TaskContext], object]) -> None:
-        assert type(period_ns) is int and period_ns > 0, f"a period of {period_ns!r} ns"
+        check_period(period_ns)
+        check_callback(callback, "context")
         self._timers.append((self.now_ns, period_ns, callback))
 
     def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:

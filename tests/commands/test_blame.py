@@ -33,6 +33,11 @@ METHODS = HEAD.replace("def start(self, context, hosts): self.context = context"
             return next(iter(view.frontiers(limit=1)), None)
         {body}
 """
+TASK = HEAD.replace("context, hosts", "context") + """
+        def metrics(self): return {{'share': 1}}
+        {body}
+"""
+EACH_SECOND = "def start(self, context): context.every(10**9, self.tick)\n        "
 NETWORK = HEAD + """
         def send(self, frame):
             {body}
@@ -59,6 +64,7 @@ MIDDLEWARE = HEAD.replace("context, hosts", "context") + """
 """
 ON_START = "def on_start(self, view): "
 PLACES = {MIDDLEWARE: "middleware: {model: 'NAME:Plugin'}",
+          TASK: "task: 'NAME:Plugin'",
           METHODS: "coordination: {strategy: 'NAME:Plugin'}",
           STRATEGY: "coordination: {strategy: 'NAME:Plugin'}",
           NETWORK: "network: {media: {lan: {model: 'NAME:Plugin'}}}",
@@ -153,6 +159,15 @@ def desim(tmp_path, monkeypatch):
      "c_away.py:13 (robot_"),
     ("c_peers", METHODS, "def on_map(self, view): view.peers['x'] = 5", "strategy c_peers:Plugin "
      "raised TypeError: 'mappingproxy' object does not support item assignment at c_peers.py:13 "),
+    *((f"t_{name}", TASK, EACH_SECOND + f"def tick(self, context): {call}",
+       f"task t_{name}:Plugin raised {says} at t_{name}.py:13 (1 s)") for name, call, says in (
+           ("raises", "return 1 / 0", "ZeroDivisionError: division by zero"),
+           ("reason", "context.end(5)", "a run ends for a reason, a text, not 5"),
+           ("who", "context.record('x', 'nobody')", "a task's row is about a robot, not 'nobody'"),
+           ("row", "context.record('x', 'robot_0', 0.5)",
+            "a task's row has ints, not 0.5 and 0"))),
+    ("t_args", TASK, EACH_SECOND + "def tick(self): pass", "task t_args:Plugin raised a callback "
+     "takes (context); Plugin.tick takes () at t_args.py:12"),
     ("s_list", STRATEGY, "return view.frontiers()[:1] * 99", "s_list.Plugin (s_list.py:4) chose a "
      "list of 99; wanted: one of frontiers(), a "),
     ("s_tuple", STRATEGY, "return tuple(view.frontiers()[0])",
@@ -204,6 +219,28 @@ def test_the_plug_in_is_named_with_its_line_host_and_time(desim, name, template,
     assert "Traceback" not in output
     assert output.endswith("this repeats it:\n  desim run bad.yaml --quiet\n")
     assert output.splitlines()[0].endswith(" s)")
+
+
+@pytest.mark.parametrize("name, body, says", [
+    ("q_more", "quantities = ('more',)\n        def measure(self): return {'less': 1}",
+     "q_more.Plugin (q_more.py:4) measured {'less': 1}; wanted: its quantities, ('more',), with "
+     "other names than those of every run"),
+    ("q_taken", "quantities = ('explored',)\n        def measure(self): return {'explored': 1}",
+     "q_taken.Plugin (q_taken.py:4) measured {'explored': 1}; "),
+    ("q_nan", "def metrics(self): return {'share': float('nan')}", "q_nan.Plugin (q_nan.py:4) has "
+     "the metric share = nan; wanted: finite numbers, words, None, lists and mappings of them"),
+    ("q_none", "def metrics(self): return None", "q_none.Plugin (q_none.py:4) has None as its "
+     "metrics; wanted: values by names"),
+    ("q_twice", "def metrics(self): return {'collisions': 1}", "q_twice.Plugin (q_twice.py:4) has "
+     "metrics that every run has: collisions; choose other names"),
+    ("q_judged", "def judged(self): return 'robot_1'", "q_judged.Plugin (q_judged.py:4) judged "
+     "'robot_1'; wanted: a place among the 2 explorers, or None"),
+])
+def test_what_a_task_says_is_looked_at(desim, name, body, says):
+    code, output = desim(name, TASK, body, "--set", "stop.elapsed=2 s")
+    assert code == 1
+    assert output.startswith(says), output
+    assert "Traceback" not in output
 
 
 def test_a_callback_that_takes_other_arguments_is_refused_at_the_door(desim):
