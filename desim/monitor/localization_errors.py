@@ -1,4 +1,4 @@
-"""Errors of the poses that robots found by SLAM, against the truth."""
+"""Errors of the poses that robots found by SLAM, and of the walls in maps, against the truth."""
 
 from __future__ import annotations
 
@@ -8,31 +8,71 @@ from collections.abc import Callable
 import numpy as np
 
 from desim.engine.trace import real
+from desim.monitor.coverage import states
+from desim.ports.tasks import Ground
+
+
+class _Sums:
+    """The squares of the errors of so many poses, and the largest."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.square_m2 = self.square_rad2 = self.most_m = 0.0
+
+    def add(self, off_m: float, off_rad: float) -> None:
+        """The errors of one more pose."""
+        self.count += 1
+        self.square_m2 += off_m * off_m
+        self.square_rad2 += off_rad * off_rad
+        self.most_m = max(self.most_m, off_m)
+
+    def root(self, squares: float) -> float | None:
+        """The root of the mean of ``squares``; None of none."""
+        return math.sqrt(squares / self.count) if self.count else None
 
 
 class LocalizationErrors:
-    """Sums over processed scans. ``true_poses()`` [robots, 3] as of now."""
+    """Sums over poses. ``true_poses()`` [robots, 3] as of now."""
 
     def __init__(self, robots: tuple[str, ...], true_poses: Callable[[], np.ndarray]) -> None:
         self._index = {name: i for i, name in enumerate(robots)}
         self._true_poses = true_poses
-        self._count = 0
-        self._square_m2 = self._square_rad2 = self._most_m = 0.0
+        self._processed, self._online = _Sums(), _Sums()
 
     def localized(self, robot: str, x: int, y: int, yaw: int) -> None:
         """A robot has placed the scan of this instant; the bits of x m, y m and yaw rad."""
+        self._note(self._processed, robot, x, y, yaw)
+
+    def believed(self, robot: str, x: int, y: int, yaw: int) -> None:
+        """A robot takes itself to be here, as of this instant."""
+        self._note(self._online, robot, x, y, yaw)
+
+    def _note(self, sums: _Sums, robot: str, x: int, y: int, yaw: int) -> None:
         x_m, y_m, yaw_rad = self._true_poses()[self._index[robot]].tolist()
-        off_m = math.hypot(real(x) - x_m, real(y) - y_m)
-        self._count += 1
-        self._square_m2 += off_m * off_m
-        self._square_rad2 += math.remainder(real(yaw) - yaw_rad, math.tau)**2
-        self._most_m = max(self._most_m, off_m)
+        sums.add(math.hypot(real(x) - x_m, real(y) - y_m),
+                 math.remainder(real(yaw) - yaw_rad, math.tau))
 
     def summary(self) -> dict[str, float | None]:
-        """``ate_m``: absolute trajectory error, the root of the mean square (Sturm et al. 2012,
-        without alignment: the start is known); ``ate_max_m``; ``heading_rms_rad``. None without
-        SLAM."""
-        if not self._count:
-            return {"ate_m": None, "ate_max_m": None, "heading_rms_rad": None}
-        return {"ate_m": math.sqrt(self._square_m2 / self._count), "ate_max_m": self._most_m,
-                "heading_rms_rad": math.sqrt(self._square_rad2 / self._count)}
+        """Of processed scans ``ate_m``: absolute trajectory error, the root of the mean square
+        (Sturm et al. 2012, without alignment: the start is known); ``ate_max_m``;
+        ``heading_rms_rad``. The same of the poses that robots go by, once a second:
+        ``online_ate_m``, ``online_heading_rms_rad``. None without SLAM."""
+        processed, online = self._processed, self._online
+        return {"ate_m": processed.root(processed.square_m2),
+                "ate_max_m": processed.most_m if processed.count else None,
+                "heading_rms_rad": processed.root(processed.square_rad2),
+                "online_ate_m": online.root(online.square_m2),
+                "online_heading_rms_rad": online.root(online.square_rad2)}
+
+
+def wall_errors(ground: Ground, log_odds: np.ndarray) -> dict[str, float | None]:
+    """Distances of the wall cells of a map, int16 ``log_odds`` [height, width], from the nearest
+    true ones, centre to centre: median and 95th percentile. None without walls."""
+    believed = states(log_odds) > 0
+    if not believed.any() or not ground.solid.any():
+        return {"wall_error_median_m": None, "wall_error_p95_m": None}
+    from scipy.ndimage import distance_transform_edt  # slow to import
+
+    away_m = distance_transform_edt(ground.solid == 0)[believed] * ground.grid.resolution_m
+    median_m, most_m = np.percentile(away_m, (50, 95), method="inverted_cdf").tolist()
+    return {"wall_error_median_m": median_m, "wall_error_p95_m": most_m}

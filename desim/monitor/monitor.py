@@ -106,6 +106,7 @@ class Monitor:
         self.outdated_goals = OutdatedGoals(ground.grid, self.coverage, len(explorers))
         self.localization_errors = LocalizationErrors(robots, poses)
         graph.listeners |= {"localized": self.localization_errors.localized,
+                            "believed": self.localization_errors.believed,
                             "recovery": self._recovered, "goal": self._sets_out,
                             "goal_reached": self._ends, "goal_aborted": self._ends}
         self._name_rows(trace)

@@ -11,6 +11,7 @@ import numpy as np
 from desim.errors import ModelError, class_of
 from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
+from desim.monitor.localization_errors import wall_errors
 from desim.monitor.monitor import Monitor
 from desim.monitor.traffic import by_kind, totals
 from desim.monitor.utilisation import utilisation
@@ -54,6 +55,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **monitor.overlap.measures(monitor.maps),
         **monitor.outdated_goals.summary(),
         **monitor.localization_errors.summary(),
+        **wall_errors(monitor.ground, known_map(monitor, judged)),
         "map_age_s": mean_over(monitor.samples, "map_age_s"),
         "traffic": by_kind(monitor.graph),
         "messages_by_topic": monitor.families.fates(),

@@ -79,6 +79,8 @@ class SlamNode(Node):
         if self._placed_at is not None:
             pose = compose(self._pose(), motion_between(self._placed_at, pose))
         x_m, y_m, yaw_rad = pose.tolist()
+        if before is None or before.stamp_ns // NS_PER_S < odometry.stamp_ns // NS_PER_S:
+            self.record("believed", bits(x_m), bits(y_m), bits(yaw_rad))
         self.publish("pose", Pose(odometry.stamp_ns, x_m, y_m, math.remainder(yaw_rad, math.tau)))
 
     def _odometry_at(self, stamp_ns: int, before: Pose | None, odometry: Pose) -> Pose | None:
