@@ -73,7 +73,8 @@ class World(Protocol):
         tick."""
 
     def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int) -> np.ndarray:
-        """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser."""
+        """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser; the
+        lasers of ``robots`` are all of one kind."""
 
     def odometry(self, snapshot: Snapshot, robot: int, tick: int) -> np.ndarray:
         """[3] x m, y m, yaw rad as this robot's odometry reports reading number ``tick``."""

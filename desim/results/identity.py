@@ -59,8 +59,9 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
     chosen = {("task", scenario.task.model),
               ("strategy", scenario.coordination.strategy), ("world", scenario.physics.model),
               ("middleware", scenario.middleware.model)}
-    chosen.update(("strategy", host.strategy.strategy) for host in scenario.hosts.values()
-                  if host.strategy is not None)
+    own = [*(host.strategy for host in scenario.hosts.values()),
+           *(kind.strategy for kind in scenario.fleet.types.values())]
+    chosen.update(("strategy", choice.strategy) for choice in own if choice is not None)
     if scenario.coordination.exchange is not None:
         chosen.add(("sharing", scenario.coordination.exchange.model))
     for medium in scenario.network.media.values():

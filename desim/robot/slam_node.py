@@ -21,7 +21,7 @@ from desim.robot.slam.localizations import SLAM
 from desim.robot.slam.particle_filter import ParticleSlam
 from desim.robot.slam.settings import OdometryNoise, ScannerGeometry, SlamSettings
 from desim.robot.slam.transforms import compose, motion_between, wrapped
-from desim.scenario.schema.robot import Odometry, Robot
+from desim.scenario.schema.robot import Equipment, Odometry
 from desim.units import NS_PER_S
 
 _REDRAWN_RAD = 0.01  # a turn of a pose that is worth a new drawing: 0.25 m at 25 m; a shift: a cell
@@ -37,7 +37,7 @@ class SlamNode(Node):
     0 without one. The event ``map`` announces each change of the map to other nodes of the host.
     """
 
-    def __init__(self, host: Host, robot: Robot, robot_map: RobotMap, start: Pose2D | None,
+    def __init__(self, host: Host, robot: Equipment, robot_map: RobotMap, start: Pose2D | None,
                  bodies_m: float) -> None:
         super().__init__(host, "slam")
         self.robot_map = robot_map
@@ -133,7 +133,7 @@ class SlamNode(Node):
         self.publish("map", Empty())
 
 
-def settings_of(robot: Robot, bodies_m: float) -> SlamSettings:
+def settings_of(robot: Equipment, bodies_m: float) -> SlamSettings:
     """The settings of SLAM for a robot's laser, odometry and map, among bodies of this width."""
     laser, mapping = robot.scanner, robot.mapping
     return SlamSettings(

@@ -20,25 +20,26 @@ from desim.robot.team import Team
 from desim.robot.team_state import TeamStateNode
 from desim.scenario.schema.communication import Exchange, StrategyChoice
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Robot
+from desim.scenario.schema.robot import Equipment
 from desim.scenario.schema.scenario import Scenario
 
 
-def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: RobotMap,
-                   peers: tuple[str, ...], team: Team, start: Pose2D | None, monitored: bool,
-                   task: object) -> list[Node]:
-    """The nodes of one robot, in the order in which they start. ``peers`` are the names of the
-    other robots that carry software; ``start``: the robot's pose where it is known; ``monitored``:
-    some host collects maps and distances; ``task``: the briefing.
+def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: StrategyChoice,
+                   body: BodyType, robot_map: RobotMap, peers: tuple[str, ...], team: Team,
+                   start: Pose2D | None, monitored: bool, task: object) -> list[Node]:
+    """The nodes of one ``robot``, which runs the strategy of ``choice``, in the order in which they
+    start. ``peers`` are the names of the other robots that carry software; ``start``: the robot's
+    pose where it is known; ``monitored``: some host collects maps and distances; ``task``: the
+    briefing.
 
     Nodes of one robot share live objects, as nodelets do: the map, the costmap and the poses of
     peers. They are given to them here. A message of the topics ``map``, ``costmap`` and ``peers``
     says that the object of that name has changed or can be used, and carries nothing.
     """
-    robot, coordination = scenario.robot, scenario.coordination
-    queries = _queries(scenario, robot_map, body.radius_m)
+    coordination = scenario.coordination
+    queries = _queries(robot, robot_map, body.radius_m)
     with below("coordination"):
-        strategy = _strategy(coordination)
+        strategy = _strategy(choice)
     sharing = _sharing(coordination.exchange)
     drawn = map_sharing.drawn_beside(robot_map, sharing)
     nodes: list[Node] = [
@@ -49,10 +50,10 @@ def robot_software(host: Host, scenario: Scenario, body: BodyType, robot_map: Ro
     ]
     if coordination.team_state is not None:
         nodes.append(TeamStateNode(host, coordination.team_state, team, peers, has_body=True))
-    if robot.tf != "none":
+    if scenario.robot.tf != "none":
         nodes.append(transform_broadcaster.TransformBroadcaster(
-            host, "tf", transform_broadcaster.of_software(host.name, robot.tf),
-            transform_broadcaster.topic_of(host.name, robot.tf)))
+            host, "tf", transform_broadcaster.of_software(host.name, scenario.robot.tf),
+            transform_broadcaster.topic_of(host.name, scenario.robot.tf)))
     if monitored:
         nodes.append(monitor_feed.MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
     return nodes
@@ -63,7 +64,7 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
                          task: object) -> list[Node]:
     """The nodes of a host without a body that runs a strategy. It plans for the widest robot of the
     fleet."""
-    queries = _queries(scenario, robot_map,
+    queries = _queries(scenario.robot, robot_map,
                        max(body.radius_m for body in scenario.fleet.types.values()))
     with below(f"hosts.{host.name}.strategy"):
         strategy = _strategy(choice)
@@ -78,7 +79,7 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
     return nodes
 
 
-def _localization(host: Host, robot: Robot, robot_map: RobotMap, start: Pose2D | None,
+def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose2D | None,
                   bodies_m: float) -> list[Node]:
     """The nodes that make poses and the own map of sensors' readings."""
     if robot.localization in SLAM:
@@ -100,8 +101,7 @@ def _widest_m(scenario: Scenario) -> float:
     return 2.0 * max(body.radius_m for body in scenario.fleet.types.values())
 
 
-def _queries(scenario: Scenario, robot_map: RobotMap, radius_m: float) -> MapQueries:
-    robot = scenario.robot
+def _queries(robot: Equipment, robot_map: RobotMap, radius_m: float) -> MapQueries:
     costmap = global_costmap.GlobalCostmap(robot_map, radius_m, robot.navigation.inflation_radius_m,
                                            robot.navigation.inflation_scaling)
     return MapQueries(costmap, robot.exploration, robot.navigation.goal_tolerance_m,

@@ -12,12 +12,13 @@ from desim.scenario import expression, generated_terrain, plugin_choices
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import media
 from desim.scenario.names import WORKSTATION, host_names, robot_names
+from desim.scenario.robot_types import filled_in
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
-from desim.scenario.schema.robot import BUILT_IN_LASERS
+from desim.scenario.schema.robot import BUILT_IN_LASERS, Equipment
 from desim.scenario.schema.scenario import Physics, Scenario
 from desim.scenario.source_places import Folder, Path
 from desim.units import DURATION, LENGTH
@@ -179,19 +180,40 @@ def _unknown(kind: str, name: str, known: tuple[str, ...]) -> str:
     return f"unknown {kind} {name!r}{did_you_mean(name, known)}; allowed: {allowed}"
 
 
+def _equipments(scenario: Scenario) -> Iterator[tuple[Path, Equipment]]:
+    """The equipment of the fleet, and of each type that has its own."""
+    yield ("robot",), scenario.robot
+    for name, kind in scenario.fleet.types.items():
+        if kind.robot is not None:
+            yield ("fleet", "types", name, "robot"), kind.robot
+
+
 def _laser(scenario: Scenario, _: Folder) -> Found:
-    laser = scenario.robot.laser
-    if isinstance(laser, str) and laser not in BUILT_IN_LASERS:
-        yield ("robot", "laser"), (f"unknown laser {laser!r}{did_you_mean(laser, BUILT_IN_LASERS)};"
-                                   f" allowed: {', '.join(BUILT_IN_LASERS)}, or its parameters")
+    for path, equipment in _equipments(scenario):
+        laser = equipment.laser
+        if isinstance(laser, str) and laser not in BUILT_IN_LASERS:
+            yield (*path, "laser"), (
+                f"unknown laser {laser!r}{did_you_mean(laser, BUILT_IN_LASERS)};"
+                f" allowed: {', '.join(BUILT_IN_LASERS)}, or its parameters")
 
 
 def _local_window(scenario: Scenario, _: Folder) -> Found:
-    navigation = scenario.robot.navigation
-    side = navigation.local_size_m / navigation.local_resolution_m
-    if side > MAX_LOCAL_SIDE:
-        yield ("robot", "navigation", "local_resolution"), (
-            f"makes the local window {side:.0f} cells wide; allowed: {MAX_LOCAL_SIDE}")
+    for path, equipment in _equipments(scenario):
+        navigation = filled_in(equipment.navigation, scenario.robot.navigation)
+        side = navigation.local_size_m / navigation.local_resolution_m
+        if side > MAX_LOCAL_SIDE:
+            yield (*path, "navigation", "local_resolution"), (
+                f"makes the local window {side:.0f} cells wide; allowed: {MAX_LOCAL_SIDE}")
+
+
+def _one_raster(scenario: Scenario, _: Folder) -> Found:
+    shared_m = scenario.robot.mapping.resolution_m
+    for path, equipment in _equipments(scenario):
+        own_m = filled_in(equipment.mapping, scenario.robot.mapping).resolution_m
+        if own_m != shared_m:
+            yield (*path, "mapping", "resolution"), (
+                f"must be that of the fleet, {LENGTH.format(shared_m)}, got {LENGTH.format(own_m)}:"
+                " robots share their maps")
 
 
 def _condition(scenario: Scenario, _: Folder) -> Found:
@@ -241,8 +263,10 @@ def _briefed(scenario: Scenario, _: Folder) -> Found:
     """Strategies that need the briefing of another task."""
     chosen: list[tuple[Path, str]] = [(("coordination", "strategy"),
                                        scenario.coordination.strategy)]
-    chosen += [(("hosts", name, "strategy"), host.strategy.strategy)
-               for name, host in scenario.hosts.items() if host.strategy is not None]
+    chosen += [((*at, name, "strategy"), of.strategy.strategy)
+               for at, those in ((("hosts",), scenario.hosts), (("fleet", "types"),
+                                                                scenario.fleet.types))
+               for name, of in those.items() if of.strategy is not None]
     for path, strategy in chosen:
         try:
             complaint = plugins.unbriefed(strategy, scenario.task.model)
@@ -270,11 +294,12 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",), ("hosts",), ("deployment",)), _hosts),
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
     ((("faults",),), _faults),
-    ((("robot", "laser"),), _laser),
-    ((("robot", "navigation"),), _local_window),
+    ((("robot", "laser"), ("fleet", "types")), _laser),
+    ((("robot", "navigation"), ("fleet", "types")), _local_window),
+    ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("stop", "when"), ("task",)), _condition),
     ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
     ((("network",), ("deployment",)), _fidelity),
-    ((("coordination",), ("hosts",), ("task",)), _briefed),
+    ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), _briefed),
     ((("physics", "model"),), _world),
 )

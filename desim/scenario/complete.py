@@ -9,6 +9,7 @@ from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import plugin_choices
 from desim.scenario.names import fleet_size, robot_names
+from desim.scenario.robot_types import filled_in, strategies_of
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -16,12 +17,13 @@ from desim.scenario.schema.communication import (
     TeamStateParams,
 )
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
-from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, StartList
-from desim.scenario.schema.robot import Robot
+from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType, StartList
+from desim.scenario.schema.robot import Equipment
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder
 
 P = TypeVar("P", bound=Params)
+E = TypeVar("E", bound=Equipment)
 T = TypeVar("T")
 
 # The paper's testbed is a switched Gigabit LAN; its robots communicate over 200 m.
@@ -37,13 +39,14 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
     return _changed(
         scenario,
         environment=_environment(scenario.environment, folder),
-        fleet=_fleet(scenario.fleet),
-        robot=_robot(scenario.robot),
+        fleet=_fleet(scenario.fleet, _equipment(scenario.robot)),
+        robot=_changed(_equipment(scenario.robot),
+                       passive=tuple(sorted(scenario.robot.passive, key=natural_key))),
         network=_network(scenario),
         hosts={name: host.parsed() for name, host in _sorted(scenario.hosts).items()},
         middleware=scenario.middleware.parsed(),
         task=scenario.task.parsed(),
-        coordination=_coordination(scenario.coordination, scenario.deployment).parsed(),
+        coordination=_coordination(scenario).parsed(),
     )
 
 
@@ -58,12 +61,13 @@ def _environment(environment: Environment, folder: Folder) -> Environment:
     return _changed(environment, terrain=terrain)
 
 
-def _fleet(fleet: FleetParams) -> FleetParams:
-    """The size, and all types that are used; named start poses in the order of their names."""
+def _fleet(fleet: FleetParams, equipment: Equipment) -> FleetParams:
+    """The size, and all types that are used, with what they carry and run; named start poses in the
+    order of their names."""
     used = [fleet.robots] if isinstance(fleet.robots, str) else [
         group.type for group in fleet.robots]
     types = {**{name: BUILT_IN_TYPES[name] for name in used if name in BUILT_IN_TYPES},
-             **fleet.types}
+             **{name: _type(kind, equipment) for name, kind in fleet.types.items()}}
     start = fleet.start
     if isinstance(start, StartList) and start.poses[0].name:
         start = _changed(start, poses=tuple(sorted(start.poses,
@@ -72,9 +76,15 @@ def _fleet(fleet: FleetParams) -> FleetParams:
                     types=_sorted(types))
 
 
-def _robot(robot: Robot) -> Robot:
-    return _changed(robot, laser=robot.scanner,
-                    passive=tuple(sorted(robot.passive, key=natural_key)))
+def _type(kind: RobotType, equipment: Equipment) -> RobotType:
+    if kind.robot is not None:
+        kind = _changed(kind, robot=filled_in(_equipment(kind.robot), equipment))
+    return kind.parsed()
+
+
+def _equipment(robot: E) -> E:
+    """Lasers by their parameters."""
+    return _changed(robot, laser=robot.scanner) if isinstance(robot.laser, str) else robot
 
 
 def media(scenario: Scenario) -> dict[str, MediumChoice]:
@@ -112,16 +122,17 @@ def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
     return _changed(medium, ports=nodes)
 
 
-def _coordination(coordination: Coordination, deployment: str) -> Coordination:
-    if "team_state" not in coordination.model_fields_set \
-            and plugins.reads_team_state(coordination.strategy):
+def _coordination(scenario: Scenario) -> Coordination:
+    coordination = scenario.coordination
+    if "team_state" not in coordination.model_fields_set and any(
+            plugins.reads_team_state(choice.strategy) for choice in strategies_of(scenario)):
         coordination = _changed(coordination, team_state=TeamStateParams())
     exchange = coordination.exchange
     if exchange is None:
         return coordination
     free = (plugins.parameters("sharing", exchange.model).model_fields.keys()
             - exchange.written.keys())
-    missing = {key: value for key, value in _EXCHANGE[deployment].items() if key in free}
+    missing = {key: value for key, value in _EXCHANGE[scenario.deployment].items() if key in free}
     if exchange.fusion is None:
         missing["fusion"] = plugins.fusion(exchange.model)
     return _changed(coordination, exchange=_changed(exchange, **missing))

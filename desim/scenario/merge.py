@@ -36,6 +36,7 @@ CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
     ("coordination",): Coordination,
     ("coordination", "exchange"): Exchange,
     ("hosts", "*", "strategy"): StrategyChoice,
+    ("fleet", "types", "*", "strategy"): StrategyChoice,
     ("task",): TaskChoice,
 }
 _SHAPES = {

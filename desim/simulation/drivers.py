@@ -7,7 +7,9 @@ paper does; in ``field`` each robot's computer runs one for its own body.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,51 +17,78 @@ from desim.middleware.batches import BatchPublisher
 from desim.middleware.contents import ODOMETRY_BYTES, LaserScan, Pose, laser_scan_bytes
 from desim.middleware.host import Host
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, WaitSet
+from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import Snapshot, World
-from desim.scenario.schema.robot import Laser
+from desim.scenario.schema.robot import Equipment, Laser
+
+
+class Readings(NamedTuple):
+    """The publishers of readings of one kind, as one; the i-th is that of ``robots[i]``."""
+
+    robots: tuple[int, ...]
+    publisher: BatchPublisher
+
+    @classmethod
+    def of(cls, publishers: list[tuple[int, Publisher]], size_bytes: int) -> Readings:
+        """The readings, of ``size_bytes`` each, of pairs of a robot and its publisher."""
+        return cls(tuple(robot for robot, _ in publishers),
+                   BatchPublisher([publisher for _, publisher in publishers], size_bytes))
 
 
 class Driver(Node):
-    """Sensors and motors of ``robots`` (indices into ``world.robots``)."""
+    """Sensors and motors of ``robots`` (indices into ``world.robots``). ``equipment`` [world's
+    robots]: what each of the world's robots carries."""
 
-    def __init__(self, host: Host, world: World, robots: Sequence[int], laser: Laser) -> None:
+    def __init__(self, host: Host, world: World, robots: Sequence[int],
+                 equipment: Sequence[Equipment]) -> None:
         super().__init__(host, "driver")
         self.robots = tuple(robots)
         self._world = world
-        self._laser = laser
-        self._increment_rad = laser.field_of_view_rad / (laser.beams - 1)
+        self._equipment = equipment
+        self._scans: list[tuple[Laser, Readings]] = []
+        self._poses: list[Readings] = []
         self._alone = {i: np.array([i]) for i in self.robots}
         self._motors: dict[Latest, int] = {}  # the robot of each topic of velocities
         self._commands = WaitSet()
 
     def start(self) -> None:
-        scans, poses = [], []
+        scans: dict[Laser, list[tuple[int, Publisher]]] = {
+            own.scanner: [] for own in self._equipment}
+        poses: dict[Fraction, list[tuple[int, Publisher]]] = {
+            own.odometry.rate_hz: [] for own in self._equipment}
         for robot in self.robots:
-            prefix = f"/{self._world.robots[robot]}"
-            scans.append(self.advertise(f"{prefix}/scan"))
-            poses.append(self.advertise(f"{prefix}/odom"))
-            poses.append(self.advertise(f"{prefix}/true_pose"))
+            prefix, own = f"/{self._world.robots[robot]}", self._equipment[robot]
+            scans[own.scanner].append((robot, self.advertise(f"{prefix}/scan")))
+            poses[own.odometry.rate_hz].extend(
+                (robot, self.advertise(f"{prefix}/{topic}")) for topic in ("odom", "true_pose"))
             self._motors[self.latest(f"{prefix}/cmd_vel", self._commands)] = robot
-        self._scans = BatchPublisher(scans, laser_scan_bytes(self._laser.beams))
-        self._poses = BatchPublisher(poses, ODOMETRY_BYTES)
+        self._scans = [(laser, Readings.of(those, laser_scan_bytes(laser.beams)))
+                       for laser, those in scans.items()]
+        self._poses = [Readings.of(those, ODOMETRY_BYTES) for those in poses.values()]
 
-    def sense_scan(self, snapshot: Snapshot, tick: int) -> None:
-        """Publish scan number ``tick`` of every robot; the beams are cast when somebody reads."""
-        self._scans.publish(partial(self._scan, snapshot, tick))
+    def sense_scan(self, kind: int, snapshot: Snapshot, tick: int) -> None:
+        """Publish scan number ``tick`` of every laser of a kind, by its number in the equipment of
+        the fleet; beams are cast when somebody reads."""
+        laser, (robots, publisher) = self._scans[kind]
+        if robots:
+            publisher.publish(partial(self._scan, laser, robots, snapshot, tick))
 
-    def sense_pose(self, snapshot: Snapshot, tick: int) -> None:
-        """Publish odometry reading number ``tick`` and the true pose of every robot."""
-        self._poses.publish(partial(self._pose, snapshot, tick))
+    def sense_pose(self, kind: int, snapshot: Snapshot, tick: int) -> None:
+        """Publish reading number ``tick`` of every odometer with a rate, by its number in the
+        equipment of the fleet, and the true poses of these robots."""
+        robots, publisher = self._poses[kind]
+        if robots:
+            publisher.publish(partial(self._pose, robots, snapshot, tick))
 
-    def _scan(self, snapshot: Snapshot, tick: int, number: int) -> LaserScan:
-        ranges = self._world.scan(snapshot, self._alone[self.robots[number]], tick)[0]
-        return LaserScan(snapshot.time_ns, ranges, -0.5 * self._laser.field_of_view_rad,
-                         self._increment_rad, self._laser.max_range_m)
+    def _scan(self, laser: Laser, robots: tuple[int, ...], snapshot: Snapshot, tick: int,
+              number: int) -> LaserScan:
+        ranges = self._world.scan(snapshot, self._alone[robots[number]], tick)[0]
+        return LaserScan(snapshot.time_ns, ranges, -0.5 * laser.field_of_view_rad,
+                         laser.field_of_view_rad / (laser.beams - 1), laser.max_range_m)
 
-    def _pose(self, snapshot: Snapshot, tick: int, number: int) -> Pose:
+    def _pose(self, robots: tuple[int, ...], snapshot: Snapshot, tick: int, number: int) -> Pose:
         """Of each robot its odometer's, then its true one."""
-        robot = self.robots[number // 2]
+        robot = robots[number]
         if number % 2:
             x_m, y_m, yaw_rad = snapshot.poses[robot].tolist()
         else:

@@ -31,6 +31,7 @@ from desim.robot.software import coordinator_software, robot_software
 from desim.robot.team import Team
 from desim.robot.tiles import TilePool
 from desim.robot.transform_broadcaster import TransformBroadcaster, of_odometry
+from desim.scenario.robot_types import equipment_of, strategies_of
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan, plan
@@ -75,6 +76,7 @@ class Simulation:
         self.world: World = plugins.load("world", scenario.physics.model).build(
             scenario, self.streams)
         self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
+        self._equipment, self._strategies = equipment_of(scenario), strategies_of(scenario)
         # Messages: the hosts, their middleware, and the media between them.
         self.plan = plan(scenario)
         places = HostPlaces(self.world, self.plan)
@@ -140,7 +142,7 @@ class Simulation:
         nodes: list[Node] = []
         robot_map: RobotMap | None = None
         if host_plan.drives:
-            driver = Driver(host, self.world, host_plan.drives, scenario.robot.scanner)
+            driver = Driver(host, self.world, host_plan.drives, self._equipment)
             self._drivers[host.name] = driver
             nodes.append(driver)
             nodes += self._odometry_transforms(host, host_plan)
@@ -150,9 +152,11 @@ class Simulation:
         if host_plan.software is not None:
             robot_map = self._map()
             self._watch(host.name, robot_map)
-            nodes += robot_software(host, scenario, self.world.body(host_plan.software), robot_map,
+            robot = host_plan.software
+            nodes += robot_software(host, scenario, self._equipment[robot],
+                                    self._strategies[robot], self.world.body(robot), robot_map,
                                     tuple(n for n in self._explorers if n != host.name),
-                                    self._team(host.name), self._known_start(host_plan.software),
+                                    self._team(host.name), self._known_start(robot),
                                     monitored=any(other.monitor for other in self.plan),
                                     task=self._briefing)
         if host_plan.strategy is not None:

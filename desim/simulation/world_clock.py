@@ -2,16 +2,18 @@
 
 Sensors keep the common grid: reading k is due at k / rate, and sees the pose of the last world
 tick (a laser, where it is asked for, the pose in between). A whole fleet's ticks are one event, one
-kernel call; the drivers then publish.
+kernel call; the drivers then publish. Sensors of different kinds have an event each.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Trace
 from desim.ports import World
+from desim.scenario.robot_types import equipment_of
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.drivers import Driver
 
@@ -33,11 +35,14 @@ class WorldClock:
         self._drivers, self._collided = drivers, collided
         self._ids = [trace.names.id(name) for name in world.robots]
         self._collision = trace.names.id("collision")
-        self._interpolated = scenario.robot.scanner.pose == "interpolated"
         self._wall = trace.names.id("wall")
         kernel.ticker(scenario.physics.rate_hz, Phase.WORLD, _TICK, self._advance, 0)
-        kernel.ticker(scenario.robot.scanner.rate_hz, Phase.SENSE, _SCANS, self._scan, 0)
-        kernel.ticker(scenario.robot.odometry.rate_hz, Phase.SENSE, _POSES, self._pose, 0)
+        equipment = equipment_of(scenario)
+        for kind, laser in enumerate(dict.fromkeys(own.scanner for own in equipment)):
+            kernel.ticker(laser.rate_hz, Phase.SENSE, _SCANS,
+                          partial(self._scan, kind, laser.pose == "interpolated"), 0)
+        for kind, rate_hz in enumerate(dict.fromkeys(own.odometry.rate_hz for own in equipment)):
+            kernel.ticker(rate_hz, Phase.SENSE, _POSES, partial(self._pose, kind), 0)
 
     def _advance(self, tick: int) -> None:
         if tick == 0:  # the start poses
@@ -51,13 +56,13 @@ class WorldClock:
                             self._wall if other == WALL else self._ids[other])
             self._collided(robot, other)
 
-    def _scan(self, tick: int) -> None:
+    def _scan(self, kind: int, interpolated: bool, tick: int) -> None:
         now_ns, world = self._kernel.now_ns, self._world
-        snapshot = world.snapshot_at(now_ns) if self._interpolated else world.snapshot()
+        snapshot = world.snapshot_at(now_ns) if interpolated else world.snapshot()
         for driver in self._drivers():
-            driver.sense_scan(snapshot, tick)
+            driver.sense_scan(kind, snapshot, tick)
 
-    def _pose(self, tick: int) -> None:
+    def _pose(self, kind: int, tick: int) -> None:
         snapshot = self._world.snapshot()
         for driver in self._drivers():
-            driver.sense_pose(snapshot, tick)
+            driver.sense_pose(kind, snapshot, tick)

@@ -6,22 +6,22 @@ import math
 from typing import NamedTuple
 
 from desim.scenario.names import robot_names
+from desim.scenario.robot_types import equipment_of, types_of
 from desim.scenario.schema.fleet import (
-    BUILT_IN_TYPES,
     BodyType,
     FleetParams,
-    Group,
     StartGrid,
     StartLine,
     StartList,
     StartRandom,
 )
+from desim.scenario.schema.robot import Laser, Odometry
 from desim.scenario.schema.scenario import Scenario
 
 
 class RobotSpec(NamedTuple):
-    """One robot: its body and its start. ``snap`` lets a start inside a wall move; a start that is
-    still to be ``drawn`` has no place yet (NaN)."""
+    """One robot: its body, its start and its sensors. ``snap`` lets a start inside a wall move; a
+    start that is still to be ``drawn`` has no place yet (NaN)."""
 
     name: str
     body: BodyType
@@ -30,6 +30,8 @@ class RobotSpec(NamedTuple):
     yaw_rad: float
     snap: bool = False
     drawn: StartRandom | None = None
+    laser: Laser = Laser()
+    odometry: Odometry = Odometry()
 
 
 def place_fleet(scenario: Scenario) -> list[RobotSpec]:
@@ -38,16 +40,9 @@ def place_fleet(scenario: Scenario) -> list[RobotSpec]:
     fleet, names = scenario.fleet, robot_names(scenario)
     poses = _poses(fleet, names)
     drawn = fleet.start if isinstance(fleet.start, StartRandom) else None
-    return [RobotSpec(name, body, *poses[name], fleet.start.snap, drawn)
-            for name, body in zip(names, _bodies(fleet, len(names)), strict=True)]
-
-
-def _bodies(fleet: FleetParams, count: int) -> list[BodyType]:
-    types = {**BUILT_IN_TYPES, **fleet.types}
-    groups = fleet.robots
-    if isinstance(groups, str):
-        groups = (Group(type=groups, count=count),)
-    return [types[group.type] for group in groups for _ in range(group.count)]
+    return [RobotSpec(name, body, *poses[name], fleet.start.snap, drawn, own.scanner, own.odometry)
+            for name, body, own in zip(names, types_of(fleet), equipment_of(scenario),
+                                       strict=True)]
 
 
 def _poses(fleet: FleetParams, names: tuple[str, ...]) -> dict[str, tuple[float, float, float]]:

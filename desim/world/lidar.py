@@ -1,4 +1,4 @@
-"""The laser scanners of the fleet: all of one kind, cast by one kernel call."""
+"""Laser scanners: all those of one kind in a fleet, cast by one kernel call."""
 
 from __future__ import annotations
 

@@ -15,7 +15,6 @@ from desim.errors import ModelError
 from desim.ports import GridSpec, Obstacles, Snapshot, natural_key
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Laser, Odometry
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
 from desim.world import bodies, lidar, materials, odometry, placement, scenery, sources
@@ -25,11 +24,12 @@ from desim.world.obstacles import Matter, crossing, toll
 
 class Scene(NamedTuple):
     """The part of a snapshot besides poses: ``walls`` [n, 4] that beams meet (closed doors last),
-    ``discs`` [m, 3] of moving obstacles, and the poses of dead-reckoning odometers [robots, 3]."""
+    ``discs`` [m, 3] of moving obstacles, and of each kind of odometer that reckons the poses
+    [robots, 3]."""
 
     walls: np.ndarray
     discs: np.ndarray
-    reckoned: np.ndarray | None
+    reckoned: tuple[np.ndarray | None, ...]
 
 
 class Plane:
@@ -39,8 +39,8 @@ class Plane:
     order. Raises ``InputError`` for terrain that cannot be read and for starts that are not free.
     """
 
-    def __init__(self, environment: Environment, fleet: list[RobotSpec], laser: Laser,
-                 odometer: Odometry, rate_hz: Fraction, streams: Streams) -> None:
+    def __init__(self, environment: Environment, fleet: list[RobotSpec], rate_hz: Fraction,
+                 streams: Streams) -> None:
         self.terrain, tick_s = sources.load(environment.terrain), float(1 / rate_hz)
         self._doors = scenery.Doors(environment.doors, self.terrain.bounds)
         self._movers = scenery.Movers(environment.moving_obstacles, self.terrain, tick_s)
@@ -51,10 +51,14 @@ class Plane:
         specs = site.place(specs)
         self._types = [spec.body for spec in specs]
         self._bodies = bodies.Bodies(specs, self.terrain, tick_s)
-        self.lidar = lidar.Lidar(laser, self.terrain, self._bodies.radii_m,
-                                 self._keys(streams, "laser"))
-        self._odometers = odometry.Odometers(odometer, self._bodies.poses,
-                                              self._keys(streams, "odometry"))
+        keys = self._keys(streams, "laser")
+        lidars = {spec.laser: lidar.Lidar(spec.laser, self.terrain, self._bodies.radii_m, keys)
+                  for spec in specs}
+        self.lidars = [lidars[spec.laser] for spec in specs]
+        keys = self._keys(streams, "odometry")
+        kinds = list(dict.fromkeys(spec.odometry for spec in specs))
+        self._odometers = [odometry.Odometers(kind, self._bodies.poses, keys) for kind in kinds]
+        self._odometer = [kinds.index(spec.odometry) for spec in specs]
         self._tick = 0
         self._now_ns = 0
         # Tick k is at k * period ns, rounded down, in integers: fractions are slow.
@@ -62,11 +66,16 @@ class Plane:
         self._next_ns = self._period[0] // self._period[1]
         self._contacts: list[tuple[int, int]] = []
         self._lively = bool(environment.doors or environment.moving_obstacles)
+        self._walks = any(kind.walks for kind in self._odometers)
         self._epoch = 0
         self._obstacles: Obstacles | None = None
         self._snapshot: Snapshot | None = None
         self._walls = self._standing_walls()
-        self._scene = Scene(self._walls, self._movers.discs, self._odometers.reckoned)
+        self._scene = self._present_scene()
+
+    def _present_scene(self) -> Scene:
+        return Scene(self._walls, self._movers.discs,
+                     tuple(kind.reckoned for kind in self._odometers))
 
     def _keys(self, streams: Streams, sensor: str) -> np.ndarray:
         return np.array([streams.key("robot", name, sensor) for name in self.robots],
@@ -109,9 +118,10 @@ class Plane:
         self._tick += 1
         self._next_ns = (self._tick + 1) * self._period[0] // self._period[1]
         self._snapshot = None
-        if self._lively or self._odometers.walks:
-            self._odometers.advance(self._next_ns, self._bodies.poses)
-            self._scene = Scene(self._walls, self._movers.discs, self._odometers.reckoned)
+        if self._lively or self._walks:
+            for kind in self._odometers:
+                kind.advance(self._next_ns, self._bodies.poses)
+            self._scene = self._present_scene()
 
     def _move_scenery(self, then_ns: int, dt_s: float) -> None:
         robots = np.column_stack([self._bodies.poses[:, :2], self._bodies.radii_m])
@@ -154,13 +164,16 @@ class Plane:
         return Snapshot(time_ns, poses, self._scene)
 
     def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int) -> np.ndarray:
-        """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser."""
+        """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser; the
+        lasers of ``robots`` are all of one kind."""
         scene = snapshot.geometry
-        return self.lidar.scan(snapshot.poses, scene.walls, scene.discs, robots, tick)
+        return self.lidars[robots[0]].scan(snapshot.poses, scene.walls, scene.discs, robots, tick)
 
     def odometry(self, snapshot: Snapshot, robot: int, tick: int) -> np.ndarray:
         """[3] x m, y m, yaw rad as the odometer of ``robot`` shows at its tick ``tick``."""
-        return self._odometers.read(snapshot.poses, snapshot.geometry.reckoned, robot, tick)
+        kind = self._odometer[robot]
+        return self._odometers[kind].read(snapshot.poses, snapshot.geometry.reckoned[kind], robot,
+                                          tick)
 
     def moving_obstacles(self) -> np.ndarray:
         """[obstacles, 3] x m, y m, radius m as of the last tick."""
@@ -195,5 +208,4 @@ class Plane:
     @classmethod
     def build(cls, scenario: Scenario, streams: Streams) -> Plane:
         """The plane of a scenario whose paths are absolute, as loading leaves them."""
-        return cls(scenario.environment, place_fleet(scenario), scenario.robot.scanner,
-                   scenario.robot.odometry, scenario.physics.rate_hz, streams)
+        return cls(scenario.environment, place_fleet(scenario), scenario.physics.rate_hz, streams)

@@ -307,6 +307,23 @@ WRONG = {
     "unknown type of robot": ("fleet: {robots: [{type: pioner3dx, count: 2}]}", [
         "2:25: fleet.robots.0.type: unknown type 'pioner3dx' (did you mean 'pioneer3dx'?); "
         "allowed: pioneer3dx, holonomic"]),
+    "unknown key of a type's laser": (
+        "fleet: {robots: scout, types: {scout: {robot: {laser: {range: 5 m}}}}}", [
+            "2:56: fleet.types.scout.robot.laser.range: unknown key (did you mean 'max_range'?); "
+            "allowed: beams, field_of_view, max_range, rate, noise, pose"]),
+    "unknown laser of a type": ("fleet: {types: {scout: {robot: {laser: lms50}}}}", [
+        "2:40: fleet.types.scout.robot.laser: unknown laser 'lms50' (did you mean 'lms500'?); "
+        "allowed: lms500, or its parameters"]),
+    "maps of two resolutions": (
+        "fleet: {types: {scout: {robot: {mapping: {resolution: 0.1 m}}}}}", [
+            "2:55: fleet.types.scout.robot.mapping.resolution: must be that of the fleet, 0.2 m, "
+            "got 0.1 m: robots share their maps"]),
+    "unknown parameter of a type's strategy": (
+        "fleet: {types: {scout: {strategy: {strategy: nearest_frontier, k: 1}}}}", [
+            "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
+    "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
+        "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, slam, laser, "
+        "odometry, mapping, navigation, exploration"]),
     "size against groups": ("fleet: {size: 3, robots: [{type: pioneer3dx, count: 2}]}", [
         "2:15: fleet.size: must be the sum of the groups' counts, 2, got 3"]),
     "size against poses": ("fleet: {size: 2, start: {poses: [{x: 1 m, y: 1 m}]}}", [

@@ -12,7 +12,6 @@ from desim.engine.streams import Streams
 from desim.errors import InputError, ModelError
 from desim.scenario.schema.environment import Door, Environment, MapFile, MovingObstacle, Shape
 from desim.scenario.schema.fleet import BodyType, StartRandom
-from desim.scenario.schema.robot import Laser, Odometry
 from desim.units import NS_PER_S
 from desim.world.fleet import RobotSpec
 from desim.world.geometry import point_distance
@@ -30,7 +29,7 @@ def square(side=20, **more):
 def world(starts, environment=None, body=None, names=None, snap=False):
     specs = [RobotSpec(names[i] if names else f"robot_{i}", body or BodyType(), *start, snap)
              for i, start in enumerate(starts)]
-    return Plane(environment or square(), specs, Laser(), Odometry(), Fraction(60), Streams(1))
+    return Plane(environment or square(), specs, Fraction(60), Streams(1))
 
 
 def run(plane, seconds, command=lambda plane, k: None, check=lambda plane: None):
@@ -344,7 +343,7 @@ def drawn(count, seed=1, names=None, apart="0.6 m", **more):
     start = StartRandom(apart=apart, **more)
     specs = [RobotSpec(name, BodyType(), *[float("nan")] * 3, False, start)
              for name in names or [f"robot_{i}" for i in range(count)]]
-    return Plane(square(), specs, Laser(), Odometry(), Fraction(60), Streams(seed))
+    return Plane(square(), specs, Fraction(60), Streams(seed))
 
 
 def test_drawn_starts_are_free_apart_and_each_robots_own():

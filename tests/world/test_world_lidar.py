@@ -12,7 +12,7 @@ from desim.errors import InputError
 from desim.ports import Snapshot
 from desim.scenario.schema.environment import Door, Environment, MovingObstacle, Shape
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Laser, Odometry
+from desim.scenario.schema.robot import Laser
 from desim.world.fleet import RobotSpec
 from desim.world.lidar import Lidar
 from desim.world.plane import Plane
@@ -22,9 +22,10 @@ EXACT_M = 1e-4  # float32 of 26 m; the promise is 1 cm
 
 
 def plane(environment=None, fleet=((-36.0, 36.0),), laser=None, seed=1):
-    specs = [RobotSpec(f"robot_{i + 1}", BodyType(), x, y, 0.0) for i, (x, y) in enumerate(fleet)]
-    return Plane(environment or Environment(terrain="maze"), specs, laser or Laser(), Odometry(),
-                 Fraction(60), Streams(seed))
+    specs = [RobotSpec(f"robot_{i + 1}", BodyType(), x, y, 0.0, laser=laser or Laser())
+             for i, (x, y) in enumerate(fleet)]
+    return Plane(environment or Environment(terrain="maze"), specs, Fraction(60),
+                 Streams(seed))
 
 
 def directions(laser, yaw):
@@ -90,8 +91,8 @@ def test_slanted_walls_and_any_field_of_view(rows, yaw, beams, fov):
         {"from": (f"{a:.6f} m", f"{b:.6f} m"), "to": (f"{c:.6f} m", f"{d:.6f} m")}
         for a, b, c, d in rows])
     laser = Laser(beams=beams, field_of_view=f"{fov!r} rad", max_range="60 m")
-    spec = RobotSpec("robot_1", BodyType(radius="0.1 m"), 0.0, 0.0, 0.0, snap=True)
-    world = Plane(Environment(terrain=shape), [spec], laser, Odometry(), Fraction(60), Streams(1))
+    spec = RobotSpec("robot_1", BodyType(radius="0.1 m"), 0.0, 0.0, 0.0, snap=True, laser=laser)
+    world = Plane(Environment(terrain=shape), [spec], Fraction(60), Streams(1))
     x, y = world.snapshot().poses[0, :2]
     found = world.scan(seen_from(world.snapshot(), (x, y, yaw)), np.array([0]), 0)[0]
     ux, uy = directions(laser, yaw)

@@ -17,7 +17,6 @@ from desim.engine.streams import Streams
 from desim.errors import InputError
 from desim.scenario.schema.environment import Drawing, Environment, MapFile, Shape
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Laser, Odometry
 from desim.testing import Bench
 from desim.world import centre_lines
 from desim.world.fleet import RobotSpec
@@ -55,8 +54,7 @@ def shown(walls, edge_m, thick_m):
 
 def plane(terrain):
     spec = RobotSpec("robot_0", BodyType(), 0.0, 0.0, 0.0, snap=True)
-    return Plane(Environment(terrain=terrain), [spec], Laser(), Odometry(), Fraction(60),
-                 Streams(1))
+    return Plane(Environment(terrain=terrain), [spec], Fraction(60), Streams(1))
 
 
 def drawn(walls, **kind):

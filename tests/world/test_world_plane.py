@@ -14,7 +14,7 @@ from desim.errors import InputError
 from desim.scenario.load import from_mapping
 from desim.scenario.schema.environment import Environment, Shape
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.robot import Laser, Odometry
+from desim.scenario.schema.robot import Odometry
 from desim.units import NS_PER_S
 from desim.world import obstacles as matter
 from desim.world.fleet import RobotSpec
@@ -24,9 +24,10 @@ OPEN = Environment(terrain=Shape(size=("100 m", "100 m")))
 
 
 def world(odometry, robots=1, seed=1, environment=OPEN):
-    specs = [RobotSpec(f"robot_{i}", BodyType(), 0.0, 3.0 * i, 0.5, snap=True)
+    specs = [RobotSpec(f"robot_{i}", BodyType(), 0.0, 3.0 * i, 0.5, snap=True,
+                       odometry=odometry)
              for i in range(robots)]
-    return Plane(environment, specs, Laser(), odometry, Fraction(60), Streams(seed))
+    return Plane(environment, specs, Fraction(60), Streams(seed))
 
 
 def readings(plane, seconds, read=lambda k: True):

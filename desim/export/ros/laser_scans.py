@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from desim import plugins
 from desim.engine.streams import Streams
 from desim.ports import Snapshot
 from desim.results.source import ReplaySource
+from desim.scenario.robot_types import equipment_of
 from desim.scenario.schema.robot import Laser
 from desim.scenario.schema.scenario import Scenario
 from desim.units import MM_PER_M, NS_PER_S
@@ -21,27 +24,30 @@ class Scanner:
     recording. Raises ``InputError`` where the terrain's file has gone."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.laser: Laser = scenario.robot.scanner
+        self.lasers: tuple[Laser, ...] = tuple(own.scanner for own in equipment_of(scenario))
         self._world = plugins.load("world", scenario.physics.model).build(
             scenario, Streams(scenario.seed))
-        self._all = np.arange(len(self._world.robots))
         self._start: Snapshot = self._world.snapshot()
         self._doors = {_corners(door.start_m, door.end_m) for door in scenario.environment.doors}
 
-    def ranges_m(self, recording: ReplaySource, k: int) -> np.ndarray:
-        """[robots, beams] float32 m, to a millimetre, at the poses of recorded instant ``k``;
-        infinite where a beam meets nothing."""
+    def ranges_m(self, recording: ReplaySource, k: int, robots: Sequence[int]) -> list[np.ndarray]:
+        """Of each of ``robots`` [beams] float32 m, to a millimetre, at the poses of recorded
+        instant ``k``; infinite where a beam meets nothing."""
         of = recording.poses
         time_ns = int(of.times_ns[k])
-        tick = int(time_ns * self.laser.rate_hz // NS_PER_S)
         poses = np.ascontiguousarray(of.of_instant(k))
         snapshot = self._start._replace(time_ns=time_ns, poses=poses)
         if isinstance(self._world, Plane):
             snapshot = snapshot._replace(geometry=self._start.geometry._replace(
                 walls=self._walls(self._world, recording, time_ns),
                 discs=recording.moving_obstacles[k] / MM_PER_M))
-        ranges = self._world.scan(snapshot, self._all, tick)
-        beyond = ranges >= np.float32(self.laser.max_range_m)
+        return [self._ranges_m(snapshot, robot) for robot in robots]
+
+    def _ranges_m(self, snapshot: Snapshot, robot: int) -> np.ndarray:
+        laser = self.lasers[robot]
+        tick = int(snapshot.time_ns * laser.rate_hz // NS_PER_S)
+        ranges = self._world.scan(snapshot, np.array([robot]), tick)[0]
+        beyond = ranges >= np.float32(laser.max_range_m)
         ranges = np.round(ranges * _STEPS_PER_M) / np.float32(_STEPS_PER_M)
         ranges[beyond] = np.inf
         return ranges

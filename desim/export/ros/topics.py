@@ -110,19 +110,18 @@ def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[TopicMessage]:
 
 
 def _scans(recording: ReplaySource, types: RosTypes, scanner: Scanner) -> Iterator[TopicMessage]:
-    """Scans at recorded poses, no oftener than the laser's rate."""
-    laser, due_ns = scanner.laser, 0
-    period_ns = round(NS_PER_S / laser.rate_hz)
-    increment = laser.field_of_view_rad / (laser.beams - 1)
+    """Scans at recorded poses, no oftener than the rate of each laser."""
+    due_ns = [0] * len(scanner.lasers)
     for k, time_ns in enumerate(recording.poses.times_ns.tolist()):
-        if time_ns < due_ns:
-            continue
-        due_ns = time_ns + period_ns
-        for name, ranges in zip(recording.robots, scanner.ranges_m(recording, k), strict=True):
+        due = [robot for robot, then_ns in enumerate(due_ns) if time_ns >= then_ns]
+        for robot, ranges in zip(due, scanner.ranges_m(recording, k, due), strict=True):
+            name, laser = recording.robots[robot], scanner.lasers[robot]
+            due_ns[robot] = time_ns + round(NS_PER_S / laser.rate_hz)
             yield TopicMessage(time_ns, f"/{name}/scan", LASER_SCAN, types.make(
                 LASER_SCAN, header=types.header(time_ns, f"{name}/laser"),
                 angle_min=-laser.field_of_view_rad / 2, angle_max=laser.field_of_view_rad / 2,
-                angle_increment=increment, range_max=laser.max_range_m, ranges=ranges))
+                angle_increment=laser.field_of_view_rad / (laser.beams - 1),
+                range_max=laser.max_range_m, ranges=ranges))
 
 
 def _speeds(then: np.ndarray, now: np.ndarray, seconds: float) -> np.ndarray:

@@ -17,7 +17,7 @@ from desim.report.replay.traffic import add_loads, add_messages, add_topics, tra
 from desim.results.file_names import LEDGER, ROBOTS, SUMMARY
 from desim.results.source import ReplaySource
 from desim.results.status import is_imported
-from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams
+from desim.scenario.robot_types import equipment_of, types_of
 from desim.units import MM_PER_M
 
 Description = dict[str, object]  # what JSON can hold
@@ -56,7 +56,6 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
     partitions_s = metrics.get("partitions", {}).get("episodes_s", [])
     listed, reduced = listed_events(recording.events, traffic, hosts, partitions_s)
     notes.append(reduced)
-    laser = scenario.robot.scanner
     about: Description = {
         "name": manifest["name"], "seed": manifest["seed"],
         "digest": manifest["digest"], "status": manifest["status"],
@@ -67,10 +66,11 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
         "robots": list(recording.robots), "hosts": hosts,
         "places": {host.name: [host.x_m, host.y_m] for host in recording.hosts
                    if not math.isnan(host.x_m)},
-        "radius_m": _radii(scenario.fleet, len(recording.robots)),
-        "laser": None if is_imported(manifest) else {
-            "beams": laser.beams, "field_of_view_rad": laser.field_of_view_rad,
-            "range_m": laser.max_range_m},
+        "radius_m": [body.radius_m for body in types_of(scenario.fleet)],
+        "lasers": None if is_imported(manifest) else [
+            {"beams": laser.beams, "field_of_view_rad": laser.field_of_view_rad,
+             "range_m": laser.max_range_m}
+            for laser in (own.scanner for own in equipment_of(scenario))],
         "deployment": scenario.deployment, "middleware": scenario.middleware.model,
         "terrain": _add_terrain(columns, recording),
         "growth": grown, "load_s": load_s, "plan_kinds": shown[0], "marks": shown[1],
@@ -168,11 +168,3 @@ def _add_terrain(columns: Columns, recording: ReplaySource) -> Description:
     for name in ("height_mm", "from_ns", "until_ns"):
         columns.add(f"wall.{name}", np.array([getattr(wall, name) for wall in walls], np.int64))
     return {"materials": materials}
-
-
-def _radii(fleet: FleetParams, count: int) -> list[float]:
-    types = {**BUILT_IN_TYPES, **fleet.types}
-    groups: Sequence[tuple[str, int]] = (
-        [(fleet.robots, count)] if isinstance(fleet.robots, str)
-        else [(group.type, group.count) for group in fleet.robots])
-    return [types[name].radius_m for name, size in groups for _ in range(size)][:count]

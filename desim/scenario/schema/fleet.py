@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
 from desim.ports import Params
-from desim.scenario.schema.communication import Name
+from desim.scenario.schema.communication import Name, StrategyChoice
+from desim.scenario.schema.robot import Equipment
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import (
     Acceleration,
@@ -41,9 +42,23 @@ class BodyType(Params):
         "the base stops when no command came for so long (diff_drive_controller cmd_vel_timeout)"))
 
 
+class RobotType(BodyType):
+    """A kind of robot: its body, and what it carries and runs if that differs from the fleet's."""
+
+    robot: Equipment | None = Field(None, description=(
+        "keys of the section robot that are different for this type (null: none)"))
+    strategy: StrategyChoice | None = Field(None, description=(
+        "the strategy of this type (null: that of coordination)"))
+
+    def parsed(self) -> Self:
+        """The type with the values of its strategy's parameters in place of what was written."""
+        return self if self.strategy is None else self.model_copy(
+            update={"strategy": self.strategy.parsed()})
+
+
 BUILT_IN_TYPES = {
-    "pioneer3dx": BodyType(),
-    "holonomic": BodyType(drive="holonomic"),
+    "pioneer3dx": RobotType(),
+    "holonomic": RobotType(drive="holonomic"),
 }
 
 
@@ -121,6 +136,7 @@ class FleetParams(Params):
         "poses, or 1)"))
     robots: Annotated[str | tuple[Group, ...], BY_SHAPE] = Field(
         "pioneer3dx", description="a type, or groups of types: the first robots are of the first")
-    types: dict[Name, BodyType] = Field({}, description="own types beside pioneer3dx and holonomic")
+    types: dict[Name, RobotType] = Field({}, description=(
+        "own types beside pioneer3dx and holonomic"))
     start: Annotated[StartLine | StartGrid | StartRandom | StartList | StartFile,
                      BY_SHAPE] = Field(default_factory=StartLine)

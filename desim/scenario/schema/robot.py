@@ -1,4 +1,4 @@
-"""The robot family: sensors and software. Every robot of a fleet carries the same."""
+"""The robot family: sensors and software, of the whole fleet or of one type of robot."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ class SlamParams(Params):
         "map_update_interval)"))
 
 
-class Robot(Params):
-    """The equipment and software of every robot."""
+class Equipment(Params):
+    """The equipment and software of a robot."""
 
     localization: Literal["ground_truth", "odometry", "gmapping", "scan_matching"] = Field(
         "ground_truth", description=(
@@ -91,14 +91,19 @@ class Robot(Params):
     mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)
     exploration: ExplorationParams = Field(default_factory=ExplorationParams)
+
+    @property
+    def scanner(self) -> Laser:
+        """The laser's parameters, also of one that is given by its name."""
+        return BUILT_IN_LASERS[self.laser] if isinstance(self.laser, str) else self.laser
+
+
+class Robot(Equipment):
+    """The equipment and software of every robot whose type has none of its own."""
+
     tf: Literal["none", "own", "all"] = Field("none", description=(
         "transforms between frames as traffic, which nothing reads: own, four messages ten times a "
         "second to the robot itself (as after yzrobot's tf_splitter); all, to the whole fleet (as "
         "in ROS without it)"))
     passive: tuple[str, ...] = Field((), description="names of robots that carry no software: they "
                                                "stand where they are and say nothing")
-
-    @property
-    def scanner(self) -> Laser:
-        """The laser's parameters, also of one that is given by its name."""
-        return BUILT_IN_LASERS[self.laser] if isinstance(self.laser, str) else self.laser

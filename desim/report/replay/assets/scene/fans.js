@@ -9,20 +9,20 @@ class Fans {
   }
 
   draw(context, camera, view) {
-    const { laser } = this.run.about, count = this.run.robots.length, { theme, chosen } = view;
-    if (!laser || (chosen < 0 && this.run.isLarge)) return;
+    const { lasers } = this.run.about, count = this.run.robots.length, { theme, chosen } = view;
+    if (!lasers || (chosen < 0 && this.run.isLarge)) return;
     this.rays = this.terrain.at(view.timeS).rays;
     const together = chosen < 0 && count > LIT_TOGETHER;
     if (together) context.beginPath();
     for (let robot = 0; robot < count; robot++) {
       if ((chosen >= 0 && robot !== chosen) || !view.up.robots[robot]) continue;
-      const reach = laser.range_m * camera.scale;
+      const laser = lasers[robot], reach = laser.range_m * camera.scale;
       const sx = camera.sx(view.poses[3 * robot]), sy = camera.sy(view.poses[3 * robot + 1]);
       if (sx < -reach || sy < -reach || sx > camera.width + reach || sy > camera.height + reach) {
         continue;
       }
       if (!together) context.beginPath();
-      this.#fan(context, camera, view.poses, robot,
+      this.#fan(context, camera, view.poses, robot, laser,
         together ? Math.min(laser.beams, BEAMS_TOGETHER) : laser.beams);
       if (!together) fillFan(context, robotColour(theme, robot), theme, robot === chosen);
     }
@@ -31,8 +31,8 @@ class Fans {
     context.fill();
   }
 
-  #fan(path, camera, poses, robot, beams) {
-    const { field_of_view_rad: field, range_m: reach } = this.run.about.laser;
+  #fan(path, camera, poses, robot, laser, beams) {
+    const { field_of_view_rad: field, range_m: reach } = laser;
     const x = poses[3 * robot], y = poses[3 * robot + 1], yaw = poses[3 * robot + 2];
     path.moveTo(camera.sx(x), camera.sy(y));
     for (let beam = 0; beam < beams; beam++) {

@@ -3,7 +3,7 @@
 // What can be switched off: its words, and whether a run has any of it.
 const LAYERS = {
   map: { words: "explored map", isIn: (run) => run.growth !== null },
-  fans: { words: "laser fans", isIn: (run) => Boolean(run.about.laser) },
+  fans: { words: "laser fans", isIn: (run) => Boolean(run.about.lasers) },
   paths: { words: "paths", isIn: () => true },
   plans: { words: "plans and goals", isIn: (run) => run.plan.length > 0 },
   slam: { words: "believed poses", isIn: (run) => run.plan.at.kind?.includes(POSE) },

@@ -1,0 +1,44 @@
+"""The types of a scenario's robots, and what each carries and runs."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+from desim.ports import Params
+from desim.scenario.names import fleet_size
+from desim.scenario.schema.communication import StrategyChoice
+from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType
+from desim.scenario.schema.robot import Equipment
+from desim.scenario.schema.scenario import Scenario
+
+P = TypeVar("P", bound=Params)
+
+
+def types_of(fleet: FleetParams) -> tuple[RobotType, ...]:
+    """The type of each robot; groups are counted off in the natural order of names."""
+    types = {**BUILT_IN_TYPES, **fleet.types}
+    if isinstance(fleet.robots, str):
+        return (types[fleet.robots],) * fleet_size(fleet)
+    return tuple(types[group.type] for group in fleet.robots for _ in range(group.count))
+
+
+def equipment_of(scenario: Scenario) -> tuple[Equipment, ...]:
+    """The equipment of each robot of a complete scenario."""
+    return tuple(kind.robot or scenario.robot for kind in types_of(scenario.fleet))
+
+
+def strategies_of(scenario: Scenario) -> tuple[StrategyChoice, ...]:
+    """The strategy of each robot."""
+    return tuple(kind.strategy or scenario.coordination for kind in types_of(scenario.fleet))
+
+
+def filled_in(own: P, base: P) -> P:
+    """``own`` with the values of ``base`` for all keys that were not written in it."""
+    update: dict[str, object] = {}
+    for field in type(own).model_fields:
+        above, below = getattr(own, field), getattr(base, field)
+        if field not in own.model_fields_set:
+            update[field] = below
+        elif isinstance(above, Params) and type(above) is type(below):
+            update[field] = filled_in(above, below)
+    return own.model_copy(update=update)
