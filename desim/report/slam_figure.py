@@ -19,7 +19,8 @@ _MARGIN_M = 1.0
 def draw_slam(trial: SlamTrial, title: str, path: Path) -> None:
     """Write the map with the path over it; the file's ending says the format (png, pdf, svg)."""
     grid = trial.map
-    rows, columns = np.nonzero(grid.occupancy >= 0)
+    is_known = grid.occupancy >= 0
+    rows, columns = np.nonzero(is_known if is_known.any() else ~is_known)  # scans without a return
     top, right = rows.max() + 1, columns.max() + 1
     low, left = rows.min(), columns.min()
     known = grid.occupancy[low:top, left:right].astype(float)
