@@ -209,3 +209,11 @@ class FollowsScans(Protocol):
     def on_scan(self, context: SharingContext, pose: Pose2D, scan: Scan,
                 usable_range_m: float) -> None:
         """The robot has entered ``scan`` from ``pose`` in its own map; see ``Canvas``."""
+
+
+@runtime_checkable
+class FollowsRedraws(Protocol):
+    """Map sharing that wants to know of SLAM's corrections."""
+
+    def on_redraw(self, context: SharingContext, poses: Sequence[Pose2D]) -> None:
+        """The robot has drawn its own map anew: ``poses`` of all scans since its start."""

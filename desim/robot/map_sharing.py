@@ -17,6 +17,7 @@ from desim.middleware.topics import Latest, WaitSet
 from desim.ports import GridSpec, Peer, Pose2D
 from desim.ports.sharing import (
     Contribution,
+    FollowsRedraws,
     FollowsScans,
     PlansWithMerged,
     Scan,
@@ -57,6 +58,8 @@ class MapSharing(Node):
         sharing.start(context)
         if isinstance(sharing, FollowsScans):
             self.drawn.scan_observers.append(partial(sharing.on_scan, context))
+        if isinstance(sharing, FollowsRedraws):
+            self.drawn.redraw_observers.append(partial(sharing.on_redraw, context))
 
     @property
     def pose(self) -> Pose2D | None:

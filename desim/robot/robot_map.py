@@ -67,7 +67,8 @@ class RobotMap:
     evidence for what they are already changes nothing. ``tile_version`` [tiles] has the version of
     each tile's last change, ``row_version`` [tiles, 32] that of each of its rows of cells. After a
     change ``observer(robot_map, changed_tiles)`` of all ``observers`` are called, after each own
-    scan ``observer(pose, scan, usable_range_m)`` of all ``scan_observers``.
+    scan ``observer(pose, scan, usable_range_m)`` of all ``scan_observers``, after a new drawing
+    ``observer(poses)`` of all ``redraw_observers``.
     """
 
     def __init__(self, spec: GridSpec, pool: TilePool) -> None:
@@ -80,6 +81,7 @@ class RobotMap:
         self.row_version = np.zeros((len(self.tiles), TILE), np.int32)
         self.observers: list[Callable[[RobotMap, np.ndarray], None]] = []
         self.scan_observers: list[Callable[[Pose2D, LaserScan, float], None]] = []
+        self.redraw_observers: list[Callable[[list[Pose2D]], None]] = []
         self.own = Layer(pool, self.tiles)
         self.received: dict[str, Received] = {}
         self.sum = kernels.Fused(self.fused, self.tile_version, self.row_version,
@@ -123,8 +125,12 @@ class RobotMap:
                           self.sum)
         self.own = Layer(self.pool, self.tiles)
         self._note(count)
+        poses = []
         for (x_m, y_m, yaw_rad), scan in scans:
             self._integrate(x_m, y_m, yaw_rad, scan, usable_range_m)
+            poses.append(Pose2D(float(x_m), float(y_m), float(yaw_rad)))
+        for observer in self.redraw_observers:
+            observer(poses)
 
     def layers(self) -> tuple[LayerSnapshot, ...]:
         """Snapshots of all layers, own first: the map as it is now, immutable."""

@@ -11,7 +11,7 @@ from desim.robot.sharing.scans import Scans
 from desim.testing import check_sharing
 
 KINDS = sorted(set(plugins.available("sharing")) | {
-    "own_maps", "mrs_testbed", "frontiers", "scans", "relayed"})
+    "own_maps", "mrs_testbed", "frontiers", "scans", "relayed", "submaps"})
 
 
 @pytest.mark.parametrize("name", KINDS)

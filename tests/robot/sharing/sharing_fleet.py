@@ -22,9 +22,12 @@ S = 1_000_000_000
 SPEC = GridSpec(0.2, 70, 50, 0.0, 0.0)
 
 
+def scan_of(range_m=3.0):
+    return LaserScan(0, np.full(12, range_m, np.float32), -1.5, 0.25, 26.0)
+
+
 def see(robot_map, x_m, y_m, yaw_rad, range_m=3.0):
-    scan = LaserScan(0, np.full(12, range_m, np.float32), -1.5, 0.25, 26.0)
-    robot_map.integrate_scan(x_m, y_m, yaw_rad, scan, 25.0)
+    robot_map.integrate_scan(x_m, y_m, yaw_rad, scan_of(range_m), 25.0)
 
 
 class Explorer(Node):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sharing_fleet import SPEC, Fleet, S
+from sharing_fleet import SPEC, Fleet, S, scan_of
 
 from desim import ports
 from desim.robot.sharing.frontiers import Frontiers, frontier_cells
@@ -10,6 +10,7 @@ from desim.robot.sharing.mrs_testbed import MrsTestbed
 from desim.robot.sharing.own_maps import OwnMaps
 from desim.robot.sharing.relayed import Relayed
 from desim.robot.sharing.scans import Scans
+from desim.robot.sharing.submaps import Submap, Submaps, placed
 from desim.robot.tiles import raster
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
@@ -17,7 +18,7 @@ from netmodels.rules.partition import Partition
 CELLS = 70 * 50
 ALWAYS = [set(range(0, 400, 3)), set(range(1, 400, 4)), set(range(2, 400, 5))]
 KINDS = {"own_maps": OwnMaps, "mrs_testbed": MrsTestbed, "frontiers": Frontiers, "scans": Scans,
-         "relayed": Relayed}
+         "relayed": Relayed, "submaps": Submaps}
 
 
 def of(cls, **params):
@@ -116,6 +117,48 @@ def test_scans_that_were_missed_are_asked_for():
     assert np.array_equal(fleet.hears("robot_3", "robot_1"), own_cells(fleet, "robot_1"))
 
 
+def test_submaps_are_sent_once_and_their_poses_again_when_slam_corrects_them():
+    fleet = Fleet(of(Submaps, scans=2), [{1, 2, 3, 4}, set(), set()]).run(30)
+    assert np.array_equal(fleet.hears("robot_2", "robot_1"), own_cells(fleet, "robot_1"))
+    assert fleet.graph.topic("/map_exchange/robot_1").counts.published == 2 * 2  # to two others
+    before, poses = fleet.sizes("/poses")
+    own = fleet.maps["robot_1"]
+    own.redraw_own([((2.0 + k, 3.4, 0.0), scan) for k, scan in enumerate([scan_of()] * 4)], 25.0)
+    fleet.run(40)
+    after, corrected = fleet.sizes("/poses")
+    assert corrected - poses == (after - before) * (12 + 72 + 13 + 2 * 24) > 0
+    assert fleet.graph.topic("/map_exchange/robot_1").counts.published == 2 * 2  # to two others
+    heard = raster(SPEC, fleet.hears("robot_2", "robot_1")) != 0
+    drawn = raster(SPEC, own_cells(fleet, "robot_1")) != 0
+    # The second scans of the submaps keep their old places beside the first ones.
+    assert (heard & drawn).sum() > 0.5 * drawn.sum()
+
+
+def test_submaps_that_were_missed_are_asked_for():
+    fleet = Fleet(of(Submaps), [set(range(0, 60, 3)), set(), {5}]).run(30)
+    fleet.graph.host("robot_3").stop()
+    fleet.run(40)
+    fleet.graph.host("robot_3").start()
+    fleet.run(100)
+    assert fleet.graph.topic("/map_exchange/robot_3/wanted").counts.published > 0
+    assert np.array_equal(fleet.hears("robot_3", "robot_1"), own_cells(fleet, "robot_1"))
+
+
+@pytest.mark.parametrize("quarter", range(4))
+def test_a_submap_turns_about_the_pose_of_its_first_scan(quarter):
+    grid = ports.GridSpec(1.0, 20, 20, 0.0, 0.0)
+    cells = np.arange(1, 7, dtype=np.int8).reshape(2, 3)
+    submap = Submap(0, 0, ports.Pose2D(8.0, 8.0, 0.0), 8, 8, cells, 0)
+    turned = ports.Pose2D(11.0, 9.0, quarter * np.pi / 2)
+    row, column, found = placed(grid, submap, turned)
+    whole = np.zeros((20, 20), np.int8)
+    whole[row:row + found.shape[0], column:column + found.shape[1]] = found
+    for (y, x), value in np.ndenumerate(cells):
+        at = complex(11, 9) + 1j**quarter * complex(x + 0.5, y + 0.5)
+        assert whole[int(np.floor(at.imag)), int(np.floor(at.real))] == value
+    assert np.count_nonzero(whole) == 6
+
+
 def test_relayed_tiles_carry_their_sources_name():
     fleet = Fleet(of(Relayed, period="50 s"), [{1}, set(), set()]).run(60)
     tiles = len(fleet.maps["robot_1"].own.snapshot().filled())
@@ -144,7 +187,7 @@ def test_after_a_partition_each_knows_what_the_others_knew_at_its_end(kind):
                 assert heard[knew[source] != 0].all()
 
 
-@pytest.mark.parametrize("kind", ["own_maps", "scans", "relayed"])
+@pytest.mark.parametrize("kind", ["own_maps", "scans", "relayed", "submaps"])
 def test_when_all_has_come_all_maps_are_equal(kind):
     seconds = [set(range(0, 60, 3)), set(range(1, 60, 7)), {5, 6, 40}]
     assert Fleet(of(KINDS[kind]), seconds).run(100).alike() == [True] * 3

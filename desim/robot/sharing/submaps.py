@@ -1,0 +1,259 @@
+"""Robots send submaps once, and poses of submaps again when SLAM has corrected them."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from desim import ports
+from desim.middleware.contents import POSE_STAMPED_BYTES
+from desim.ports import GridSpec, Pose2D
+from desim.ports.sharing import Canvas, Contribution, Scan, SharedMessage, SharingContext
+from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
+from desim.robot.sharing.map_message import ZLIB_LEVEL
+from desim.robot.tiles import raster
+from desim.units import Pace, Period
+
+REFRESH_PERIODS = 6  # without news, as own_maps: a robot says again which submaps there are
+_POSE_BYTES = 24  # x, y, yaw as float64
+
+
+class Submap(NamedTuple):
+    """A closed piece of a robot's map, the one of this ``number`` since the robot started at
+    ``session`` ns: int8 ``log_odds`` whose lower left cell is ``row``, ``column`` of the grid as
+    long as its first scan has the pose ``drawn_at``. On the wire: session and number, the pose,
+    four u16 of its place and sides, and the cells, compressed (zlib)."""
+
+    session: int
+    number: int
+    drawn_at: Pose2D
+    row: int
+    column: int
+    log_odds: np.ndarray
+    size_bytes: int
+
+
+class SubmapPoses(NamedTuple):
+    """The poses of all closed submaps, and the robot's own (geometry_msgs/PoseStamped)."""
+
+    session: int
+    pose: Pose2D
+    poses: tuple[Pose2D, ...]
+
+    @property
+    def size_bytes(self) -> int:
+        return 12 + POSE_STAMPED_BYTES + _POSE_BYTES * len(self.poses)
+
+
+class WantedSubmaps(NamedTuple):
+    """A request to ``source``: these submaps (std_msgs/String, UInt64, u32 each)."""
+
+    source: str
+    session: int
+    numbers: tuple[int, ...]
+
+    @property
+    def size_bytes(self) -> int:
+        return 4 + len(self.source) + 12 + 4 * len(self.numbers)
+
+
+class Open(NamedTuple):
+    """The submap that is being made."""
+
+    canvas: Canvas
+    drawn_at: Pose2D
+    since_ns: int
+
+
+@dataclass
+class Atlas:
+    """The submaps of a teammate since ``session``, and ``total`` int16 [height, width], their sum
+    at their poses. ``version`` is that of the last change, the teammate's clock."""
+
+    session: int
+    total: np.ndarray
+    version: int = 0
+    submaps: dict[int, Submap] = field(default_factory=dict)
+    poses: tuple[Pose2D, ...] = ()
+    missing: frozenset[int] = frozenset()  # at the last word of its poses
+
+    def pose_of(self, submap: Submap) -> Pose2D:
+        """Its newest pose."""
+        known = submap.number < len(self.poses)
+        return self.poses[submap.number] if known else submap.drawn_at
+
+    def add(self, grid: GridSpec, submap: Submap, sign: int) -> None:
+        """Add (1) or take away (-1) its evidence at its newest pose."""
+        row, column, cells = placed(grid, submap, self.pose_of(submap))
+        self.total[row:row + len(cells), column:column + cells.shape[1]] += sign * cells
+
+
+class Submaps:
+    """Sends a submap of every ``scans`` scans that the robot has entered in its own map, or of what
+    has come in ``oldest``, once. Their poses are sent when there is one more, and when SLAM has
+    corrected one, 24 B each: receivers then move what they have (Cartographer's submaps: Hess et
+    al. 2016). What is missing is asked for. Inside a submap nothing is corrected any more."""
+
+    class Params(ports.Params):
+        """The size of submaps, and the period of poses."""
+
+        scans: int = Field(10, ge=1, description=(
+            "in a submap: 10 m of way (about as far as a laser's beams reach twice)"))
+        oldest_ns: Period = Field("10 s", description="the first scan of a submap that is closed "
+                                                      "early (two periods)")
+        period_ns: Pace = Field("5 s", description="of poses (as own_maps, for comparison)")
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._open: Open | None = None
+        self._firsts: list[int] = []  # of each submap, also the open one: the number of its scan
+        self._poses: list[Pose2D] = []  # likewise: that scan's pose
+        self._scans = 0
+        self._closed: list[Submap] = []
+        self._said: tuple[Pose2D, ...] = ()
+        self._silent = 0  # periods since poses were sent
+        self._atlases: dict[str, Atlas] = {}
+
+    def start(self, context: SharingContext) -> None:
+        self._session = context.now_ns
+        context.advertise(queue=0)
+        context.advertise("poses")
+        context.advertise("wanted", queue=10)
+        context.subscribe(self._on_submap, queue=0)
+        context.subscribe(self._on_poses, "poses")
+        context.subscribe(self._on_wanted, "wanted")
+        context.every(self._params.period_ns, self._on_period)
+
+    # ------------------------------------------------------------------------------ its own map
+
+    def on_scan(self, context: SharingContext, pose: Pose2D, scan: Scan,
+                usable_range_m: float) -> None:
+        """Enter it in the open submap."""
+        if self._open is None:
+            self._open = Open(context.canvas(), pose, context.now_ns)
+            self._firsts.append(self._scans)
+            self._poses.append(pose)
+        self._open.canvas.integrate(pose, scan, usable_range_m)
+        self._scans += 1
+        if self._scans - self._firsts[-1] >= self._params.scans:
+            self._close(context)
+
+    def on_redraw(self, context: SharingContext, poses: Sequence[Pose2D]) -> None:
+        """SLAM has found better poses of all scans."""
+        self._poses = [poses[first] for first in self._firsts]
+
+    def _close(self, context: SharingContext) -> None:
+        assert self._open is not None
+        cells = raster(context.grid, self._open.canvas.evidence().cells())
+        rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
+        if len(rows):
+            cells = cells[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1].copy()
+        else:
+            rows = columns = np.zeros(1, np.int64)
+            cells = cells[:1, :1].copy()
+        submap = Submap(self._session, len(self._closed), self._open.drawn_at, int(rows[0]),
+                        int(columns[0]), cells,
+                        12 + _POSE_BYTES + 8 + len(zlib.compress(cells.tobytes(), ZLIB_LEVEL)))
+        self._open = None
+        self._closed.append(submap)
+        context.publish(submap)
+
+    def _on_period(self, context: SharingContext) -> None:
+        if self._open and context.now_ns - self._open.since_ns >= self._params.oldest_ns:
+            self._close(context)
+        poses, pose = tuple(self._poses[:len(self._closed)]), context.pose
+        self._silent += 1
+        if pose is not None and (poses != self._said or self._silent >= REFRESH_PERIODS):
+            self._said, self._silent = poses, 0
+            context.publish(SubmapPoses(self._session, pose, poses), "poses")
+
+    def _on_wanted(self, context: SharingContext, message: SharedMessage) -> None:
+        wanted: WantedSubmaps = message.content
+        if (wanted.source, wanted.session) == (context.name, self._session):
+            for number in wanted.numbers:
+                context.publish(self._closed[number])
+
+    # ------------------------------------------------------------------------ those of teammates
+
+    def _on_submap(self, context: SharingContext, message: SharedMessage) -> None:
+        submap: Submap = message.content
+        atlas = self._atlas(context, message.source, submap.session)
+        if atlas is None or submap.number in atlas.submaps:
+            return
+        atlas.submaps[submap.number] = submap
+        atlas.add(context.grid, submap, 1)
+        self._take_in(context, message, atlas, None)
+
+    def _on_poses(self, context: SharingContext, message: SharedMessage) -> None:
+        said: SubmapPoses = message.content
+        atlas = self._atlas(context, message.source, said.session)
+        if atlas is None or message.sent_ns < atlas.version and len(said.poses) < len(atlas.poses):
+            return
+        before, atlas.poses = atlas.poses, said.poses
+        for number, submap in atlas.submaps.items():
+            was = before[number] if number < len(before) else submap.drawn_at
+            if number < len(said.poses) and said.poses[number] != was:
+                atlas.poses = before
+                atlas.add(context.grid, submap, -1)
+                atlas.poses = said.poses
+                atlas.add(context.grid, submap, 1)
+        missing = frozenset(range(len(said.poses))) - atlas.submaps.keys()
+        late = tuple(sorted(missing & atlas.missing))  # not under way since the last time
+        atlas.missing = missing
+        if late:
+            context.publish(WantedSubmaps(message.source, said.session, late), "wanted")
+        self._take_in(context, message, atlas, said.pose)
+
+    def _atlas(self, context: SharingContext, source: str, session: int) -> Atlas | None:
+        """That of a teammate since it started; None for what it said before it started again."""
+        atlas = self._atlases.get(source)
+        if atlas is None or atlas.session < session:
+            grid = context.grid
+            atlas = self._atlases[source] = Atlas(
+                session, np.zeros((grid.height, grid.width), np.int16))
+        return atlas if atlas.session == session else None
+
+    def _take_in(self, context: SharingContext, message: SharedMessage, atlas: Atlas,
+                 pose: Pose2D | None) -> None:
+        atlas.version = max(atlas.version + 1, message.sent_ns)  # also what comes late is news
+        cells = np.clip(atlas.total, CLAMP_LOW, CLAMP_HIGH).astype(np.int8)
+        context.take_in([Contribution(message.source, message.sent_ns, pose, None),
+                         Contribution(message.source, atlas.version, None, context.drawn(cells))])
+
+
+def placed(grid: GridSpec, submap: Submap, pose: Pose2D) -> tuple[int, int, np.ndarray]:
+    """Row, column and log-odds of a submap whose first scan has this ``pose``: each cell has what
+    is at its centre (nearest neighbour); what is beyond the grid is left out."""
+    cells, drawn_at = submap.log_odds, submap.drawn_at
+    if pose == drawn_at:
+        return submap.row, submap.column, cells
+    turn_rad = pose.yaw_rad - drawn_at.yaw_rad
+    cos, sin = math.cos(turn_rad), math.sin(turn_rad)
+    cell_m = grid.resolution_m
+    left_m = grid.x_m + cell_m * submap.column - drawn_at.x_m  # of its corner, from the first scan
+    low_m = grid.y_m + cell_m * submap.row - drawn_at.y_m
+    corners = [(left_m + cell_m * x, low_m + cell_m * y)
+               for x in (0, cells.shape[1]) for y in (0, cells.shape[0])]
+    columns = [(pose.x_m + cos * x_m - sin * y_m - grid.x_m) / cell_m for x_m, y_m in corners]
+    rows = [(pose.y_m + sin * x_m + cos * y_m - grid.y_m) / cell_m for x_m, y_m in corners]
+    first, last = _span(columns, grid.width)
+    low, high = _span(rows, grid.height)
+    x_m, y_m = np.meshgrid(grid.x_m + cell_m * (np.arange(first, last) + 0.5) - pose.x_m,
+                           grid.y_m + cell_m * (np.arange(low, high) + 0.5) - pose.y_m)
+    column = np.floor((cos * x_m + sin * y_m - left_m) / cell_m).astype(int)
+    row = np.floor((cos * y_m - sin * x_m - low_m) / cell_m).astype(int)
+    inside = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1])
+    moved = np.zeros(row.shape, np.int8)
+    moved[inside] = cells[row[inside], column[inside]]
+    return low, first, moved
+
+
+def _span(ends: list[float], size: int) -> tuple[int, int]:
+    """The first cell of an extent, and the one behind its last, of ``size`` cells there are."""
+    return (min(max(math.floor(min(ends)), 0), size), min(max(math.floor(max(ends)) + 1, 0), size))
