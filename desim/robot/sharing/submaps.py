@@ -211,7 +211,7 @@ class Submaps:
         self._take_in(context, message, atlas, said.pose)
 
     def _atlas(self, context: SharingContext, source: str, session: int) -> Atlas | None:
-        """That of a teammate since it started; None for what it said before it started again."""
+        """The atlas of a teammate since it started; None for what it said before a new start."""
         atlas = self._atlases.get(source)
         if atlas is None or atlas.session < session:
             grid = context.grid
