@@ -35,6 +35,10 @@ class Bodies:
                     f"physics.rate: at {body.max_speed_mps:g} m/s {spec.name} covers "
                     f"{body.max_speed_mps * tick_s:g} m in a tick and could pass through walls; "
                     f"allowed: half its radius ({body.radius_m / 2.0:g} m)")
+            if terrain.raster is not None and (terrain.tops_m <= body.clearance_m).any():
+                raise InputError(f"environment.terrain.height: {spec.name} would drive over all "
+                                 f"that the map shows; allowed: more than its clearance, "
+                                 f"{body.clearance_m:g} m")
         self.poses = np.array([(s.x_m, s.y_m, s.yaw_rad) for s in specs], dtype=np.float64)
         self.poses[:, 2] -= 2.0 * np.pi * np.floor((self.poses[:, 2] + np.pi) / (2.0 * np.pi))
         self.velocities = np.zeros((n, 3))
@@ -43,7 +47,7 @@ class Bodies:
         self._commands = np.zeros((n, 3))
         self._limits = np.array([(b.radius_m, b.max_speed_mps, b.max_turn_radps,
                                   b.acceleration_mps2, b.turn_acceleration_radps2,
-                                  float(b.drive == "holonomic"))
+                                  float(b.drive == "holonomic"), b.clearance_m)
                                  for b in (spec.body for spec in specs)])
         self._clocks = np.full((n, 3), _NEVER_NS, dtype=np.int64)
         self._clocks[:, kernels.TIMEOUT] = [spec.body.command_timeout_ns for spec in specs]
@@ -69,13 +73,15 @@ class Bodies:
         kernels.move_all(poses, self.velocities, after_s)
         return poses
 
-    def advance(self, now_ns: int, dt_s: float, walls: np.ndarray,
+    def advance(self, now_ns: int, dt_s: float, walls: np.ndarray, tops_m: np.ndarray,
                 discs: np.ndarray) -> list[tuple[int, int]]:
         """Make one tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors')
-        and ``discs``. Returns the contact episodes that began: (robot, other or -1)."""
+        of these heights and ``discs``. Returns the contact episodes that began: (robot, other or
+        -1)."""
         began = _advance(self.poses, self.velocities, self._commands, self._limits, self._clocks,
                          self._order, self._pairs, self._before, self._last, self.travelled_m,
-                         walls, *self._matter, discs, now_ns, dt_s, EPISODE_NS, self._episodes)
+                         walls, tops_m, *self._matter, discs, now_ns, dt_s, EPISODE_NS,
+                         self._episodes)
         return [tuple(row) for row in self._episodes[:began].tolist()] if began else []
 
 

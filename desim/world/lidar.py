@@ -8,6 +8,7 @@ from desim.errors import InputError
 from desim.ports.kernels import cos, sin
 from desim.scenario.schema.robot import Laser
 from desim.world.kernels import lidar as kernels
+from desim.world.scene import Scene
 from desim.world.terrain import Raster, Terrain
 from desim.world.wall_index import tile_index
 
@@ -15,33 +16,42 @@ TILE_M = 8.0  # a road of the paper; smaller tiles list fewer walls and cost mem
 
 
 class Lidar:
-    """Casts sweeps. Beam i points to ``angle_min_rad + i * increment_rad`` from the heading."""
+    """Casts sweeps of a kind of laser among ``terrain``, doors that are ``doors_m`` [d] high, and
+    robots of these ``radii_m`` and heights, ``tops_m`` [n]. Beam i points to
+    ``angle_min_rad + i * increment_rad`` from the heading."""
 
-    def __init__(self, laser: Laser, terrain: Terrain, radii_m: np.ndarray,
-                 keys: np.ndarray) -> None:
+    def __init__(self, laser: Laser, terrain: Terrain, doors_m: np.ndarray, radii_m: np.ndarray,
+                 tops_m: np.ndarray, keys: np.ndarray) -> None:
         if laser.field_of_view_rad > 2.0 * np.pi + 1e-9:
             raise InputError("robot.laser.field_of_view: must be at most 360 deg, got "
                              f"{np.degrees(laser.field_of_view_rad):g} deg")
-        self.beams = laser.beams
+        self.beams, self._height_m = laser.beams, laser.height_m
         self.angle_min_rad = -laser.field_of_view_rad / 2.0
         self.increment_rad = laser.field_of_view_rad / (laser.beams - 1)
         angles = [self.angle_min_rad + self.increment_rad * i for i in range(laser.beams)]
+        met = terrain.above(laser.height_m)
+        self._lines = met.lines
+        self._all = met is terrain and bool((doors_m > laser.height_m).all())
+        terrain = met
         tiles = tile_index(terrain.lines, terrain.bounds, TILE_M, laser.max_range_m)
         self._fixed = (np.array([[cos(a) for a in angles], [sin(a) for a in angles]]), *tiles,
                        *_squares(terrain.raster))
-        self._radii_m = radii_m
+        # A robot that is lower has no disc: no beam meets an infinite one from the inside.
+        self._radii_m = np.where(tops_m >= laser.height_m, radii_m, np.inf)
         self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
                                 laser.noise_m, float(len(terrain.lines))])
         self._keys = keys
         self._inverse = np.empty(laser.beams)
 
-    def scan(self, poses: np.ndarray, walls: np.ndarray, discs: np.ndarray, robots: np.ndarray,
-             tick: int) -> np.ndarray:
-        """[len(robots), beams] float32 m, among ``walls`` [n, 4] (the terrain's, then closed
-        doors') and ``discs`` [d, 3]."""
+    def scan(self, poses: np.ndarray, scene: Scene, robots: np.ndarray, tick: int) -> np.ndarray:
+        """[len(robots), beams] float32 m, among what there is in ``scene``."""
+        walls = scene.walls
+        if not self._all:
+            doors, doors_m = walls[scene.fixed:], scene.tops_m[scene.fixed:]
+            walls = np.concatenate([self._lines, doors[doors_m > self._height_m]])
         out = np.empty((len(robots), self.beams), dtype=np.float32)
-        kernels.scan(poses, robots, tick, self._radii_m, walls, *self._fixed, discs, self._laser,
-                     self._keys, self._inverse, out)
+        kernels.scan(poses, robots, tick, self._radii_m, walls, *self._fixed, scene.discs,
+                     self._laser, self._keys, self._inverse, out)
         return out
 
 

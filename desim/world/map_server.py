@@ -24,7 +24,6 @@ from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
 
 IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
 _MOST_BYTES = 10_000_000  # of the YAML file
-HEIGHT_M = 2.0  # the paper: obstacles 2 m high; a map does not have it
 MATERIALS = "materials"
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode",
         MATERIALS)
@@ -58,7 +57,7 @@ def load(map_file: MapFile, other: int) -> Terrain:
     material = _material(path, image, facts, other, values, is_free, p > occupied)
     raster, material = _cropped(is_free[::-1], material[::-1], resolution,
                                 x_m + map_file.offset_m[0], y_m + map_file.offset_m[1])
-    return from_raster(path.stem, raster, material, HEIGHT_M)
+    return from_raster(path.stem, raster, material, map_file.height_m)
 
 
 def _material(path: Path, image: Path, facts: dict[str, object], other: int, values: np.ndarray,

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from desim.errors import InputError
-from desim.scenario.schema.fleet import StartRandom
+from desim.scenario.schema.fleet import BodyType, StartRandom
 from desim.world.fleet import RobotSpec
 from desim.world.geometry import point_distance
 from desim.world.terrain import Terrain
@@ -62,7 +62,7 @@ class Site:
             x0, y0, x1, y1 = self._terrain.bounds
             return (f"lies outside the terrain; allowed: x between {x0:g} and {x1:g} m, y between "
                     f"{y0:g} and {y1:g} m, the edges themselves left out")
-        if self._clearance(point, radius)[0] < radius - _SLACK_M:
+        if self._clearance(point, spec.body)[0] < radius - _SLACK_M:
             return (f"lies in a wall or closer to one than its radius of {radius:g} m; allowed: a "
                     "free place, or start.snap: true to move it to the nearest one")
         for other in self._placed.values():
@@ -76,14 +76,14 @@ class Site:
 
     def _drawn(self, spec: RobotSpec, drawn: StartRandom) -> RobotSpec:
         """The first free place among random ones."""
-        radius_m, rng = spec.body.radius_m, self._stream(spec.name)
+        rng = self._stream(spec.name)
         x0, y0, x1, y1 = self._terrain.bounds
         (ax, ay), (bx, by) = drawn.within_m or ((x0, y0), (x1, y1))
         for _ in range(_DRAWS):
             points = rng.uniform((min(ax, bx), min(ay, by)), (max(ax, bx), max(ay, by)),
                                  (_AT_ONCE, 2))
             inside = ((points > (x0, y0)) & (points < (x1, y1))).all(axis=1)
-            first = self._first_free(points[inside], radius_m, drawn.apart_m)
+            first = self._first_free(points[inside], spec.body, drawn.apart_m)
             if first is not None:
                 yaw = float(rng.uniform(-np.pi, np.pi))
                 return spec._replace(x_m=first[0], y_m=first[1], yaw_rad=yaw, drawn=None)
@@ -100,17 +100,18 @@ class Site:
         reach = 1.0
         while reach < 2.0 * farthest:
             lattice = _lattice(reach) + (spec.x_m, spec.y_m)
-            first = self._first_free(lattice, spec.body.radius_m)
+            first = self._first_free(lattice, spec.body)
             if first is not None:
                 return spec._replace(x_m=first[0], y_m=first[1])
             reach *= 2.0
         raise InputError(f"fleet.start: no free place for {spec.name} with a radius of "
                          f"{spec.body.radius_m:g} m anywhere in terrain {self._terrain.name!r}")
 
-    def _first_free(self, points: np.ndarray, radius_m: float,
+    def _first_free(self, points: np.ndarray, body: BodyType,
                     apart_m: float = 0.0) -> tuple[float, float] | None:
-        """The first of ``points`` where a robot of this radius fits, at least ``apart_m`` from the
-        middles of others."""
+        """The first of ``points`` where such a robot fits, at least ``apart_m`` from the middles of
+        others."""
+        radius_m = body.radius_m
         others = np.array([(other.x_m, other.y_m, other.body.radius_m)
                            for other in self._placed.values()]).reshape(-1, 3)
         needed_m = np.maximum(others[:, 2] + radius_m, apart_m)
@@ -118,15 +119,15 @@ class Site:
             free = (np.hypot(some[:, 0, None] - others[:, 0], some[:, 1, None] - others[:, 1])
                     >= needed_m).all(axis=1)
             if free.any():
-                free[free] = self._clearance(some[free], radius_m) >= radius_m - _SLACK_M
+                free[free] = self._clearance(some[free], body) >= radius_m - _SLACK_M
             if free.any():
                 x, y = some[int(np.argmax(free))].tolist()
                 return x, y
         return None
 
-    def _clearance(self, points: np.ndarray, radius_m: float) -> np.ndarray:
-        """[k] m to the nearest matter, at most ``radius_m``."""
-        clear = self._terrain.clearance(points, radius_m)
+    def _clearance(self, points: np.ndarray, body: BodyType) -> np.ndarray:
+        """[k] m to the nearest matter that is in the way of ``body``, at most its radius."""
+        clear = self._terrain.above(body.clearance_m).clearance(points, body.radius_m)
         if len(self._doors):
             clear = np.minimum(clear, point_distance(points, self._doors).min(axis=1))
         for x, y, radius in self._discs.tolist():

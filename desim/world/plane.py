@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 from math import isfinite
-from typing import NamedTuple
 
 import numpy as np
 
@@ -20,16 +19,7 @@ from desim.units import NS_PER_S
 from desim.world import bodies, lidar, materials, odometry, placement, scenery, sources
 from desim.world.fleet import RobotSpec, place_fleet
 from desim.world.obstacles import Matter, crossing, toll
-
-
-class Scene(NamedTuple):
-    """The part of a snapshot besides poses: ``walls`` [n, 4] that beams meet (closed doors last),
-    ``discs`` [m, 3] of moving obstacles, and of each kind of odometer that reckons the poses
-    [robots, 3]."""
-
-    walls: np.ndarray
-    discs: np.ndarray
-    reckoned: tuple[np.ndarray | None, ...]
+from desim.world.scene import Scene
 
 
 class Plane:
@@ -50,10 +40,14 @@ class Plane:
                               self._movers.discs, lambda name: streams("robot", name, "start"))
         specs = site.place(specs)
         self._types = [spec.body for spec in specs]
+        self._planes_m = [spec.laser.height_m for spec in specs]
         self._bodies = bodies.Bodies(specs, self.terrain, tick_s)
         keys = self._keys(streams, "laser")
-        lidars = {spec.laser: lidar.Lidar(spec.laser, self.terrain, self._bodies.radii_m, keys)
-                  for spec in specs}
+        # A laser is seen by lasers at its own height.
+        tops_m = np.array([max(spec.body.height_m, spec.laser.height_m) for spec in specs])
+        lidars = {laser: lidar.Lidar(laser, self.terrain, self._doors.height_m,
+                                     self._bodies.radii_m, tops_m, keys)
+                  for laser in {spec.laser: None for spec in specs}}
         self.lidars = [lidars[spec.laser] for spec in specs]
         keys = self._keys(streams, "odometry")
         kinds = list(dict.fromkeys(spec.odometry for spec in specs))
@@ -70,11 +64,11 @@ class Plane:
         self._epoch = 0
         self._obstacles: Obstacles | None = None
         self._snapshot: Snapshot | None = None
-        self._walls = self._standing_walls()
+        self._walls, self._tops_m = self._standing_walls()
         self._scene = self._present_scene()
 
     def _present_scene(self) -> Scene:
-        return Scene(self._walls, self._movers.discs,
+        return Scene(self._walls, self._tops_m, len(self.terrain.lines), self._movers.discs,
                      tuple(kind.reckoned for kind in self._odometers))
 
     def _keys(self, streams: Streams, sensor: str) -> np.ndarray:
@@ -96,9 +90,11 @@ class Plane:
 
     def ground(self, spec: GridSpec, robots: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """[height, width] uint8, 0 where a cell is free, and bool, the free cells that lasers can
-        come to see from where ``robots`` stand now."""
+        come to see from where ``robots`` stand now. A wall that no laser of the fleet sees is free;
+        one that some look over hides nothing."""
         starts = self._bodies.poses[list(robots), :2]
-        return self.terrain.truth(spec), self.terrain.reachable(spec, starts)
+        truth = self.terrain.above(min(self._planes_m)).truth(spec)
+        return truth, self.terrain.above(max(self._planes_m)).reachable(spec, starts) & (truth == 0)
 
     def travelled_m(self) -> np.ndarray:
         """[robots] m, the true distance that each has driven."""
@@ -113,7 +109,8 @@ class Plane:
         dt_s = (then_ns - self._now_ns) / NS_PER_S
         if self._lively:
             self._move_scenery(then_ns, dt_s)
-        self._contacts += self._bodies.advance(then_ns, dt_s, self._walls, self._movers.discs)
+        self._contacts += self._bodies.advance(then_ns, dt_s, self._walls, self._tops_m,
+                                               self._movers.discs)
         self._now_ns = then_ns
         self._tick += 1
         self._next_ns = (self._tick + 1) * self._period[0] // self._period[1]
@@ -129,12 +126,25 @@ class Plane:
         if self._doors.advance(then_ns, np.concatenate([robots, self._movers.discs])):
             self._epoch += 1
             self._obstacles = None
-            self._walls = self._standing_walls()
+            self._walls, self._tops_m = self._standing_walls()
 
-    def _standing_walls(self) -> np.ndarray:
-        walls = np.concatenate([self.terrain.lines, self._doors.lines[self._doors.closed]])
+    def _standing_walls(self) -> tuple[np.ndarray, np.ndarray]:
+        """The lines of the terrain and of closed doors, and their heights."""
+        closed, lines = self._doors.closed, self.terrain.lines
+        walls = np.concatenate([lines, self._doors.lines[closed]])
         walls.setflags(write=False)
-        return walls
+        return walls, np.concatenate([self.terrain.tops_m[:len(lines)],
+                                      self._doors.height_m[closed]])
+
+    def with_scenery(self, snapshot: Snapshot, poses: np.ndarray, closed: np.ndarray,
+                     discs: np.ndarray) -> Snapshot:
+        """``snapshot`` with these poses, closed doors [d] bool and moving obstacles."""
+        lines = self.terrain.lines
+        scene: Scene = snapshot.geometry
+        return snapshot._replace(poses=poses, geometry=scene._replace(
+            walls=np.concatenate([lines, self._doors.lines[closed]]), discs=discs,
+            tops_m=np.concatenate([self.terrain.tops_m[:len(lines)],
+                                   self._doors.height_m[closed]])))
 
     def command(self, robot: int, forward_mps: float, left_mps: float, turn_radps: float) -> None:
         """Set the velocity that ``robot`` shall have; its motors get it there from the next tick
@@ -167,7 +177,7 @@ class Plane:
         """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser; the
         lasers of ``robots`` are all of one kind."""
         scene = snapshot.geometry
-        return self.lidars[robots[0]].scan(snapshot.poses, scene.walls, scene.discs, robots, tick)
+        return self.lidars[robots[0]].scan(snapshot.poses, scene, robots, tick)
 
     def odometry(self, snapshot: Snapshot, robot: int, tick: int) -> np.ndarray:
         """[3] x m, y m, yaw rad as the odometer of ``robot`` shows at its tick ``tick``."""

@@ -68,6 +68,7 @@ def from_shape(name: str, shape: Shape) -> Terrain:
     walls: dict[Kind, list[Row]] = {face: rectangle(*bounds)}
     matter: dict[Kind, list[Row]] = {face: rectangle(*bounds)}
     solids: list[Row] = []
+    solid_tops_m: list[float] = []
     cells = None
     for i, block in enumerate(shape.rectangles):
         what = f"{WHERE}.rectangles.{i}"
@@ -77,6 +78,7 @@ def from_shape(name: str, shape: Shape) -> Terrain:
                     block.height_m)
         walls.setdefault(kind, []).extend(rectangle(x0, y0, x1, y1))
         solids.append((x0, y0, x1, y1))
+        solid_tops_m.append(block.height_m)
         kind, faces = _of_block(kind, *solids[-1])
         matter.setdefault(kind, []).extend(faces)
     for i, wall in enumerate(shape.walls):
@@ -92,13 +94,23 @@ def from_shape(name: str, shape: Shape) -> Terrain:
                     shape.drawing.height_m)
         walls.setdefault(kind, []).extend(drawn.tolist())
         solids.extend(blocks.tolist())
+        solid_tops_m += [shape.drawing.height_m] * len(blocks)
         if blocked is None:
             matter.setdefault(kind, []).extend(drawn.tolist())
         else:
             cells = of_cells(blocked, kind.material, shape.drawing.cell_m, bounds[:2],
                              kind.height_m)
-    return Terrain(name=name, walls=_merged(walls)[1], matter=partial(_matter, matter, cells),
-                   solids=segments(solids), bounds=bounds)
+    of_what, lines = _merged(walls)
+    tops_m = np.where(_on_bounds(lines, bounds), np.inf, [kind.height_m for kind in of_what])
+    return Terrain(name=name, walls=lines, matter=partial(_matter, matter, cells), tops_m=tops_m,
+                   solids=segments(solids), solid_tops_m=np.array(solid_tops_m), bounds=bounds)
+
+
+def _on_bounds(lines: np.ndarray, bounds: Row) -> np.ndarray:
+    """[n] bool: which of ``lines`` [n, 4] lie on a side of ``bounds``."""
+    sides = np.array([(bounds[axis], bounds[axis + 2]) for axis in (0, 1)])
+    ends = lines.reshape(-1, 2, 2, 1)  # [line, end, axis, side]
+    return (np.abs(ends - sides) <= TOUCH_M).all(axis=1).any(axis=(1, 2))
 
 
 def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[Kind, list[Row]]:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from desim.errors import InputError
 from desim.ports import GridSpec
-from desim.world.geometry import TOUCH_M, outline, point_distance, rows_of
+from desim.world.geometry import TOUCH_M, outline, point_distance, rectangle, rows_of, segments
 from desim.world.kernels.flood import flood
 from desim.world.obstacles import Matter, of_cells
 
@@ -37,7 +37,8 @@ class Terrain:
 
     ``walls`` [n, 4] x1 y1 x2 y2 in m, which bodies and beams meet | ``matter()`` for the radio,
     made at the first call for it | ``solids`` [k, 4] x0 y0 x1 y1 in m, solid rectangles |
-    ``bounds`` x0 y0 x1 y1 | ``raster`` if the terrain came as one; ``walls`` are its outline then.
+    ``bounds`` x0 y0 x1 y1 | ``tops_m`` [n], ``solid_tops_m`` [k]: the heights of walls and solids;
+    bounds have no end | ``raster`` if the terrain came as one; ``walls`` are its outline then.
     """
 
     name: str
@@ -45,12 +46,27 @@ class Terrain:
     matter: Callable[[], Matter]
     solids: np.ndarray
     bounds: tuple[float, float, float, float]
+    tops_m: np.ndarray
+    solid_tops_m: np.ndarray
     raster: Raster | None = None
 
     @property
     def lines(self) -> np.ndarray:
         """[n, 4] the walls that bodies and beams meet as lines; in a raster they meet its cells."""
         return self.walls if self.raster is None else self.walls[:0]
+
+    def above(self, height_m: float) -> Terrain:
+        """The terrain as it is met at this height: without what is not higher."""
+        higher = self.tops_m > height_m
+        if higher.all():
+            return self
+        if self.raster is not None:  # which is all of one height: its bounds remain
+            rim = segments(rectangle(*self.bounds))
+            return replace(self, walls=rim, tops_m=np.full(len(rim), np.inf), raster=None,
+                           solids=self.solids[:0], solid_tops_m=self.solid_tops_m[:0])
+        solid = self.solid_tops_m > height_m
+        return replace(self, walls=self.walls[higher], tops_m=self.tops_m[higher],
+                       solids=self.solids[solid], solid_tops_m=self.solid_tops_m[solid])
 
     def grid(self, resolution_m: float) -> GridSpec:
         """The raster for maps of this terrain: it covers the bounds, and the lines of walls run
@@ -132,8 +148,10 @@ def from_raster(name: str, raster: Raster, material: np.ndarray | int, height_m:
     walls = outline(raster.solid) * edge + origin
     rows, cols = raster.solid.shape
     matter = partial(of_cells, raster.solid, material, edge, (raster.x_m, raster.y_m), height_m)
-    return Terrain(name=name, walls=walls, matter=matter,
-                   solids=rows_of(raster.solid) * edge + origin,
+    solids = rows_of(raster.solid) * edge + origin
+    return Terrain(name=name, walls=walls, matter=matter, solids=solids,
+                   tops_m=np.full(len(walls), height_m),
+                   solid_tops_m=np.full(len(solids), height_m),
                    bounds=(raster.x_m, raster.y_m, raster.x_m + cols * edge,
                            raster.y_m + rows * edge), raster=raster)
 

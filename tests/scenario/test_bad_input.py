@@ -119,9 +119,9 @@ WRONG = {
         "environment: {terrain: {maz: {size: [9 m, 9 m]}}}", [
             "2:25: environment.terrain.maz: unknown key (did you mean 'maze'?); allowed: maze"]),
     "a key of no terrain": ("environment: {terrain: {castle: {size: [9 m, 9 m]}}}", [
-        "2:24: environment.terrain: must be text, or a mapping with map, image, offset, material, "
-        "or a mapping with size, rectangles, walls, drawing, or a mapping with maze, or a mapping "
-        "with office, or a mapping with warehouse, got a mapping with castle"]),
+        "2:24: environment.terrain: must be text, or a mapping with map, image, offset, height, "
+        "material, or a mapping with size, rectangles, walls, drawing, or a mapping with maze, or "
+        "a mapping with office, or a mapping with warehouse, got a mapping with castle"]),
     "a warehouse without a size": ("environment: {terrain: {warehouse: {seed: 2}}}", [
         "2:25: environment.terrain.warehouse: the key 'size' is missing: width and depth, centred "
         "on the origin"]),
@@ -160,9 +160,9 @@ WRONG = {
     "missing map with parameters": ("environment: {terrain: {map: no.yaml, offset: [1 m, 1 m]}}", [
         "2:30: environment.terrain.map: no such map: no.yaml"]),
     "no shape of terrain": ("environment: {terrain: 3}", [
-        "2:24: environment.terrain: must be text, or a mapping with map, image, offset, material, "
-        "or a mapping with size, rectangles, walls, drawing, or a mapping with maze, or a mapping "
-        "with office, or a mapping with warehouse, got 3"]),
+        "2:24: environment.terrain: must be text, or a mapping with map, image, offset, height, "
+        "material, or a mapping with size, rectangles, walls, drawing, or a mapping with maze, or "
+        "a mapping with office, or a mapping with warehouse, got 3"]),
     "one complaint for a union": ("environment: {terrain: {size: [1 m, 1 m], wals: []}}", [
         "2:43: environment.terrain.wals: unknown key (did you mean 'walls'?); allowed: size, "
         "rectangles, walls, drawing"]),
@@ -310,7 +310,7 @@ WRONG = {
     "unknown key of a type's laser": (
         "fleet: {robots: scout, types: {scout: {robot: {laser: {range: 5 m}}}}}", [
             "2:56: fleet.types.scout.robot.laser.range: unknown key (did you mean 'max_range'?); "
-            "allowed: beams, field_of_view, max_range, rate, noise, pose"]),
+            "allowed: beams, field_of_view, max_range, height, rate, noise, pose"]),
     "unknown laser of a type": ("fleet: {types: {scout: {robot: {laser: lms50}}}}", [
         "2:40: fleet.types.scout.robot.laser: unknown laser 'lms50' (did you mean 'lms500'?); "
         "allowed: lms500, or its parameters"]),

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from runs import MAZE_8, outcome_of
+import pytest
+from runs import MAZE_8, SCENARIOS, built, call_often, outcome_of
 
 from desim.scenario.load import from_mapping, load
 from desim.scenario.resolved import resolved
@@ -48,3 +49,55 @@ def test_a_type_that_says_what_the_fleet_says_is_the_fleet():
     types = "fleet.types={same: {robot: {laser: {beams: 180}}, strategy: nearest_frontier}}"
     alike = ("fleet.robots=same", types, "stop.elapsed=5 s")
     assert outcome_of(MAZE_8, *alike).digest == outcome_of(MAZE_8, "stop.elapsed=5 s").digest
+
+
+def ways(*overrides):
+    """[samples, robots, 3] the true poses in two_types.yaml, ten a second for 100 s."""
+    simulation = built(SCENARIOS / "two_types.yaml", "stop={explored: 100 %, elapsed: 100 s}",
+                       *overrides)
+    poses = []
+    call_often(simulation, lambda: poses.append(simulation.world.snapshot().poses))
+    simulation.run()
+    return np.array(poses)
+
+
+def test_the_scout_passes_the_narrow_door_and_the_mapper_does_not():
+    scout, mapper = ways()[:, :, 0].max(axis=0)
+    assert scout > 7.0
+    assert mapper < 6.0
+    # the twin: with a body like the scout's, the mapper gets through, too
+    assert ways("fleet.types.mapper.radius=0.2 m",
+                "fleet.types.mapper.max_speed=1.5 m/s")[:, 1, 0].max() > 6.0
+
+
+def test_the_mapper_looks_over_the_low_wall_and_the_scout_does_not():
+    def beyond(*overrides):
+        """Whether each of the robots sees more than 7 m to the east from its start, where the low
+        wall is 6 m away."""
+        world = built(SCENARIOS / "two_types.yaml", *overrides,
+                      "fleet.types.scout.robot.laser.max_range=26 m").world
+        return [float(world.scan(world.snapshot(), np.array([i]), 0)[0, 88:92].max()) > 7.0
+                for i in (0, 1)]
+
+    assert beyond() == [False, True]
+    assert beyond("fleet.types.mapper.robot.laser.height=0.2 m") == [False, False]  # the twin
+
+
+def test_a_body_drives_over_walls_up_to_its_clearance():
+    def driven(clearance):
+        world = Simulation(from_mapping({
+            "name": "step", "environment": {"terrain": {"size": ["20 m", "20 m"], "walls": [
+                {"from": ["2 m", "-9 m"], "to": ["2 m", "9 m"], "height": "0.1 m"}]}},
+            "fleet": {"robots": "rover", "types": {"rover": {"clearance": clearance}},
+                      "start": {"poses": [{"x": "0 m", "y": "0 m"}]}}}).scenario).world
+        for tick in range(1, 300):
+            world.command(0, 1.0, 0.0, 0.0)
+            world.advance(tick * 10**9 // 60)
+        return float(world.snapshot().poses[0, 0]), world.contacts()
+
+    x_m, hit = driven("0.1 m")
+    assert x_m > 4.0
+    assert hit == []
+    x_m, hit = driven("0.09 m")
+    assert x_m == pytest.approx(2.0 - 0.26, abs=1e-5)
+    assert hit == [(0, -1)]

@@ -16,6 +16,7 @@ from desim.scenario.schema.robot import Laser
 from desim.world.fleet import RobotSpec
 from desim.world.lidar import Lidar
 from desim.world.plane import Plane
+from desim.world.scene import Scene
 from desim.world.terrain import Raster, from_raster
 
 EXACT_M = 1e-4  # float32 of 26 m; the promise is 1 cm
@@ -26,6 +27,33 @@ def plane(environment=None, fleet=((-36.0, 36.0),), laser=None, seed=1):
              for i, (x, y) in enumerate(fleet)]
     return Plane(environment or Environment(terrain="maze"), specs, Fraction(60),
                  Streams(seed))
+
+
+def bare(terrain):
+    """The terrain alone."""
+    return Scene(terrain.lines, np.full(len(terrain.lines), 2.0), len(terrain.lines),
+                 np.zeros((0, 3)), ())
+
+
+def low_wall(laser_m, others_m=0.24):
+    """A robot that looks along x, with another one at 1.5 m, a wall of 0.3 m at 3 m, a door of
+    0.5 m at 5 m, and the terrain's end at 10 m; the other carries no laser that counts."""
+    shape = Shape(size=("20 m", "20 m"), walls=[
+        {"from": ("3 m", "-5 m"), "to": ("3 m", "5 m"), "height": "0.3 m"}])
+    door = Door.model_validate({"from": ("5 m", "-5 m"), "to": ("5 m", "5 m"), "height": "0.5 m"})
+    specs = [RobotSpec(name, BodyType(height=f"{top} m"), x, 0.0, 0.0,
+                       laser=Laser(beams=3, field_of_view="180 deg", height=f"{height} m"))
+             for name, x, top, height in (("robot_0", 0.0, 0.24, laser_m),
+                                          ("robot_1", 1.5, others_m, 0.1))]
+    world = Plane(Environment(terrain=shape, doors=(door,)), specs, Fraction(60), Streams(1))
+    return float(world.scan(world.snapshot(), np.array([0]), 0)[0, 1])
+
+
+@pytest.mark.parametrize(("laser_m", "seen_m"), [
+    (0.2, 1.24), (0.24, 1.24), (0.25, 3.0), (0.299, 3.0), (0.3, 5.0), (0.5, 10.0), (3.0, 10.0)])
+def test_a_laser_looks_over_what_is_lower(laser_m, seen_m):
+    assert low_wall(laser_m) == pytest.approx(seen_m, abs=EXACT_M)
+    assert low_wall(laser_m, others_m=4.0) == pytest.approx(1.24, abs=EXACT_M)
 
 
 def directions(laser, yaw):
@@ -109,8 +137,9 @@ def test_beams_over_a_raster_meet_the_sides_of_its_solid_cells(seed, yaw, densit
     terrain = from_raster("raster", Raster(solid, 0.25, -7.0, 3.0), 0, 2.0)
     x, y = -7.0 + 30.37 * 0.25, 3.0 + 20.61 * 0.25
     laser = Laser(beams=91, max_range="9 m")
-    lidar = Lidar(laser, terrain, np.array([0.2]), np.array([1], dtype=np.uint64))
-    found = lidar.scan(np.array([[x, y, yaw]]), terrain.lines, np.zeros((0, 3)), np.array([0]), 0)
+    lidar = Lidar(laser, terrain, np.zeros(0), np.array([0.2]), np.array([0.35]),
+                  np.array([1], dtype=np.uint64))
+    found = lidar.scan(np.array([[x, y, yaw]]), bare(terrain), np.array([0]), 0)
     ux, uy = directions(laser, yaw)
     agree(found[0], to_walls(x, y, ux, uy, terrain.walls, 9.0).astype(np.float32), share=0.02)
 
@@ -120,10 +149,10 @@ def test_beams_along_the_axes_of_a_raster_are_exact():
     solid[1:8, 1:8] = False
     terrain = from_raster("box", Raster(solid, 1.0, 0.0, 0.0), 0, 2.0)
     laser = Laser(beams=5, field_of_view="360 deg", max_range="20 m")
-    lidar = Lidar(laser, terrain, np.array([0.2]), np.array([1], dtype=np.uint64))
+    lidar = Lidar(laser, terrain, np.zeros(0), np.array([0.2]), np.array([0.35]),
+                  np.array([1], dtype=np.uint64))
     for x, y in ((4.5, 4.5), (4.0, 5.0), (1.25, 7.75)):
-        found = lidar.scan(np.array([[x, y, 0.0]]), terrain.lines, np.zeros((0, 3)),
-                           np.array([0]), 0)[0]
+        found = lidar.scan(np.array([[x, y, 0.0]]), bare(terrain), np.array([0]), 0)[0]
         np.testing.assert_allclose(found, [x - 1, y - 1, 8 - x, 8 - y, x - 1], atol=1e-5)
 
 

@@ -28,7 +28,7 @@ class Scanner:
         self._world = plugins.load("world", scenario.physics.model).build(
             scenario, Streams(scenario.seed))
         self._start: Snapshot = self._world.snapshot()
-        self._doors = {_corners(door.start_m, door.end_m) for door in scenario.environment.doors}
+        self._doors = [_corners(door.start_m, door.end_m) for door in scenario.environment.doors]
 
     def ranges_m(self, recording: ReplaySource, k: int, robots: Sequence[int]) -> list[np.ndarray]:
         """Of each of ``robots`` [beams] float32 m, to a millimetre, at the poses of recorded
@@ -38,9 +38,8 @@ class Scanner:
         poses = np.ascontiguousarray(of.of_instant(k))
         snapshot = self._start._replace(time_ns=time_ns, poses=poses)
         if isinstance(self._world, Plane):
-            snapshot = snapshot._replace(geometry=self._start.geometry._replace(
-                walls=self._walls(self._world, recording, time_ns),
-                discs=recording.moving_obstacles[k] / MM_PER_M))
+            snapshot = self._world.with_scenery(snapshot, poses, self._closed(recording, time_ns),
+                                                recording.moving_obstacles[k] / MM_PER_M)
         return [self._ranges_m(snapshot, robot) for robot in robots]
 
     def _ranges_m(self, snapshot: Snapshot, robot: int) -> np.ndarray:
@@ -52,14 +51,13 @@ class Scanner:
         ranges[beyond] = np.inf
         return ranges
 
-    def _walls(self, world: Plane, recording: ReplaySource, time_ns: int) -> np.ndarray:
-        """The terrain, and behind it the doors that are closed at an instant."""
+    def _closed(self, recording: ReplaySource, time_ns: int) -> np.ndarray:
+        """[doors] bool: which of them are closed at an instant."""
         if not self._doors:
-            return world.terrain.lines
-        corners = [(wall.x1_mm, wall.y1_mm, wall.x2_mm, wall.y2_mm) for wall in recording.walls
-                   if wall.from_ns <= time_ns < wall.until_ns]
-        closed = [corner for corner in corners if corner in self._doors]
-        return np.concatenate([world.terrain.lines, np.array(closed).reshape(-1, 4) / MM_PER_M])
+            return np.zeros(0, bool)
+        standing = {(wall.x1_mm, wall.y1_mm, wall.x2_mm, wall.y2_mm) for wall in recording.walls
+                    if wall.from_ns <= time_ns < wall.until_ns}
+        return np.array([corners in standing for corners in self._doors])
 
 
 def _corners(start_m: tuple[float, float], end_m: tuple[float, float]

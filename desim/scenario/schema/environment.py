@@ -24,6 +24,7 @@ class MapFile(Params):
                                                 "YAML names, relative to the YAML file")
     offset_m: tuple[Position, Position] = Field(
         ("0 m", "0 m"), description="added to the map's own coordinates")
+    height_m: Length = Field("2 m", gt=0, description="of what is solid (the paper)")
     material: str = Field("concrete", description=(
         "of what is solid, for the radio: of all of it, or if the YAML has materials of cells that "
         "are unknown"))

@@ -31,6 +31,8 @@ class BodyType(Params):
     radius_m: Length = Field("0.26 m", gt=0, description=(
         "circle around the footprint (Pioneer 3-DX: 0.455 m x 0.381 m, circumscribed 0.26 m)"))
     height_m: Length = Field("0.24 m", gt=0, description="(Pioneer 3-DX data sheet: 23.7 cm)")
+    clearance_m: Length = Field("0 m", description=(
+        "between the ground and the body: it drives over walls that are not higher (0: over none)"))
     max_speed_mps: Speed = Field("1.2 m/s", gt=0,
                                  description="(the paper; Pioneer 3-DX data sheet)")
     max_turn_radps: AngularSpeed = Field("5.24 rad/s", gt=0, description="(the paper; 300 deg/s)")

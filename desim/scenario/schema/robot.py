@@ -18,6 +18,9 @@ class Laser(Params):
     beams: int = Field(180, ge=2, le=100_000, description="rays of a sweep (the paper: 180)")
     field_of_view_rad: Angle = Field("190 deg", gt=0, description="(SICK LMS500, the paper)")
     max_range_m: Length = Field("26 m", gt=0, description="(the paper)")
+    height_m: Length = Field("0.35 m", description=(
+        "of its plane above the ground; it looks over walls, doors and robots that are lower (our "
+        "estimate: a scanner on the deck of a Pioneer 3-DX, which is 0.24 m high)"))
     rate_hz: Frequency = Field("25 Hz", description="(the paper)")
     noise_m: Length = Field("0 m", description="standard deviation of a range, Gaussian (MORSE's "
                                              "Sick has none)")

@@ -6,8 +6,8 @@ from desim.ports.kernels import TWO_PI, cos, inner, kernel, lean, sin, types
 from desim.world.kernels.contact import RASTER, TILES, deepest
 
 _ROWS = types.Array(types.float64, 2, "C", readonly=True)
-# Columns of ``limits`` [n, 6] and of ``clocks`` [n, 3].
-RADIUS, SPEED, TURN, ACCELERATION, TURN_ACCELERATION, HOLONOMIC = range(6)
+# Columns of ``limits`` [n, 7] and of ``clocks`` [n, 3].
+RADIUS, SPEED, TURN, ACCELERATION, TURN_ACCELERATION, HOLONOMIC, CLEARANCE = range(7)
 COMMANDED, TIMEOUT, WALL_CONTACT = range(3)
 # Columns of ``before`` [n, 4]: the pose at the start of the tick, and what happened to it since.
 X, Y, YAW, MARK = range(4)
@@ -164,10 +164,10 @@ def settle(poses, velocities, before, travelled, dt_s):
 
 @kernel(types.int64(*[types.float64[:, ::1]] * 4, types.int64[:, ::1], types.int64[::1],
                     types.int64[:, ::1], types.float64[:, ::1], types.int64[:, ::1],
-                    types.float64[::1], _ROWS, types.int64, TILES, RASTER, _ROWS,
-                    types.int64, types.float64, types.int64, types.int64[:, ::1]))
+                    types.float64[::1], _ROWS, types.float64[::1], types.int64, TILES, RASTER,
+                    _ROWS, types.int64, types.float64, types.int64, types.int64[:, ::1]))
 def advance(poses, velocities, commands, limits, clocks, order, pairs, before, last, travelled,
-            walls, indexed, tiles, raster, discs, now_ns, dt_s, episode_ns, episodes):
+            walls, tops, indexed, tiles, raster, discs, now_ns, dt_s, episode_ns, episodes):
     """Make one tick of the fleet, ending at ``now_ns``. Returns the number of contact episodes that
     began.
 
@@ -191,8 +191,9 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
         found = found if acted else -1 - found
         for r in range(n):
             for _ in range(_PUSHES):
-                depth, nx, ny = deepest(poses[r, 0], poses[r, 1], limits[r, RADIUS], walls,
-                                        indexed, tiles, raster, discs)
+                depth, nx, ny = deepest(poses[r, 0], poses[r, 1], limits[r, RADIUS],
+                                        limits[r, CLEARANCE], walls, tops, indexed, tiles, raster,
+                                        discs)
                 if depth <= SLOP_M:
                     break
                 acted = True
@@ -207,8 +208,8 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
         acted = False
         for r in range(n):
             if before[r, MARK] == _PUSHED and deepest(
-                    poses[r, 0], poses[r, 1], limits[r, RADIUS], walls, indexed, tiles,
-                    raster, discs)[0] > TOLERANCE_M:
+                    poses[r, 0], poses[r, 1], limits[r, RADIUS], limits[r, CLEARANCE], walls, tops,
+                    indexed, tiles, raster, discs)[0] > TOLERANCE_M:
                 put_back(poses, before, r)
                 acted = True
         for p in range(count):

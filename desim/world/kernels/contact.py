@@ -55,20 +55,23 @@ def against_raster(x, y, radius, raster, worst):
     return worst
 
 
-@inner(_DEPTH(*[types.float64] * 3, _ROWS, types.int64, TILES, RASTER, _ROWS))
-def deepest(x, y, radius, walls, indexed, tiles, raster, discs):
+@inner(_DEPTH(*[types.float64] * 4, _ROWS, types.float64[::1], types.int64, TILES, RASTER, _ROWS))
+def deepest(x, y, radius, clearance, walls, tops, indexed, tiles, raster, discs):
     """The deepest contact of a disc with fixed matter and ``discs``; depth 0 if there is none.
 
-    walls [n, 4], the first ``indexed`` of them in the tiles | discs [d, 3] x, y, radius
+    walls [n, 4], the first ``indexed`` of them in the tiles, and their heights ``tops`` [n] m, of
+    which those up to ``clearance`` do not count | discs [d, 3] x, y, radius
     """
     worst = (0.0, 0.0, 0.0)
     start, items, frame = tiles
     row = min(max(int((y - frame[1]) * frame[2]), 0), start.shape[0] - 1)
     col = min(max(int((x - frame[0]) * frame[2]), 0), start.shape[1] - 2)
     for j in range(start[row, col], start[row, col + 1]):
-        worst = against_wall(x, y, radius, walls, items[j], worst)
+        if tops[items[j]] > clearance:
+            worst = against_wall(x, y, radius, walls, items[j], worst)
     for w in range(indexed, walls.shape[0]):
-        worst = against_wall(x, y, radius, walls, w, worst)
+        if tops[w] > clearance:
+            worst = against_wall(x, y, radius, walls, w, worst)
     if len(raster[0]) > 0:
         worst = against_raster(x, y, radius, raster, worst)
     for d in range(discs.shape[0]):
