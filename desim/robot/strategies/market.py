@@ -95,8 +95,12 @@ class Market:
             self._show_lots(robot)
 
     def _award(self, robot: ports.StrategyContext) -> None:
-        """The time for bids is over. Of its own lots the seller keeps its goal alone."""
-        winners = {lot: winner for lot, (_, winner) in self._lots.items()}
+        """The time for bids is over. Each bidder gets the best lot that it has won; of its own the
+        seller keeps its goal alone."""
+        best: dict[str, tuple[float, ports.Place]] = {}
+        for lot, (profit_m, bidder) in self._lots.items():
+            best[bidder] = max(best.get(bidder, (-math.inf, lot)), (profit_m, lot))
+        winners = {lot: bidder for bidder, (_, lot) in best.items()}
         self._lots = {}
         self._show_lots(robot)
         for lot, winner in winners.items():
