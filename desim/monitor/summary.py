@@ -70,7 +70,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
     if twice:
         raise ModelError(f"{class_of(monitor.task)} has metrics that every run has: "
                          f"{', '.join(twice)}; choose other names")
-    return own | general
+    return {key: general[key] for key in ("stop_reason", "simulated_s")} | own | general
 
 
 def _of_task(monitor: Monitor) -> Sample:

@@ -191,7 +191,7 @@ def test_it_has_no_packets(back, tmp_path, more):
 
 def test_no_lasers_are_made_up(recording, back, tmp_path):
     """Neither on the page nor in what is exported again."""
-    assert bundle(back)[0]["laser"] is None and bundle(recording)[0]["laser"] is not None
+    assert bundle(back)[0]["lasers"] is None and bundle(recording)[0]["lasers"] is not None
     counts = [write_mcap(one, tmp_path / name, quiet) for one, name in (
         (back, "back.mcap"), (recording, "own.mcap"))]
     assert [any(topic.endswith("/scan") for topic in own) for own in counts] == [False, True]
@@ -398,7 +398,7 @@ def test_the_page_has_no_figures_of_what_was_not_recorded(own, back):
     own.odometry("/odom", START_NS + 3 * NS_PER_S, "map", 1, 0, 0)
     (about, _), (mapped, _) = bundle(own.imported()), bundle(back)
     assert [label for label, _ in about["facts"]] == ["imported from", "robots", "driven"]
-    assert about["laser"] is None
+    assert about["lasers"] is None
     assert [label for label, _ in mapped["facts"]][-1] == "messages"
     said = "it was imported: only what was recorded is shown, no laser scans and no beliefs"
     assert about["notes"] == [said]
