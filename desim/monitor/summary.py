@@ -23,6 +23,7 @@ _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 def summarize(monitor: Monitor, now_ns: int) -> Sample:
     """The summary of a run that ended at ``now_ns``, after ``monitor.finish``."""
     judged = monitor.judged_robot()
+    belief = known_map(monitor, judged)
     last, robots = monitor.samples[-1], _robots(monitor, now_ns)
     traffic = totals(monitor.graph)
     own = _of_task(monitor)
@@ -34,7 +35,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **{name: last[name] for name in ("explored", "explored_union", "explored_all")},
         "reachable_area_m2": monitor.coverage.cells * monitor.ground.cell_m2,
         "judged_robot": judged,
-        **evaluate(monitor.ground, known_map(monitor, judged), monitor.travelled_m().tolist(),
+        **evaluate(monitor.ground, belief, monitor.travelled_m().tolist(),
                    sum(monitor.collisions_of), monitor.safety_scale),
         "collisions": monitor.collisions,
         "recoveries": sum(monitor.recoveries_of),
@@ -55,7 +56,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **monitor.overlap.measures(monitor.maps),
         **monitor.outdated_goals.summary(),
         **monitor.localization_errors.summary(),
-        **wall_errors(monitor.ground, known_map(monitor, judged)),
+        **wall_errors(monitor.ground, belief),
         "map_age_s": mean_over(monitor.samples, "map_age_s"),
         "traffic": by_kind(monitor.graph),
         "messages_by_topic": monitor.families.fates(),

@@ -42,8 +42,9 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
         strategy = _strategy(choice)
     sharing = _sharing(coordination.exchange)
     drawn = map_sharing.drawn_beside(robot_map, sharing)
+    bodies_m = 2.0 * _widest_radius_m(scenario) if peers else 0.0
     nodes: list[Node] = [
-        *_localization(host, robot, drawn, start, _widest_m(scenario) if peers else 0.0),
+        *_localization(host, robot, drawn, start, bodies_m),
         map_sharing.MapSharing(host, sharing, robot_map, peers, team, drawn),
         move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
@@ -64,8 +65,7 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
                          task: object) -> list[Node]:
     """The nodes of a host without a body that runs a strategy. It plans for the widest robot of the
     fleet."""
-    queries = _queries(scenario.robot, robot_map,
-                       max(body.radius_m for body in scenario.fleet.types.values()))
+    queries = _queries(scenario.robot, robot_map, _widest_radius_m(scenario))
     with below(f"hosts.{host.name}.strategy"):
         strategy = _strategy(choice)
     nodes: list[Node] = [
@@ -96,9 +96,9 @@ def _sharing(choice: Exchange | None) -> Sharing | None:
     return None if choice is None else plugins.load("sharing", choice.model)(choice.params)
 
 
-def _widest_m(scenario: Scenario) -> float:
-    """The width of the widest body of the fleet."""
-    return 2.0 * max(body.radius_m for body in scenario.fleet.types.values())
+def _widest_radius_m(scenario: Scenario) -> float:
+    """The radius of the widest body of the fleet."""
+    return max(body.radius_m for body in scenario.fleet.types.values())
 
 
 def _queries(robot: Equipment, robot_map: RobotMap, radius_m: float) -> MapQueries:

@@ -28,7 +28,8 @@ class TaskBench:
         self.task = task
         self.robots, self.explorers = ("robot_1", "robot_2", "robot_10"), ("robot_1", "robot_10")
         self.now_ns = self.started_ns = 0
-        self.stop_explored, self.stop_by = 0.99, _ANY
+        self.stop_explored = 0.99
+        self.stop_by: Literal["any", "union", "all"] = "any"
         solid = np.ones((_CELLS, _CELLS), np.uint8)
         solid[1:-1, 1:-1] = 0
         self.ground = Ground(ports.GridSpec(_CELL_M, _CELLS, _CELLS, 0.0, 0.0), solid, solid == 0)
@@ -95,6 +96,3 @@ class TaskBench:
     def _learned(self, explorer: int) -> None:
         if isinstance(self.task, FollowsKnowledge):
             self.task.on_knowledge(self, explorer)
-
-
-_ANY: Literal["any", "union", "all"] = "any"

@@ -128,7 +128,7 @@ class Sweep:
             return None
         vector, iteration, run_id = run
         return RunTask(run_id, self.plan.scenario(vector, iteration), str(self.out / RUNS),
-                    self.metrics.functions)
+                       self.metrics.functions)
 
 
 @contextmanager

@@ -11,8 +11,7 @@ DONE = "explored"  # the reason of a run's end
 
 
 class Exploration:
-    """Learn the terrain: done when ``stop.explored`` of its free cells are known to ``stop.by``.
-    """
+    """Learn the terrain: done when ``stop.explored`` of its free cells are known to ``stop.by``."""
 
     class Params(ports.Params):
         """None."""
@@ -22,7 +21,7 @@ class Exploration:
 
     def start(self, context: TaskContext) -> None:
         knowledge = context.knowledge
-        self._context, self._is_over = context, False
+        self._context = context
         self._explored, self._enough = (
             Reached(knowledge.cells_for(share), len(context.explorers))
             for share in (EXPLORED, context.stop_explored))
@@ -31,8 +30,7 @@ class Exploration:
         known, union_known = context.knowledge.known[explorer], context.knowledge.union_known
         for reached in (self._explored, self._enough):
             reached.update(explorer, known, union_known, context.now_ns)
-        if not self._is_over and self._enough.first_ns[context.stop_by] is not None:
-            self._is_over = True
+        if self._enough.first_ns[context.stop_by] is not None:
             context.end(DONE)
 
     def judged(self) -> int | None:

@@ -108,14 +108,14 @@ def _add_plans(columns: Columns, recording: ReplaySource, hosts: Sequence[str]
     what was left out."""
     plans = recording.plans
     kinds = [*PLANS, *sorted({plan.kind for plan in plans}.difference(PLANS))]
-    number: dict[str, int] = {"": 0}
+    place, number = {name: i for i, name in enumerate(hosts)}, {"": 0}
     lengths = [len(plan.xy_mm) for plan in plans if not plan.texts]
     every = -(-sum(lengths) // MAX_PLAN_POINTS) or 1
     points = [plan.xy_mm if plan.texts else _every(plan.xy_mm, every) for plan in plans]
     texts = [number.setdefault(text, len(number)) for plan, own in zip(plans, points, strict=True)
              for text in plan.texts or [""] * len(own)]
     columns.add("plan.ns", np.array([plan.time_ns for plan in plans], np.int64))
-    columns.add("plan.host", np.array([hosts.index(plan.robot) for plan in plans], np.int64))
+    columns.add("plan.host", np.array([place[plan.robot] for plan in plans], np.int64))
     columns.add("plan.kind", np.array([kinds.index(plan.kind) for plan in plans], np.int64))
     columns.add("plan.count", np.array([len(own) for own in points], np.int64))
     whole = np.concatenate([np.empty((0, 2), np.int64), *points])

@@ -14,7 +14,7 @@ from desim.units import NS_PER_S
 
 # Kinds of events that happen by the thousand: they are drawn, not listed.
 _DRAWN = ("advertises", "subscribes", "believes", "sees", "goal", "goal_reached", "localized",
-          "partition")
+          "believed", "partition")
 _RECOVERIES = {Recovery.REPLAN: "plans again", Recovery.ROTATE: "turns",
                Recovery.RETREAT: "backs off"}
 _PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
@@ -61,6 +61,9 @@ def _words(event: Event, hosts: Sequence[str]) -> str:
         return f"{event.entity} hits {values[0] if values[0] in hosts else 'a wall'}"
     if event.kind == "recovery":
         return f"{event.entity} {_RECOVERIES[Recovery(int(values[1]))]}"
+    if event.kind == "visit":
+        alone_s = int(values[1]) / NS_PER_S
+        return f"{event.entity} visits place {values[0]}, alone for {alone_s:.1f} s"
     if event.kind in _PLAIN:
         return _PLAIN[event.kind].format(event.entity)
     while values and values[-1] == "0":  # columns that this kind of row does not use

@@ -14,18 +14,19 @@ class Market:
     ones to the team: whom one profits more gets it (Zlot, Stentz, Dias, Thayer 2002).
 
     The profit is the area in view at the frontier, at a price, less the way; of a robot that drives
-    already, the way there by its goal, unless the frontier lies before. The winners go out to all,
-    and nobody takes what is held. A frontier comes free when its holder's drive has ended, when the
-    holder is lost, or when it has held it for too long. Failsafe: a robot that has heard nobody
-    for ``failsafe_after`` goes on alone as ``nearest_frontier``.
+    already, the way there by its goal, unless the frontier lies before. Each bidder gets one
+    frontier of an offer at most. The winners go out to all, and nobody takes what is held. A
+    frontier comes free when its holder's drive has ended, when the holder is lost, or when it has
+    held it for too long. Failsafe: a robot that has heard nobody for ``failsafe_after`` goes on
+    alone as ``nearest_frontier``.
     """
 
     class Params(ports.Params):
         lots: int = Field(4, ge=1, description=(
-            "frontiers in an offer (maze_8, seeds 1 to 3, at a price of 0: 157 s; 8 lots: 169 s)"))
+            "frontiers in an offer (maze_8, seeds 1 to 3: 144 s; 8 lots: 157 s)"))
         price_m_per_m2: float = Field(0.2, ge=0, description=(
-            "way that 1 m2 of unknown area in view is worth (maze_8, seeds 1 to 3: 152 s; 0.05: "
-            "165 s)"))
+            "way that 1 m2 of unknown area in view is worth (maze_8, seeds 1 to 3: 144 s; 0: "
+            "148 s)"))
         wait_ns: Period = Field("0.5 s", description="time for bids (the exploration's rate)")
         hold_ns: Period = Field("20 s", description=(
             "time for which a frontier is held at most (a drive of 24 m at 1.2 m/s)"))

@@ -48,6 +48,7 @@ def test_saturation_is_the_first_full_queue():
     (("host_stopped", "base", "0  0  0"), "base stops"),
     (("host_started", "base", "0  0  0"), "base starts again"),
     (("goal_aborted", "robot_0", "25  32.6  0"), "robot_0 gives up its goal"),
+    (("visit", "robot_1", "3  61800000000  0"), "robot_1 visits place 3, alone for 61.8 s"),
     (("stop", "monitor", "0  0  0"), "the run ends"),
     (("map_redrawn", "robot_0", "57  0  0"), "robot_0 corrects its path, and draws its map anew"),
     (("joins_domain", "robot_0", "7  robot_1  0"), "robot_0 joins domain 7 robot_1")])
@@ -59,7 +60,7 @@ def test_words(event, words):
 def test_what_happens_by_the_thousand_is_not_listed():
     rows = [Event(5, kind, "robot_0", "robot_1  online  0")
             for kind in ("sees", "believes", "advertises", "subscribes", "goal", "goal_reached",
-                         "localized")]
+                         "localized", "believed")]
     assert listed([*rows, Event(0, "host_started", "base", "0  0  0")]) == []
 
 
