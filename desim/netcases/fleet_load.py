@@ -136,6 +136,7 @@ class LoadRun:
         kernel, streams = Kernel(), Streams(parts.scenario.seed)
         place = Still(_positions(parts, streams, spread))
         place.obstacles = parts.world.obstacles()
+        place.antennas = HostPlaces(parts.world, parts.plan).antennas
         self.graph = wired(parts.scenario, place, kernel, Trace(Names()), streams, hosts,
                            on_fate=self._settle)
         for host in self.graph.hosts:

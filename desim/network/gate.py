@@ -149,6 +149,7 @@ class MediumView:
         self.positions = medium.positions
 
     now_ns = property(attrgetter("_kernel.now_ns"))
+    antennas = property(attrgetter("_medium.antennas"))
 
     @property
     def obstacles(self) -> Obstacles:

@@ -94,7 +94,6 @@ class Medium(Account):
         self._refuses = frozenset(model.refuses if isinstance(model, Refuses) else ())
         self._hosts = model if isinstance(model, FollowsHosts) else None
         self._control = model if isinstance(model, CountsControl) else None
-        self._reachability = Reachability((model, *self.rules), self._place)
         for number, rule in enumerate(self.rules):
             with below(f".rules.{number}"):
                 rule.start(MediumView(self, f"rule {number}"), tuple(hosts))
@@ -104,6 +103,7 @@ class Medium(Account):
         self.judge_transmission = gate.judge_transmission
         self._reasons = gate.reasons.union(model.reasons)
         model.start(self, tuple(hosts))
+        self._reachability = Reachability((model, *self.rules), self._place)
 
     @property
     def control_bytes(self) -> int:
@@ -113,6 +113,7 @@ class Medium(Account):
     # What models may know and do: see ports.Context.
 
     now_ns = property(attrgetter("_kernel.now_ns"))
+    antennas = property(attrgetter("_place.antennas"))
 
     @property
     def obstacles(self) -> Obstacles:

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from desim.network.answer_checks import Plugin, reach_m_of
-from desim.ports import Obstacles, Separates
+from desim.ports import Antennas, Obstacles, Separates
 
 
 class Surroundings(Protocol):
@@ -18,6 +18,10 @@ class Surroundings(Protocol):
     @property
     def obstacles(self) -> Obstacles:
         """The obstacles at the present geometry epoch."""
+
+    @property
+    def antennas(self) -> Antennas:
+        """See ``ports.RuleContext``."""
 
     def positions(self, time_ns: int) -> np.ndarray:
         """See ``ports.RuleContext``."""
@@ -36,6 +40,7 @@ class Nowhere:
         nothing = np.empty(0)
         self.obstacles = Obstacles(np.empty((0, 4)), nothing.astype(np.int64), nothing, nothing,
                                    (), 0, _no_crossings)
+        self.antennas = Antennas.plain(hosts)
 
     def positions(self, time_ns: int) -> np.ndarray:
         return self._positions

@@ -19,12 +19,14 @@ from desim.ports.frames import (
 )
 from desim.ports.function_rules import RuleFunction, function_rule, rule_of
 from desim.ports.networks import (
+    Antennas,
     Context,
     CountsAttempts,
     CountsBusyTime,
     CountsControl,
     FollowsHosts,
     Handle,
+    HearsAntennas,
     Itemizes,
     JudgesTransmissions,
     KnowsLinks,
@@ -71,13 +73,14 @@ from desim.ports.time_parts import Ledger, TimePart
 from desim.ports.worlds import GridSpec, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
-    "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime", "CountsControl", "Deliver",
-    "Drop", "Duplicate", "FULL_PACKET_BYTES", "File", "FollowsGoals", "FollowsHosts", "FollowsMap",
-    "FollowsTeam", "Frame", "Frames", "Frontier", "GoalEnd", "GridSpec", "Handle", "Itemizes",
-    "JudgesTransmissions", "KnowsLinks", "Ledger", "LimitsReach", "Mark", "MovesObstacles",
-    "NetworkModel", "Obstacles", "PASS", "Params", "Pass", "PassesMany", "Peer", "Place", "Pose2D",
-    "PredictsSignal", "Preset", "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext",
-    "RuleFunction", "SendsMany", "Separates", "Signal", "Snapshot", "Starts", "Strategy",
-    "StrategyContext", "StrategyMessage", "TeamArea", "TeamLink", "TimePart", "Verdict", "World",
-    "function_rule", "natural_key", "packet_sizes", "rule_of", "with_preset", "yaml_key",
+    "Antennas", "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime", "CountsControl",
+    "Deliver", "Drop", "Duplicate", "FULL_PACKET_BYTES", "File", "FollowsGoals", "FollowsHosts",
+    "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier", "GoalEnd", "GridSpec", "Handle",
+    "HearsAntennas", "Itemizes", "JudgesTransmissions", "KnowsLinks", "Ledger", "LimitsReach",
+    "Mark", "MovesObstacles", "NetworkModel", "Obstacles", "PASS", "Params", "Pass", "PassesMany",
+    "Peer", "Place", "Pose2D", "PredictsSignal", "Preset", "RandomStreams", "Refuses",
+    "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany", "Separates", "Signal",
+    "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage", "TeamArea", "TeamLink",
+    "TimePart", "Verdict", "World", "function_rule", "natural_key", "packet_sizes", "rule_of",
+    "with_preset", "yaml_key",
 ]

@@ -60,6 +60,21 @@ class Obstacles:
         return np.bincount(line, cost[segment], len(pairs))
 
 
+class Antennas(NamedTuple):
+    """The antennas of all hosts: ``height_m`` [hosts] above the ground | ``gain_db`` [hosts], by
+    which they send and receive better than those of the medium | ``power_dbm`` [hosts] sent, NaN:
+    as the medium says. Read-only."""
+
+    height_m: np.ndarray
+    gain_db: np.ndarray
+    power_dbm: np.ndarray
+
+    @classmethod
+    def plain(cls, hosts: int) -> Antennas:
+        """Those of the medium, on the ground."""
+        return cls(np.zeros(hosts), np.zeros(hosts), np.full(hosts, np.nan))
+
+
 class Handle(Protocol):
     """A call that is booked."""
 
@@ -77,6 +92,10 @@ class RuleContext(Protocol):
     @property
     def obstacles(self) -> Obstacles:
         """The obstacles at the present geometry epoch."""
+
+    @property
+    def antennas(self) -> Antennas:
+        """The antennas of the hosts, the same for a whole run."""
 
     def positions(self, time_ns: int) -> np.ndarray:
         """[hosts, 2] x, y in m of every host as of the last world tick at or before ``time_ns``.
@@ -297,6 +316,15 @@ class Signal(NamedTuple):
 
     power_dbm: np.ndarray
     delivery: np.ndarray
+
+
+@runtime_checkable
+class HearsAntennas(Protocol):
+    """A network model in which the hosts' antennas count. Strategies see its signals of their
+    teammates; of a model without it, those of ``PredictsSignal``."""
+
+    def link_signal(self, sender: int, receiver: int) -> Signal:
+        """The signal now of one host at another, arrays of one element."""
 
 
 @runtime_checkable

@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 from desim.ports import natural_key
 from desim.scenario.names import WORKSTATION, robot_names
+from desim.scenario.robot_types import equipment_of
+from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.communication import StrategyChoice
 from desim.scenario.schema.scenario import Scenario
 
@@ -22,7 +24,7 @@ class HostPlan(NamedTuple):
     ``x_m, y_m`` (NaN: nowhere, in reach of everybody). ``drives`` indices of the bodies whose
     sensors and motors are attached to it. ``software`` index of the robot that it controls.
     ``monitor`` whether robots send it their maps and distances. ``strategy`` of a host without a
-    body that coordinates.
+    body that coordinates. ``antenna`` with its height above the ground.
     """
 
     name: str
@@ -33,6 +35,7 @@ class HostPlan(NamedTuple):
     software: int | None
     monitor: bool
     strategy: StrategyChoice | None = None
+    antenna: Antenna = Antenna()
 
 
 def plan(scenario: Scenario) -> list[HostPlan]:
@@ -41,12 +44,12 @@ def plan(scenario: Scenario) -> list[HostPlan]:
     robots = robot_names(scenario)
     passive = frozenset(scenario.robot.passive)
     hosts = [HostPlan(name, i, nan, nan, () if testbed else (i,),
-                      None if name in passive else i, False)
-             for i, name in enumerate(robots)]
+                      None if name in passive else i, False, antenna=own.antenna)
+             for i, (name, own) in enumerate(zip(robots, equipment_of(scenario), strict=True))]
     if testbed:
         hosts.append(HostPlan(WORKSTATION, None, nan, nan, tuple(range(len(robots))), None, True))
     for name, stationary in scenario.hosts.items():
         x_m, y_m = stationary.at_m or (nan, nan)
         hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor,
-                              stationary.strategy))
+                              stationary.strategy, stationary.antenna))
     return sorted(hosts, key=lambda host: natural_key(host.name))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim.middleware.graph import Graph
 from desim.network.surroundings import Surroundings
-from desim.ports import PredictsSignal
+from desim.ports import HearsAntennas, PredictsSignal
 
 
 class LinkSignals:
@@ -15,13 +15,17 @@ class LinkSignals:
 
     def power_dbm(self, receiver: str, sender: str) -> float | None:
         """The power at which ``receiver`` hears ``sender`` now; None where nothing gets through,
-        or the network model is no ``PredictsSignal``."""
+        or the network model tells no signals."""
         graph = self._graph
         to, from_ = graph.host(receiver), graph.host(sender)
         medium = graph.route(to, from_.index)
-        if medium is None or not graph.up[from_.index] \
-                or not isinstance(medium.model, PredictsSignal):
+        if medium is None or not graph.up[from_.index]:
             return None
-        positions = self._place.positions(graph.kernel.now_ns)
-        signal = medium.model.signal(positions[from_.index], positions[to.index][None])
+        if isinstance(medium.model, HearsAntennas):
+            signal = medium.model.link_signal(from_.index, to.index)
+        elif isinstance(medium.model, PredictsSignal):
+            positions = self._place.positions(graph.kernel.now_ns)
+            signal = medium.model.signal(positions[from_.index], positions[to.index][None])
+        else:
+            return None
         return float(signal.power_dbm[0]) if signal.delivery[0] > 0 else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
 from desim.network.passages import Passages
 from desim.network.surroundings import Surroundings
-from desim.ports import Obstacles, Snapshot, World
+from desim.ports import Antennas, Obstacles, Snapshot, World
+from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.communication import PluginChoice
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan
@@ -32,6 +34,7 @@ class HostPlaces:
         self._fixed = np.array([(host.x_m, host.y_m) for host in hosts]).reshape(-1, 2)
         carried = [(i, host.robot) for i, host in enumerate(hosts) if host.robot is not None]
         self._carried, self._bodies = map(_rows, np.array(carried, np.int64).reshape(-1, 2).T)
+        self.antennas = _antennas([host.antenna for host in hosts])
         self._seen: Snapshot | None = None
         self._positions = self._fixed
 
@@ -48,6 +51,13 @@ class HostPlaces:
             self._positions[self._carried] = snapshot.poses[self._bodies, :2]
             self._positions.flags.writeable = False
         return self._positions
+
+
+def _antennas(own: list[Antenna]) -> Antennas:
+    table = np.array([(one.height_m, one.gain_db, nan if one.power_dbm is None else one.power_dbm)
+                      for one in own]).reshape(-1, 3).T.copy()
+    table.flags.writeable = False
+    return Antennas(*table)
 
 
 def _rows(indices: np.ndarray) -> slice | np.ndarray:

@@ -113,6 +113,7 @@ class Hops:
 
     now_ns = property(attrgetter("_context.now_ns"))
     obstacles = property(attrgetter("_context.obstacles"))
+    antennas = property(attrgetter("_context.antennas"))
 
     def send(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
              broadcast: bool, report: Report) -> None:

@@ -60,6 +60,8 @@ class Air:
         if len(self.radios) > 1:
             budget = replace(budget, channels=np.concatenate([
                 one.budget.channels for one in self.radios]),
+                antennas=ports.Antennas(*map(np.concatenate, zip(*(
+                    one.budget.antennas for one in self.radios), strict=True))),
                 shadows=Shadows(params.shadowing, everybody, context.stream)
                 if params.shadowing else None)
         self._hosts, self._context, self._budget = len(hosts), context, budget

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -54,7 +55,8 @@ class RadioLinks(NamedTuple):
 @dataclass(frozen=True)
 class Budget:
     """The parameters of a link budget. A frame is heard (as interference) from ``heard_dbm`` on and
-    can be received from ``found_dbm`` on, by hosts on the same of ``channels`` [hosts]."""
+    can be received from ``found_dbm`` on, by hosts on the same of ``channels`` [hosts]. Hosts with
+    ``antennas`` of their own send and receive with these; ``power_dbm`` is that of the others."""
 
     power_dbm: float
     path_loss: PathLoss
@@ -63,6 +65,19 @@ class Budget:
     heard_dbm: float
     found_dbm: float
     channels: np.ndarray
+    antennas: ports.Antennas
+
+    @cached_property
+    def sent_dbm(self) -> np.ndarray:
+        """[hosts] sent, antennas included."""
+        own_dbm, gain_db = self.antennas.power_dbm, self.antennas.gain_db
+        return np.where(np.isnan(own_dbm), self.power_dbm, own_dbm) + gain_db
+
+    @cached_property
+    def strongest_dbm(self) -> float:
+        """Sent by any host, with the antenna of any receiver."""
+        return float(self.sent_dbm.max(initial=-np.inf)
+                     + self.antennas.gain_db.max(initial=0.0))
 
     def links(self, places: np.ndarray, obstacles: ports.Obstacles) -> RadioLinks:
         """The links between hosts at ``places`` [hosts, 2] m. A host without a place hears nobody,
@@ -70,55 +85,76 @@ class Budget:
         cost nothing."""
         best_db = self.shadows.best_db if self.shadows else 0.0
         one, other = self._pairs(places, best_db)
-        apart = places[one] - places[other]
-        loss_db = self.path_loss.loss_db(np.sqrt(np.einsum("ij,ij->i", apart, apart)))
+        height_m, gain_db = self.antennas.height_m, self.antennas.gain_db
+        apart, above_m = places[one] - places[other], height_m[one] - height_m[other]
+        loss_db = self.path_loss.loss_db(
+            np.sqrt(np.einsum("ij,ij->i", apart, apart) + above_m ** 2))
+        best_dbm = np.maximum(self.sent_dbm[one] + gain_db[other],
+                              self.sent_dbm[other] + gain_db[one])
         near = np.flatnonzero((self.channels[one] == self.channels[other])
-                              & (self.power_dbm + best_db - loss_db > self.heard_dbm))
+                              & (best_dbm + best_db - loss_db > self.heard_dbm))
         one, other, loss_db = one[near], other[near], loss_db[near]  # NaN is not near
         if self.shadows is not None:
             loss_db += self.shadows.loss_db(places, one, other)
         if self.walls is not None:
             # What is weaker than can be heard may be as weak as it likes.
-            most_db = self.power_dbm - self.heard_dbm - loss_db + _SLACK_DB
-            loss_db += _walls_db(self.walls, places[one], places[other], obstacles, most_db)
-        return self._sorted(one, other, self.power_dbm - loss_db, len(places))
+            most_db = best_dbm[near] - self.heard_dbm - loss_db + _SLACK_DB
+            loss_db += _walls_db(self.walls, places[one], places[other], obstacles, most_db,
+                                 np.column_stack([height_m[one], height_m[other]]))
+        return self._sorted(one, other, loss_db, len(places))
 
-    def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray,
-                     obstacles: ports.Obstacles) -> np.ndarray:
-        """[n] dBm at ``to_m`` [n, 2] m of a sender at ``from_m`` [2] m."""
+    def link_dbm(self, sender: int, receiver: int, places: np.ndarray,
+                 obstacles: ports.Obstacles) -> np.ndarray:
+        """[1] dBm of one of the hosts at ``places`` [hosts, 2] m at another."""
+        ends = self.antennas.height_m[[sender, receiver]]
+        return self.received_dbm(places[sender], places[receiver][None], obstacles, ends) + (
+            self.sent_dbm[sender] + self.antennas.gain_db[receiver] - self.power_dbm)
+
+    def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray, obstacles: ports.Obstacles,
+                     heights_m: np.ndarray | None = None) -> np.ndarray:
+        """[n] dBm at ``to_m`` [n, 2] m of a sender at ``from_m`` [2] m, with the medium's antennas;
+        ``heights_m`` [2] of sender and receivers: lower than all walls if they are not given."""
         starts = np.broadcast_to(from_m, to_m.shape)
-        loss_db = self.path_loss.loss_db(np.hypot(*(to_m - starts).T))
+        low_m, high_m = (0.0, 0.0) if heights_m is None else heights_m
+        loss_db = self.path_loss.loss_db(
+            np.hypot(np.hypot(*(to_m - starts).T), high_m - low_m))
         if self.shadows is not None:
             loss_db = loss_db + self.shadows.between_db(from_m, to_m)
         if self.walls is not None:
-            loss_db = loss_db + _walls_db(self.walls, starts, to_m, obstacles)
+            loss_db = loss_db + _walls_db(
+                self.walls, starts, to_m, obstacles,
+                heights_m=None if heights_m is None else np.tile(heights_m, (len(to_m), 1)))
         return self.power_dbm - loss_db
 
     def _pairs(self, places: np.ndarray, best_db: float) -> tuple[np.ndarray, np.ndarray]:
         """Pairs of hosts that may hear each other, the smaller index first."""
-        heard_m = reach_m(self.path_loss, self.power_dbm + best_db - self.heard_dbm)
+        heard_m = reach_m(self.path_loss, self.strongest_dbm + best_db - self.heard_dbm)
         if heard_m == math.inf:
             return np.triu_indices(len(places), 1)
         placed = np.flatnonzero(np.isfinite(places).all(axis=1))
         near = cKDTree(places[placed]).query_pairs(1.000001 * heard_m, output_type="ndarray")
         return placed[near[:, 0]], placed[near[:, 1]]
 
-    def _sorted(self, one: np.ndarray, other: np.ndarray, dbm: np.ndarray, hosts: int
+    def _sorted(self, one: np.ndarray, other: np.ndarray, loss_db: np.ndarray, hosts: int
                 ) -> RadioLinks:
-        heard = np.flatnonzero(dbm > self.heard_dbm)
-        one, other, dbm = one[heard], other[heard], dbm[heard]
         source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
+        dbm = (self.sent_dbm[source] + self.antennas.gain_db[hearer]
+               - np.concatenate([loss_db, loss_db]))
+        heard = np.flatnonzero(dbm > self.heard_dbm)
+        source, hearer, dbm = source[heard], hearer[heard], dbm[heard]
         order = np.argsort(source * hosts + hearer)
-        source, hearer, dbm = source[order], hearer[order], np.concatenate([dbm, dbm])[order]
+        source, hearer, dbm = source[order], hearer[order], dbm[order]
         return RadioLinks.of(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm, hosts)
 
 
 def _walls_db(walls: Walls, starts: np.ndarray, ends: np.ndarray,
-              obstacles: ports.Obstacles, most_db: np.ndarray | None = None) -> np.ndarray:
+              obstacles: ports.Obstacles, most_db: np.ndarray | None = None,
+              heights_m: np.ndarray | None = None) -> np.ndarray:
     """[k] dB of the walls between ``starts`` and ``ends`` [k, 2] m; none where a place is NaN.
-    ``most_db`` as in ``Walls.loss_db``."""
+    ``most_db`` and ``heights_m`` as in ``Walls.loss_db``."""
     placed = np.isfinite(starts).all(axis=1) & np.isfinite(ends).all(axis=1)
     loss_db = np.zeros(len(starts))
     loss_db[placed] = walls.loss_db(obstacles, np.hstack([starts, ends])[placed],
-                                    None if most_db is None else most_db[placed])
+                                    None if most_db is None else most_db[placed],
+                                    None if heights_m is None else heights_m[placed])
     return loss_db

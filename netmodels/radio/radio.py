@@ -40,8 +40,8 @@ class Radio:
     a unicast frame is lost beyond the range (``out_of_range``).
 
     Capabilities: those of its rung. Itemizes, LimitsReach, Retransmits, Refuses, CountsAttempts,
-    CountsBusyTime, KnowsLinks, PredictsSignal (``mac``); with ``channels`` or on other rungs,
-    Separates, FollowsHosts, CountsControl.
+    CountsBusyTime, KnowsLinks, PredictsSignal, HearsAntennas (``mac``); with ``channels`` or on
+    other rungs, Separates, FollowsHosts, CountsControl.
     """
 
     class Params(DcfRadio.Params):
@@ -55,11 +55,12 @@ class Radio:
         self.rung = _RUNGS[params.fidelity](params)
         # ``send`` too: the medium calls the rung's own, not by way of this class.
         lend(self, self.rung, "reasons", "send", "attempts", "busy_ns", "control", "itemize",
-             "links", "judges_transmissions", "reach_m", "refuses", "separates", "signal",
-             "switched")
+             "link_signal", "links", "judges_transmissions", "reach_m", "refuses", "separates",
+             "signal", "switched")
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self.rung.start(context, hosts)
+        lend(self, self.rung, "reach_m")  # as far as the hosts' antennas reach
 
     def send(self, frame: ports.Frame) -> int | None:
         return self.rung.send(frame)

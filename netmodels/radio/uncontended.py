@@ -69,7 +69,8 @@ class Uncontended(Itemized):
     Rules of loss and jamming, asked at that moment too, act on each transmission: of unicast
     packets they are repeated, and take the sender's time.
 
-    Capabilities: LimitsReach, Separates, Retransmits, Refuses, Itemizes, PredictsSignal.
+    Capabilities: LimitsReach, Separates, Retransmits, Refuses, Itemizes, PredictsSignal,
+    HearsAntennas.
     """
 
     Params = DcfRadio.Params
@@ -92,8 +93,7 @@ class Uncontended(Itemized):
         path_loss = params.loss()
         self.range_m = tuple(reach_m(path_loss, params.power_dbm - level_dbm)
                              for level_dbm in self.sensitivity_dbm)
-        best_db = params.shadowing.best_db if params.shadowing else 0.0
-        self.reach_m = reach_m(path_loss, params.power_dbm + best_db - min(self.sensitivity_dbm))
+        self.reach_m = self._reach_m(params.power_dbm)
         self._times = lru_cache(1 << 12)(lambda size_bytes, segments, broadcast: times_ns(
             standard, self._rates[broadcast], ports.packet_sizes(size_bytes, segments), broadcast,
             params.rts_bytes))
@@ -101,10 +101,16 @@ class Uncontended(Itemized):
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         budget = self._params.budget(context, hosts, *self.sensitivity_dbm)
+        self.reach_m = self._reach_m(budget.strongest_dbm)
         self._near = [NearbyHosts(replace(budget, heard_dbm=level_dbm, found_dbm=level_dbm),
                                   context, self._params.update_ns)
                       for level_dbm in self.sensitivity_dbm]
         self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of what waits, at each sender
+
+    def _reach_m(self, power_dbm: float) -> float:
+        params = self._params
+        best_db = params.shadowing.best_db if params.shadowing else 0.0
+        return reach_m(params.loss(), power_dbm + best_db - min(self.sensitivity_dbm))
 
     def send(self, frame: ports.Frame) -> None:
         context, ends_ns = self._context, self._ends_ns[frame.source]
@@ -163,6 +169,13 @@ class Uncontended(Itemized):
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
         """``ports.PredictsSignal``: delivery is all or nothing."""
         power_dbm = self._near[0].budget.received_dbm(from_m, to_m, self._context.obstacles)
+        return ports.Signal(power_dbm, 1.0 * (power_dbm >= self.sensitivity_dbm[0]))
+
+    def link_signal(self, sender: int, receiver: int) -> ports.Signal:
+        """``ports.HearsAntennas``: delivery is all or nothing."""
+        context = self._context
+        power_dbm = self._near[0].budget.link_dbm(
+            sender, receiver, context.positions(context.now_ns), context.obstacles)
         return ports.Signal(power_dbm, 1.0 * (power_dbm >= self.sensitivity_dbm[0]))
 
     def separates(self, host: int, other: int) -> bool:

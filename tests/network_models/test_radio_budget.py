@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from stations import air, by_distance
 from test_radio_pathloss import room
 
+from desim.ports import Antennas
 from netmodels.radio.budget import Budget
 from netmodels.radio.path_loss import Fixed, LogDistance
 from netmodels.radio.standards import A
@@ -17,9 +18,10 @@ from netmodels.radio.walls import Walls
 POWER_DBM, HEARD_DBM, FOUND_DBM = 16.0206, -101.0, -82.0
 
 
-def budget(hosts, path_loss=None, channels=None, walls=None):
+def budget(hosts, path_loss=None, channels=None, walls=None, antennas=None):
     return Budget(POWER_DBM, path_loss or LogDistance(), walls, None, HEARD_DBM, FOUND_DBM,
-                  np.ones(hosts) if channels is None else np.array(channels))
+                  np.ones(hosts) if channels is None else np.array(channels),
+                  antennas or Antennas.plain(hosts))
 
 
 def as_pairs(links):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from test_radio_pathloss import room
 
 from desim.engine.streams import Streams
+from desim.ports import Antennas
 from desim.testing import Bench, check_network
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf.radio import DcfRadio
@@ -154,7 +155,8 @@ def test_coverage_knows_of_it():
 
 
 def test_a_link_is_as_good_in_either_direction():
-    links = Budget(16.0206, LogDistance(), None, shadows(30), -101.0, -82.0, np.ones(30)).links(
+    links = Budget(16.0206, LogDistance(), None, shadows(30), -101.0, -82.0, np.ones(30),
+                   Antennas.plain(30)).links(
         np.random.default_rng(2).uniform(0, 100, (30, 2)), None)
     mw = np.zeros((30, 30))
     mw[np.repeat(np.arange(30), np.diff(links.first)), links.hearer] = links.mw

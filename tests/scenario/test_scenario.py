@@ -129,8 +129,9 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     assert data["coordination"]["exchange"]["period"] == "5 s"
     undecided = re.findall(r"^ *(\w+): null$", resolved(scenario()), re.MULTILINE)
     # each medium says itself what it is, and has all hosts; no condition, no such update; robots
-    # that go to the nearest frontier announce no goals; their type has nothing of its own
-    assert undecided == ["robot", "strategy", "temporal_update", "fidelity", "hosts",
+    # that go to the nearest frontier announce no goals; their type has nothing of its own; their
+    # antennas send as the medium says
+    assert undecided == ["robot", "strategy", "power", "temporal_update", "fidelity", "hosts",
                          "team_state", "when"]
 
 

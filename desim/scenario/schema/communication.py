@@ -16,6 +16,7 @@ from pydantic import (
 
 from desim.ports import Params
 from desim.scenario.plugin_parameters import parse_parameters
+from desim.scenario.schema.antenna import Antenna
 from desim.units import Duration, Pace, Period, Position
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]  # as ROS names are
@@ -173,6 +174,7 @@ class StationaryHost(Params):
 
     at_m: tuple[Position, Position] | None = Field(None, description=(
         "where it stands; a host without a place is in reach of everybody"))
+    antenna: Antenna = Field(default_factory=Antenna)
     monitor: bool = Field(False, description="it receives each robot's map and distance at 1 Hz")
     strategy: StrategyChoice | None = Field(None, description=(
         "a strategy that runs here: a central coordinator, which receives the robots' maps"))

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from desim.ports import Params
+from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Angle, Duration, Frequency, Length, Pace, Period
@@ -90,6 +91,7 @@ class Equipment(Params):
     slam: SlamParams = Field(default_factory=SlamParams)
     laser: Annotated[str | Laser, BY_SHAPE] = Field(default_factory=Laser, description=(
         "lms500, or its parameters"))
+    antenna: Antenna = Field(default_factory=Antenna)
     odometry: Odometry = Field(default_factory=Odometry)
     mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)

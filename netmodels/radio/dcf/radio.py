@@ -62,7 +62,7 @@ class DcfRadio:
     hears nobody, and nobody hears it, unless the path loss is ``fixed``.
 
     Capabilities: LimitsReach, Retransmits, Refuses, CountsAttempts, CountsBusyTime, Itemizes,
-    KnowsLinks, PredictsSignal; with ``channels``, Separates.
+    KnowsLinks, PredictsSignal, HearsAntennas; with ``channels``, Separates.
     """
 
     class Params(ports.Params):
@@ -133,7 +133,8 @@ class DcfRadio:
                 self.power_dbm, self.loss(), self.walls,
                 Shadows(self.shadowing, hosts, context.stream) if self.shadowing else None,
                 heard_dbm, found_dbm,
-                channels_of(hosts, self.channel, self.channels, STANDARDS[self.standard]))
+                channels_of(hosts, self.channel, self.channels, STANDARDS[self.standard]),
+                context.antennas)
 
     reasons: tuple[str, ...] = ("channel_error", "collision", "expired", "out_of_reach",
                                 "queue_full", "retry_limit")
@@ -146,9 +147,7 @@ class DcfRadio:
         """``standard``: its numbers, where they are not those of the one in ``params``."""
         self.params = params
         self.standard = standard or chosen_standard(params.standard, params.basic_rates_bps)
-        best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
-        self.reach_m = reach_m(params.loss(),
-                               params.power_dbm + best_db - params.reception.found_dbm)
+        self.reach_m = self._reach_m(params.power_dbm)
         if params.channels:
             self.separates = self._on_different_channels
 
@@ -161,7 +160,13 @@ class DcfRadio:
         self.rate, self._broadcast_rate = chosen_rates(
             params.standard, params.rate_bps, params.broadcast_rate_bps)
         self.budget = params.budget(context, hosts, self._heard_dbm(), params.reception.found_dbm)
+        self.reach_m = self._reach_m(self.budget.strongest_dbm)
         context.shared("radio", Airs).join(self)
+
+    def _reach_m(self, power_dbm: float) -> float:
+        params = self.params
+        best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
+        return reach_m(params.loss(), power_dbm + best_db - params.reception.found_dbm)
 
     @cached_property
     def _air(self) -> Air:
@@ -185,6 +190,13 @@ class DcfRadio:
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
         """``ports.PredictsSignal``: of unicast packets, one attempt each; means over fading."""
         power_dbm = self.budget.received_dbm(from_m, to_m, self.context.obstacles)
+        return ports.Signal(power_dbm, self._share(power_dbm))
+
+    def link_signal(self, sender: int, receiver: int) -> ports.Signal:
+        """``ports.HearsAntennas``, as ``signal``."""
+        context = self.context
+        power_dbm = self.budget.link_dbm(sender, receiver, context.positions(context.now_ns),
+                                         context.obstacles)
         return ports.Signal(power_dbm, self._share(power_dbm))
 
     def _share(self, power_dbm: np.ndarray) -> np.ndarray:
