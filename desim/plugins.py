@@ -169,6 +169,11 @@ def fusion(sharing: str) -> str:
     return str(getattr(load("sharing", sharing), "fusion", "evidence"))
 
 
+def has_common_frame(sharing: str) -> bool:
+    """Whether robots know how their frames lie to each other."""
+    return bool(getattr(load("sharing", sharing), "common_frame", True))
+
+
 def unbriefed(strategy: str, task: str) -> str:
     """A complaint if the strategy needs what the task does not tell; else an empty string."""
     needs = getattr(load("strategy", strategy), "needs", None)

@@ -27,6 +27,7 @@ from desim.monitor.outdated_goals import MOVING_M, OutdatedGoals
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
 from desim.monitor.reachability import SampledReachability
+from desim.monitor.relative_poses import RelativePoses
 from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
 from desim.plugins import bare
@@ -105,8 +106,13 @@ class Monitor:
         self.coverage = Coverage(ground, explorers, self._learned)
         self.outdated_goals = OutdatedGoals(ground.grid, self.coverage, len(explorers))
         self.localization_errors = LocalizationErrors(robots, poses)
+        self.relative_poses = RelativePoses(robots, explorers, trace.names, poses,
+                                            lambda: kernel.now_ns)
         graph.listeners |= {"localized": self.localization_errors.localized,
                             "believed": self.localization_errors.believed,
+                            "frame_of": self.relative_poses.about,
+                            "frame_at": self.relative_poses.placed,
+                            "frame_lost": self.relative_poses.lost,
                             "recovery": self._recovered, "goal": self._sets_out,
                             "goal_reached": self._ends, "goal_aborted": self._ends}
         self._name_rows(trace)
@@ -143,6 +149,7 @@ class Monitor:
         self.coverage.restart(i)
         self.outdated_goals.ends(i)
         if robot_map is not None:
+            self.relative_poses.started(robot)
             robot_map.observers.append(self.coverage.observer(i))
 
     def collided(self, robot: int, other: int) -> None:

@@ -56,6 +56,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **monitor.overlap.measures(monitor.maps),
         **monitor.outdated_goals.summary(),
         **monitor.localization_errors.summary(),
+        **monitor.relative_poses.summary(),
         **wall_errors(monitor.ground, belief),
         "map_age_s": mean_over(monitor.samples, "map_age_s"),
         "traffic": by_kind(monitor.graph),

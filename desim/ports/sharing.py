@@ -140,8 +140,8 @@ class SharingContext(Protocol):
     def received(self) -> Mapping[str, ReceivedEvidence]:
         """The evidence taken in from others, by source."""
 
-    def canvas(self) -> Canvas:
-        """An empty map of this raster."""
+    def canvas(self, grid: GridSpec | None = None) -> Canvas:
+        """An empty map of this raster, or of another one."""
 
     def drawn(self, log_odds: np.ndarray) -> Evidence:
         """Complete evidence: int8 ``log_odds`` [height, width], row 0 at the bottom."""
@@ -153,6 +153,10 @@ class SharingContext(Protocol):
 
     def take_in(self, contributions: Iterable[Contribution]) -> None:
         """Hand to the robot's map and to its team what has come, all at once."""
+
+    def place(self, source: str, frame: Pose2D | None) -> None:
+        """Say where the frame of ``source`` lies, its start pose, in the robot's own coordinates;
+        None: that was wrong. It is for the monitor, who compares it with the truth."""
 
     def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
@@ -179,7 +183,9 @@ class SharingContext(Protocol):
 class Sharing(Protocol):
     """Shares maps. Built as ``Sharing(params)``, one for each host.
 
-    ``fusion`` of its class, if it has one, is the default of ``coordination.exchange.fusion``.
+    ``fusion`` of its class, if it has one, is the default of ``coordination.exchange.fusion``. With
+    ``common_frame = False`` robots do not know how their frames lie to each other: nothing but map
+    sharing may tell teammates of places.
     """
 
     @property

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 
+from desim.engine.trace import bits
 from desim.errors import ModelError, below
 from desim.middleware.contents import Empty, LaserScan
 from desim.middleware.host import Host
@@ -28,7 +29,7 @@ from desim.ports.sharing import (
 )
 from desim.robot.robot_map import RobotMap
 from desim.robot.team import Team
-from desim.robot.tiles import LayerSnapshot, Received, drawn
+from desim.robot.tiles import LayerSnapshot, Received, TilePool, drawn
 from desim.units import NS_PER_S
 
 
@@ -84,6 +85,15 @@ class MapSharing(Node):
         if updates and self.robot_map.receive(updates):
             self.publish("map", Empty())
 
+    def place(self, source: str, frame: Pose2D | None) -> None:
+        """See ``SharingContext.place``."""
+        number = self._graph.names.id(source)
+        if frame is None:
+            self.record("frame_lost", number)
+            return
+        self.record("frame_of", number)
+        self.record("frame_at", *map(bits, frame))
+
 
 def drawn_beside(robot_map: RobotMap, sharing: Sharing | None) -> RobotMap:
     """The map of the robot's own scans: ``robot_map`` itself, or one beside it, where map sharing
@@ -117,8 +127,8 @@ class MapAccess:
     def received(self) -> Mapping[str, Received]:
         return self._map.received
 
-    def canvas(self) -> ScanCanvas:
-        return ScanCanvas(self._map)
+    def canvas(self, grid: GridSpec | None = None) -> ScanCanvas:
+        return ScanCanvas(grid or self._map.spec, self._map.pool)
 
     def drawn(self, log_odds: np.ndarray) -> LayerSnapshot:
         spec = self._map.spec
@@ -160,6 +170,9 @@ class MapContext(MapAccess):
 
     def take_in(self, contributions: Iterable[Contribution]) -> None:
         self._node.take_in(contributions)
+
+    def place(self, source: str, frame: Pose2D | None) -> None:
+        self._node.place(source, frame)
 
     def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
@@ -203,10 +216,10 @@ class TeamInbox:
 
 
 class ScanCanvas:
-    """An empty map of the same raster, in the same memory, as ``like``."""
+    """An empty map."""
 
-    def __init__(self, like: RobotMap) -> None:
-        self._map = RobotMap(like.spec, like.pool)
+    def __init__(self, grid: GridSpec, pool: TilePool) -> None:
+        self._map = RobotMap(grid, pool)
 
     def integrate(self, pose: Pose2D, scan: Scan, usable_range_m: float) -> None:
         """Add the evidence of a scan."""

@@ -10,11 +10,13 @@ from desim.ports import Peer, Place, TeamLink
 class Team:
     """``names`` of all other hosts with a strategy | ``peers`` the newest pose of each that came
     with a map update or a ``TeamState`` | ``signal_dbm`` the power at which the host's radio
-    receives a teammate now; None where it does not, or does not say."""
+    receives a teammate now; None where it does not, or does not say | ``common_frame``: whether all
+    know how their frames lie to each other."""
 
     def __init__(self, names: tuple[str, ...], lost_after_ns: int,
-                 signal_dbm: Callable[[str], float | None] = lambda name: None) -> None:
-        self.names = names
+                 signal_dbm: Callable[[str], float | None] = lambda name: None,
+                 common_frame: bool = True) -> None:
+        self.names, self.common_frame = names, common_frame
         self._signal_dbm = signal_dbm
         self.peers: dict[str, Peer] = {}
         self._lost_after_ns = lost_after_ns

@@ -261,19 +261,43 @@ def _fidelity(scenario: Scenario, _: Folder) -> Found:
 
 def _briefed(scenario: Scenario, _: Folder) -> Found:
     """Strategies that need the briefing of another task."""
-    chosen: list[tuple[Path, str]] = [(("coordination", "strategy"),
-                                       scenario.coordination.strategy)]
-    chosen += [((*at, name, "strategy"), of.strategy.strategy)
-               for at, those in ((("hosts",), scenario.hosts), (("fleet", "types"),
-                                                                scenario.fleet.types))
-               for name, of in those.items() if of.strategy is not None]
-    for path, strategy in chosen:
+    for path, strategy in _chosen(scenario):
         try:
             complaint = plugins.unbriefed(strategy, scenario.task.model)
         except InputError:
             continue  # there is no such plug-in, which is complained of where it is named
         if complaint:
             yield path, complaint
+
+
+def _chosen(scenario: Scenario) -> list[tuple[Path, str]]:
+    """The strategies, with the paths that name them."""
+    return [(("coordination", "strategy"), scenario.coordination.strategy),
+            *(((*at, name, "strategy"), of.strategy.strategy)
+              for at, those in ((("hosts",), scenario.hosts), (("fleet", "types"),
+                                                               scenario.fleet.types))
+              for name, of in those.items() if of.strategy is not None)]
+
+
+def _frames(scenario: Scenario, _: Folder) -> Found:
+    """Places that are told to teammates who do not know where they are."""
+    coordination = scenario.coordination
+    try:
+        if coordination.exchange is None or plugins.has_common_frame(coordination.exchange.model):
+            return
+        model = repr(plugins.bare(coordination.exchange.model))
+        if coordination.team_state is not None:
+            yield ("coordination", "team_state"), (
+                f"with {model} robots do not know where the others started: their poses and goals "
+                "mean nothing to them; set it to null")
+        elif "team_state" not in coordination.model_fields_set:
+            for path, strategy in _chosen(scenario):
+                if plugins.reads_team_state(strategy):
+                    yield path, (f"{plugins.bare(strategy)!r} wants its team's poses and goals "
+                                 f"every second, which mean nothing with {model}; set "
+                                 "coordination.team_state to null to do without")
+    except InputError:
+        return  # there is no such plug-in, which is complained of where it is named
 
 
 def _world(scenario: Scenario, _: Folder) -> Found:
@@ -301,5 +325,6 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
     ((("network",), ("deployment",)), _fidelity),
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), _briefed),
+    ((("coordination",), ("hosts",), ("fleet", "types")), _frames),
     ((("physics", "model"),), _world),
 )

@@ -192,8 +192,10 @@ class Simulation:
         """The other hosts with a strategy, in natural order; fresh, as their software is."""
         names = tuple(plan.name for plan in self.plan
                       if plan.name != own and (plan.name in self._explorers or plan.strategy))
+        exchange = self.scenario.coordination.exchange
         return Team(names, self.scenario.coordination.lost_after_ns,
-                    partial(self._signals.power_dbm, own))
+                    partial(self._signals.power_dbm, own),
+                    exchange is None or plugins.has_common_frame(exchange.model))
 
     def _watch(self, robot: str, robot_map: RobotMap | None) -> None:
         for watcher in self._watchers:

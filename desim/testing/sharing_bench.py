@@ -59,6 +59,7 @@ class SharingBench(MapAccess):
         self.published: list[tuple[str, SharedMessage]] = []
         self.sizes: list[object] = []  # of all messages
         self.contributions: list[Contribution] = []
+        self.places: list[tuple[str, Pose2D | None]] = []  # of teammates' frames
         self._sharing, self._mates = sharing, Team(team, 0)
         self._timers: list[tuple[int, int, Callback]] = []  # period, next, callback
         self._inboxes: list[tuple[str, Letters]] = []
@@ -83,6 +84,10 @@ class SharingBench(MapAccess):
                    if isinstance(layer, LayerSnapshot)]
         if updates:
             self.robot_map.receive(updates)
+
+    def place(self, source: str, frame: Pose2D | None) -> None:
+        assert source in self.team, f"{source!r} is no teammate"
+        self.places.append((source, frame))
 
     def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:

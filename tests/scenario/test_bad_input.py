@@ -38,6 +38,15 @@ WRONG = {
     "a base without a task": ("hosts: {base: {strategy: cyclic_patrol}}", [
         "2:26: hosts.base.strategy: 'cyclic_patrol' needs a task that gives robots a Patrol; the "
         "task 'exploration' gives nothing"]),
+    "poses without a common frame": (
+        "coordination: {exchange: {model: registered_maps}, team_state: {period: 1 s}}", [
+            "2:64: coordination.team_state: with 'registered_maps' robots do not know where the "
+            "others started: their poses and goals mean nothing to them; set it to null"]),
+    "a strategy without a common frame": (
+        "coordination: {exchange: {model: registered_maps}, strategy: minpos}", [
+            "2:62: coordination.strategy: 'minpos' wants its team's poses and goals every second, "
+            "which mean nothing with 'registered_maps'; set coordination.team_state to null to do "
+            "without"]),
     "a quantity of another task": ("stop: {when: idleness_s > 5}", [
         "2:14: stop.when: unknown quantity 'idleness_s'; allowed: time_s, explored, "
         "explored_union, explored_all, collisions, recoveries, messages_sent, messages_delivered, "

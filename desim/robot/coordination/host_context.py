@@ -145,6 +145,10 @@ class HostContext:
     def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
         check_topic(topic, queue)
+        if not self._team.common_frame:
+            raise InputError("coordination.strategy: it speaks to its team, of places that mean "
+                             "nothing to robots that do not know where the others started; choose "
+                             "one that is silent, or another coordination.exchange.model")
         if topic in self._topics:
             raise ModelError(f"topic {topic!r} is advertised a second time")
         self._topics.add(topic)

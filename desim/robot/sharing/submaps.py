@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from desim.middleware.contents import POSE_STAMPED_BYTES
 from desim.ports import GridSpec, Pose2D
 from desim.ports.sharing import Canvas, Contribution, Scan, SharedMessage, SharingContext
 from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
+from desim.robot.sharing import placement
 from desim.robot.sharing.map_message import ZLIB_LEVEL
 from desim.robot.tiles import raster
 from desim.units import Pace, Period
@@ -228,32 +228,11 @@ class Submaps:
 
 
 def placed(grid: GridSpec, submap: Submap, pose: Pose2D) -> tuple[int, int, np.ndarray]:
-    """Row, column and log-odds of a submap whose first scan has this ``pose``: each cell has what
-    is at its centre (nearest neighbour); what is beyond the grid is left out."""
-    cells, drawn_at = submap.log_odds, submap.drawn_at
+    """Row, column and log-odds of a submap whose first scan has this ``pose``."""
+    drawn_at, cell_m = submap.drawn_at, grid.resolution_m
     if pose == drawn_at:
-        return submap.row, submap.column, cells
-    turn_rad = pose.yaw_rad - drawn_at.yaw_rad
-    cos, sin = math.cos(turn_rad), math.sin(turn_rad)
-    cell_m = grid.resolution_m
-    left_m = grid.x_m + cell_m * submap.column - drawn_at.x_m  # of its corner, from the first scan
-    low_m = grid.y_m + cell_m * submap.row - drawn_at.y_m
-    corners = [(left_m + cell_m * x, low_m + cell_m * y)
-               for x in (0, cells.shape[1]) for y in (0, cells.shape[0])]
-    columns = [(pose.x_m + cos * x_m - sin * y_m - grid.x_m) / cell_m for x_m, y_m in corners]
-    rows = [(pose.y_m + sin * x_m + cos * y_m - grid.y_m) / cell_m for x_m, y_m in corners]
-    first, last = _span(columns, grid.width)
-    low, high = _span(rows, grid.height)
-    x_m, y_m = np.meshgrid(grid.x_m + cell_m * (np.arange(first, last) + 0.5) - pose.x_m,
-                           grid.y_m + cell_m * (np.arange(low, high) + 0.5) - pose.y_m)
-    column = np.floor((cos * x_m + sin * y_m - left_m) / cell_m).astype(int)
-    row = np.floor((cos * y_m - sin * x_m - low_m) / cell_m).astype(int)
-    inside = (row >= 0) & (row < cells.shape[0]) & (column >= 0) & (column < cells.shape[1])
-    moved = np.zeros(row.shape, np.int8)
-    moved[inside] = cells[row[inside], column[inside]]
-    return low, first, moved
-
-
-def _span(ends: list[float], size: int) -> tuple[int, int]:
-    """The first cell of an extent, and the one behind its last, of ``size`` cells there are."""
-    return (min(max(math.floor(min(ends)), 0), size), min(max(math.floor(max(ends)) + 1, 0), size))
+        return submap.row, submap.column, submap.log_odds
+    corner_m = (grid.x_m + cell_m * submap.column - drawn_at.x_m,  # from the first scan
+                grid.y_m + cell_m * submap.row - drawn_at.y_m)
+    turned = Pose2D(pose.x_m, pose.y_m, pose.yaw_rad - drawn_at.yaw_rad)
+    return placement.placed(grid, submap.log_odds, cell_m, corner_m, turned)

@@ -127,7 +127,8 @@ class Exchange(PluginChoice):
     kind, name_key = "sharing", "model"
 
     model: str = Field("own_maps", description=(
-        "a sharing plug-in: own_maps, mrs_testbed, frontiers, scans, submaps, relayed"))
+        "a sharing plug-in: own_maps, mrs_testbed, frontiers, scans, submaps, relayed; "
+        "registered_maps: starts are unknown"))
     fusion: Literal["evidence", "max", "greedy"] | None = Field(None, description=(
         "one map of several sources: their sum, the stronger statement, or the first that knows a "
         "cell, its own first (default: as the plug-in says, greedy of mrs_testbed, else evidence)"))

@@ -1,0 +1,248 @@
+"""Robots do not know where the others started: they find out by laying their maps over each other.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from desim import ports
+from desim.middleware.contents import POSE_STAMPED_BYTES, occupancy_grid_bytes
+from desim.ports import GridSpec, Pose2D
+from desim.ports.sharing import (
+    Canvas,
+    Contribution,
+    Evidence,
+    Scan,
+    SharedMessage,
+    SharingContext,
+)
+from desim.robot.sharing.placement import placed
+from desim.robot.sharing.registration import Chart, Hypothesis, refined, register
+from desim.robot.slam.transforms import compose, motion_between
+from desim.robot.tiles import FREE, OCCUPIED, raster
+from desim.units import NS_PER_S, Length, Pace, Ratio
+
+LISTENING_HZ = 4  # as own_maps
+GROWTH = 1.2  # maps are compared again when both together know so many times as much
+
+
+class FramedMap(NamedTuple):
+    """A robot's own map and pose in its own frame, whose origin is where it started at ``session``
+    ns: int8 ``log_odds`` [rows, columns], cut to what it knows; the corner is at ``left_m``,
+    ``low_m``. On the wire a nav_msgs/OccupancyGrid, a geometry_msgs/PoseStamped, a std_msgs/UInt64.
+    """
+
+    session: int
+    version: int
+    pose: Pose2D
+    left_m: float
+    low_m: float
+    cell_m: float
+    log_odds: np.ndarray
+
+    @property
+    def size_bytes(self) -> int:
+        return occupancy_grid_bytes(self.log_odds.size) + POSE_STAMPED_BYTES + 8
+
+    @property
+    def chart(self) -> Chart:
+        """Its walls and free cells."""
+        cells = self.log_odds
+        state = (cells >= OCCUPIED).astype(np.int8) - (cells <= FREE).astype(np.int8)
+        return Chart(self.left_m, self.low_m, self.cell_m, state)
+
+
+@dataclass
+class OwnFrame:
+    """A robot's own frame: its origin is at ``start`` [3] in the coordinates that the robot drives
+    by. ``scans`` since then, in ``canvas`` as seen from there; ``grid`` is that of the canvas."""
+
+    start: np.ndarray
+    session: int
+    grid: GridSpec
+    canvas: Canvas
+    scans: list[tuple[Scan, float]] = field(default_factory=list)
+
+    def enter(self, pose: Pose2D, scan: Scan, usable_range_m: float) -> None:
+        """Draw a scan from ``pose``, in the coordinates that the robot drives by."""
+        seen = motion_between(self.start, np.array(pose)).tolist()
+        self.canvas.integrate(Pose2D(*seen), scan, usable_range_m)
+
+
+@dataclass
+class Mate:
+    """A teammate: its newest map, and where its frame lies in one's own, if that is known.
+    ``compared`` is the number of cells that both maps knew when they were last compared."""
+
+    said: FramedMap
+    frame: np.ndarray | None = None
+    compared: float = 0.0
+
+
+class RegisteredMaps:
+    """Sends the robot's own map in its own frame, every ``period`` if it changed. Receivers compare
+    it with theirs, and accept the frame that fits best where walls agree and no other place fits
+    nearly as well; before that they use neither its map nor its pose. Both are taken back if the
+    walls disagree later."""
+
+    common_frame = False
+
+    class Params(ports.Params):
+        """The period of maps, and the acceptance of frames."""
+
+        period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
+        confidence: Ratio = Field("95 %", description=(
+            "the share of walls seen by both that must agree (Birk and Carpin 2006 name 0.95 "
+            "certain enough; theirs is of free cells, too)"))
+        rival: float = Field(0.5, ge=0, description=(
+            "the most evidence that another place may have, as a share of the best one's (at 0.6 "
+            "five times as many merges are false: docs/map-sharing.md)"))
+        walls_m: Length = Field("20 m", description=(
+            "of walls that must agree (about two sides of a cell of the maze)"))
+
+    def __init__(self, params: Params) -> None:
+        self._params = params
+        self._frame: OwnFrame | None = None
+        self._own: tuple[Evidence, FramedMap] | None = None  # the last map, and its evidence
+        self._sent: Evidence | None = None
+        self._mates: dict[str, Mate] = {}
+
+    def start(self, context: SharingContext) -> None:
+        context.advertise(latch=True)
+        self._inbox = context.latest()
+        context.every(self._params.period_ns, self._on_period)
+        context.every(NS_PER_S // LISTENING_HZ, self._listen)
+
+    # ------------------------------------------------------------------------------ its own map
+
+    def on_scan(self, context: SharingContext, pose: Pose2D, scan: Scan,
+                usable_range_m: float) -> None:
+        """Draw it in the own frame, which begins with the first."""
+        if self._frame is None:
+            grid = _around(context.grid)
+            self._frame = OwnFrame(np.array(pose), context.now_ns, grid, context.canvas(grid))
+        self._frame.scans.append((scan, usable_range_m))
+        self._frame.enter(pose, scan, usable_range_m)
+
+    def on_redraw(self, context: SharingContext, poses: Sequence[Pose2D]) -> None:
+        """Draw all scans anew from the poses that SLAM has found."""
+        frame = self._frame
+        if frame is not None:
+            frame.canvas = context.canvas(frame.grid)
+            for pose, (scan, usable_range_m) in zip(poses, frame.scans, strict=True):
+                frame.enter(pose, scan, usable_range_m)
+
+    def _on_period(self, context: SharingContext) -> None:
+        own = self._map(context)
+        if own is not None and self._own is not None and self._own[0] is not self._sent:
+            self._sent = self._own[0]
+            context.publish(own)
+
+    def _map(self, context: SharingContext) -> FramedMap | None:
+        """The own map as it is now; the same object until it changes."""
+        frame, pose = self._frame, context.pose
+        if frame is None or pose is None:
+            return None
+        evidence = frame.canvas.evidence()
+        if self._own is None or self._own[0] is not evidence:
+            cells = raster(frame.grid, evidence.cells())
+            rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
+            if not len(rows):
+                return None
+            cell_m = frame.grid.resolution_m
+            self._own = evidence, FramedMap(
+                frame.session, context.now_ns,
+                Pose2D(*motion_between(frame.start, np.array(pose)).tolist()),
+                frame.grid.x_m + cell_m * int(columns[0]), frame.grid.y_m + cell_m * int(rows[0]),
+                cell_m, cells[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1].copy())
+        return self._own[1]
+
+    # ------------------------------------------------------------------------ those of teammates
+
+    def _listen(self, context: SharingContext) -> None:
+        heard = self._inbox.news()
+        contributions = [one for message in heard for one in self._heard(context, message)]
+        if contributions:
+            context.take_in(contributions)
+
+    def _heard(self, context: SharingContext, message: SharedMessage) -> list[Contribution]:
+        """The evidence that the map of a teammate adds, or takes back."""
+        source, said = message.source, message.content
+        own, mate = self._map(context), self._mates.get(source)
+        if mate is None or mate.said.session < said.session:
+            back = [] if mate is None else self._forgotten(context, source, mate)
+            mate = self._mates[source] = Mate(said)
+            return back + self._compared(context, own, source, mate)
+        if said.version <= mate.said.version:
+            return []
+        mate.said = said
+        return self._compared(context, own, source, mate)
+
+    def _compared(self, context: SharingContext, own: FramedMap | None, source: str, mate: Mate
+                  ) -> list[Contribution]:
+        if own is None:
+            return []
+        known = np.count_nonzero(own.log_odds) + np.count_nonzero(mate.said.log_odds)
+        if known >= GROWTH * mate.compared:
+            mate.compared = float(known)
+            found = self._found(own.chart, mate.said.chart, mate.frame)
+            if found is None and mate.frame is not None:
+                return self._forgotten(context, source, mate)
+            mate.frame = found
+            if found is not None and self._frame is not None:
+                context.place(source, Pose2D(*compose(self._frame.start, found).tolist()))
+        if mate.frame is None:
+            return []
+        return [self._seen_from_here(context, source, mate.said, mate.frame)]
+
+    def _found(self, own: Chart, other: Chart, frame: np.ndarray | None) -> np.ndarray | None:
+        """The other's frame, if it can be accepted; from ``frame`` on, if it was before."""
+        if frame is not None:
+            known = refined(own, other, frame)
+            return known.frame if self._agrees(own, known) else None
+        registration = register(own, other)
+        if registration is None or registration.rival > self._params.rival \
+                or not self._agrees(own, registration.best):
+            return None
+        return registration.best.frame
+
+    def _agrees(self, own: Chart, hypothesis: Hypothesis) -> bool:
+        # Both robots' wall cells are counted.
+        return (hypothesis.confidence >= self._params.confidence
+                and 0.5 * hypothesis.agree * own.cell_m >= self._params.walls_m)
+
+    def _seen_from_here(self, context: SharingContext, source: str, said: FramedMap,
+                        frame: np.ndarray) -> Contribution:
+        """A teammate's map and pose, in the coordinates that this robot drives by."""
+        assert self._frame is not None
+        where = compose(self._frame.start, frame)
+        grid = context.grid
+        row, column, part = placed(grid, said.log_odds, said.cell_m, (said.left_m, said.low_m),
+                                   Pose2D(*where.tolist()))
+        cells = np.zeros((grid.height, grid.width), np.int8)
+        cells[row:row + part.shape[0], column:column + part.shape[1]] = part
+        pose = Pose2D(*compose(where, np.array(said.pose)).tolist())
+        return Contribution(source, said.version, pose, context.drawn(cells))
+
+    def _forgotten(self, context: SharingContext, source: str, mate: Mate) -> list[Contribution]:
+        """Take back what was taken in of a teammate."""
+        if mate.frame is None:
+            return []
+        mate.frame, mate.compared = None, 0.0
+        context.place(source, None)
+        grid = context.grid
+        nothing = context.drawn(np.zeros((grid.height, grid.width), np.int8))
+        return [Contribution(source, mate.said.version, None, nothing)]
+
+
+def _around(grid: GridSpec) -> GridSpec:
+    """A raster in which a terrain has room however it lies to the robot's start."""
+    cells = math.ceil(math.hypot(grid.width, grid.height)) + 1
+    corner_m = -cells * grid.resolution_m
+    return GridSpec(grid.resolution_m, 2 * cells, 2 * cells, corner_m, corner_m)
