@@ -56,8 +56,8 @@ WRONG = {
         "testbed, physics, environment, fleet, robot, hosts, network, middleware, coordination, "
         "task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
-        "2:9: robot.<<: unknown key; allowed: localization, slam, laser, odometry, mapping, "
-        "navigation, exploration, tf, passive"]),
+        "2:9: robot.<<: unknown key; allowed: localization, slam, laser, antenna, odometry, "
+        "mapping, navigation, exploration, tf, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
         "model, fusion, content, encoding, period, via"]),
@@ -332,7 +332,7 @@ WRONG = {
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
         "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, slam, laser, "
-        "odometry, mapping, navigation, exploration"]),
+        "antenna, odometry, mapping, navigation, exploration"]),
     "size against groups": ("fleet: {size: 3, robots: [{type: pioneer3dx, count: 2}]}", [
         "2:15: fleet.size: must be the sum of the groups' counts, 2, got 3"]),
     "size against poses": ("fleet: {size: 2, start: {poses: [{x: 1 m, y: 1 m}]}}", [
