@@ -16,7 +16,7 @@ from desim.results.comparison import KeyDifference, MetricPair, Parting, _partin
 
 def made(repository, out, *overrides):
     return desim.run(repository / "scenarios" / "hello.yaml", out=out,
-                     overrides=("stop.elapsed=4 s", *overrides))
+                     overrides=("stop.elapsed=9 s", *overrides))
 
 
 @pytest.fixture(scope="module")

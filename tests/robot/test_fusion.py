@@ -82,5 +82,5 @@ def test_the_rules_differ_where_sources_disagree():
     """One hit against three misses: the sum says free, the strongest free, the first occupied."""
     cells = np.array([[[17]], [[-24]]], np.int8)
     assert (cells.sum(), RULES["max"](cells)[0, 0], RULES["greedy"](cells)[0, 0]) == (-7, -24, 17)
-    assert RULES["greedy"](np.array([[[3]], [[-8]]], np.int8))[0, 0] == -8
+    assert RULES["greedy"](np.array([[[0]], [[-8]]], np.int8))[0, 0] == -8
     assert RULES["max"](np.array([[[8]], [[-8]]], np.int8))[0, 0] == 8  # among equals its own

@@ -1,6 +1,7 @@
 """The costmap: costmap_2d's costs, and incremental equals recomputed."""
 
 import math
+from decimal import Context, Decimal
 
 import numpy as np
 from drawn import Drawn, costmap, drawn
@@ -32,6 +33,26 @@ def test_costs_fall_off_as_in_costmap_2d():
     # int(252 exp(-10 (d - 0.26))) at 0.2 (inscribed), 0.4, 0.6 m (beyond 0.55 m nothing)
     robot_map = drawn("#....")
     assert costmap(robot_map).values[1, 1:-1].tolist() == [LETHAL, INSCRIBED, 62, 0, 0]
+
+
+def test_costs_at_distances_are_the_published_ones():
+    """costmap_2d's inflation: 253 up to the inscribed radius, int(252 exp(-k (d - inscribed)))
+    beyond. The paper's footprint (inscribed radius 0.178 m) with the default scaling of 10, and
+    the scaling 2.58 of turtlebot3's launch files with its radius 0.105 m: exact integers, worked
+    out with 30 digits in ``decimal``."""
+    def published(distance_m, inscribed_m, scaling):
+        if Decimal(distance_m) <= Decimal(inscribed_m):
+            return 253
+        exponent = -Decimal(scaling) * (Decimal(distance_m) - Decimal(inscribed_m))
+        return int(252 * exponent.exp(Context(prec=30)))
+
+    table = {("0.178", "10"): [253, 202, 122, 74, 45, 27, 10, 6],
+             ("0.105", "2.58"): [224, 197, 173, 152, 133, 117, 90, 79]}
+    distances = ["0.15", "0.2", "0.25", "0.3", "0.35", "0.4", "0.5", "0.55"]
+    for (inscribed_m, scaling), costs in table.items():
+        assert [published(d, inscribed_m, scaling) for d in distances] == costs
+        assert [inflated_cost(float(d), float(inscribed_m), float(scaling))
+                for d in distances] == costs
 
 
 def test_unknown_stays_unknown_and_the_rim_is_solid_without_inflating():

@@ -190,13 +190,27 @@ def test_cells_are_clamped_and_known_after_one_observation():
 
     ahead = ((7.0, 5.1, 0.0), scan([3.1, 3.1], 1e-6))
     see(robot_map, ahead)
-    assert (cell(wall), cell(free)) == (HIT, MISS) == (OCCUPIED, FREE)
+    assert (cell(wall), cell(free)) == (HIT, MISS)
+    assert cell(wall) >= OCCUPIED and cell(free) <= FREE
     for _ in range(20):
         see(robot_map, ahead)
     assert (cell(wall), cell(free)) == (CLAMP_HIGH, CLAMP_LOW)
     version = robot_map.version
     see(robot_map, ahead)
     assert robot_map.version == version
+
+
+def test_where_a_body_was_and_is_gone_nothing_is_unknown_again():
+    """A robot that passes leaves no frontier: thirty of them would come back to look."""
+    robot_map = RobotMap(SPEC, TilePool())
+    column, row = SPEC.cell(7.0 + 2.1, 5.1)
+    known = []
+    for reach in (2.1, 2.1, 9.0, 9.0, 9.0, 9.0, 9.0):
+        see(robot_map, ((7.0, 5.1, 0.0), scan([reach, reach], 1e-6)))
+        value = int(raster(SPEC, robot_map.fused)[row, column])
+        known.append("free" if value <= FREE else "occupied" if value >= OCCUPIED else "unknown")
+    # 17, 34, 26, 18, 10, 2, -6: the more probable state
+    assert known == ["occupied"] * 6 + ["free"]
 
 
 @given(st.integers(1, 100), st.integers(1, 100), st.data())

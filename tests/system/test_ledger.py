@@ -18,12 +18,12 @@ LOSSY = ("rules: [{rule: loss, probability: 2 %}, {rule: reordering, probability
          "delay: 20 ms}]")
 CASES = {
     "testbed": (MAZE_30, "stop.elapsed=7 s"),
-    "field": (FIELD_30, "stop.elapsed=20 s", OFTEN),
+    "field": (FIELD_30, "stop.elapsed=23 s", OFTEN),
     "ros1": (MAZE_8, "stop.elapsed=30 s", "middleware.model=ros1",
              f"network.media={{lan: {{model: switch, rate: 12 Mb/s, buffer: 60 kB, {LOSSY}}}}}"),
     "dds": (MAZE_8, "stop.elapsed=30 s", "middleware={model: dds, preset: cyclonedds}",
             f"network.media={{lan: {{model: switch, rate: 20 Mb/s, {LOSSY}}}}}"),
-    "multihop": (FIELD_30, "stop.elapsed=20 s", OFTEN, "network.fidelity=multihop"),
+    "multihop": (FIELD_30, "stop.elapsed=27 s", OFTEN, "network.fidelity=multihop"),
 }
 MORE = {
     "a port that loses some": (MAZE_8, "stop.elapsed=10 s", f"{LAN}.queue=fq_codel",

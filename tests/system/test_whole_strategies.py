@@ -59,7 +59,7 @@ def test_a_relay_meets_its_explorer_and_brings_its_map_to_the_base():
     name = "role_based:RoleBased"
     base = (STRATEGIES + name, "hosts.base={at: [-10 m, 10 m]}",
             f"hosts.base.strategy={{strategy: 'desim.robot.strategies.{name}'}}")
-    outcome, topics = played(*base, *SHORT, "coordination.interval=15 s")
+    outcome, topics = played(*base, *SHORT, "coordination.interval=8 s")
     assert outcome.stop_reason == "explored"
     assert topics == {"strategy/meeting", "strategy/here"}
 
@@ -86,5 +86,5 @@ def test_a_team_that_minds_its_network_stays_together():
 
 def test_a_team_that_could_only_go_on_apart_holds():
     outcome, _ = played(STRATEGIES + "connectivity:Connectivity", *SHORT,
-                        "coordination.range=5 m", "stop.elapsed=200 s")
+                        "coordination.range=2 m", "stop.elapsed=200 s")
     assert outcome.stop_reason == "elapsed"

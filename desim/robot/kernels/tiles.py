@@ -2,7 +2,8 @@
 
 A layer is ``indices`` [tiles] into the pool. Callers see to it that enough tiles are free. A cell
 of the sum is known free at or below ``FREE``, known occupied at or above ``OCCUPIED``, and unknown
-between them.
+between them: where nothing was seen, or exactly as much for a wall as against one. A cell that a
+body was seen in, and then was free, is not unknown again: nobody need go there to look.
 """
 
 from typing import NamedTuple
@@ -14,8 +15,8 @@ from desim.ports.kernels import inner, kernel, lean, types
 # Log-odds in units of 0.05 nat: hit 0.85, miss -0.4 (OctoMap, Hornung et al. 2013, section 5).
 HIT, MISS = 17, -8
 
-FREE = np.int16(MISS)  # one miss
-OCCUPIED = np.int16(HIT)  # one hit
+# The more probable state counts: OctoMap's threshold of 0.5.
+FREE, OCCUPIED = np.int16(-1), np.int16(1)
 
 
 class Pool(NamedTuple):

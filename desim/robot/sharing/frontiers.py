@@ -11,6 +11,7 @@ from desim import ports
 from desim.middleware.contents import MAP_FRAME_BYTES, POSE_STAMPED_BYTES
 from desim.ports import Pose2D
 from desim.ports.sharing import Contribution, Evidence, SharingContext
+from desim.robot.kernels.tiles import MISS
 from desim.robot.tiles import FREE, OCCUPIED, raster
 from desim.units import NS_PER_S, Pace
 
@@ -68,7 +69,7 @@ class Frontiers:
             return
         self._sent, self._silent = known, 0
         cells = frontier_cells(raster(context.grid, known.cells()))
-        layer = context.drawn(np.where(cells, FREE, 0).astype(np.int8))
+        layer = context.drawn(np.where(cells, MISS, 0).astype(np.int8))
         context.publish(FrontierUpdate(context.now_ns, pose, layer, int(np.count_nonzero(cells))))
 
     def _listen(self, context: SharingContext) -> None:

@@ -64,7 +64,7 @@ def test_stretches_follow_each_other_without_gap(followed):
     assert abouts[-1]["end_ns"] == round(run.manifest["simulated_s"] * S)
     assert all(one["end_ns"] == other["start_ns"] and other["start_ns"] % S == 0
                for one, other in zip(abouts, abouts[1:], strict=False))
-    assert len(abouts) > 20
+    assert len(abouts) > 10
     assert {about["status"] for about in abouts[:-1]} == {"running"}
     assert abouts[-1]["status"] == "finished"
 

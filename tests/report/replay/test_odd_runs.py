@@ -121,7 +121,7 @@ def test_large_runs_are_reduced_and_say_so(hello, monkeypatch):
     assert about["notes"][1].startswith("40 of 2")
     assert about["notes"][2] == f"loads of links are means over {about['load_s']} s"
     assert about["notes"][3].startswith("plans are drawn through one point in ")
-    assert about["notes"][4] == "0 of 1 events are listed, evenly"
+    assert about["notes"][4] == "0 of 2 events are listed, evenly"
     assert len(found["message.number"][0]) == 40
     assert len(found["load.bytes"][0]) <= 100
     assert found["load.bytes"].sum() == found["topic.bytes"].sum()
