@@ -1,0 +1,46 @@
+"""The table of docs/map-sharing.md, from the campaign of sharing.yaml, as far as it is done:
+
+    python scenarios/studies/sharing_table.py results/sharing
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as parquet
+
+from desim.statistics.intervals import t_interval
+
+
+def spread(values) -> str:
+    """Mean and half of the 95 % interval."""
+    interval = t_interval(values)
+    half = "" if interval.half_width is None else f" ± {interval.half_width:.0f}"
+    return f"{interval.mean:.0f}{half}"
+
+
+def sent_mb(campaign: Path, run) -> float:
+    """The bytes of all topics of map sharing that were delivered, in MB."""
+    summary = json.loads((campaign / "runs" / run["run_id"] / "summary.json").read_text())
+    return sum(counts["bytes"] for topic, counts in summary["messages_by_topic"].items()
+               if "map_exchange" in topic) / 1e6
+
+
+def main(campaign: Path) -> None:
+    runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
+    print("| model | fusion | time (s) | sent (MB) | map age (s) | wrong cells | quality |")
+    print("|---|---|---|---|---|---|---|")
+    for kind, fusion in dict.fromkeys((run["kind"], run["fusion"]) for run in runs):
+        some = [run for run in runs if (run["kind"], run["fusion"]) == (kind, fusion)]
+        print(f"| {kind} | {fusion} | {spread([run['exploration_time_s'] for run in some])} "
+              f"| {np.mean([sent_mb(campaign, run) for run in some]):.1f} "
+              f"| {np.mean([run['map_age_s'] for run in some]):.1f} "
+              f"| {spread([run['map_error_cells'] for run in some])} "
+              f"| {np.mean([run['map_quality'] for run in some]):.3f} |")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
