@@ -24,7 +24,8 @@ def spread(values) -> str:
 
 def sent_mb(campaign: Path, run) -> float:
     """The bytes of all topics of map sharing that were delivered, in MB."""
-    summary = json.loads((campaign / "runs" / run["run_id"] / "summary.json").read_text())
+    (file,) = campaign.glob(f"runs/*/{run['run_id']}/summary.json")
+    summary = json.loads(file.read_text())
     return sum(counts["bytes"] for topic, counts in summary["messages_by_topic"].items()
                if "map_exchange" in topic) / 1e6
 
