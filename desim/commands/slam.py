@@ -27,7 +27,7 @@ class SlamKind(StrEnum):
 
 
 def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, help=(
-             "a log of CARMEN (FLASER or ROBOTLASER1 lines), plain or .gz"))],
+             "a log of CARMEN (FLASER, ROBOTLASER1 or RAWLASER1 lines), plain or .gz"))],
          localization: Annotated[SlamKind, typer.Option(help="kind of SLAM")] = SlamKind.GMAPPING,
          relations: Annotated[Path | None, typer.Option(
              metavar="FILE", show_default=False, help="true relative poses to compare with, lines "

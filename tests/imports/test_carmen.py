@@ -4,6 +4,8 @@ import gzip
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from desim.errors import InputError
 from desim.imports.slam_logs.carmen import read_carmen
@@ -13,6 +15,8 @@ POSE = "1.5 2 0.5"
 FLASER = f"FLASER 3 1.25 81.91 2.5 {POSE} {POSE} 10.25 robot 0.25"
 ROBOTLASER = ("ROBOTLASER1 4 -0.785 1.57 0.785 30.0 0.01 0 3 1.25 81.91 2.5 2 7 8 1.7 2 0.5 "
               "1.5 2 0.5 0.1 0.2 0.3 0.3 0.3 10.25 robot 0.25")
+
+RAWLASER = "RAWLASER1 0 -0.785 1.57 0.785 30 0.01 0 3 1 2 3 0 10.25 robot 0.25"
 
 
 def written(tmp_path, text):
@@ -50,6 +54,38 @@ def test_lines_of_the_new_kind(tmp_path):
     assert log.scanner.longest_m == pytest.approx(0.98 * 30.0)
 
 
+def test_scans_without_a_pose_are_placed_between_odometry(tmp_path):
+    odometry = "ODOM 2 0 -3 0 0 0 10.5 robot 1\nODOM 1 4 3 0 0 0 10 robot 1\n"  # not in order
+    late = RAWLASER.replace("10.25", "11")
+    log = read_carmen(written(tmp_path, f"{RAWLASER}\n{late}\n{odometry}"))
+    assert log.times_s.tolist() == [10.25] and log.ranges.tolist() == [[1.0, 2.0, 3.0]]
+    assert log.odometry[0].tolist() == pytest.approx([1.5, 2.0, np.pi])  # through pi, not through 0
+    assert (log.scanner.angle_min_rad, log.scanner.increment_rad) == (-0.785, 0.785)
+
+
+def test_scans_with_a_pose_go_before_those_without(tmp_path):
+    text = f"ODOM 0 0 0 0 0 0 10\nRAWLASER1 x\n{FLASER}\n{RAWLASER}"
+    log = read_carmen(written(tmp_path, text))
+    assert log.ranges.tolist() == [[1.25, 81.91, 2.5]]
+
+
+@given(st.lists(st.lists(st.sampled_from(
+    ["ODOM", "FLASER", "ROBOTLASER1", "RAWLASER1", "PARAM", "robot_front_laser_max", "0", "1", "3",
+     "-2.5", "1e300", "-1e-300", "nan", "inf", "x", "9999999", "\x00", "\ud7ff"]),
+    max_size=24), max_size=6))
+@settings(max_examples=200, deadline=None,
+          suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_text_is_a_log_or_one_clear_error(tmp_path, lines):
+    path = tmp_path / "any.log"
+    path.write_text("\n".join(" ".join(words) for words in lines), "utf-8")
+    try:
+        log = read_carmen(path)
+    except InputError as error:
+        assert str(error).startswith(f"{path}:")
+    else:
+        assert np.isfinite(log.odometry).all() and np.isfinite(log.ranges).all()
+
+
 def test_a_compressed_log_is_the_same(tmp_path):
     packed = tmp_path / "a.log.gz"
     packed.write_bytes(gzip.compress(FLASER.encode()))
@@ -64,8 +100,8 @@ def test_poses_that_somebody_has_corrected_are_no_mount(tmp_path):
 
 
 WRONG = {
-    "no scan": ("ODOM 1 2 3\n", ": has no scan; wanted: a log of CARMEN with lines FLASER or "
-                                "ROBOTLASER1"),
+    "no scan": ("ODOM 1 2 3\n", ": has no scan; wanted: a log of CARMEN with lines FLASER, "
+                                "ROBOTLASER1, or RAWLASER1 and ODOM"),
     "count": ("\nFLASER x 1 2\n", ":2: FLASER has 'x' as the number of ranges; allowed: 0 to "
                                   "100000"),
     "no count": ("FLASER", ":1: FLASER ends after 0 values; wanted: the number of ranges, the "
@@ -89,6 +125,13 @@ WRONG = {
                    "112 to 123"),
     "parameter": ("PARAM robot_front_laser_max far\n",
                   ":1: PARAM robot_front_laser_max has 'far' where a number is wanted"),
+    "far away": (f"{FLASER}\nFLASER 3 1 2 3 1e7 0 0 1e7 0 0 11 robot 1\n",
+                 ":2: the odometry is 1e+07 m from that of the first scan; allowed: up to 1000 m"),
+    "no odometry": (RAWLASER, ": no RAWLASER1 is within the time of lines ODOM; wanted: scans with "
+                              "odometry"),
+    "two raw lasers": (f"ODOM 0 0 0 0 0 0 9\nODOM 0 0 0 0 0 0 11\n{RAWLASER}\n"
+                       f"{RAWLASER.replace(' 3 1 2 3 ', ' 2 1 2 ')}\n",
+                       ":4: RAWLASER1 has 2 ranges, the first scan 3; wanted: one laser"),
     "no text": ("FLASER 1 \x1b \n", ":1: FLASER ends after 2 values; wanted: two poses and a time, "
                                     "the values 3 to 9"),
 }

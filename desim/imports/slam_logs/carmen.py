@@ -3,7 +3,9 @@
 The lines that are read: ``FLASER n ranges.. x y theta odom_x odom_y odom_theta time host log_time``
 and the newer ``ROBOTLASER1 type start field_of_view increment longest accuracy remission_mode n
 ranges.. n remissions.. x y theta odom_x odom_y odom_theta tv rv safety(3) time host log_time``;
-``ODOM x y theta tv rv accel ..`` is checked alone: a scan has the odometry of its instant.
+``ODOM x y theta tv rv accel time host log_time`` is checked alone: a scan has the odometry of its
+instant. Not so ``RAWLASER1``, which begins as ``ROBOTLASER1`` does and ends ``n remissions.. time
+host log_time``: where a log has no other scans, they are placed on straight lines between ``ODOM``.
 ``PARAM robot_front_laser_max m`` is the longest range. All other lines are skipped.
 """
 
@@ -24,9 +26,12 @@ from desim.imports.slam_logs.number_words import finite
 from desim.robot.slam.settings import ScannerGeometry
 from desim.robot.slam.transforms import compose, motion_between
 
-_READ = ("FLASER", "ROBOTLASER1", "ODOM")
+_READ = ("FLASER", "ROBOTLASER1", "RAWLASER1", "ODOM")
 _MOST_BEAMS = 100_000
 _AT_ONCE = 3  # numbers of ODOM that are read
+_ODOM_TIME = 7  # its time, which a scan without a pose needs
+# Maps take memory with the square of their extent: 30 particles, 5 cm, some GB at this distance.
+_FARTHEST_M = 1000.0
 # The laser of FLASER lines by its number of beams, as CARMEN has it: a SICK LMS of 180 or 100
 # degrees, from its right; the last beam of an even number is left out.
 _SICK_DEG = {180: (180.0, 1.0), 181: (180.0, 1.0), 360: (180.0, 0.5), 361: (180.0, 0.5),
@@ -63,9 +68,12 @@ class _Scan(NamedTuple):
 def read_carmen(path: Path) -> CarmenLog:
     """A log of CARMEN, plain or compressed with gzip. Raises ``InputError`` with file and line.
 
-    Where a log has scans of both kinds, those of the kind that comes first are taken.
+    Where a log has scans of both kinds, those of the kind that comes first are taken; those without
+    a pose, if there are no others.
     """
     scans: list[_Scan] = []
+    raw: list[tuple[str, str]] = []
+    odometry: list[list[float]] = []  # time, x, y, theta
     kind, longest_m = "", math.inf
     for number, line in _lines(path):
         words = line.split()
@@ -75,19 +83,58 @@ def read_carmen(path: Path) -> CarmenLog:
         if not words or words[0] not in _READ:
             continue
         if words[0] == "ODOM":
-            finite(_some(words, 1, _AT_ONCE, where, "x, y and theta"), where, "ODOM")
+            place = finite(_some(words, 1, _AT_ONCE, where, "x, y and theta"), where, "ODOM")
+            if len(words) > _ODOM_TIME:
+                odometry.append([*finite(words[_ODOM_TIME:_ODOM_TIME + 1], where, "ODOM"), *place])
+            continue
+        if words[0] == "RAWLASER1":
+            if not scans:
+                raw.append((where, line))  # read where no others are
             continue
         if kind in ("", words[0]):
             kind = words[0]
             scan = (_flaser if kind == "FLASER" else _robotlaser)(words, where)
-            if scans and len(scan.ranges) != len(scans[0].ranges):
-                raise InputError(f"{where}: {kind} has {len(scan.ranges)} ranges, the first scan "
-                                 f"{len(scans[0].ranges)}; wanted: one laser")
             scans.append(scan)
+            _same_laser(scan, scans[0], kind, where)
+            _near(scan, scans[0], where)
     if not scans:
-        raise InputError(f"{path}: has no scan; wanted: a log of CARMEN with lines FLASER or "
-                         "ROBOTLASER1")
+        scans = _placed(raw, odometry, path)
     return _log(scans, longest_m)
+
+
+def _same_laser(scan: _Scan, first: _Scan, kind: str, where: str) -> None:
+    if len(scan.ranges) != len(first.ranges):
+        raise InputError(f"{where}: {kind} has {len(scan.ranges)} ranges, the first scan "
+                         f"{len(first.ranges)}; wanted: one laser")
+
+
+def _near(scan: _Scan, first: _Scan, where: str) -> None:
+    """Refuse odometry so far away that its map would not fit into memory."""
+    away_m = math.hypot(scan.robot[0] - first.robot[0], scan.robot[1] - first.robot[1])
+    if away_m > _FARTHEST_M:
+        raise InputError(f"{where}: the odometry is {away_m:.3g} m from that of the first scan; "
+                         f"allowed: up to {_FARTHEST_M:g} m")
+
+
+def _placed(raw: list[tuple[str, str]], odometry: list[list[float]], path: Path) -> list[_Scan]:
+    """Scans without a pose at those of the odometry, from its first to its last instant."""
+    if not raw:
+        raise InputError(f"{path}: has no scan; wanted: a log of CARMEN with lines FLASER, "
+                         "ROBOTLASER1, or RAWLASER1 and ODOM")
+    table = np.array(sorted(odometry)).reshape(-1, 4)
+    scans: list[_Scan] = []
+    for where, line in raw:
+        scan = _rawlaser(line.split(), where)
+        if len(table) and table[0, 0] <= scan.time_s <= table[-1, 0]:
+            columns = (table[:, 1], table[:, 2], np.unwrap(table[:, 3]))
+            pose = [float(np.interp(scan.time_s, table[:, 0], column)) for column in columns]
+            scans.append(scan._replace(laser=pose, robot=pose))
+            _same_laser(scan, scans[0], "RAWLASER1", where)
+            _near(scans[-1], scans[0], where)
+    if not scans:
+        raise InputError(f"{path}: no RAWLASER1 is within the time of lines ODOM; wanted: scans "
+                         "with odometry")
+    return scans
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -131,17 +178,30 @@ def _flaser(words: list[str], where: str) -> _Scan:
 
 
 def _robotlaser(words: list[str], where: str) -> _Scan:
+    ranges, angles, at = _beams(words, where)
+    values = finite(_some(words, at, 12, where, "two poses and a time"), where, "ROBOTLASER1")
+    return _Scan(values[11], values[:3], values[3:6], ranges, angles)
+
+
+def _rawlaser(words: list[str], where: str) -> _Scan:
+    """A scan whose poses are to be found yet."""
+    ranges, angles, at = _beams(words, where)
+    time_s = finite(_some(words, at, 1, where, "a time"), where, "RAWLASER1")[0]
+    return _Scan(time_s, [], [], ranges, angles)
+
+
+def _beams(words: list[str], where: str) -> tuple[np.ndarray, tuple[float, float, float], int]:
+    """The ranges and angles of a scan of the newer kinds, and where its line goes on."""
+    kind = words[0]
     first, _, increment, longest = finite(_some(words, 2, 4, where, "the laser's angles"), where,
-                                          "ROBOTLASER1")
+                                          kind)
     if increment == 0.0:
-        raise InputError(f"{where}: ROBOTLASER1 has angles 0 apart; wanted: rad, not 0")
+        raise InputError(f"{where}: {kind} has angles 0 apart; wanted: rad, not 0")
     count = _count(words, 8, where, "ranges")
     ranges = _some(words, 9, count, where, f"{count} ranges")
     at = 9 + count
     at += 1 + _count(words, at, where, "remissions")
-    values = finite(_some(words, at, 12, where, "two poses and a time"), where, "ROBOTLASER1")
-    return _Scan(values[11], values[:3], values[3:6],
-                 np.array(finite(ranges, where, "ROBOTLASER1")), (first, increment, longest))
+    return np.array(finite(ranges, where, kind)), (first, increment, longest), at
 
 
 def _log(scans: list[_Scan], longest_m: float) -> CarmenLog:
