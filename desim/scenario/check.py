@@ -112,6 +112,11 @@ def _fleet(scenario: Scenario, _: Folder) -> Found:
         yield ("fleet", "size"), f"must be the sum of the groups' counts, {count}, got {fleet.size}"
     if count > MAX_ROBOTS:
         yield ("fleet", "robots"), f"must be at most {MAX_ROBOTS} robots together, got {count}"
+    for name, kind in fleet.types.items():
+        if (kind.drive == "aerial") != (kind.altitude_m > 0.0):
+            yield ("fleet", "types", name, "altitude"), (
+                f"must be above 0 m with drive: aerial, and 0 m with any other, got "
+                f"{LENGTH.format(kind.altitude_m)} with drive: {kind.drive}")
     if isinstance(fleet.start, StartList):
         yield from _start_list(fleet.start, count or fleet.size)
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from desim.ports import natural_key
 from desim.scenario.names import WORKSTATION, robot_names
-from desim.scenario.robot_types import equipment_of
+from desim.scenario.robot_types import equipment_of, types_of
 from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.communication import StrategyChoice
 from desim.scenario.schema.scenario import Scenario
@@ -43,9 +43,12 @@ def plan(scenario: Scenario) -> list[HostPlan]:
     testbed = scenario.deployment == "testbed"
     robots = robot_names(scenario)
     passive = frozenset(scenario.robot.passive)
+    antennas = [own.antenna.model_copy(update={
+        "height_m": own.antenna.height_m + body.altitude_m})
+        for own, body in zip(equipment_of(scenario), types_of(scenario.fleet), strict=True)]
     hosts = [HostPlan(name, i, nan, nan, () if testbed else (i,),
-                      None if name in passive else i, False, antenna=own.antenna)
-             for i, (name, own) in enumerate(zip(robots, equipment_of(scenario), strict=True))]
+                      None if name in passive else i, False, antenna=antennas[i])
+             for i, name in enumerate(robots)]
     if testbed:
         hosts.append(HostPlan(WORKSTATION, None, nan, nan, tuple(range(len(robots))), None, True))
     for name, stationary in scenario.hosts.items():

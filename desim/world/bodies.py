@@ -35,10 +35,10 @@ class Bodies:
                     f"physics.rate: at {body.max_speed_mps:g} m/s {spec.name} covers "
                     f"{body.max_speed_mps * tick_s:g} m in a tick and could pass through walls; "
                     f"allowed: half its radius ({body.radius_m / 2.0:g} m)")
-            if terrain.raster is not None and (terrain.tops_m <= body.clearance_m).any():
-                raise InputError(f"environment.terrain.height: {spec.name} would drive over all "
-                                 f"that the map shows; allowed: more than its clearance, "
-                                 f"{body.clearance_m:g} m")
+            if terrain.raster is not None and (terrain.tops_m <= body.passes_m).any():
+                raise InputError(f"environment.terrain.height: {spec.name} would get over all "
+                                 f"that the map shows; allowed: more than its clearance or "
+                                 f"altitude, {body.passes_m:g} m")
         self.poses = np.array([(s.x_m, s.y_m, s.yaw_rad) for s in specs], dtype=np.float64)
         self.poses[:, 2] -= 2.0 * np.pi * np.floor((self.poses[:, 2] + np.pi) / (2.0 * np.pi))
         self.velocities = np.zeros((n, 3))
@@ -47,8 +47,9 @@ class Bodies:
         self._commands = np.zeros((n, 3))
         self._limits = np.array([(b.radius_m, b.max_speed_mps, b.max_turn_radps,
                                   b.acceleration_mps2, b.turn_acceleration_radps2,
-                                  float(b.drive == "holonomic"), b.clearance_m)
-                                 for b in (spec.body for spec in specs)])
+                                  float(b.drive != "differential"), b.passes_m,
+                                  b.altitude_m, spec.top_m)
+                                 for spec, b in ((spec, spec.body) for spec in specs)])
         self._clocks = np.full((n, 3), _NEVER_NS, dtype=np.int64)
         self._clocks[:, kernels.TIMEOUT] = [spec.body.command_timeout_ns for spec in specs]
         self._order = np.arange(n)

@@ -33,6 +33,16 @@ class RobotSpec(NamedTuple):
     laser: Laser = Laser()
     odometry: Odometry = Odometry()
 
+    @property
+    def plane_m(self) -> float:
+        """The height of the laser's plane above the ground."""
+        return self.body.altitude_m + self.laser.height_m
+
+    @property
+    def top_m(self) -> float:
+        """The height of its highest part, body or laser, above the ground."""
+        return self.body.altitude_m + max(self.body.height_m, self.laser.height_m)
+
 
 def place_fleet(scenario: Scenario) -> list[RobotSpec]:
     """The robots in natural order of their names. A pose that carries a name is that robot's,

@@ -16,28 +16,30 @@ TILE_M = 8.0  # a road of the paper; smaller tiles list fewer walls and cost mem
 
 
 class Lidar:
-    """Casts sweeps of a kind of laser among ``terrain``, doors that are ``doors_m`` [d] high, and
-    robots of these ``radii_m`` and heights, ``tops_m`` [n]. Beam i points to
-    ``angle_min_rad + i * increment_rad`` from the heading."""
+    """Casts sweeps of a kind of laser, ``height_m`` above the ground, among ``terrain``, doors that
+    are ``doors_m`` [d] high, and robots of these ``radii_m`` [n] from the lower to the upper one of
+    ``extents_m`` [n, 2]. Beam i points to ``angle_min_rad + i * increment_rad`` from the heading.
+    """
 
-    def __init__(self, laser: Laser, terrain: Terrain, doors_m: np.ndarray, radii_m: np.ndarray,
-                 tops_m: np.ndarray, keys: np.ndarray) -> None:
+    def __init__(self, laser: Laser, height_m: float, terrain: Terrain, doors_m: np.ndarray,
+                 radii_m: np.ndarray, extents_m: np.ndarray, keys: np.ndarray) -> None:
         if laser.field_of_view_rad > 2.0 * np.pi + 1e-9:
             raise InputError("robot.laser.field_of_view: must be at most 360 deg, got "
                              f"{np.degrees(laser.field_of_view_rad):g} deg")
-        self.beams, self._height_m = laser.beams, laser.height_m
+        self.beams, self._height_m = laser.beams, height_m
         self.angle_min_rad = -laser.field_of_view_rad / 2.0
         self.increment_rad = laser.field_of_view_rad / (laser.beams - 1)
         angles = [self.angle_min_rad + self.increment_rad * i for i in range(laser.beams)]
-        met = terrain.above(laser.height_m)
+        met = terrain.above(height_m)
         self._lines = met.lines
-        self._all = met is terrain and bool((doors_m > laser.height_m).all())
+        self._all = met is terrain and bool((doors_m > height_m).all())
         terrain = met
         tiles = tile_index(terrain.lines, terrain.bounds, TILE_M, laser.max_range_m)
         self._fixed = (np.array([[cos(a) for a in angles], [sin(a) for a in angles]]), *tiles,
                        *_squares(terrain.raster))
-        # A robot that is lower has no disc: no beam meets an infinite one from the inside.
-        self._radii_m = np.where(tops_m >= laser.height_m, radii_m, np.inf)
+        # A robot that is lower or higher has no disc: no beam meets an infinite one from inside.
+        level = (extents_m[:, 0] <= height_m) & (height_m <= extents_m[:, 1])
+        self._radii_m = np.where(level, radii_m, np.inf)
         self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
                                 laser.noise_m, float(len(terrain.lines))])
         self._keys = keys

@@ -127,7 +127,7 @@ class Site:
 
     def _clearance(self, points: np.ndarray, body: BodyType) -> np.ndarray:
         """[k] m to the nearest matter that is in the way of ``body``, at most its radius."""
-        clear = self._terrain.above(body.clearance_m).clearance(points, body.radius_m)
+        clear = self._terrain.above(body.passes_m).clearance(points, body.radius_m)
         if len(self._doors):
             clear = np.minimum(clear, point_distance(points, self._doors).min(axis=1))
         for x, y, radius in self._discs.tolist():

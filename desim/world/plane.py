@@ -40,15 +40,16 @@ class Plane:
                               self._movers.discs, lambda name: streams("robot", name, "start"))
         specs = site.place(specs)
         self._types = [spec.body for spec in specs]
-        self._planes_m = [spec.laser.height_m for spec in specs]
+        self._planes_m = [spec.plane_m for spec in specs]
         self._bodies = bodies.Bodies(specs, self.terrain, tick_s)
         keys = self._keys(streams, "laser")
         # A laser is seen by lasers at its own height.
-        tops_m = np.array([max(spec.body.height_m, spec.laser.height_m) for spec in specs])
-        lidars = {laser: lidar.Lidar(laser, self.terrain, self._doors.height_m,
-                                     self._bodies.radii_m, tops_m, keys)
-                  for laser in {spec.laser: None for spec in specs}}
-        self.lidars = [lidars[spec.laser] for spec in specs]
+        extents_m = np.array([(spec.body.altitude_m, spec.top_m) for spec in specs])
+        lidars = {(laser, plane_m): lidar.Lidar(laser, plane_m, self.terrain, self._doors.height_m,
+                                                self._bodies.radii_m, extents_m, keys)
+                  for laser, plane_m in dict.fromkeys((spec.laser, spec.plane_m)
+                                                      for spec in specs)}
+        self.lidars = [lidars[spec.laser, spec.plane_m] for spec in specs]
         keys = self._keys(streams, "odometry")
         kinds = list(dict.fromkeys(spec.odometry for spec in specs))
         self._odometers = [odometry.Odometers(kind, self._bodies.poses, keys) for kind in kinds]

@@ -333,6 +333,12 @@ WRONG = {
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
         "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, slam, laser, "
         "antenna, odometry, mapping, navigation, exploration"]),
+    "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
+        "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "
+        "other, got 0 m with drive: aerial"]),
+    "a type of the ground in the air": ("fleet: {types: {rover: {altitude: 1 m}}}", [
+        "2:35: fleet.types.rover.altitude: must be above 0 m with drive: aerial, and 0 m with any "
+        "other, got 1 m with drive: differential"]),
     "size against groups": ("fleet: {size: 3, robots: [{type: pioneer3dx, count: 2}]}", [
         "2:15: fleet.size: must be the sum of the groups' counts, 2, got 3"]),
     "size against poses": ("fleet: {size: 2, start: {poses: [{x: 1 m, y: 1 m}]}}", [

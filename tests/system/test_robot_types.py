@@ -9,6 +9,7 @@ from runs import MAZE_8, SCENARIOS, built, call_often, outcome_of
 from desim.scenario.load import from_mapping, load
 from desim.scenario.resolved import resolved
 from desim.scenario.robot_types import equipment_of, strategies_of
+from desim.simulation.deployment import plan
 from desim.simulation.simulation import Simulation
 
 TWO = {
@@ -101,3 +102,57 @@ def test_a_body_drives_over_walls_up_to_its_clearance():
     x_m, hit = driven("0.09 m")
     assert x_m == pytest.approx(2.0 - 0.26, abs=1e-5)
     assert hit == [(0, -1)]
+
+
+def flown(altitude, *poses, **other):
+    """The x of robot_0 after 5 s, and its contacts; a wall 1 m high is at x = 2 m, others
+    stand at these ``poses`` along the way."""
+    types = {"flyer": {"drive": "aerial", "altitude": altitude}, "rover": other}
+    world = Simulation(from_mapping({
+        "name": "flight", "environment": {"terrain": {"size": ["20 m", "20 m"], "walls": [
+            {"from": ["2 m", "-9 m"], "to": ["2 m", "9 m"], "height": "1 m"}]}},
+        "fleet": {"types": types, "robots": [
+            {"type": kind, "count": 1} for kind in ("flyer", "rover")[:1 + len(poses)]],
+            "start": {"poses": [{"x": f"{x} m", "y": "0 m"} for x in (0.0, *poses)]}}}).scenario
+        ).world
+    for tick in range(1, 300):
+        world.command(0, 1.0, 0.0, 0.0)
+        world.advance(tick * 10**9 // 60)
+    return float(world.snapshot().poses[0, 0]), world.contacts()
+
+
+def test_an_aerial_robot_flies_over_walls_up_to_its_altitude():
+    x_m, hit = flown("1 m")
+    assert (x_m > 4.0, hit) == (True, [])
+    x_m, hit = flown("0.9 m")  # the twin
+    assert x_m == pytest.approx(2.0 - 0.26, abs=1e-5)
+    assert hit == [(0, -1)]
+
+
+def test_an_aerial_robot_flies_over_robots_that_are_lower():
+    over = flown("1 m", 3.0)
+    assert (over[0] > 4.0, over[1]) == (True, [])
+    into = flown("1 m", 3.0, height="1.1 m")  # the twin
+    assert into[0] < 4.0
+    assert into[1] == [(0, 1)]
+
+
+@pytest.mark.parametrize("altitude, seen_m", [("0.6 m", 2.0), ("0.7 m", 10.0)])
+def test_the_laser_is_at_its_altitude(altitude, seen_m):
+    """The plane is 0.35 m above it: 0.95 m and 1.05 m high before a wall 1 m high."""
+    world = Simulation(from_mapping({
+        "name": "laser", "environment": {"terrain": {"size": ["20 m", "20 m"], "walls": [
+            {"from": ["2 m", "-9 m"], "to": ["2 m", "9 m"], "height": "1 m"}]}},
+        "fleet": {"robots": "flyer", "types": {"flyer": {"drive": "aerial", "altitude": altitude}},
+                  "start": {"poses": [{"x": "0 m", "y": "0 m"}]}},
+        "robot": {"laser": {"beams": 181}}}).scenario).world
+    ranges = world.scan(world.snapshot(), np.array([0]), 0)[0]
+    assert float(ranges[90]) == pytest.approx(seen_m, abs=1e-5)
+
+
+def test_the_antenna_is_at_its_altitude():
+    plans = plan(from_mapping({
+        "name": "mast", "deployment": "field", "fleet": {
+            "robots": "flyer", "types": {"flyer": {"drive": "aerial", "altitude": "3 m", "robot": {
+                "antenna": {"height": "0.2 m"}}}}}}).scenario)
+    assert [host.antenna.height_m for host in plans] == [pytest.approx(3.2)]

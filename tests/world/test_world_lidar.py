@@ -137,7 +137,7 @@ def test_beams_over_a_raster_meet_the_sides_of_its_solid_cells(seed, yaw, densit
     terrain = from_raster("raster", Raster(solid, 0.25, -7.0, 3.0), 0, 2.0)
     x, y = -7.0 + 30.37 * 0.25, 3.0 + 20.61 * 0.25
     laser = Laser(beams=91, max_range="9 m")
-    lidar = Lidar(laser, terrain, np.zeros(0), np.array([0.2]), np.array([0.35]),
+    lidar = Lidar(laser, 0.35, terrain, np.zeros(0), np.array([0.2]), np.array([[0.0, 0.35]]),
                   np.array([1], dtype=np.uint64))
     found = lidar.scan(np.array([[x, y, yaw]]), bare(terrain), np.array([0]), 0)
     ux, uy = directions(laser, yaw)
@@ -149,7 +149,7 @@ def test_beams_along_the_axes_of_a_raster_are_exact():
     solid[1:8, 1:8] = False
     terrain = from_raster("box", Raster(solid, 1.0, 0.0, 0.0), 0, 2.0)
     laser = Laser(beams=5, field_of_view="360 deg", max_range="20 m")
-    lidar = Lidar(laser, terrain, np.zeros(0), np.array([0.2]), np.array([0.35]),
+    lidar = Lidar(laser, 0.35, terrain, np.zeros(0), np.array([0.2]), np.array([[0.0, 0.35]]),
                   np.array([1], dtype=np.uint64))
     for x, y in ((4.5, 4.5), (4.0, 5.0), (1.25, 7.75)):
         found = lidar.scan(np.array([[x, y, 0.0]]), bare(terrain), np.array([0]), 0)[0]

@@ -27,7 +27,11 @@ MAX_ROBOTS = 1000  # some thirty times the paper's largest fleet
 class BodyType(Params):
     """A kind of robot body."""
 
-    drive: Literal["differential", "holonomic"] = "differential"
+    drive: Literal["differential", "holonomic", "aerial"] = Field("differential", description=(
+        "aerial: holonomic, and above the ground"))
+    altitude_m: Length = Field("0 m", description=(
+        "of the underside of an aerial body, above 0: it flies over walls that are not higher, and "
+        "carries laser and antenna so much higher; 0 of all others"))
     radius_m: Length = Field("0.26 m", gt=0, description=(
         "circle around the footprint (Pioneer 3-DX: 0.455 m x 0.381 m, circumscribed 0.26 m)"))
     height_m: Length = Field("0.24 m", gt=0, description="(Pioneer 3-DX data sheet: 23.7 cm)")
@@ -42,6 +46,11 @@ class BodyType(Params):
         "3.2 rad/s^2", description="(TrajectoryPlannerROS acc_lim_theta)")
     command_timeout_ns: Duration = Field("0.5 s", description=(
         "the base stops when no command came for so long (diff_drive_controller cmd_vel_timeout)"))
+
+    @property
+    def passes_m(self) -> float:
+        """The height of the highest walls that it gets over."""
+        return max(self.altitude_m, self.clearance_m)
 
 
 class RobotType(BodyType):

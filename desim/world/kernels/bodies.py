@@ -6,8 +6,9 @@ from desim.ports.kernels import TWO_PI, cos, inner, kernel, lean, sin, types
 from desim.world.kernels.contact import RASTER, TILES, deepest
 
 _ROWS = types.Array(types.float64, 2, "C", readonly=True)
-# Columns of ``limits`` [n, 7] and of ``clocks`` [n, 3].
-RADIUS, SPEED, TURN, ACCELERATION, TURN_ACCELERATION, HOLONOMIC, CLEARANCE = range(7)
+# Columns of ``limits`` [n, 9] and of ``clocks`` [n, 3].
+(RADIUS, SPEED, TURN, ACCELERATION, TURN_ACCELERATION, HOLONOMIC, CLEARANCE, BOTTOM,
+ TOP) = range(9)
 COMMANDED, TIMEOUT, WALL_CONTACT = range(3)
 # Columns of ``before`` [n, 4]: the pose at the start of the tick, and what happened to it since.
 X, Y, YAW, MARK = range(4)
@@ -103,7 +104,8 @@ def near_pairs(poses, limits, order, pairs):
                 break
             dy = poses[b, 1] - poses[a, 1]
             touch = limits[a, RADIUS] + limits[b, RADIUS] + NEAR_M
-            if dx * dx + dy * dy < touch * touch:
+            level = limits[a, BOTTOM] < limits[b, TOP] and limits[b, BOTTOM] < limits[a, TOP]
+            if level and dx * dx + dy * dy < touch * touch:
                 pairs[found, 0], pairs[found, 1] = min(a, b), max(a, b)
                 found += 1
     return found
