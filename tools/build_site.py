@@ -44,6 +44,7 @@ docs/networks-alone
 docs/strategies
 docs/map-sharing
 docs/slam
+docs/navigation
 docs/results
 docs/replay
 docs/why

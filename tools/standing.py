@@ -50,7 +50,9 @@ class Watch:
     def _catching(self, make: Any) -> Any:
         def made(host: Any) -> Any:
             nodes = make(host)
-            self.bases[host.name] = next(n for n in nodes if isinstance(n, MoveBase))
+            bases = [node for node in nodes if isinstance(node, MoveBase)]
+            if bases:  # not on the monitor's host
+                self.bases[host.name] = bases[0]
             return nodes
         return made
 
