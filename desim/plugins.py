@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from desim import ports
 from desim.errors import InputError, did_you_mean, first_line
 from desim.ports.cases import Case, Validation
+from desim.ports.localization import Localization
 from desim.ports.middleware import Middleware
 from desim.ports.sharing import FollowsScans, Sharing
 from desim.ports.tasks import Briefs, FollowsKnowledge, GivesMap, JudgesMap, Measures, Task
@@ -28,6 +29,7 @@ GROUPS = {
     "rule": "desim.rules",
     "strategy": "desim.strategies",
     "sharing": "desim.sharing",
+    "localization": "desim.localization",
     "task": "desim.tasks",
     "middleware": "desim.middleware",
     "world": "desim.worlds",
@@ -41,6 +43,7 @@ CONTRACTS: dict[str, type] = {
     "rule": ports.Rule,
     "strategy": ports.Strategy,
     "sharing": Sharing,
+    "localization": Localization,
     "task": Task,
     "middleware": Middleware,
     "world": ports.World,

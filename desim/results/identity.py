@@ -17,6 +17,7 @@ from pathlib import Path
 from desim import plugins
 from desim.scenario import expression
 from desim.scenario.resolved import scenario_id
+from desim.scenario.robot_types import equipment_of
 from desim.scenario.schema.scenario import Scenario
 
 _DESIM = Path(__file__).parent.parent
@@ -62,6 +63,8 @@ def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
     own = [*(host.strategy for host in scenario.hosts.values()),
            *(kind.strategy for kind in scenario.fleet.types.values())]
     chosen.update(("strategy", choice.strategy) for choice in own if choice is not None)
+    chosen.update(("localization", robot.localization.model)
+                  for robot in equipment_of(scenario))
     if scenario.coordination.exchange is not None:
         chosen.add(("sharing", scenario.coordination.exchange.model))
     for medium in scenario.network.media.values():

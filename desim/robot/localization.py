@@ -1,17 +1,47 @@
-"""Localization: nodes that turn a sensor's pose into the topic ``pose``."""
+"""The nodes that publish a robot's pose: of a sensor as it is, or of a plug-in for localization."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from fractions import Fraction
+
+import numpy as np
+
+from desim.engine.trace import bits
+from desim.errors import ModelError, class_of
+from desim.middleware.contents import Empty, LaserScan, Pose
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
+from desim.middleware.topics import Latest
+from desim.ports import Pose2D
+from desim.ports.localization import (
+    LaserGeometry,
+    Localization,
+    LocalizationContext,
+    MapSettings,
+    OdometryErrors,
+    Sighting,
+)
+from desim.robot.coordination.strategy_arguments import check_callback, check_period
+from desim.robot.localizations.ground_truth import GroundTruth
+from desim.robot.localizations.odometry import DeadReckoning
+from desim.robot.mapping import PATIENCE_NS
+from desim.robot.poses import between
+from desim.robot.robot_map import RobotMap
+from desim.robot.slam.transforms import wrapped
+from desim.scenario.schema.robot import Equipment
+from desim.units import NS_PER_S
 
-# The topic that each kind of localization believes: of a sensor that knows the true pose, or of the
-# odometer, as it is.
-SOURCES = {"ground_truth": "true_pose", "odometry": "odom"}
+_SHORTEST_M = 0.05  # a nearer return is of the robot itself (our estimate)
+_REDRAWN_RAD = 0.01  # a turn of a pose that is worth a new drawing: 0.25 m at 25 m; a shift: a cell
+
+# Sensors whose readings are believed as they are. No other kind gets at the true pose.
+SENSORS: dict[type, str] = {GroundTruth: "true_pose", DeadReckoning: "odom"}
 
 
-class Localization(Node):
+class SensorPose(Node):
     """Publishes each message of the topic ``source`` as ``pose``, without reading it."""
 
     def __init__(self, host: Host, source: str) -> None:
@@ -24,3 +54,180 @@ class Localization(Node):
 
     def _on_pose(self, message: Message) -> None:
         self.publish("pose", message.unread)
+
+
+class PlacedScan:
+    """A scan with the odometry of its instant; see ``Sighting``."""
+
+    def __init__(self, message: Message, odometry: Pose2D) -> None:
+        self._message, self.odometry = message, odometry
+
+    @property
+    def scan(self) -> LaserScan:
+        """The scan with its angles."""
+        return self._message.content
+
+    @property
+    def ranges(self) -> np.ndarray:
+        """[beams] m."""
+        return self.scan.ranges
+
+
+class LocalizationNode(Node):
+    """Publishes ``pose`` with each message of ``odom``, as the plug-in has it. One that draws the
+    map draws it into ``robot_map``; the event ``map`` announces each change to other nodes of the
+    host.
+
+    ``start`` is the robot's pose in the map where it is known, ``bodies_m`` the width of the widest
+    teammate, 0 without one.
+    """
+
+    def __init__(self, host: Host, localization: Localization, robot: Equipment,
+                 robot_map: RobotMap, start: Pose2D | None, bodies_m: float) -> None:
+        self.draws_map = draws_map(localization)
+        super().__init__(host, "slam" if self.draws_map else "localization")
+        self.localization, self.robot_map = localization, robot_map
+        self._usable_m = robot.mapping.usable_range_m
+        self._context = SensorContext(self, robot, start, bodies_m)
+        self._scan = Latest(host)
+        self._odometry: Pose | None = None  # the latest
+        self._placed_ns = -PATIENCE_NS  # stamp of the last odometry that had a scan
+        self._sighting: PlacedScan | None = None  # that may be drawn now
+        self._drawn: list[Pose2D] = []  # the poses of the scans in the map
+        self._scans: list[LaserScan] = []
+
+    def start(self) -> None:
+        self.advertise("pose")
+        if self.draws_map:
+            self.advertise("map")
+        self._scan = self.latest("scan")
+        self.subscribe("odom", self._on_odometry)
+        self.localization.start(self._context)
+
+    def _on_odometry(self, message: Message) -> None:
+        before, odometry = self._odometry, message.content
+        self._odometry = odometry
+        scan, self._sighting = self._scan.message, None
+        at = None if scan is None else self._odometry_at(scan.born_ns, before, odometry)
+        if scan is not None and at is not None:
+            self._sighting = PlacedScan(scan, Pose2D(*at[1:]))
+        pose = self.localization.on_odometry(self._context, Pose2D(*odometry[1:]), self._sighting)
+        if not is_pose(pose):
+            raise ModelError(f"{class_of(self.localization)} returned {pose!r} in on_odometry; "
+                             "wanted: a Pose2D of three finite numbers")
+        x_m, y_m, yaw_rad = map(float, pose)
+        if before is None or before.stamp_ns // NS_PER_S < odometry.stamp_ns // NS_PER_S:
+            self.record("believed", bits(x_m), bits(y_m), bits(yaw_rad))
+        self.publish("pose", Pose(odometry.stamp_ns, x_m, y_m, math.remainder(yaw_rad, math.tau)))
+
+    def _odometry_at(self, stamp_ns: int, before: Pose | None, odometry: Pose) -> Pose | None:
+        """The odometry of the instant of a scan, None if there is none of it (yet). As in
+        ``Mapping``, poses are interpolated only where the rates have no common instants."""
+        if stamp_ns == odometry.stamp_ns:
+            self._placed_ns = stamp_ns
+            return odometry
+        if (before is not None and odometry.stamp_ns - self._placed_ns > PATIENCE_NS
+                and before.stamp_ns <= stamp_ns <= odometry.stamp_ns):
+            return between(before, odometry, stamp_ns)
+        return None
+
+    def draw(self, sighting: object, pose: Pose2D) -> None:
+        """See ``LocalizationContext.draw``."""
+        name = class_of(self.localization)
+        if not self.draws_map:
+            raise ModelError(f"{name} draws a scan; wanted: draws_map = True in its class")
+        if not isinstance(sighting, PlacedScan) or sighting is not self._sighting:
+            raise ModelError(f"{name} draws {sighting!r}; wanted: the scan that has just come, "
+                             "once")
+        if not is_pose(pose):
+            raise ModelError(f"{name} draws a scan from {pose!r}; wanted: a Pose2D of three finite "
+                             "numbers")
+        self._sighting = None
+        x_m, y_m, yaw_rad = map(float, pose)
+        self.record("localized", bits(x_m), bits(y_m), bits(yaw_rad))
+        self._drawn.append(Pose2D(x_m, y_m, yaw_rad))
+        self._scans.append(sighting.scan)
+        version = self.robot_map.version
+        self.robot_map.integrate_scan(x_m, y_m, yaw_rad, sighting.scan, self._usable_m)
+        if self.robot_map.version != version:
+            self.publish("map", Empty())
+
+    def redraw(self, poses: np.ndarray) -> None:
+        """See ``LocalizationContext.redraw``."""
+        path = checked_path(self.localization, poses, len(self._drawn))
+        if not self._drawn:
+            return
+        drawn = np.array(self._drawn)
+        shift_m = np.abs(path[:, :2] - drawn[:, :2]).max()
+        turn_rad = np.abs(wrapped(path[:, 2] - drawn[:, 2])).max()
+        if shift_m < self.robot_map.spec.resolution_m and turn_rad < _REDRAWN_RAD:
+            return
+        self.record("map_redrawn", len(path))
+        self.display("path", path[:, :2])
+        self._drawn = [Pose2D(*pose) for pose in path.tolist()]
+        self.robot_map.redraw_own(zip(path, self._scans, strict=True), self._usable_m)
+        self.publish("map", Empty())
+
+
+class SensorContext:
+    """The ``LocalizationContext`` of a robot."""
+
+    def __init__(self, node: LocalizationNode, robot: Equipment, start: Pose2D | None,
+                 bodies_m: float) -> None:
+        self._node, self.start, self.bodies_m = node, start, bodies_m
+        laser, mapping, odometry = robot.scanner, robot.mapping, robot.odometry
+        self.laser = LaserGeometry(-0.5 * laser.field_of_view_rad,
+                                   laser.field_of_view_rad / (laser.beams - 1), laser.max_range_m,
+                                   shortest_m=_SHORTEST_M)
+        self.map = MapSettings(mapping.resolution_m, mapping.linear_update_m,
+                               mapping.angular_update_rad, mapping.usable_range_m)
+        self.odometry_errors = OdometryErrors(odometry.model == "random_walk",
+                                              odometry.position_noise_m,
+                                              odometry.heading_noise_rad)
+
+    @property
+    def name(self) -> str:
+        return self._node.host.name
+
+    @property
+    def now_ns(self) -> int:
+        return self._node.now_ns
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._node.stream(*name)
+
+    def key(self, *name: str | int) -> int:
+        return self._node.noise_key(*name)
+
+    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
+        self._node.draw(sighting, pose)
+
+    def redraw(self, poses: np.ndarray) -> None:
+        self._node.redraw(poses)
+
+    def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
+        check_period(period_ns)
+        check_callback(callback, "context")
+        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
+
+
+def draws_map(localization: Localization) -> bool:
+    """Whether it makes the robot's map, too."""
+    return bool(getattr(localization, "draws_map", False))
+
+
+def is_pose(pose: object) -> bool:
+    """Whether ``pose`` is a ``Pose2D`` of finite numbers."""
+    return isinstance(pose, Pose2D) and all(
+        isinstance(number, float | int | np.floating) and math.isfinite(number) for number in pose)
+
+
+def checked_path(localization: Localization, poses: object, drawn: int) -> np.ndarray:
+    """The ``poses`` of a new drawing of so many scans. Raises ``ModelError``."""
+    if not (isinstance(poses, np.ndarray) and poses.shape == (drawn, 3)
+            and poses.dtype.kind == "f" and np.isfinite(poses).all()):
+        what = (f"{poses.dtype} {list(poses.shape)}" if isinstance(poses, np.ndarray)
+                else f"{type(poses).__name__}")
+        raise ModelError(f"{class_of(localization)} draws the map anew with {what}; wanted: finite "
+                         f"poses [{drawn}, 3], one for each scan that was drawn")
+    return poses

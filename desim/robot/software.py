@@ -8,14 +8,13 @@ from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
 from desim.ports.sharing import Sharing
-from desim.robot import localization, map_sharing, mapping, monitor_feed, transform_broadcaster
+from desim.robot import map_sharing, mapping, monitor_feed, transform_broadcaster
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
+from desim.robot.localization import SENSORS, LocalizationNode, SensorPose
 from desim.robot.navigation import global_costmap, move_base
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.robot_map import RobotMap
-from desim.robot.slam.localizations import SLAM
-from desim.robot.slam_node import SlamNode
 from desim.robot.team import Team
 from desim.robot.team_state import TeamStateNode
 from desim.scenario.schema.communication import Exchange, StrategyChoice
@@ -82,10 +81,15 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
 def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose2D | None,
                   bodies_m: float) -> list[Node]:
     """The nodes that make poses and the own map of sensors' readings."""
-    if robot.localization in SLAM:
-        return [SlamNode(host, robot, robot_map, start, bodies_m)]
-    return [localization.Localization(host, localization.SOURCES[robot.localization]),
-            mapping.Mapping(host, robot.mapping, robot_map)]
+    choice = robot.localization
+    with below("robot.localization"):
+        localization = plugins.load("localization", choice.model)(choice.params)
+    source = SENSORS.get(type(localization))
+    node = (LocalizationNode(host, localization, robot, robot_map, start, bodies_m)
+            if source is None else SensorPose(host, source))
+    if isinstance(node, LocalizationNode) and node.draws_map:
+        return [node]
+    return [node, mapping.Mapping(host, robot.mapping, robot_map)]
 
 
 def _strategy(choice: StrategyChoice) -> Strategy:

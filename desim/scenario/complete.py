@@ -83,8 +83,8 @@ def _type(kind: RobotType, equipment: Equipment) -> RobotType:
 
 
 def _equipment(robot: E) -> E:
-    """Lasers by their parameters."""
-    return _changed(robot, laser=robot.scanner) if isinstance(robot.laser, str) else robot
+    """Lasers by their parameters, and the values of those of localization."""
+    return _changed(robot, laser=robot.scanner, localization=robot.localization.parsed())
 
 
 def media(scenario: Scenario) -> dict[str, MediumChoice]:

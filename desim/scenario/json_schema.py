@@ -17,11 +17,13 @@ from desim.scenario.schema.communication import (
     StrategyChoice,
 )
 from desim.scenario.schema.experiment import TaskChoice
+from desim.scenario.schema.robot import LocalizationChoice
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Data
 
 _CHOICES: tuple[type[PluginChoice], ...] = (
-    MediumChoice, RuleChoice, MiddlewareChoice, Coordination, StrategyChoice, TaskChoice)
+    MediumChoice, RuleChoice, MiddlewareChoice, Coordination, StrategyChoice, TaskChoice,
+    LocalizationChoice)
 _ALONE = {"type": "string", "title": "name", "description": "a plug-in by its name alone"}
 
 

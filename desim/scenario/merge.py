@@ -24,6 +24,7 @@ from desim.scenario.schema.communication import (
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.experiment import TaskChoice
 from desim.scenario.schema.fleet import FleetParams
+from desim.scenario.schema.robot import LocalizationChoice
 from desim.scenario.schema.shapes import alternatives, keys, which
 from desim.scenario.source_places import Data, Path, Places, SourcePlace, dotted, items
 
@@ -38,6 +39,8 @@ CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
     ("hosts", "*", "strategy"): StrategyChoice,
     ("fleet", "types", "*", "strategy"): StrategyChoice,
     ("task",): TaskChoice,
+    ("robot", "localization"): LocalizationChoice,
+    ("fleet", "types", "*", "robot", "localization"): LocalizationChoice,
 }
 _SHAPES = {
     ("environment", "terrain"): Environment.model_fields["terrain"],

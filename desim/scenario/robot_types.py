@@ -6,7 +6,7 @@ from typing import TypeVar
 
 from desim.ports import Params
 from desim.scenario.names import fleet_size
-from desim.scenario.schema.communication import StrategyChoice
+from desim.scenario.schema.communication import PluginChoice, StrategyChoice
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType
 from desim.scenario.schema.robot import Equipment
 from desim.scenario.schema.scenario import Scenario
@@ -33,12 +33,14 @@ def strategies_of(scenario: Scenario) -> tuple[StrategyChoice, ...]:
 
 
 def filled_in(own: P, base: P) -> P:
-    """``own`` with the values of ``base`` for all keys that were not written in it."""
+    """``own`` with the values of ``base`` for all keys that were not written in it. A plug-in is
+    chosen with all of its parameters."""
     update: dict[str, object] = {}
     for field in type(own).model_fields:
         above, below = getattr(own, field), getattr(base, field)
         if field not in own.model_fields_set:
             update[field] = below
-        elif isinstance(above, Params) and type(above) is type(below):
+        elif (isinstance(above, Params) and type(above) is type(below)
+              and not isinstance(above, PluginChoice)):
             update[field] = filled_in(above, below)
     return own.model_copy(update=update)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from drawn import Drawn, cells, costmap
 
+from desim import plugins
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, real
@@ -15,7 +16,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import Frontier, Peer
 from desim.robot.coordination.explore import Explore
-from desim.robot.localization import SOURCES, Localization
+from desim.robot.localization import SENSORS, SensorPose
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.strategies.nearest_frontier import NearestFrontier
 from desim.robot.strategies.random_frontier import RandomFrontier
@@ -192,6 +193,7 @@ def test_random_frontier_draws_from_all():
 
 @pytest.mark.parametrize("name, topic", [("ground_truth", "true_pose"), ("odometry", "odom")])
 def test_localization_passes_on_its_sensor_unread(name, topic):
+    cls = plugins.load("localization", name)
     kernel, names = Kernel(), Names()
     graph = Graph(kernel, names, Trace(names), Streams(1), Direct(), ["r0"])
     host, read, got = graph.host("r0"), [], []
@@ -205,7 +207,7 @@ def test_localization_passes_on_its_sensor_unread(name, topic):
     def reading():
         return Lazy(729, lambda: read.append(1) or Pose(S, 1.0, 2.0, 3.0))
 
-    host.software = lambda _: [Ends(host, "ends"), Localization(host, SOURCES[name])]
+    host.software = lambda _: [Ends(host, "ends"), SensorPose(host, SENSORS[cls])]
     graph.start()
     kernel.run(2 * S)
     message, = got

@@ -14,7 +14,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import GridSpec
-from desim.robot.localization import Localization
+from desim.robot.localization import SensorPose
 from desim.robot.navigation.move_base import MoveBase
 from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import TilePool
@@ -129,7 +129,7 @@ class Drive:
         for i, (_, goal) in enumerate(robots):
             host = self.graph.host(f"r{i}")
             self.tasks.append(Task(host, goal))
-            software[host.name] = [Localization(host, "true_pose"), self.tasks[-1], MoveBase(
+            software[host.name] = [SensorPose(host, "true_pose"), self.tasks[-1], MoveBase(
                 host, navigation or Navigation(), BODY, LASER, costmap(robot_map, BODY.radius_m))]
         for name, nodes in software.items():
             self.graph.host(name).software = lambda _, nodes=nodes: nodes

@@ -56,7 +56,7 @@ WRONG = {
         "testbed, physics, environment, fleet, robot, hosts, network, middleware, coordination, "
         "task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
-        "2:9: robot.<<: unknown key; allowed: localization, slam, laser, antenna, odometry, "
+        "2:9: robot.<<: unknown key; allowed: localization, laser, antenna, odometry, "
         "mapping, navigation, exploration, tf, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
@@ -97,9 +97,23 @@ WRONG = {
         "2:9: faults: must be a list, got a mapping"]),
     "text for a mapping": ("network: lan", [
         "2:10: network: must be a mapping with fidelity, media, got 'lan'"]),
-    "not of the allowed words": ("robot: {localization: ground_truh}", [
-        "2:23: robot.localization: 'ground_truh' is not allowed (did you mean 'ground_truth'?); "
-        "allowed: ground_truth, odometry, gmapping, scan_matching"]),
+    "not of the allowed words": ("robot: {odometry: {model: random_wlk}}", [
+        "2:27: robot.odometry.model: 'random_wlk' is not allowed (did you mean 'random_walk'?); "
+        "allowed: independent, random_walk"]),
+    "no localization": ("robot: {localization: ground_truh}", [
+        "2:23: robot.localization.model: unknown localization 'ground_truh' (did you mean "
+        "'ground_truth'?); known: gmapping, ground_truth, odometry, scan_matching, or a dotted "
+        "path 'package.module:Class'"]),
+    "a parameter of another localization": (
+        "robot: {localization: {model: scan_matching, particles: 5}}", [
+            "2:46: robot.localization.particles: unknown key; allowed: model, redraw_every"]),
+    "a localization's parameter out of range": (
+        "robot: {localization: {model: gmapping, particles: 0}}", [
+            "2:52: robot.localization.particles: must be at least 1, got 0"]),
+    "localization of a type": (
+        "fleet: {types: {scout: {robot: {localization: {model: gmapping, particle: 5}}}}}", [
+            "2:65: fleet.types.scout.robot.localization.particle: unknown key (did you mean "
+            "'particles'?); allowed: model, redraw_every, particles"]),
     "a word in a list": ("measure: {on: [collison]}", [
         "2:16: measure.on.0: 'collison' is not allowed (did you mean 'collision'?); allowed: "
         "explored_10pct, collision, recovery, partition"]),
@@ -331,7 +345,7 @@ WRONG = {
         "fleet: {types: {scout: {strategy: {strategy: nearest_frontier, k: 1}}}}", [
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
-        "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, slam, laser, "
+        "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, "
         "antenna, odometry, mapping, navigation, exploration"]),
     "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
         "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "

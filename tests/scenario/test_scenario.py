@@ -152,7 +152,7 @@ def test_maze_30_is_table_4():
     assert [(rule.rule, rule.params.distance_m) for rule in lan.rules] == [("range", 200.0)]
     assert maze.testbed.robots_per_node == 4
     assert (maze.stop.explored, maze.stop.by, maze.stop.elapsed_ns) == (0.99, "any", 2000 * 10**9)
-    assert maze.robot.localization == "ground_truth"
+    assert maze.robot.localization.model == "ground_truth"
 
 
 def test_every_line_of_maze_30_names_its_source():

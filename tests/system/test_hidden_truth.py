@@ -51,7 +51,7 @@ def played_twice(*case):
 @pytest.mark.parametrize("case", [
     ("robot.localization=odometry",),
     ("robot.localization=scan_matching", "robot.odometry.model=random_walk"),
-    ("robot.localization=gmapping", "robot.slam.particles=3"),
+    ("robot.localization={model: gmapping, particles: 3}",),
     ("robot.localization=odometry", "coordination.strategy=market"),
     ("robot.localization=scan_matching", "coordination.strategy=minpos",
      "coordination.exchange={model: scans}"),

@@ -58,8 +58,8 @@ def expected_alone(slam, odometry, fewer, kept):
 
 def test_a_run_with_slam_is_the_same_twice_and_goes_on_after_a_restart():
     def outcome():
-        return outcome_of(HELLO, "stop.elapsed=20 s", "robot.localization=gmapping",
-                          "robot.slam.particles=5",
+        return outcome_of(HELLO, "stop.elapsed=20 s",
+                          "robot.localization={model: gmapping, particles: 5}",
                           "faults=[{at: 8 s, host: robot_1, down_for: 3 s}]").digest
 
     assert outcome() == outcome()

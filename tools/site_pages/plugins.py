@@ -13,7 +13,8 @@ from site_pages.keys import parameter_table
 from site_pages.text import code, inline, prose, table
 
 _TITLES = {"network": "Network models", "rule": "Rules", "strategy": "Strategies",
-           "sharing": "Map sharing", "task": "Tasks", "middleware": "Middleware", "world": "Worlds",
+           "sharing": "Map sharing", "localization": "Localization", "task": "Tasks",
+           "middleware": "Middleware", "world": "Worlds",
            "case": "Network cases", "validation": "Validation"}
 
 

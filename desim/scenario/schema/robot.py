@@ -8,9 +8,10 @@ from pydantic import Field
 
 from desim.ports import Params
 from desim.scenario.schema.antenna import Antenna
+from desim.scenario.schema.communication import PluginChoice
 from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.shapes import BY_SHAPE
-from desim.units import Angle, Duration, Frequency, Length, Pace, Period
+from desim.units import Angle, Duration, Frequency, Length, Period
 
 
 class Laser(Params):
@@ -72,23 +73,20 @@ class ExplorationParams(Params):
         "published explore's estimated_cost, in parts)"))
 
 
-class SlamParams(Params):
-    """Simultaneous localization and mapping (docs/slam.md)."""
+class LocalizationChoice(PluginChoice):
+    """The localization: where a robot takes itself to be."""
 
-    particles: int = Field(30, ge=1, le=10_000, description="of gmapping (its default)")
-    redraw_every_ns: Pace = Field("5 s", description=(
-        "so often the map is drawn anew where a better path was found (gmapping "
-        "map_update_interval)"))
+    kind, name_key = "localization", "model"
+
+    model: str = Field("ground_truth", description=(
+        "a localization plug-in: ground_truth, odometry, gmapping, scan_matching (ours; the paper: "
+        "gmapping)"))
 
 
 class Equipment(Params):
     """The equipment and software of a robot."""
 
-    localization: Literal["ground_truth", "odometry", "gmapping", "scan_matching"] = Field(
-        "ground_truth", description=(
-            "ground_truth: a sensor that publishes the true pose; odometry: the odometry taken at "
-            "its word; gmapping, scan_matching: SLAM with the laser and the odometry"))
-    slam: SlamParams = Field(default_factory=SlamParams)
+    localization: LocalizationChoice = Field(default_factory=LocalizationChoice)
     laser: Annotated[str | Laser, BY_SHAPE] = Field(default_factory=Laser, description=(
         "lms500, or its parameters"))
     antenna: Antenna = Field(default_factory=Antenna)

@@ -1,0 +1,133 @@
+"""The contract of localization: where a robot takes itself to be, of what its sensors read.
+
+A plug-in gets each reading of the odometer, with the scan that belongs to it, and returns a pose in
+the map's frame. The difference between the two is ROS's transform ``map -> odom``. One that makes
+the map, too (SLAM), says which scans are drawn into it from where, and draws them anew when it
+knows better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from desim.ports import parameters
+from desim.ports.strategies import Pose2D
+
+
+class LaserGeometry(NamedTuple):
+    """A planar laser: beam i points to ``angle_min_rad + i * increment_rad`` from its heading. A
+    beam that meets nothing reads ``longest_m`` or more; ``shortest_m`` and below is no return.
+    ``mount``: its pose on the robot."""
+
+    angle_min_rad: float
+    increment_rad: float
+    longest_m: float
+    shortest_m: float = 0.0
+    mount: Pose2D = Pose2D(0.0, 0.0, 0.0)
+
+
+class OdometryErrors(NamedTuple):
+    """Standard deviations of the odometer's errors: of each reading about the true pose or, if it
+    ``drifts``, of each step between two readings."""
+
+    drifts: bool
+    position_m: float
+    heading_rad: float
+
+
+class MapSettings(NamedTuple):
+    """The map to be made: the width of a cell; a scan is taken in after so much motion; a beam of
+    ``usable_range_m`` or more clears space up to there and marks nothing."""
+
+    resolution_m: float
+    linear_update_m: float
+    angular_update_rad: float
+    usable_range_m: float
+
+
+class Sighting(Protocol):
+    """A scan, and the odometry of its instant."""
+
+    @property
+    def odometry(self) -> Pose2D:
+        """The odometry at the instant of the scan, interpolated where there is no reading."""
+
+    @property
+    def ranges(self) -> np.ndarray:
+        """[beams] m, not to be changed. They are computed when they are first read."""
+
+
+class LocalizationContext(Protocol):
+    """The robot of a plug-in: its knowledge, and its actions."""
+
+    @property
+    def name(self) -> str:
+        """The robot's."""
+
+    @property
+    def now_ns(self) -> int:
+        """The time."""
+
+    @property
+    def start(self) -> Pose2D | None:
+        """The pose in the map at the start of the run, as a launch file has it; None after a
+        restart."""
+
+    @property
+    def laser(self) -> LaserGeometry:
+        """The laser whose scans come."""
+
+    @property
+    def odometry_errors(self) -> OdometryErrors | None:
+        """The odometer's errors; None where they are not known, of a real robot's log."""
+
+    @property
+    def map(self) -> MapSettings:
+        """The settings of the map."""
+
+    @property
+    def bodies_m(self) -> float:
+        """The width of the widest teammate, which a laser may see; 0 without one."""
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        """Random numbers by name, this robot's own."""
+
+    def key(self, *name: str | int) -> int:
+        """A key for noise by counter (``desim.ports.kernels``), this robot's own."""
+
+    # --------------------------------------------------------------------------------- actions
+
+    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
+        """Draw the scan that has just come into the map, from this pose of the robot. Only where
+        the plug-in ``draws_map``."""
+
+    def redraw(self, poses: np.ndarray) -> None:
+        """Draw the map anew: ``poses`` [n, 3] (x m, y m, yaw rad) of all n scans that were drawn,
+        in their order. Where none of them has moved by a cell, the map stays."""
+
+    def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
+        """Call ``callback(context)`` every ``period_ns``, 1 ms or more, from a random part of it
+        on."""
+
+
+class Localization(Protocol):
+    """Finds a robot's pose. Built as ``Localization(params)``, one for each life of a robot.
+
+    A class with ``draws_map = True`` makes the robot's map (``LocalizationContext.draw``). For any
+    other the robot enters scans at the poses that it returns, after enough motion.
+    """
+
+    @property
+    def Params(self) -> type[parameters.Params]:
+        """The class of its parameters, inside the plug-in's class."""
+
+    def start(self, context: LocalizationContext) -> None:
+        """The robot has started; no sensor has read anything yet."""
+
+    def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
+                    sighting: Sighting | None) -> Pose2D:
+        """The robot's pose in the map now, at this reading of the odometer. ``sighting``: a scan
+        of the time since the last one that belongs to readings."""

@@ -1,0 +1,1 @@
+"""The kinds of localization: plug-ins of ``robot.localization``."""

@@ -1,0 +1,24 @@
+"""SLAM with many hypotheses."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim.robot.localizations.scan_matching import ScanMatching
+from desim.robot.slam.localizations import gmapping
+
+
+class Gmapping(ScanMatching):
+    """SLAM with the laser and the odometry by a Rao-Blackwellized particle filter (Grisetti,
+    Stachniss and Burgard 2007)."""
+
+    new_filter = staticmethod(gmapping)
+
+    class Params(ScanMatching.Params):
+        """Parameters of ``gmapping``."""
+
+        particles: int = Field(30, ge=1, le=10_000, description="hypotheses (gmapping's default)")
+
+    def __init__(self, params: Params) -> None:
+        super().__init__(params)
+        self.particles = params.particles

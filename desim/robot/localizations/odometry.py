@@ -1,0 +1,25 @@
+"""The odometry taken at its word."""
+
+from __future__ import annotations
+
+from desim import ports
+from desim.ports import Pose2D
+from desim.ports.localization import LocalizationContext, Sighting
+
+
+class DeadReckoning:
+    """The odometry taken at its word. Readings are passed on; nothing is computed for it."""
+
+    class Params(ports.Params):
+        """It has none."""
+
+    def __init__(self, params: Params) -> None:
+        """``params`` are empty."""
+
+    def start(self, context: LocalizationContext) -> None:
+        """There is nothing to prepare."""
+
+    def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
+                    sighting: Sighting | None) -> Pose2D:
+        """The reading."""
+        return odometry

@@ -1,0 +1,105 @@
+"""SLAM with one hypothesis."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from desim import ports
+from desim.ports import Pose2D
+from desim.ports.localization import LocalizationContext, OdometryErrors, Sighting
+from desim.robot.slam.localizations import scan_matching
+from desim.robot.slam.settings import OdometryNoise, ScannerGeometry, SlamSettings
+from desim.robot.slam.transforms import compose, motion_between
+from desim.units import Pace
+
+
+class ScanMatching:
+    """SLAM with the laser and the odometry: each scan goes where it fits best on the map so far
+    (Olson 2009). The pose is that of the last processed scan, moved on by the odometry since.
+
+    Without a known start (after a restart) the first reading of the odometer is taken at its word.
+    """
+
+    draws_map: ClassVar = True
+    particles = 1
+    new_filter = staticmethod(scan_matching)
+
+    class Params(ports.Params):
+        """Parameters of ``scan_matching``."""
+
+        redraw_every_ns: Pace = Field("5 s", description=(
+            "so often the map is drawn anew where a better path was found (gmapping "
+            "map_update_interval)"))
+
+    def __init__(self, params: Params) -> None:
+        self._redraw_every_ns = params.redraw_every_ns
+        self._start: np.ndarray | None = None
+        self._placed_at: np.ndarray | None = None  # the odometry of the last scan that was placed
+        self._readings = 0  # of the odometer, since then
+
+    def start(self, context: LocalizationContext) -> None:
+        """Make the filter."""
+        if context.start is not None:
+            self._start = np.array(context.start)
+        self.filter = self.new_filter(settings_of(context, self.particles),
+                                      context.key("particles"))
+        context.every(self._redraw_every_ns, self._redraw)
+
+    def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
+                    sighting: Sighting | None) -> Pose2D:
+        """The pose after the scan, if it is due."""
+        now = np.array(odometry)
+        self._readings += 1
+        if self._start is None:
+            self._start = now
+        if sighting is not None:
+            self._placed_at = np.array(sighting.odometry)
+            is_due = self.filter.advance(self._placed_at, self._readings)
+            self._readings = 0
+            if is_due:
+                self.filter.process(sighting.ranges)
+                context.draw(sighting, Pose2D(*self._pose().tolist()))
+        if self._placed_at is not None:
+            now = compose(self._pose(), motion_between(self._placed_at, now))
+        return Pose2D(*now.tolist())
+
+    def _pose(self) -> np.ndarray:
+        """[3] the most likely pose in the map's frame, at the last scan that was placed."""
+        return self._in_map(self.filter.pose)
+
+    def _in_map(self, poses: np.ndarray) -> np.ndarray:
+        """Poses that the filter gives as seen from the start."""
+        assert self._start is not None
+        return compose(self._start, poses)
+
+    def _redraw(self, context: LocalizationContext) -> None:
+        if self.filter.history:
+            context.redraw(self._in_map(self.filter.path()))
+
+
+def settings_of(context: LocalizationContext, particles: int) -> SlamSettings:
+    """The settings of a filter for a robot's laser, odometry and map."""
+    laser, drawn = context.laser, context.map
+    return SlamSettings(
+        particles=particles, resolution_m=drawn.resolution_m,
+        linear_update_m=drawn.linear_update_m, angular_update_rad=drawn.angular_update_rad,
+        noise=_noise(context.odometry_errors),
+        scanner=ScannerGeometry(laser.angle_min_rad, laser.increment_rad, laser.shortest_m,
+                                min(laser.longest_m, drawn.usable_range_m), laser.mount,
+                                context.bodies_m))
+
+
+def _noise(errors: OdometryErrors | None) -> OdometryNoise:
+    """The noise between two scans: gmapping's where the errors are not known."""
+    if errors is None:
+        return OdometryNoise()
+    if errors.drifts:  # the noise of all readings since
+        return OdometryNoise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, errors.position_m, errors.heading_rad,
+                             strayed=math.inf)
+    two = math.sqrt(2.0)  # readings; drawn in full, their noise would become a drift
+    return OdometryNoise(0.0, 0.0, 0.0, 0.0, two * errors.position_m, two * errors.heading_rad,
+                         strayed=math.inf, spread=0.3)
