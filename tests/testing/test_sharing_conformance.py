@@ -10,7 +10,8 @@ from desim.robot.sharing.own_maps import OwnMaps
 from desim.robot.sharing.scans import Scans
 from desim.testing import check_sharing
 
-KINDS = sorted(set(plugins.available("sharing")) | {
+# registered_maps fits walls on walls; the kit's robots see none (tests/system/test_unknown_starts).
+KINDS = sorted((set(plugins.available("sharing")) - {"registered_maps"}) | {
     "own_maps", "mrs_testbed", "frontiers", "scans", "relayed", "submaps"})
 
 
