@@ -102,11 +102,12 @@ def _host(owner: object) -> str | None:
     from desim.middleware.node import Node
     from desim.network.medium import Medium
     from desim.robot.coordination.host_context import HostContext
+    from desim.robot.localization import SensorContext
     from desim.robot.map_sharing import MapContext
 
     if isinstance(owner, Node):
         return owner.host.name
-    if isinstance(owner, Host | HostContext | MapContext):
+    if isinstance(owner, Host | HostContext | MapContext | SensorContext):
         return owner.name
     return f"medium {owner.name}" if isinstance(owner, Medium) else None
 

@@ -33,6 +33,11 @@ def test_an_auction_is_complete_in_60_lines(page):
     assert len(auction.splitlines()[1:]) <= 60
 
 
+def test_a_localization_is_complete_in_30_lines(page):
+    upright, = (text for _, text in blocks(page) if "class Upright" in text)
+    assert len([line for line in upright.splitlines()[1:] if line.strip()]) <= 30
+
+
 def test_each_command_prints_what_the_page_shows(page, folder):
     played = []
     for command, shown in commands(page):
@@ -42,7 +47,7 @@ def test_each_command_prints_what_the_page_shows(page, folder):
             assert_as_shown(shown, output)
     assert {"desim run fenced.yaml", "desim run orbit.yaml", "desim run spreading.yaml",
             "desim run auctioning.yaml", "desim run sharing.yaml",
-            "desim run rallying.yaml",
+            "desim run rallying.yaml", "desim run upright.yaml",
             "desim run muddy.yaml", "desim run rooms.yaml",
             "python test_mine.py"} <= set(played)
 

@@ -9,6 +9,8 @@ theirs.
 
 from desim.testing.checks import check_case, check_network, check_rule
 from desim.testing.fleet import Fleet
+from desim.testing.localization_bench import LocalizationBench
+from desim.testing.localization_checks import check_localization
 from desim.testing.medium_bench import HOUR_NS, Bench, ImmediateNetwork
 from desim.testing.middleware import Patience, check_discovery, check_middleware
 from desim.testing.sharing_bench import SharingBench
@@ -18,6 +20,7 @@ from desim.testing.strategy_checks import check_strategy
 from desim.testing.task_bench import TaskBench
 from desim.testing.task_checks import check_task
 
-__all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "Patience", "SharingBench",
-           "StrategyBench", "TaskBench", "check_case", "check_discovery", "check_middleware",
-           "check_network", "check_rule", "check_sharing", "check_strategy", "check_task"]
+__all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "LocalizationBench", "Patience",
+           "SharingBench", "StrategyBench", "TaskBench", "check_case", "check_discovery",
+           "check_localization", "check_middleware", "check_network", "check_rule", "check_sharing",
+           "check_strategy", "check_task"]

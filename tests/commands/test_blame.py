@@ -37,6 +37,10 @@ TASK = HEAD.replace("context, hosts", "context") + """
         def metrics(self): return {{'share': 1}}
         {body}
 """
+LOCALIZATION = HEAD.replace("context, hosts", "context") + """
+        def on_odometry(self, context, odometry, sighting):
+            {body}
+"""
 EACH_SECOND = "def start(self, context): context.every(10**9, self.tick)\n        "
 NETWORK = HEAD + """
         def send(self, frame):
@@ -65,6 +69,7 @@ MIDDLEWARE = HEAD.replace("context, hosts", "context") + """
 ON_START = "def on_start(self, view): "
 PLACES = {MIDDLEWARE: "middleware: {model: 'NAME:Plugin'}",
           TASK: "task: 'NAME:Plugin'",
+          LOCALIZATION: "robot: {localization: 'NAME:Plugin'}",
           METHODS: "coordination: {strategy: 'NAME:Plugin'}",
           STRATEGY: "coordination: {strategy: 'NAME:Plugin'}",
           NETWORK: "network: {media: {lan: {model: 'NAME:Plugin'}}}",
@@ -94,6 +99,18 @@ def desim(tmp_path, monkeypatch):
      "division by zero at f_raises.py:3 (medium lan, "),
     ("s_raises", STRATEGY, "return 1 / 0", "strategy s_raises:Plugin raised ZeroDivisionError: "
      "division by zero at s_raises.py:12 (robot_"),
+    ("l_raises", LOCALIZATION, "return 1 / 0", "localization l_raises:Plugin raised "
+     "ZeroDivisionError: division by zero at l_raises.py:12 (robot_"),
+    ("l_nan", LOCALIZATION, "return ports.Pose2D(float('nan'), 0.0, 0.0)", "l_nan.Plugin "
+     "(l_nan.py:4) returned Pose2D(x_m=nan, y_m=0.0, yaw_rad=0.0) in on_odometry; wanted: a Pose2D "
+     "of three finite numbers (robot_"),
+    ("l_text", LOCALIZATION, "return 'here'", "l_text.Plugin (l_text.py:4) returned 'here' in "
+     "on_odometry; wanted: a Pose2D of three finite numbers (robot_"),
+    ("l_draws", LOCALIZATION, "context.draw(sighting, odometry)", "localization l_draws:Plugin "
+     "draws a scan; wanted: draws_map = True in its class at l_draws.py:12 (robot_"),
+    ("l_timer", LOCALIZATION, "context.every(10**9, self.tick); return odometry\n"
+     "        def tick(self, context): return 1 / 0", "localization l_timer:Plugin raised "
+     "ZeroDivisionError: division by zero at l_timer.py:13 (robot_"),
     ("s_wall", STRATEGY, "return ports.Frontier(900.0, 0.0, 1.0, 9)",
      "s_wall.Plugin (s_wall.py:4) chose Frontier(x_m=900.0, y_m=0.0, path_m=1.0, cells=9); wanted: "
      "one of frontiers(), a Place that is free in the robot's map, or None (robot_"),

@@ -1,0 +1,94 @@
+"""A robot's sensors without a simulator: a ``LocalizationContext`` that is read to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.engine.streams import Streams
+from desim.ports import Pose2D
+from desim.ports.localization import (
+    LaserGeometry,
+    Localization,
+    LocalizationContext,
+    MapSettings,
+    OdometryErrors,
+    Sighting,
+)
+from desim.robot.localization import checked_path, draws_map, is_pose
+from desim.testing.advice import need
+
+LASER = LaserGeometry(-2.25, 4.5 / 180, 12.0, 0.05)  # 181 beams
+DRIFT = OdometryErrors(True, 0.01, 0.01)
+
+Callback = Callable[[LocalizationContext], object]
+
+
+class Seen(NamedTuple):
+    """A scan with the odometry of its instant; see ``Sighting``."""
+
+    odometry: Pose2D
+    ranges: np.ndarray
+
+
+class LocalizationBench:
+    """A robot with ``localization``, which starts at ``now_ns``, at ``start`` if that is known. The
+    clock goes on with each reading."""
+
+    def __init__(self, localization: Localization, start: Pose2D | None, now_ns: int = 0) -> None:
+        self.name, self.start, self.now_ns = "robot_1", start, now_ns
+        self.laser, self.odometry_errors = LASER, DRIFT
+        self.map = MapSettings(0.1, 0.5, 0.5, 10.0)
+        self.bodies_m = 0.0
+        self.poses: list[Pose2D] = []  # that it returned
+        self.drawn: list[Pose2D] = []
+        self.redrawn: list[np.ndarray] = []
+        self._localization = localization
+        self._sighting: Seen | None = None
+        self._timers: list[tuple[int, int, Callback]] = []  # period, next, callback
+        localization.start(self)
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return Streams(0)(self.name, *name)
+
+    def key(self, *name: str | int) -> int:
+        return Streams(0).key(self.name, *name)
+
+    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
+        self._need(draws_map(self._localization), "say draws_map = True in its class, as it draws")
+        self._need(sighting is self._sighting and sighting is not None,
+                   "draw the scan that has just come, and once")
+        self._need(is_pose(pose), f"draw from a Pose2D of three finite numbers, not {pose!r}")
+        self._sighting = None
+        self.drawn.append(pose)
+
+    def redraw(self, poses: np.ndarray) -> None:
+        self.redrawn.append(checked_path(self._localization, poses, len(self.drawn)).copy())
+
+    def every(self, period_ns: int, callback: Callback) -> None:
+        self._need(type(period_ns) is int and period_ns >= 1_000_000,
+                   f"call something every 1 ms or more, in ns, not {period_ns!r}")
+        self._timers.append((period_ns, self.now_ns + period_ns // 2, callback))
+
+    # ------------------------------------------------------------------------------ for a check
+
+    def read(self, now_ns: int, odometry: Pose2D, sighting: Seen | None = None) -> None:
+        """Call the timers that are due by then, each at its time, and hand over a reading."""
+        while self._timers:
+            k = min(range(len(self._timers)), key=lambda k: self._timers[k][1])
+            period_ns, due_ns, callback = self._timers[k]
+            if due_ns > now_ns:
+                break
+            self.now_ns = due_ns
+            self._timers[k] = period_ns, due_ns + period_ns, callback
+            callback(self)
+        self.now_ns, self._sighting = now_ns, sighting
+        pose = self._localization.on_odometry(self, odometry, sighting)
+        self._need(is_pose(pose), f"return a Pose2D of three finite numbers, not {pose!r}")
+        self.poses.append(Pose2D(*map(float, pose)))
+        self._sighting = None
+
+    def _need(self, kept: bool, advice: str) -> None:
+        need(kept, type(self._localization), advice)

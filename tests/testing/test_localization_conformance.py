@@ -1,0 +1,120 @@
+"""The kit's check of localization: ours pass, and what breaks the contract is named."""
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from desim import plugins
+from desim.errors import ModelError
+from desim.ports import Pose2D
+from desim.robot.localizations.odometry import DeadReckoning
+from desim.robot.localizations.scan_matching import ScanMatching
+from desim.testing import check_localization
+from desim.testing.localization_checks import scan_of
+
+KINDS = sorted(set(plugins.available("localization")) - {"ground_truth"})
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_kind_keeps_its_contract(name):
+    check_localization(plugins.load("localization", name))
+
+
+def test_the_kind_that_has_the_truth_has_no_pose_of_readings():
+    with pytest.raises(ModelError, match="^ground_truth has no pose of odometry$"):
+        check_localization(plugins.load("localization", "ground_truth"))
+
+
+def test_scans_of_the_room_are_exact():
+    ranges = scan_of(np.array((2.0, 2.0, 0.0)))
+    assert ranges[90] == pytest.approx(10.0)  # ahead, the wall at x = 12 m
+    assert ranges[90 + 20] == pytest.approx(3.0 / math.cos(0.5))  # the block, at x = 5 m
+    assert ranges[90 + 63] == pytest.approx(6.0 / math.sin(63 * 0.025))  # the wall at y = 8 m
+    assert not ranges.flags.writeable
+
+
+class Lost(DeadReckoning):
+    def on_odometry(self, context, odometry, sighting):
+        return Pose2D(math.nan, 0.0, 0.0) if context.now_ns > 10**9 else odometry
+
+
+class Array(DeadReckoning):
+    def on_odometry(self, context, odometry, sighting):
+        return np.array(odometry)
+
+
+class Backwards(DeadReckoning):
+    def on_odometry(self, context, odometry, sighting):
+        return Pose2D(-odometry.x_m, odometry.y_m, odometry.yaw_rad)
+
+
+class Shared(DeadReckoning):
+    readings: list = []
+
+    def on_odometry(self, context, odometry, sighting):
+        self.readings.append(odometry)
+        return Pose2D(odometry.x_m + 1e-9 * len(self.readings), *odometry[1:])
+
+
+class Throws(DeadReckoning):
+    def on_odometry(self, context, odometry, sighting):
+        return Pose2D(odometry.x_m + 1e-9 * random.random(), *odometry[1:])
+
+
+class Draws(DeadReckoning):
+    def on_odometry(self, context, odometry, sighting):
+        if sighting is not None:
+            context.draw(sighting, odometry)
+        return odometry
+
+
+class Twice(Draws):
+    draws_map = True
+
+    def on_odometry(self, context, odometry, sighting):
+        super().on_odometry(context, odometry, sighting)
+        return super().on_odometry(context, odometry, sighting)
+
+
+class Blank(DeadReckoning):
+    draws_map = True
+
+
+@pytest.mark.parametrize(("cls", "says"), [
+    (Lost, r"return a Pose2D of three finite numbers, not Pose2D\(x_m=nan"),
+    (Array, r"return a Pose2D of three finite numbers, not array\("),
+    (Backwards, r"be about as good as the odometry in a room: 1\d\.\d\d m and "),
+    (Shared, "come to the same poses of the same readings: keep state in self"),
+    (Throws, "draw from context.stream.* only, not from random or numpy.random$"),
+    (Draws, "say draws_map = True in its class, as it draws$"),
+    (Twice, "draw the scan that has just come, and once$"),
+    (Blank, "draw scans, as its class says draws_map: context.draw$"),
+])
+def test_the_kit_names_what_is_wrong(cls, says):
+    with pytest.raises(AssertionError, match=rf"{cls.__name__} must {says}"):
+        check_localization(cls)
+
+
+class Short(ScanMatching):
+    def _redraw(self, context):
+        context.redraw(np.zeros((len(self.filter.history) + 1, 3)))
+
+
+def test_a_new_drawing_has_one_pose_for_each_scan():
+    with pytest.raises(ModelError, match=r"Short \(.*\) draws the map anew with float64 "
+                                         r"\[2, 3\]; wanted: finite poses \[1, 3\], one for "):
+        check_localization(Short)
+
+
+class Scribbles(DeadReckoning):
+    def on_odometry(self, context, odometry, sighting):
+        if sighting is not None:
+            sighting.ranges[0] = 0.0
+        return odometry
+
+
+def test_scans_are_not_to_be_changed():
+    with pytest.raises(ValueError, match="read-only"):
+        check_localization(Scribbles)
