@@ -133,15 +133,15 @@ class LocalizationNode(Node):
 
     def draw(self, sighting: object, pose: Pose2D) -> None:
         """See ``LocalizationContext.draw``."""
-        name = class_of(self.localization)
         if not self.draws_map:
-            raise ModelError(f"{name} draws a scan; wanted: draws_map = True in its class")
+            raise ModelError(f"{class_of(self.localization)} draws a scan; wanted: draws_map = True "
+                             "in its class")
         if not isinstance(sighting, PlacedScan) or sighting is not self._sighting:
-            raise ModelError(f"{name} draws {sighting!r}; wanted: the scan that has just come, "
-                             "once")
+            raise ModelError(f"{class_of(self.localization)} draws {sighting!r}; wanted: the scan "
+                             "that has just come, once")
         if not is_pose(pose):
-            raise ModelError(f"{name} draws a scan from {pose!r}; wanted: a Pose2D of three finite "
-                             "numbers")
+            raise ModelError(f"{class_of(self.localization)} draws a scan from {pose!r}; wanted: a "
+                             "Pose2D of three finite numbers")
         self._sighting = None
         x_m, y_m, yaw_rad = map(float, pose)
         self.record("localized", bits(x_m), bits(y_m), bits(yaw_rad))
