@@ -134,8 +134,8 @@ class LocalizationNode(Node):
     def draw(self, sighting: object, pose: Pose2D) -> None:
         """See ``LocalizationContext.draw``."""
         if not self.draws_map:
-            raise ModelError(f"{class_of(self.localization)} draws a scan; wanted: draws_map = True "
-                             "in its class")
+            raise ModelError(f"{class_of(self.localization)} draws a scan; wanted: "
+                             "draws_map = True in its class")
         if not isinstance(sighting, PlacedScan) or sighting is not self._sighting:
             raise ModelError(f"{class_of(self.localization)} draws {sighting!r}; wanted: the scan "
                              "that has just come, once")

@@ -13,7 +13,7 @@ from desim.ports import Pose2D
 from desim.ports.localization import LocalizationContext, OdometryErrors, Sighting
 from desim.robot.slam.localizations import scan_matching
 from desim.robot.slam.settings import OdometryNoise, ScannerGeometry, SlamSettings
-from desim.robot.slam.transforms import compose, motion_between
+from desim.robot.slam.transforms import compose, motion_to, moved
 from desim.units import Pace
 
 
@@ -37,14 +37,14 @@ class ScanMatching:
 
     def __init__(self, params: Params) -> None:
         self._redraw_every_ns = params.redraw_every_ns
-        self._start: np.ndarray | None = None
-        self._placed_at: np.ndarray | None = None  # the odometry of the last scan that was placed
-        self._readings = 0  # of the odometer, since then
+        self._start: Pose2D | None = None
+        self._readings = 0  # of the odometer, since the last scan that was placed
+        # The odometry of the last processed scan, and its most likely pose.
+        self._processed: tuple[Pose2D, Pose2D] | None = None
 
     def start(self, context: LocalizationContext) -> None:
         """Make the filter."""
-        if context.start is not None:
-            self._start = np.array(context.start)
+        self._start = context.start
         self.filter = self.new_filter(settings_of(context, self.particles),
                                       context.key("particles"))
         context.every(self._redraw_every_ns, self._redraw)
@@ -52,29 +52,25 @@ class ScanMatching:
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
                     sighting: Sighting | None) -> Pose2D:
         """The pose after the scan, if it is due."""
-        now = np.array(odometry)
         self._readings += 1
         if self._start is None:
-            self._start = now
+            self._start = odometry
         if sighting is not None:
-            self._placed_at = np.array(sighting.odometry)
-            is_due = self.filter.advance(self._placed_at, self._readings)
+            is_due = self.filter.advance(sighting.odometry, self._readings)
             self._readings = 0
             if is_due:
                 self.filter.process(sighting.ranges)
-                context.draw(sighting, Pose2D(*self._pose().tolist()))
-        if self._placed_at is not None:
-            now = compose(self._pose(), motion_between(self._placed_at, now))
-        return Pose2D(*now.tolist())
-
-    def _pose(self) -> np.ndarray:
-        """[3] the most likely pose in the map's frame, at the last scan that was placed."""
-        return self._in_map(self.filter.pose)
+                pose = Pose2D(*self._in_map(self.filter.pose).tolist())
+                self._processed = sighting.odometry, pose
+                context.draw(sighting, pose)
+        if self._processed is None:
+            return odometry
+        before, pose = self._processed
+        return moved(pose, motion_to(before, odometry))
 
     def _in_map(self, poses: np.ndarray) -> np.ndarray:
-        """Poses that the filter gives as seen from the start."""
-        assert self._start is not None
-        return compose(self._start, poses)
+        """Poses in the map's frame, of poses as seen from the start."""
+        return compose(np.array(self._start), poses)
 
     def _redraw(self, context: LocalizationContext) -> None:
         if self.filter.history:

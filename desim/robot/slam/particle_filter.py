@@ -12,13 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from desim.ports import Pose2D
 from desim.robot.slam.kernels.alignment import Fit, align
 from desim.robot.slam.kernels.particles import ancestors, normalize, propose
 from desim.robot.slam.kernels.points import Beams, points_of, thinned, without_bodies
 from desim.robot.slam.kernels.search import search
 from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.shared_maps import SharedMaps
-from desim.robot.slam.transforms import compose, motion_between
+from desim.robot.slam.transforms import compose, motion_between, motion_to
 
 # The residual of a return: noise of the sensor, and what cells blur. From far away a larger one is
 # taken at first: at its own, a pose that is a cell off has no gradient.
@@ -81,7 +82,7 @@ class ParticleSlam:
         self.weights, self._shares = np.zeros(count), np.full(count, 1.0 / count)
         self._roots, self._lineage = np.zeros((count, 6)), np.arange(count)
         self.history: list[Processed] = []
-        self._before: np.ndarray | None = None  # the odometry of the scan before
+        self._before: Pose2D | None = None  # the odometry of the scan before
         self._metres = self._radians = 0.0
         self._readings = 0
 
@@ -89,20 +90,19 @@ class ParticleSlam:
         """Take in a scan (ranges [beams] in m) and the odometry [3] of its instant: x m, y m, yaw
         rad in any frame. Whether the scan was processed: the first is, and one after enough motion.
         """
-        is_due = self.advance(odometry)
+        is_due = self.advance(Pose2D(*odometry.tolist()))
         if is_due:
             self.process(ranges)
         return is_due
 
-    def advance(self, odometry: np.ndarray, readings: int = 1) -> bool:
-        """Take in the odometry [3] of a scan's instant, the last of so many ``readings`` since the
+    def advance(self, odometry: Pose2D, readings: int = 1) -> bool:
+        """Take in the odometry of a scan's instant, the last of so many ``readings`` since the
         scan before. Whether the scan is to be processed."""
         self._readings += readings
-        odometry = np.array(odometry, float)
         if self._before is not None:
-            motion = motion_between(self._before, odometry)
-            self._metres += math.hypot(motion[0], motion[1])
-            self._radians += abs(motion[2])
+            motion = motion_to(self._before, odometry)
+            self._metres += math.hypot(motion.x_m, motion.y_m)
+            self._radians += abs(motion.yaw_rad)
         self._before = odometry
         settings = self._settings
         return not self.history or (self._metres >= settings.linear_update_m
@@ -110,8 +110,8 @@ class ParticleSlam:
 
     def process(self, ranges: np.ndarray) -> None:
         """Take in the scan (ranges [beams] in m) of the last ``advance``."""
-        odometry, settings = self._before, self._settings
-        assert odometry is not None
+        assert self._before is not None
+        odometry, settings = np.array(self._before), self._settings
         points, fewer, count, kept = self._points(ranges)
         if self.history:
             self._move(odometry, fewer, kept)
@@ -206,7 +206,8 @@ class ParticleSlam:
         """The pose [3] now: of the best particle, moved on by the odometry since."""
         last = self.history[-1]
         assert self._before is not None
-        return compose(self.poses[self.best], motion_between(last.odometry, self._before))
+        return compose(self.poses[self.best],
+                       motion_between(last.odometry, np.array(self._before)))
 
     @property
     def covariance(self) -> np.ndarray:

@@ -1,6 +1,10 @@
-"""Poses in the plane as arrays: x m, y m, yaw rad in the last axis."""
+"""Poses in the plane: single ones, and arrays with x m, y m, yaw rad in the last axis."""
+
+import math
 
 import numpy as np
+
+from desim.ports import Pose2D
 
 
 def compose(base: np.ndarray, motion: np.ndarray) -> np.ndarray:
@@ -22,3 +26,19 @@ def motion_between(before: np.ndarray, after: np.ndarray) -> np.ndarray:
 def wrapped(angle: np.ndarray) -> np.ndarray:
     """Angles in rad, each in [-pi, pi)."""
     return (angle + np.pi) % (2.0 * np.pi) - np.pi
+
+
+# For one pose numpy takes 12 us a call, these 1: with SLAM, a quarter of the CPU time of maze_30.
+def moved(base: Pose2D, motion: Pose2D) -> Pose2D:
+    """``compose`` of single poses."""
+    c, s = math.cos(base.yaw_rad), math.sin(base.yaw_rad)
+    return Pose2D(base.x_m + c * motion.x_m - s * motion.y_m,
+                  base.y_m + s * motion.x_m + c * motion.y_m, base.yaw_rad + motion.yaw_rad)
+
+
+def motion_to(before: Pose2D, after: Pose2D) -> Pose2D:
+    """``motion_between`` single poses, the yaw in [-pi, pi]."""
+    c, s = math.cos(before.yaw_rad), math.sin(before.yaw_rad)
+    dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
+    return Pose2D(c * dx + s * dy, c * dy - s * dx,
+                  math.remainder(after.yaw_rad - before.yaw_rad, math.tau))
