@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import StrEnum
+from functools import cached_property
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -54,13 +55,21 @@ class Peer(NamedTuple):
     goal: Place | None = None
 
 
-class TeamLink(NamedTuple):
-    """A teammate as the radio hears it: the time at which anything of it came last (map update,
-    pose, message of its strategy), and the power at which it is received now. None: the network
-    model does not say, or nothing of it gets through now."""
+class TeamLink:
+    """A teammate as the radio hears it.
 
-    heard_ns: int
-    signal_dbm: float | None
+    ``heard_ns``: the time at which anything of it came last (map update, pose, message of its
+    strategy) | ``signal``: measures the power when it is read first.
+    """
+
+    def __init__(self, heard_ns: int, signal: Callable[[], float | None] = lambda: None) -> None:
+        self.heard_ns, self._signal = heard_ns, signal
+
+    @cached_property
+    def signal_dbm(self) -> float | None:
+        """The power at which it is received, in dBm. None: the network model does not say, or
+        nothing of it gets through now."""
+        return self._signal()
 
 
 class TeamArea(NamedTuple):

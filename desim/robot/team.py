@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from desim.ports import Peer, Place, TeamLink
 
@@ -47,7 +48,7 @@ class Team:
     def links(self) -> dict[str, TeamLink]:
         """The teammates that were ever heard of."""
         heard = ((name, self._heard_ns(name)) for name in self.names)
-        return {name: TeamLink(heard_ns, self._signal_dbm(name))
+        return {name: TeamLink(heard_ns, partial(self._signal_dbm, name))
                 for name, heard_ns in heard if heard_ns is not None}
 
     def changes(self, now_ns: int) -> list[tuple[str, bool]]:

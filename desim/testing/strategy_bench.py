@@ -40,7 +40,7 @@ class StrategyBench:
         self.pose: ports.Pose2D | None = ports.Pose2D(0.0, 0.0, 0.0)
         self.goal: ports.Place | None = None
         self.peers = {"robot_2": ports.Peer(5.0, 5.0, 0.0, 9 * NS_PER_S, ports.Place(6.0, 5.0))}
-        self.heard = {"robot_2": ports.TeamLink(9 * NS_PER_S, -60.0)}
+        self.heard = {"robot_2": ports.TeamLink(9 * NS_PER_S, lambda: -60.0)}
         self.known = frontiers
         self.task: Any = None
         cells = int(_SIDE_M / _CELL_M)
@@ -137,7 +137,7 @@ class StrategyBench:
     def hear(self, name: str) -> None:
         """Something of a teammate has come: its pose, its goal."""
         self.peers[name] = ports.Peer(5.0, 5.0, 0.0, self.now_ns, ports.Place(6.0, 5.0))
-        self.heard[name] = ports.TeamLink(self.now_ns, -60.0)
+        self.heard[name] = ports.TeamLink(self.now_ns, lambda: -60.0)
 
     def deliver(self, message: ports.StrategyMessage) -> None:
         """Call those who subscribe to the message's topic."""

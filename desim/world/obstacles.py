@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.world.kernels import crossings as kernels
-from desim.world.wall_index import TileIndex, box_index
+from desim.world.wall_index import TileIndex, box_index, one_tile
 
 BLOCK_M = 1.0  # a castle's wall; the outer walls of houses are 0.2 to 0.5 m thick
 FACE_M = 0.2  # a block's face, as thick as a wall of the paper's maps
@@ -46,8 +46,7 @@ def crossing(walls: np.ndarray, pairs: np.ndarray) -> np.ndarray:
     pairs = np.ascontiguousarray(pairs, dtype=np.float64).reshape(-1, 4)
     if not len(walls) or not len(pairs):
         return np.empty((0, 2), dtype=np.int64)
-    tiles = len(walls) if len(walls) * len(pairs) > _WORTH_TILES else 1
-    return _all_found(_find, len(pairs), walls, box_index(walls, tiles), pairs)
+    return _all_found(_find, len(pairs), walls, _index(walls, len(pairs)), pairs)
 
 
 def _find(walls: np.ndarray, index: TileIndex, pairs: np.ndarray, out: np.ndarray) -> int:
@@ -60,11 +59,15 @@ def toll(walls: np.ndarray, pairs: np.ndarray, cost: np.ndarray, most: np.ndarra
     """As ``Obstacles.tolls``, of ``walls`` [n, 4]."""
     out = np.zeros(len(pairs))
     if len(walls) and len(pairs):
-        tiles = len(walls) if len(walls) * len(pairs) > _WORTH_TILES else 1
-        index = box_index(walls, tiles)
+        index = _index(walls, len(pairs))
         kernels.tolls(walls, index.frame, index.start, index.items, np.ascontiguousarray(pairs),
                       np.full(len(walls), -1), np.empty(len(walls), np.int64), cost, most, out)
     return out
+
+
+def _index(walls: np.ndarray, lines: int) -> TileIndex:
+    """An index of ``walls`` that is worth its making for so many lines."""
+    return box_index(walls, len(walls)) if len(walls) * lines > _WORTH_TILES else one_tile(walls)
 
 
 def _all_found(kernel: Callable[..., int], lines: int, *given: object) -> np.ndarray:

@@ -66,3 +66,8 @@ def box_index(walls: np.ndarray, tiles: int) -> TileIndex:
     bounds = np.searchsorted(tile[order], np.arange(rows * cols + 1))
     start = np.column_stack([bounds[:-1].reshape(rows, cols), bounds[cols::cols]])
     return TileIndex(start, wall[order], np.concatenate([corner_m, per_m]))
+
+
+def one_tile(walls: np.ndarray) -> TileIndex:
+    """``box_index`` with a single tile: it has all of ``walls`` [n, 4], wherever a line is."""
+    return TileIndex(np.array([[0, len(walls)]]), np.arange(len(walls)), np.zeros(4))

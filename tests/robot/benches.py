@@ -45,7 +45,7 @@ class Team:
         for name, bench in self.benches.items():
             for other, its in self.benches.items():
                 if name != other and not {name, other} & self.deaf:
-                    bench.heard[other] = ports.TeamLink(bench.now_ns, None)
+                    bench.heard[other] = ports.TeamLink(bench.now_ns)
                     if its.pose is not None:
                         bench.peers[other] = ports.Peer(*its.pose, bench.now_ns, its.goal)
 
@@ -61,7 +61,7 @@ class Team:
             self.sent.append((name, message.topic, message.content))
             for other, its in self.benches.items():
                 if other != name and not {name, other} & self.deaf:
-                    its.heard[name] = ports.TeamLink(its.now_ns, None)
+                    its.heard[name] = ports.TeamLink(its.now_ns)
                     its.deliver(message)
         return bool(news)
 

@@ -112,5 +112,8 @@ class Listening:
         return None
 
     def on_second(self, context):
-        note(context, "links", context.links())
+        links = context.links()
+        for link in links.values():
+            assert link.signal_dbm is None or link.signal_dbm < 0.0  # measured now
+        note(context, "links", links)
         context.publish("here", None)
