@@ -79,13 +79,18 @@ class Filler(NamedTuple):
 @dataclass(frozen=True, slots=True)
 class LaserScan:
     """One sweep. ``ranges`` [beams] float32 m; a beam that met nothing reads ``range_max_m``.
-    Beam i points to ``angle_min_rad + i * angle_increment_rad`` from the robot's heading."""
+    Beam i points to ``angle_min_rad + i * angle_increment_rad`` from the robot's heading;
+    (``x_m``, ``y_m``) is the laser's place on the robot, ahead and to the left of its middle.
+    ``is_lowest``: no laser of the robot is lower and sees what this one looks over."""
 
     stamp_ns: int
     ranges: np.ndarray
     angle_min_rad: float
     angle_increment_rad: float
     range_max_m: float
+    x_m: float = 0.0
+    y_m: float = 0.0
+    is_lowest: bool = True
 
     @property
     def size_bytes(self) -> int:

@@ -72,7 +72,8 @@ def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str
     pose = Pace(robot.odometry.rate_hz, ODOMETRY_BYTES, turn=2)
     monitor_hz = Fraction(NS_PER_S, scenario.testbed.monitor_period_ns)
     known = {
-        "scan": Pace(robot.scanner.rate_hz, laser_scan_bytes(robot.scanner.beams), turn=1),
+        **{topic: Pace(laser.rate_hz, laser_scan_bytes(laser.beams), turn=1)
+           for topic, laser in robot.scanners.items()},
         "odom": pose,
         "true_pose": pose,
         "cmd_vel": Pace(robot.navigation.control_rate_hz, TWIST_BYTES),
@@ -93,8 +94,8 @@ def own_maps(scenario: Scenario) -> OwnMaps.Params | None:
 
 def kind_of(topic: str) -> str:
     """``/map_exchange/robot_3`` is map_exchange, ``/robot_3/scan`` is scan."""
-    _, first, *_, last = parts = topic.split("/")
-    return first if first == "map_exchange" and len(parts) == 3 else last
+    _, first, rest = topic.split("/", 2)
+    return first if first == "map_exchange" and "/" not in rest else rest
 
 
 def talks(parts: Simulation, known: dict[str, Pace]) -> tuple[list[Talk], list[str]]:

@@ -72,9 +72,10 @@ class World(Protocol):
         """The state at ``time_ns``, at most a tick ahead, with poses carried on from the last
         tick."""
 
-    def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int) -> np.ndarray:
-        """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser; the
-        lasers of ``robots`` are all of one kind."""
+    def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int, laser: int = 0
+             ) -> np.ndarray:
+        """[len(robots), beams] float32 ranges in m of laser number ``laser`` of each of ``robots``,
+        with noise number ``tick``; these lasers are all of one kind."""
 
     def odometry(self, snapshot: Snapshot, robot: int, tick: int) -> np.ndarray:
         """[3] x m, y m, yaw rad as this robot's odometry reports reading number ``tick``."""

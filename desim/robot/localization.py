@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 
 import numpy as np
@@ -31,7 +31,7 @@ from desim.robot.mapping import PATIENCE_NS
 from desim.robot.poses import between
 from desim.robot.robot_map import RobotMap
 from desim.robot.slam.transforms import wrapped
-from desim.scenario.schema.robot import Equipment
+from desim.scenario.schema.robot import SCAN, Equipment
 from desim.units import NS_PER_S
 
 _SHORTEST_M = 0.05  # a nearer return is of the robot itself (our estimate)
@@ -90,17 +90,20 @@ class LocalizationNode(Node):
         self._usable_m = robot.mapping.usable_range_m
         self._context = SensorContext(self, robot, start, bodies_m)
         self._scan = Latest(host)
+        self._topics = tuple(robot.scanners)[1:]
+        self._others: list[Latest] = []  # of the lasers beside the first
         self._odometry: Pose | None = None  # the latest
         self._placed_ns = -PATIENCE_NS  # stamp of the last odometry that had a scan
         self._sighting: PlacedScan | None = None  # that may be drawn now
         self._drawn: list[Pose2D] = []  # the poses of the scans in the map
-        self._scans: list[LaserScan] = []
+        self._scans: list[tuple[LaserScan, ...]] = []  # of each pose that of the first laser first
 
     def start(self) -> None:
         self.advertise("pose")
         if self.draws_map:
             self.advertise("map")
-        self._scan = self.latest("scan")
+            self._others = [self.latest(topic) for topic in self._topics]
+        self._scan = self.latest(SCAN)
         self.subscribe("odom", self._on_odometry)
         self.localization.start(self._context)
 
@@ -146,11 +149,19 @@ class LocalizationNode(Node):
         x_m, y_m, yaw_rad = map(float, pose)
         self.record("localized", bits(x_m), bits(y_m), bits(yaw_rad))
         self._drawn.append(Pose2D(x_m, y_m, yaw_rad))
-        self._scans.append(sighting.scan)
+        scans = sighting.scan, *self._companions(sighting.scan.stamp_ns)
+        self._scans.append(scans)
         version = self.robot_map.version
-        self.robot_map.integrate_scan(x_m, y_m, yaw_rad, sighting.scan, self._usable_m)
+        for scan in scans:
+            self.robot_map.integrate_scan(x_m, y_m, yaw_rad, scan, self._usable_m)
         if self.robot_map.version != version:
             self.publish("map", Empty())
+
+    def _companions(self, stamp_ns: int) -> Iterator[LaserScan]:
+        """The scans of the same instant of the lasers beside the first."""
+        messages = (other.message for other in self._others)
+        return (message.content for message in messages
+                if message is not None and message.born_ns == stamp_ns)
 
     def redraw(self, poses: np.ndarray) -> None:
         """See ``LocalizationContext.redraw``."""
@@ -165,7 +176,9 @@ class LocalizationNode(Node):
         self.record("map_redrawn", len(path))
         self.display("path", path[:, :2])
         self._drawn = [Pose2D(*pose) for pose in path.tolist()]
-        self.robot_map.redraw_own(zip(path, self._scans, strict=True), self._usable_m)
+        self.robot_map.redraw_own(
+            [(pose, scan) for pose, scans in zip(path, self._scans, strict=True)
+             for scan in scans], self._usable_m)
         self.publish("map", Empty())
 
 
@@ -176,9 +189,9 @@ class SensorContext:
                  bodies_m: float) -> None:
         self._node, self.start, self.bodies_m = node, start, bodies_m
         laser, mapping, odometry = robot.scanner, robot.mapping, robot.odometry
-        self.laser = LaserGeometry(-0.5 * laser.field_of_view_rad,
-                                   laser.field_of_view_rad / (laser.beams - 1), laser.max_range_m,
-                                   shortest_m=_SHORTEST_M)
+        self.laser = LaserGeometry(-0.5 * laser.field_of_view_rad, laser.increment_rad,
+                                   laser.max_range_m, _SHORTEST_M,
+                                   Pose2D(laser.x_m, laser.y_m, laser.yaw_rad))
         self.map = MapSettings(mapping.resolution_m, mapping.linear_update_m,
                                mapping.angular_update_rad, mapping.usable_range_m)
         self.odometry_errors = OdometryErrors(odometry.model == "random_walk",

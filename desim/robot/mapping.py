@@ -25,16 +25,17 @@ STILL_M, STILL_RAD = 0.001, 0.001  # a smaller step between two poses is standin
 
 
 class Mapping(Node):
-    """Integrates a scan into ``robot_map`` after the robot has driven or turned far enough since
-    the last one (gmapping: linearUpdate, angularUpdate), and one more where it has come to rest; on
-    request also when the last one is old (temporalUpdate).
+    """Integrates a scan of the laser of ``topic`` into ``robot_map`` after the robot has driven or
+    turned far enough since the last one (gmapping: linearUpdate, angularUpdate), and one more where
+    it has come to rest; on request also when the last one is old (temporalUpdate).
 
     The event ``map`` announces each change of the map to other nodes of the host.
     """
 
-    def __init__(self, host: Host, mapping: parameters.MappingParams, robot_map: RobotMap) -> None:
-        super().__init__(host, "mapping")
-        self.robot_map = robot_map
+    def __init__(self, host: Host, mapping: parameters.MappingParams, robot_map: RobotMap,
+                 topic: str = parameters.SCAN) -> None:
+        super().__init__(host, "mapping" if topic == parameters.SCAN else f"{topic} mapping")
+        self.robot_map, self._topic = robot_map, topic
         self._mapping = mapping
         self._scan = Latest(host)
         self._pose: Pose | None = None  # the latest
@@ -43,7 +44,7 @@ class Mapping(Node):
 
     def start(self) -> None:
         self.advertise("map")
-        self._scan = self.latest("scan")
+        self._scan = self.latest(self._topic)
         self.subscribe("pose", self._on_pose)
 
     def _on_pose(self, message: Message) -> None:

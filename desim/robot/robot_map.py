@@ -13,6 +13,7 @@ from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec, Pose2D
 from desim.robot.kernels import evidence
 from desim.robot.kernels import tiles as kernels
+from desim.robot.poses import laser_at
 from desim.robot.tiles import (
     CELLS,
     TILE,
@@ -28,6 +29,9 @@ from desim.robot.tiles import (
 
 _integrate = compiled_function(evidence.integrate)
 _exchange = compiled_function(kernels.exchange_all)
+
+
+_NEVER = evidence.CLAMP_HIGH + 1  # no evidence is so strong: all cells can be cleared
 
 
 class _Scans:
@@ -47,10 +51,12 @@ class _Scans:
         if self._stamp == 1:
             self._sheet.marks[:] = 0
         per_m = 1.0 / spec.resolution_m
+        x_m, y_m = laser_at(x_m, y_m, yaw_rad, scan)
         self._scan[0] = (
             (x_m - spec.x_m) * per_m, (y_m - spec.y_m) * per_m, yaw_rad, scan.angle_min_rad,
             scan.angle_increment_rad, per_m, float(np.float32(scan.range_max_m)) * per_m,
-            usable_range_m * per_m, spec.width, spec.height, self._stamp)
+            usable_range_m * per_m, spec.width, spec.height, self._stamp,
+            _NEVER if scan.is_lowest else kernels.OCCUPIED)
         ranges = np.ascontiguousarray(scan.ranges, np.float32)  # of any world, also a plug-in's
         return _integrate(ranges, self._scan, self._sheet, robot_map.version + 1,
                           robot_map.own.indices, robot_map.pool.arrays, robot_map.sum)

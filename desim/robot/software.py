@@ -45,14 +45,15 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     nodes: list[Node] = [
         *_localization(host, robot, drawn, start, bodies_m),
         map_sharing.MapSharing(host, sharing, robot_map, peers, team, drawn),
-        move_base.MoveBase(host, robot.navigation, body, robot.scanner, queries.costmap),
+        move_base.MoveBase(host, robot.navigation, body, robot.scanners, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
     ]
     if coordination.team_state is not None:
         nodes.append(TeamStateNode(host, coordination.team_state, team, peers, has_body=True))
     if scenario.robot.tf != "none":
         nodes.append(transform_broadcaster.TransformBroadcaster(
-            host, "tf", transform_broadcaster.of_software(host.name, scenario.robot.tf),
+            host, "tf", transform_broadcaster.of_software(
+                host.name, scenario.robot.tf, len(robot.scanners)),
             transform_broadcaster.topic_of(host.name, scenario.robot.tf)))
     if monitored:
         nodes.append(monitor_feed.MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
@@ -89,7 +90,8 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
             if source is None else SensorPose(host, source))
     if isinstance(node, LocalizationNode) and node.draws_map:
         return [node]
-    return [node, mapping.Mapping(host, robot.mapping, robot_map)]
+    return [node, *(mapping.Mapping(host, robot.mapping, robot_map, topic)
+                    for topic in robot.scanners)]
 
 
 def _strategy(choice: StrategyChoice) -> Strategy:

@@ -55,10 +55,10 @@ def of_odometry(robots: Sequence[str], rate_hz: Fraction, audience: Audience) ->
     return [Sent(topic_of(robot, audience), ODOMETRY_BYTES, rate_hz, "zero") for robot in robots]
 
 
-def of_software(robot: str, audience: Audience) -> list[Sent]:
-    """The transforms of a robot's own software."""
+def of_software(robot: str, audience: Audience, lasers: int) -> list[Sent]:
+    """The transforms of the own software of a robot with so many ``lasers``."""
     return [Sent(topic_of(robot, audience), size_bytes, Fraction(_RATE_HZ), "random")
-            for size_bytes in ROBOT_BYTES]
+            for size_bytes in (*ROBOT_BYTES, *ROBOT_BYTES[-1:] * (lasers - 1))]
 
 
 class TransformBroadcaster(Node):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator
 from itertools import pairwise
@@ -12,13 +13,13 @@ from desim.scenario import expression, generated_terrain, plugin_choices
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import media
 from desim.scenario.names import WORKSTATION, host_names, robot_names
-from desim.scenario.robot_types import filled_in
+from desim.scenario.robot_types import filled_in, used_types
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
-from desim.scenario.schema.robot import BUILT_IN_LASERS, Equipment
+from desim.scenario.schema.robot import BUILT_IN_LASERS, Equipment, Laser
 from desim.scenario.schema.scenario import Physics, Scenario
 from desim.scenario.source_places import Folder, Path
 from desim.units import DURATION, LENGTH
@@ -61,9 +62,7 @@ def _passages(scenario: Scenario, _: Folder) -> Found:
     if isinstance(terrain, str | MapFile | Shape):
         return
     types = {**BUILT_IN_TYPES, **fleet.types}
-    used = [fleet.robots] if isinstance(fleet.robots, str) else [
-        group.type for group in fleet.robots]
-    widest = max((name for name in used if name in types),
+    widest = max((name for name in used_types(fleet) if name in types),
                  key=lambda name: types[name].radius_m, default=None)
     if widest is not None:
         yield from generated_terrain.narrow(("environment", "terrain"), terrain,
@@ -195,11 +194,44 @@ def _equipments(scenario: Scenario) -> Iterator[tuple[Path, Equipment]]:
 
 def _laser(scenario: Scenario, _: Folder) -> Found:
     for path, equipment in _equipments(scenario):
-        laser = equipment.laser
-        if isinstance(laser, str) and laser not in BUILT_IN_LASERS:
-            yield (*path, "laser"), (
-                f"unknown laser {laser!r}{did_you_mean(laser, BUILT_IN_LASERS)};"
-                f" allowed: {', '.join(BUILT_IN_LASERS)}, or its parameters")
+        if equipment.lasers and "laser" in equipment.model_fields_set and equipment.laser:
+            yield (*path, "laser"), "must be null, or left out, beside lasers"
+        if not equipment.lasers and equipment.laser is None:
+            yield (*path, "laser"), "null is allowed beside lasers alone: a robot has at least one"
+        for at, laser in _lasers(equipment):
+            if isinstance(laser, str):
+                if laser not in BUILT_IN_LASERS:
+                    yield (*path, *at), (
+                        f"unknown laser {laser!r}{did_you_mean(laser, BUILT_IN_LASERS)};"
+                        f" allowed: {', '.join(BUILT_IN_LASERS)}, or its parameters")
+                continue
+            for key, angle_rad in (("field_of_view", laser.field_of_view_rad),
+                                   ("yaw", abs(laser.yaw_rad))):
+                if angle_rad > 2.0 * math.pi + 1e-9:
+                    yield (*path, *at, key), (
+                        f"must be at most 360 deg, got {math.degrees(angle_rad):g} deg")
+
+
+def _lasers(equipment: Equipment) -> Iterator[tuple[Path, str | Laser]]:
+    """The lasers as they are written, with their paths."""
+    if equipment.laser is not None and not equipment.lasers:
+        yield ("laser",), equipment.laser
+    for name, laser in equipment.lasers.items():
+        yield ("lasers", name), laser
+
+
+def _mounts(scenario: Scenario, _: Folder) -> Found:
+    """Lasers that are not on the body that carries them."""
+    for name, kind in {**BUILT_IN_TYPES, **scenario.fleet.types}.items():
+        path: Path = ("fleet", "types", name, "robot") if kind.robot else ("robot",)
+        if name not in used_types(scenario.fleet) and not kind.robot:
+            continue
+        for at, laser in _lasers(kind.robot or scenario.robot):
+            if isinstance(laser, Laser) and math.hypot(laser.x_m, laser.y_m) > kind.radius_m:
+                yield (*path, *at), (
+                    f"is mounted {LENGTH.format(math.hypot(laser.x_m, laser.y_m))} from the middle "
+                    f"of a {name}, whose radius is {LENGTH.format(kind.radius_m)}; allowed: on the "
+                    "body")
 
 
 def _local_window(scenario: Scenario, _: Folder) -> Found:
@@ -323,7 +355,8 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",), ("hosts",), ("deployment",)), _hosts),
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
     ((("faults",),), _faults),
-    ((("robot", "laser"), ("fleet", "types")), _laser),
+    ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types")), _laser),
+    ((("robot", "laser"), ("robot", "lasers"), ("fleet",)), _mounts),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("stop", "when"), ("task",)), _condition),

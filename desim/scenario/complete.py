@@ -9,7 +9,7 @@ from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import plugin_choices
 from desim.scenario.names import fleet_size, robot_names
-from desim.scenario.robot_types import filled_in, strategies_of
+from desim.scenario.robot_types import filled_in, strategies_of, used_types
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -18,7 +18,7 @@ from desim.scenario.schema.communication import (
 )
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType, StartList
-from desim.scenario.schema.robot import Equipment
+from desim.scenario.schema.robot import Equipment, laser_of
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder
 
@@ -64,9 +64,8 @@ def _environment(environment: Environment, folder: Folder) -> Environment:
 def _fleet(fleet: FleetParams, equipment: Equipment) -> FleetParams:
     """The size, and all types that are used, with what they carry and run; named start poses in the
     order of their names."""
-    used = [fleet.robots] if isinstance(fleet.robots, str) else [
-        group.type for group in fleet.robots]
-    types = {**{name: BUILT_IN_TYPES[name] for name in used if name in BUILT_IN_TYPES},
+    types = {**{name: BUILT_IN_TYPES[name] for name in used_types(fleet)
+                if name in BUILT_IN_TYPES},
              **{name: _type(kind, equipment) for name, kind in fleet.types.items()}}
     start = fleet.start
     if isinstance(start, StartList) and start.poses[0].name:
@@ -83,8 +82,15 @@ def _type(kind: RobotType, equipment: Equipment) -> RobotType:
 
 
 def _equipment(robot: E) -> E:
-    """Lasers by their parameters, and the values of those of localization."""
-    return _changed(robot, laser=robot.scanner, localization=robot.localization.parsed())
+    """Lasers by their parameters, and the values of those of localization. Who has several lasers
+    has not the only one, and the other way round."""
+    robot = _changed(robot, localization=robot.localization.parsed())
+    if robot.lasers:
+        return _changed(robot, laser=None, lasers={name: laser_of(laser) for name, laser
+                                                   in robot.lasers.items()})
+    if "laser" in robot.model_fields_set:
+        return _changed(robot, laser=robot.scanner, lasers={})
+    return robot
 
 
 def media(scenario: Scenario) -> dict[str, MediumChoice]:

@@ -22,6 +22,12 @@ def types_of(fleet: FleetParams) -> tuple[RobotType, ...]:
     return tuple(types[group.type] for group in fleet.robots for _ in range(group.count))
 
 
+def used_types(fleet: FleetParams) -> tuple[str, ...]:
+    """The names of the types of ``fleet.robots``, as they are written."""
+    return (fleet.robots,) if isinstance(fleet.robots, str) else tuple(
+        group.type for group in fleet.robots)
+
+
 def equipment_of(scenario: Scenario) -> tuple[Equipment, ...]:
     """The equipment of each robot of a complete scenario."""
     return tuple(kind.robot or scenario.robot for kind in types_of(scenario.fleet))

@@ -6,7 +6,7 @@ paper does; in ``field`` each robot's computer runs one for its own body.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -21,18 +21,25 @@ from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import Snapshot, World
 from desim.scenario.schema.robot import Equipment, Laser
 
+Sensor = tuple[int, int]  # a robot, and the number of its sensor of one sort
+
 
 class Readings(NamedTuple):
-    """The publishers of readings of one kind, as one; the i-th is that of ``robots[i]``."""
+    """The publishers of readings of one kind, as one; the i-th is that of ``sensors[i]``."""
 
-    robots: tuple[int, ...]
+    sensors: tuple[Sensor, ...]
     publisher: BatchPublisher
 
     @classmethod
-    def of(cls, publishers: list[tuple[int, Publisher]], size_bytes: int) -> Readings:
-        """The readings, of ``size_bytes`` each, of pairs of a robot and its publisher."""
-        return cls(tuple(robot for robot, _ in publishers),
+    def of(cls, publishers: list[tuple[Sensor, Publisher]], size_bytes: int) -> Readings:
+        """The readings, of ``size_bytes`` each, of pairs of a sensor and its publisher."""
+        return cls(tuple(sensor for sensor, _ in publishers),
                    BatchPublisher([publisher for _, publisher in publishers], size_bytes))
+
+
+def kinds_of_lasers(equipment: Iterable[Equipment]) -> tuple[Laser, ...]:
+    """The different lasers of a fleet, whose numbers ``sense_scan`` takes."""
+    return tuple(dict.fromkeys(laser for own in equipment for laser in own.scanners.values()))
 
 
 class Driver(Node):
@@ -47,20 +54,24 @@ class Driver(Node):
         self._equipment = equipment
         self._scans: list[tuple[Laser, Readings]] = []
         self._poses: list[Readings] = []
+        self._lowest_m = [min(laser.height_m for laser in own.scanners.values())
+                          for own in equipment]
         self._alone = {i: np.array([i]) for i in self.robots}
         self._motors: dict[Latest, int] = {}  # the robot of each topic of velocities
         self._commands = WaitSet()
 
     def start(self) -> None:
-        scans: dict[Laser, list[tuple[int, Publisher]]] = {
-            own.scanner: [] for own in self._equipment}
-        poses: dict[Fraction, list[tuple[int, Publisher]]] = {
+        scans: dict[Laser, list[tuple[Sensor, Publisher]]] = {
+            laser: [] for laser in kinds_of_lasers(self._equipment)}
+        poses: dict[Fraction, list[tuple[Sensor, Publisher]]] = {
             own.odometry.rate_hz: [] for own in self._equipment}
         for robot in self.robots:
             prefix, own = f"/{self._world.robots[robot]}", self._equipment[robot]
-            scans[own.scanner].append((robot, self.advertise(f"{prefix}/scan")))
+            for number, (topic, laser) in enumerate(own.scanners.items()):
+                scans[laser].append(((robot, number), self.advertise(f"{prefix}/{topic}")))
             poses[own.odometry.rate_hz].extend(
-                (robot, self.advertise(f"{prefix}/{topic}")) for topic in ("odom", "true_pose"))
+                ((robot, number), self.advertise(f"{prefix}/{topic}"))
+                for number, topic in enumerate(("odom", "true_pose")))
             self._motors[self.latest(f"{prefix}/cmd_vel", self._commands)] = robot
         self._scans = [(laser, Readings.of(those, laser_scan_bytes(laser.beams)))
                        for laser, those in scans.items()]
@@ -69,27 +80,29 @@ class Driver(Node):
     def sense_scan(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish scan number ``tick`` of every laser of a kind, by its number in the equipment of
         the fleet; beams are cast when somebody reads."""
-        laser, (robots, publisher) = self._scans[kind]
-        if robots:
-            publisher.publish(partial(self._scan, laser, robots, snapshot, tick))
+        laser, (sensors, publisher) = self._scans[kind]
+        if sensors:
+            publisher.publish(partial(self._scan, laser, sensors, snapshot, tick))
 
     def sense_pose(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish reading number ``tick`` of every odometer with a rate, by its number in the
         equipment of the fleet, and the true poses of these robots."""
-        robots, publisher = self._poses[kind]
-        if robots:
-            publisher.publish(partial(self._pose, robots, snapshot, tick))
+        sensors, publisher = self._poses[kind]
+        if sensors:
+            publisher.publish(partial(self._pose, sensors, snapshot, tick))
 
-    def _scan(self, laser: Laser, robots: tuple[int, ...], snapshot: Snapshot, tick: int,
-              number: int) -> LaserScan:
-        ranges = self._world.scan(snapshot, self._alone[robots[number]], tick)[0]
-        return LaserScan(snapshot.time_ns, ranges, -0.5 * laser.field_of_view_rad,
-                         laser.field_of_view_rad / (laser.beams - 1), laser.max_range_m)
+    def _scan(self, laser: Laser, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int,
+              i: int) -> LaserScan:
+        robot, number = sensors[i]
+        ranges = self._world.scan(snapshot, self._alone[robot], tick, number)[0]
+        return LaserScan(snapshot.time_ns, ranges, laser.angle_min_rad, laser.increment_rad,
+                         laser.max_range_m, laser.x_m, laser.y_m,
+                         laser.height_m <= self._lowest_m[robot])
 
-    def _pose(self, robots: tuple[int, ...], snapshot: Snapshot, tick: int, number: int) -> Pose:
+    def _pose(self, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int, i: int) -> Pose:
         """Of each robot its odometer's, then its true one."""
-        robot = robots[number]
-        if number % 2:
+        robot, is_true = sensors[i]
+        if is_true:
             x_m, y_m, yaw_rad = snapshot.poses[robot].tolist()
         else:
             x_m, y_m, yaw_rad = map(float, self._world.odometry(snapshot, robot, tick))

@@ -15,7 +15,7 @@ from desim.engine.trace import Trace
 from desim.ports import World
 from desim.scenario.robot_types import equipment_of
 from desim.scenario.schema.scenario import Scenario
-from desim.simulation.drivers import Driver
+from desim.simulation.drivers import Driver, kinds_of_lasers
 
 WALL = -1
 # Order of what is due in one instant: a reader of both finds the scan there when the pose comes.
@@ -38,7 +38,7 @@ class WorldClock:
         self._wall = trace.names.id("wall")
         kernel.ticker(scenario.physics.rate_hz, Phase.WORLD, _TICK, self._advance, 0)
         equipment = equipment_of(scenario)
-        for kind, laser in enumerate(dict.fromkeys(own.scanner for own in equipment)):
+        for kind, laser in enumerate(kinds_of_lasers(equipment)):
             kernel.ticker(laser.rate_hz, Phase.SENSE, _SCANS,
                           partial(self._scan, kind, laser.pose == "interpolated"), 0)
         for kind, rate_hz in enumerate(dict.fromkeys(own.odometry.rate_hz for own in equipment)):

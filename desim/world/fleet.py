@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 from desim.scenario.names import robot_names
@@ -15,7 +17,7 @@ from desim.scenario.schema.fleet import (
     StartList,
     StartRandom,
 )
-from desim.scenario.schema.robot import Laser, Odometry
+from desim.scenario.schema.robot import SCAN, Laser, Odometry
 from desim.scenario.schema.scenario import Scenario
 
 
@@ -30,18 +32,19 @@ class RobotSpec(NamedTuple):
     yaw_rad: float
     snap: bool = False
     drawn: StartRandom | None = None
-    laser: Laser = Laser()
+    lasers: Mapping[str, Laser] = MappingProxyType({SCAN: Laser()})  # by the topics of their scans
     odometry: Odometry = Odometry()
 
     @property
-    def plane_m(self) -> float:
-        """The height of the laser's plane above the ground."""
-        return self.body.altitude_m + self.laser.height_m
+    def planes_m(self) -> tuple[float, ...]:
+        """The heights of the lasers' planes above the ground."""
+        return tuple(self.body.altitude_m + laser.height_m for laser in self.lasers.values())
 
     @property
     def top_m(self) -> float:
         """The height of its highest part, body or laser, above the ground."""
-        return self.body.altitude_m + max(self.body.height_m, self.laser.height_m)
+        return self.body.altitude_m + max(self.body.height_m, *(
+            laser.height_m for laser in self.lasers.values()))
 
 
 def place_fleet(scenario: Scenario) -> list[RobotSpec]:
@@ -50,7 +53,8 @@ def place_fleet(scenario: Scenario) -> list[RobotSpec]:
     fleet, names = scenario.fleet, robot_names(scenario)
     poses = _poses(fleet, names)
     drawn = fleet.start if isinstance(fleet.start, StartRandom) else None
-    return [RobotSpec(name, body, *poses[name], fleet.start.snap, drawn, own.scanner, own.odometry)
+    return [RobotSpec(name, body, *poses[name], fleet.start.snap, drawn, own.scanners,
+                      own.odometry)
             for name, body, own in zip(names, types_of(fleet), equipment_of(scenario),
                                        strict=True)]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from desim.errors import InputError
 from desim.ports.kernels import cos, sin
 from desim.scenario.schema.robot import Laser
 from desim.world.kernels import lidar as kernels
@@ -18,17 +17,15 @@ TILE_M = 8.0  # a road of the paper; smaller tiles list fewer walls and cost mem
 class Lidar:
     """Casts sweeps of a kind of laser, ``height_m`` above the ground, among ``terrain``, doors that
     are ``doors_m`` [d] high, and robots of these ``radii_m`` [n] from the lower to the upper one of
-    ``extents_m`` [n, 2]. Beam i points to ``angle_min_rad + i * increment_rad`` from the heading.
+    ``extents_m`` [n, 2]. Beam i points to ``angle_min_rad + i * increment_rad`` from the laser's
+    own heading.
     """
 
     def __init__(self, laser: Laser, height_m: float, terrain: Terrain, doors_m: np.ndarray,
                  radii_m: np.ndarray, extents_m: np.ndarray, keys: np.ndarray) -> None:
-        if laser.field_of_view_rad > 2.0 * np.pi + 1e-9:
-            raise InputError("robot.laser.field_of_view: must be at most 360 deg, got "
-                             f"{np.degrees(laser.field_of_view_rad):g} deg")
         self.beams, self._height_m = laser.beams, height_m
         self.angle_min_rad = -laser.field_of_view_rad / 2.0
-        self.increment_rad = laser.field_of_view_rad / (laser.beams - 1)
+        self.increment_rad = laser.increment_rad
         angles = [self.angle_min_rad + self.increment_rad * i for i in range(laser.beams)]
         met = terrain.above(height_m)
         self._lines = met.lines
@@ -41,7 +38,8 @@ class Lidar:
         level = (extents_m[:, 0] <= height_m) & (height_m <= extents_m[:, 1])
         self._radii_m = np.where(level, radii_m, np.inf)
         self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
-                                laser.noise_m, float(len(terrain.lines))])
+                                laser.noise_m, float(len(terrain.lines)),
+                                laser.x_m, laser.y_m, laser.yaw_rad])
         self._keys = keys
         self._inverse = np.empty(laser.beams)
 

@@ -14,6 +14,7 @@ from desim.errors import ModelError
 from desim.ports import GridSpec, Obstacles, Snapshot, natural_key
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import BodyType
+from desim.scenario.schema.robot import SCAN
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
 from desim.world import bodies, lidar, materials, odometry, placement, scenery, sources
@@ -40,16 +41,9 @@ class Plane:
                               self._movers.discs, lambda name: streams("robot", name, "start"))
         specs = site.place(specs)
         self._types = [spec.body for spec in specs]
-        self._planes_m = [spec.plane_m for spec in specs]
+        self._planes_m = [plane_m for spec in specs for plane_m in spec.planes_m]
         self._bodies = bodies.Bodies(specs, self.terrain, tick_s)
-        keys = self._keys(streams, "laser")
-        # A laser is seen by lasers at its own height.
-        extents_m = np.array([(spec.body.altitude_m, spec.top_m) for spec in specs])
-        lidars = {(laser, plane_m): lidar.Lidar(laser, plane_m, self.terrain, self._doors.height_m,
-                                                self._bodies.radii_m, extents_m, keys)
-                  for laser, plane_m in dict.fromkeys((spec.laser, spec.plane_m)
-                                                      for spec in specs)}
-        self.lidars = [lidars[spec.laser, spec.plane_m] for spec in specs]
+        self.lidars = self._lidars(specs, streams)
         keys = self._keys(streams, "odometry")
         kinds = list(dict.fromkeys(spec.odometry for spec in specs))
         self._odometers = [odometry.Odometers(kind, self._bodies.poses, keys) for kind in kinds]
@@ -67,6 +61,18 @@ class Plane:
         self._snapshot: Snapshot | None = None
         self._walls, self._tops_m = self._standing_walls()
         self._scene = self._present_scene()
+
+    def _lidars(self, specs: list[RobotSpec], streams: Streams) -> list[list[lidar.Lidar]]:
+        """Of each robot its lasers. Those of one kind and height with noise of one name are one."""
+        # A laser is seen by lasers at its own height.
+        extents_m = np.array([(spec.body.altitude_m, spec.top_m) for spec in specs])
+        kinds = [[(laser, plane_m, "laser" if topic == SCAN else topic)
+                  for (topic, laser), plane_m in zip(spec.lasers.items(), spec.planes_m,
+                                                     strict=True)] for spec in specs]
+        made = {kind: lidar.Lidar(kind[0], kind[1], self.terrain, self._doors.height_m,
+                                  self._bodies.radii_m, extents_m, self._keys(streams, kind[2]))
+                for kind in dict.fromkeys(kind for own in kinds for kind in own)}
+        return [[made[kind] for kind in own] for own in kinds]
 
     def _present_scene(self) -> Scene:
         return Scene(self._walls, self._tops_m, len(self.terrain.lines), self._movers.discs,
@@ -174,11 +180,12 @@ class Plane:
         poses.setflags(write=False)
         return Snapshot(time_ns, poses, self._scene)
 
-    def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int) -> np.ndarray:
-        """[len(robots), beams] float32 ranges in m, with noise number ``tick`` of each laser; the
-        lasers of ``robots`` are all of one kind."""
+    def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int, laser: int = 0
+             ) -> np.ndarray:
+        """[len(robots), beams] float32 ranges in m of laser number ``laser`` of each of ``robots``,
+        with noise number ``tick``; these lasers are all of one kind."""
         scene = snapshot.geometry
-        return self.lidars[robots[0]].scan(snapshot.poses, scene, robots, tick)
+        return self.lidars[robots[0]][laser].scan(snapshot.poses, scene, robots, tick)
 
     def odometry(self, snapshot: Snapshot, robot: int, tick: int) -> np.ndarray:
         """[3] x m, y m, yaw rad as the odometer of ``robot`` shows at its tick ``tick``."""

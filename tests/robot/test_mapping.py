@@ -328,3 +328,22 @@ def test_between_two_poses_the_shorter_way_round():
     half = between(before, after, 50)
     assert (half.x_m, half.y_m) == (0.5, 1.0)
     assert abs(math.remainder(half.yaw_rad - math.pi, math.tau)) < 1e-9
+
+
+def test_a_laser_clears_nothing_that_a_lower_one_sees():
+    """A low wall at 5 m; afterwards the high laser looks over it, from afar and often."""
+    def wall(is_lowest):
+        robot_map = RobotMap(SPEC, TilePool())
+        low = LaserScan(0, np.full(3, 5.0, np.float32), -0.01, 0.01, 26.0)
+        for _ in range(3):
+            robot_map.integrate_scan(0.0, 0.0, 0.0, low, 25.0)
+        high = LaserScan(0, np.full(3, 26.0, np.float32), -0.01, 0.01, 26.0, is_lowest=is_lowest)
+        for _ in range(20):
+            robot_map.integrate_scan(0.0, 0.0, 0.0, high, 25.0)
+        column, row = SPEC.cell(5.1, 0.0)
+        return [int(robot_map.fused[row // 32 * robot_map.tiles_x + c // 32,
+                                    row % 32 * 32 + c % 32]) for c in (column, column + 3)]
+
+    wall_cell, beyond = wall(False)
+    assert wall_cell > 0 > beyond
+    assert max(wall(True)) < 0  # the twin

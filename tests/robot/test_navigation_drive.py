@@ -130,7 +130,8 @@ class Drive:
             host = self.graph.host(f"r{i}")
             self.tasks.append(Task(host, goal))
             software[host.name] = [SensorPose(host, "true_pose"), self.tasks[-1], MoveBase(
-                host, navigation or Navigation(), BODY, LASER, costmap(robot_map, BODY.radius_m))]
+                host, navigation or Navigation(), BODY, {"scan": LASER},
+                costmap(robot_map, BODY.radius_m))]
         for name, nodes in software.items():
             self.graph.host(name).software = lambda _, nodes=nodes: nodes
         self._join(hosts)

@@ -49,7 +49,7 @@ hits = st.lists(st.tuples(st.floats(-1.6, 1.6), st.floats(0.1, 4.0)), max_size=2
 @given(hits)
 def test_the_layer_holds_the_distance_to_the_nearest_return(returns):
     made, sweep = planner([(20, 20)]), scan(*returns)
-    made.costmap.observe(sweep, 20.0, 20.0, 0.0)
+    made.costmap.observe([(sweep, (20.0, 20.0, 0.0))])
     centres = (np.arange(60) + 0.5 - 30) * 0.1
     x, y = np.meshgrid(centres, centres)
     distance = np.full((60, 60), np.inf)
@@ -69,7 +69,7 @@ def test_it_never_commands_what_could_not_stop_before_what_it_sees(returns, spee
     seen = points(sweep)
     if len(seen) and np.hypot(*seen.T).min() < 0.5:
         return
-    made.costmap.observe(sweep, 20.0, 20.0, 0.0)
+    made.costmap.observe([(sweep, (20.0, 20.0, 0.0))])
     v, w, _ = made.steer(20.0, 20.0, 0.0)
     slowest = max(0.0, speed - 0.25)
     assert v >= slowest - 1e-9
@@ -124,7 +124,7 @@ def test_it_gives_way_to_the_right_and_not_to_the_left():
     way, side = [(20, 20), (30, 20)], math.radians(75)
     for bearing, gives_way in ((-side, True), (side, False), (0.3, True)):
         made = planner(way, 1.2)
-        made.costmap.observe(scan((bearing, 0.65)), 20.0, 20.0, 0.0)
+        made.costmap.observe([(scan((bearing, 0.65)), (20.0, 20.0, 0.0))])
         v, _, _ = made.steer(20.0, 20.0, 0.0)
         assert (v < 1.0) == gives_way, bearing
 
@@ -134,23 +134,23 @@ def test_it_does_not_give_way_to_a_known_wall():
     made = LocalPlanner(NAVIGATION, BODY, costmap(drawn(*lines)))  # the wall is at y in [2.4, 2.6]
     made.follow(np.array([(1.0, 3.2), (7.0, 3.2)]))
     made.speed_mps = 1.2
-    made.costmap.observe(scan((-math.pi / 2, 0.6)), 3.0, 3.2, 0.0)
+    made.costmap.observe([(scan((-math.pi / 2, 0.6)), (3.0, 3.2, 0.0))])
     assert made.steer(3.0, 3.2, 0.0)[0] == pytest.approx(1.2)
 
 
 def test_what_it_turned_away_from_is_remembered_for_a_while():
     made = planner([(20, 20), (22, 20)])
-    made.costmap.observe(scan((0.0, 0.8)), 20.0, 20.0, 0.0)
-    made.costmap.observe(scan(stamp_ns=10**9), 20.0, 20.0, math.pi)  # behind it now
+    made.costmap.observe([(scan((0.0, 0.8)), (20.0, 20.0, 0.0))])
+    made.costmap.observe([(scan(stamp_ns=10**9), (20.0, 20.0, math.pi))])  # behind it now
     assert np.sqrt(made.costmap.near2[30, 22]) == pytest.approx(0.07, abs=0.03)
-    made.costmap.observe(scan(stamp_ns=3 * 10**9), 20.0, 20.0, math.pi)
+    made.costmap.observe([(scan(stamp_ns=3 * 10**9), (20.0, 20.0, math.pi))])
     assert (made.costmap.near2 > 0.5).all()
 
 
 def test_what_is_in_view_and_gone_is_gone():
     made = planner([(20, 20), (22, 20)])
-    made.costmap.observe(scan((0.0, 0.8)), 20.0, 20.0, 0.0)
-    made.costmap.observe(scan(stamp_ns=2 * 10**8), 20.0, 20.0, 0.1)
+    made.costmap.observe([(scan((0.0, 0.8)), (20.0, 20.0, 0.0))])
+    made.costmap.observe([(scan(stamp_ns=2 * 10**8), (20.0, 20.0, 0.1))])
     assert (made.costmap.near2 > 0.5).all()
 
 
@@ -161,3 +161,34 @@ def test_extrapolation_follows_the_arc():
     assert math.hypot(x, y) == pytest.approx(0.1, rel=0.005)
     assert math.atan2(y, x) == pytest.approx(0.05 * math.pi)
     assert yaw == pytest.approx(0.1 * math.pi)
+
+
+def rear(range_m, yaw_rad=math.pi):
+    """A scan of three beams of a laser 0.2 m behind the middle, whose middle one sees something."""
+    ranges = np.array([26.0, range_m, 26.0], np.float32)
+    return LaserScan(0, ranges, yaw_rad - 0.1, 0.1, 26.0, -0.2, 0.0)
+
+
+def test_the_scans_of_all_lasers_are_in_the_window():
+    """One behind that is 0.5 m away from the middle, in the frame of the first scan's pose."""
+    def nearest_m(placed, column=25, row=30):
+        made = planner([(20, 20)])
+        made.costmap.observe([(scan(), (20.0, 20.0, 0.0)), placed])
+        return float(np.sqrt(made.costmap.near2[row, column]))
+
+    at = 20.0, 20.0, 0.0
+    assert nearest_m((rear(0.3), at)) == pytest.approx(0.07, abs=0.03)
+    assert nearest_m((rear(0.3, 0.0), at)) > 0.3  # the twin: turned the other way
+    # the robot had turned by a quarter when that laser scanned
+    turned = rear(0.3), (20.0, 20.0, math.pi / 2)
+    assert nearest_m(turned, 30, 25) == pytest.approx(0.07, abs=0.03)
+
+
+def test_the_only_scan_is_the_same_whichever_way_it_is_taken_in():
+    """Beams of a scan as they are, and as points that are seen from the middle."""
+    sweep, windows = scan((-0.5, 0.8), (0.4, 0.7), (1.2, 0.9)), []
+    for placed in ([sweep], [sweep, rear(26.0)]):
+        made = planner([(20, 20)])
+        made.costmap.observe([(one, (20.0, 20.0, 0.3)) for one in placed])
+        windows.append(made.costmap.near2)
+    np.testing.assert_allclose(*windows, atol=1e-5)

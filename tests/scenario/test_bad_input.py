@@ -56,7 +56,7 @@ WRONG = {
         "testbed, physics, environment, fleet, robot, hosts, network, middleware, coordination, "
         "task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
-        "2:9: robot.<<: unknown key; allowed: localization, laser, antenna, odometry, "
+        "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, antenna, odometry, "
         "mapping, navigation, exploration, tf, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
@@ -333,10 +333,28 @@ WRONG = {
     "unknown key of a type's laser": (
         "fleet: {robots: scout, types: {scout: {robot: {laser: {range: 5 m}}}}}", [
             "2:56: fleet.types.scout.robot.laser.range: unknown key (did you mean 'max_range'?); "
-            "allowed: beams, field_of_view, max_range, height, rate, noise, pose"]),
+            "allowed: beams, field_of_view, max_range, height, rate, noise, pose, x, y, yaw"]),
     "unknown laser of a type": ("fleet: {types: {scout: {robot: {laser: lms50}}}}", [
         "2:40: fleet.types.scout.robot.laser: unknown laser 'lms50' (did you mean 'lms500'?); "
         "allowed: lms500, or its parameters"]),
+    "laser beside lasers": ("robot: {laser: lms500, lasers: {low: lms500}}", [
+        "2:16: robot.laser: must be null, or left out, beside lasers"]),
+    "no laser": ("robot: {laser: null}", [
+        "2:16: robot.laser: null is allowed beside lasers alone: a robot has at least one"]),
+    "unknown one of several lasers": ("robot: {lasers: {low: lms50}}", [
+        "2:23: robot.lasers.low: unknown laser 'lms50' (did you mean 'lms500'?); allowed: lms500, "
+        "or its parameters"]),
+    "two lasers of one name": ("robot: {lasers: {low: lms500, low: lms500}}", [
+        "2:31: the key 'low' stands here a second time, first in line 2"]),
+    "laser without a beam": ("robot: {lasers: {low: {beams: 0}}}", [
+        "2:31: robot.lasers.low.beams: must be at least 2, got 0"]),
+    "laser beside the body": ("robot: {lasers: {low: {x: 0.3 m, y: 0.4 m}}}", [
+        "2:23: robot.lasers.low: is mounted 0.5 m from the middle of a pioneer3dx, whose radius is "
+        "0.26 m; allowed: on the body"]),
+    "laser turned too often": ("robot: {laser: {yaw: 400 deg}}", [
+        "2:22: robot.laser.yaw: must be at most 360 deg, got 400 deg"]),
+    "more than a full turn": ("robot: {lasers: {low: {field_of_view: 361 deg}}}", [
+        "2:39: robot.lasers.low.field_of_view: must be at most 360 deg, got 361 deg"]),
     "maps of two resolutions": (
         "fleet: {types: {scout: {robot: {mapping: {resolution: 0.1 m}}}}}", [
             "2:55: fleet.types.scout.robot.mapping.resolution: must be that of the fleet, 0.2 m, "
@@ -345,7 +363,7 @@ WRONG = {
         "fleet: {types: {scout: {strategy: {strategy: nearest_frontier, k: 1}}}}", [
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
-        "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, "
+        "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, lasers, "
         "antenna, odometry, mapping, navigation, exploration"]),
     "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
         "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "

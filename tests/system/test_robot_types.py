@@ -81,7 +81,7 @@ def test_the_mapper_looks_over_the_low_wall_and_the_scout_does_not():
                 for i in (0, 1)]
 
     assert beyond() == [False, True]
-    assert beyond("fleet.types.mapper.robot.laser.height=0.2 m") == [False, False]  # the twin
+    assert beyond("fleet.types.mapper.robot.lasers.high.height=0.2 m") == [False, False]  # the twin
 
 
 def test_a_body_drives_over_walls_up_to_its_clearance():

@@ -6,9 +6,9 @@ import json
 from importlib.resources import files
 
 from desim.export.extent import extent_of
+from desim.export.ros.laser_scans import scan_topics
 from desim.results.recording import Recording
 from desim.results.seal import Json
-from desim.results.status import is_imported
 
 _SCENE, _SPEEDS = "3D!desim", "Plot!speeds"
 _VIEW = 0.9  # of the larger side of the terrain, from above
@@ -19,9 +19,9 @@ def layout(recording: Recording) -> Json:
     found: Json = json.loads((files("desim.export.ros") / "foxglove_layout.json").read_text())
     panels = found["configById"]
     scene = panels[_SCENE]
-    for robot in recording.robots:
-        if not is_imported(recording.run.manifest):
-            scene["topics"][f"/{robot}/scan"] = {
+    for number, robot in enumerate(recording.robots):
+        for topic in scan_topics(recording, number):
+            scene["topics"][topic] = {
                 "visible": True, "colorMode": "flat", "flatColor": "#e69f0055", "pointSize": 2}
         scene["topics"] |= {
             f"/{robot}/plan": {"visible": True, "lineWidth": 0.08},

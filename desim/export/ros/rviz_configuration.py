@@ -6,11 +6,11 @@ import yaml
 
 from desim import colours
 from desim.export.extent import Extent, extent_of
+from desim.export.ros.laser_scans import scan_topics
 from desim.export.ros.markers import MAP_FRAME
 from desim.export.ros.topics import is_latched
 from desim.results.recording import Recording
 from desim.results.seal import Json
-from desim.results.status import is_imported
 
 _VIEW_PX = 720  # of the scene, which the terrain fills
 
@@ -34,10 +34,9 @@ def rviz_configuration(recording: Recording, version: int) -> str:
     for number, robot in enumerate(recording.robots):
         colour = "; ".join(str(round(255 * part)) for part in
                            colours.of_robot(number))
-        if not is_imported(recording.run.manifest):
-            displays.append(display("LaserScan", f"/{robot}/scan", **{
-                "Style": "Points", "Size (Pixels)": 2, "Color Transformer": "FlatColor",
-                "Color": colour, "Alpha": 0.5}))
+        displays += [display("LaserScan", topic, **{
+            "Style": "Points", "Size (Pixels)": 2, "Color Transformer": "FlatColor",
+            "Color": colour, "Alpha": 0.5}) for topic in scan_topics(recording, number)]
         displays += [
             display("Path", f"/{robot}/plan", **{
                 "Color": colour, "Line Style": "Billboards", "Line Width": 0.1}),

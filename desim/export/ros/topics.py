@@ -32,6 +32,7 @@ from desim.monitor.recorder import ShownPlan
 from desim.results.file_names import SAMPLES
 from desim.results.merged_map import known_at
 from desim.results.source import ReplaySource
+from desim.scenario.schema.robot import SCAN
 from desim.units import MM_PER_M, NS_PER_S
 
 EXPLORED = "/explored"  # the topic of the explored share
@@ -46,7 +47,7 @@ def topic_messages(recording: ReplaySource, types: RosTypes, scanner: Scanner | 
     known of its lasers, and there are no scans."""
     markers, loads = Markers(recording, types), LinkLoads(recording)
     streams: list[Iterator[TopicMessage]] = [
-        _on("/tf_static", TF_MESSAGE, _fixed(recording, types, scanner is not None)),
+        _on("/tf_static", TF_MESSAGE, _fixed(recording, types, scanner)),
         _moving(recording, types),
         _on("/terrain", MARKER_ARRAY, markers.terrain()),
         _on("/robots", MARKER_ARRAY, markers.robots()),
@@ -83,14 +84,23 @@ def _transform(types: RosTypes, time_ns: int, parent: str, child: str,
                       child_frame_id=child, transform=moved)
 
 
-def _fixed(recording: ReplaySource, types: RosTypes, lasers: bool) -> Iterator[Timed]:
-    """The frames that do not move: odometry starts at the map's origin, the laser is in the middle
-    of its robot. Repeated for those who join late."""
+def _fixed(recording: ReplaySource, types: RosTypes, scanner: Scanner | None) -> Iterator[Timed]:
+    """The frames that do not move: odometry starts at the map's origin, lasers are where they are
+    mounted on their robot. Repeated for those who join late."""
+    frames: list[tuple[str, str, tuple[float, float, float]]] = []
+    for number, robot in enumerate(recording.robots):
+        frames.append((MAP_FRAME, f"{robot}/odom", (0.0, 0.0, 0.0)))
+        for topic, laser in scanner.lasers[number].items() if scanner else ():
+            frames.append((f"{robot}/base_link", _laser_frame(robot, topic),
+                           (laser.x_m, laser.y_m, laser.yaw_rad)))
     for time_ns in repeated([0], recording):
         yield time_ns, types.make(TF_MESSAGE, transforms=[
-            _transform(types, time_ns, parent, child) for robot in recording.robots
-            for parent, child in ((MAP_FRAME, f"{robot}/odom"),
-                                  (f"{robot}/base_link", f"{robot}/laser"))[:1 + lasers]])
+            _transform(types, time_ns, *frame) for frame in frames])
+
+
+def _laser_frame(robot: str, topic: str) -> str:
+    """``robot_0/laser`` of ``scan``, ``robot_0/low/laser`` of ``low/scan``."""
+    return f"{robot}/{topic.removesuffix(SCAN)}laser"
 
 
 def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[TopicMessage]:
@@ -111,17 +121,19 @@ def _moving(recording: ReplaySource, types: RosTypes) -> Iterator[TopicMessage]:
 
 def _scans(recording: ReplaySource, types: RosTypes, scanner: Scanner) -> Iterator[TopicMessage]:
     """Scans at recorded poses, no oftener than the rate of each laser."""
-    due_ns = [0] * len(scanner.lasers)
+    lasers = {(robot, number): (recording.robots[robot], topic, laser)
+              for robot, own in enumerate(scanner.lasers)
+              for number, (topic, laser) in enumerate(own.items())}
+    due_ns = dict.fromkeys(lasers, 0)
     for k, time_ns in enumerate(recording.poses.times_ns.tolist()):
-        due = [robot for robot, then_ns in enumerate(due_ns) if time_ns >= then_ns]
-        for robot, ranges in zip(due, scanner.ranges_m(recording, k, due), strict=True):
-            name, laser = recording.robots[robot], scanner.lasers[robot]
-            due_ns[robot] = time_ns + round(NS_PER_S / laser.rate_hz)
-            yield TopicMessage(time_ns, f"/{name}/scan", LASER_SCAN, types.make(
-                LASER_SCAN, header=types.header(time_ns, f"{name}/laser"),
+        due = [which for which, then_ns in due_ns.items() if time_ns >= then_ns]
+        for which, ranges in zip(due, scanner.ranges_m(recording, k, due), strict=True):
+            name, topic, laser = lasers[which]
+            due_ns[which] = time_ns + round(NS_PER_S / laser.rate_hz)
+            yield TopicMessage(time_ns, f"/{name}/{topic}", LASER_SCAN, types.make(
+                LASER_SCAN, header=types.header(time_ns, _laser_frame(name, topic)),
                 angle_min=-laser.field_of_view_rad / 2, angle_max=laser.field_of_view_rad / 2,
-                angle_increment=laser.field_of_view_rad / (laser.beams - 1),
-                range_max=laser.max_range_m, ranges=ranges))
+                angle_increment=laser.increment_rad, range_max=laser.max_range_m, ranges=ranges))
 
 
 def _speeds(then: np.ndarray, now: np.ndarray, seconds: float) -> np.ndarray:

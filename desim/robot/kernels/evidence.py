@@ -27,10 +27,11 @@ class Sheet(NamedTuple):
 
 # A scan to take in, one record: the sensor's place and heading, its beams, the range from which on
 # a beam met nothing and the one up to which it is used; the size of the map, and the stamp of this
-# scan's hits. That of its misses is one more. Lengths in cells; ``per_m`` cells make a metre.
+# scan's hits. That of its misses is one more. A cell with evidence of ``spared`` or more is not
+# cleared. Lengths in cells; ``per_m`` cells make a metre.
 SCAN = np.dtype([(name, "f8") for name in (
     "x", "y", "yaw_rad", "angle_min_rad", "increment_rad", "per_m", "no_return", "usable")]
-    + [("width", "i8"), ("height", "i8"), ("stamp", "i8")])
+    + [("width", "i8"), ("height", "i8"), ("stamp", "i8"), ("spared", "i8")])
 
 _scan = types.Array(from_dtype(SCAN), 1, "C")
 _sheet = types.NamedTuple([types.uint32[::1], types.uint8[::1]], Sheet)
@@ -153,19 +154,20 @@ def sweep(ranges, scan, sheet):
     return first, last, bottom, top
 
 
-@inner("i1(i1, u1, u1)")
-def revised(old, mark, hit):
+@inner("i1(i1, u1, u1, i1)")
+def revised(old, mark, hit, spared):
     """The evidence of a cell after a scan with this stamp of hits. Without a branch: it becomes
     vector instructions."""
     more = np.int8(HIT) if mark == hit else np.int8(0)
     less = np.int8(MISS) if mark == np.uint8(hit + 1) else np.int8(0)
+    less = less if old < spared else np.int8(0)
     new = np.int8(np.int8(old + more) + less)
     new = new if new > np.int8(CLAMP_LOW) else np.int8(CLAMP_LOW)
     return new if new < np.int8(CLAMP_HIGH) else np.int8(CLAMP_HIGH)
 
 
-@inner("u8(u1[::1], u1, u8, i1[:,::1], u8)")
-def news(marks, hit, tile, data, index):
+@inner("u8(u1[::1], u1, i1, u8, i1[:,::1], u8)")
+def news(marks, hit, spared, tile, data, index):
     """The rows of a tile in which a scan changes evidence, a bit each. A cell at its clamp stays as
     it is."""
     rows, first = np.uint64(0), tile << np.uint64(10)
@@ -173,19 +175,20 @@ def news(marks, hit, tile, data, index):
         differing, place = np.uint8(0), row << np.uint64(5)
         for c in range(place, place + np.uint64(32)):
             old = data[index, c]
-            differing = np.uint8(differing | np.uint8(revised(old, marks[first + c], hit) ^ old))
+            differing = np.uint8(differing | np.uint8(revised(old, marks[first + c], hit, spared)
+                                 ^ old))
         rows |= np.uint64(differing != 0) << row
     return rows
 
 
-@inner("b1(u1[::1], u1, u8, u8, i1[:,::1], u8, i2[:,::1])")
-def revise(marks, hit, tile, row, data, index, fused):
+@inner("b1(u1[::1], u1, i1, u8, u8, i1[:,::1], u8, i2[:,::1])")
+def revise(marks, hit, spared, tile, row, data, index, fused):
     """Change the evidence of a tile's row, and the sum. Whether a cell became free, occupied or
     unknown: as in ``tiles.exchange``."""
     turned, first, place = np.int16(0), tile << np.uint64(10), row << np.uint64(5)
     for c in range(place, place + np.uint64(32)):
         old = data[index, c]
-        new = revised(old, marks[first + c], hit)
+        new = revised(old, marks[first + c], hit, spared)
         before = fused[tile, c]
         after = np.int16(before + np.int16(np.int16(new) - np.int16(old)))
         turned = np.int16(turned | np.int16(FREE - before) ^ np.int16(FREE - after)
@@ -201,16 +204,17 @@ def integrate(ranges, scan, sheet, version, indices, pool, total):
     Returns the number of tiles in ``total.changed``."""
     first, last, bottom, top = sweep(ranges, scan, sheet)
     across, hit, count = (scan[0].width + 31) >> 5, np.uint8(scan[0].stamp), 0
+    spared = np.int8(scan[0].spared)
     for tile_row in range(bottom >> 5, (top >> 5) + 1):
         for tile in range(tile_row * across + (first >> 5), tile_row * across + (last >> 5) + 1):
-            rows = news(sheet.marks, hit, tile, pool.data, indices[tile])
+            rows = news(sheet.marks, hit, spared, tile, pool.data, indices[tile])
             if rows == 0:
                 continue
             make_own(tile, indices, pool)
             turned = False
             for row in range(np.uint64(32)):
-                if rows >> row & np.uint64(1) and revise(sheet.marks, hit, tile, row, pool.data,
-                                                         indices[tile], total.fused):
+                if rows >> row & np.uint64(1) and revise(sheet.marks, hit, spared, tile, row,
+                                                         pool.data, indices[tile], total.fused):
                     total.row_version[tile, row] = version
                     turned = True
             if turned:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from desim.middleware.contents import LaserScan
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_costmap as kernels
+from desim.robot.navigation.scan_points import Directions, PlacedScan, seen_from
 from desim.units import seconds
 
 _MOST_REMEMBERED = 500  # points, more than ever are; maze_8: same
@@ -33,16 +34,28 @@ class LocalCostmap:
         self.layer = np.zeros(1, kernels.LAYER)
         self.layer[0] = (cell_m, reach_m, _YIELD_M, _YIELD_M, 0)
         self.around = around
-        self._beams = np.zeros((0, 2))
+        self._beams = Directions()
         self._memory = np.zeros((_MOST_REMEMBERED, 3))
 
-    def observe(self, scan: LaserScan, x_m: float, y_m: float, yaw_rad: float) -> None:
-        """Replace the window by what ``scan`` sees from this pose."""
-        if len(self._beams) != len(scan.ranges):
-            angles = scan.angle_min_rad + scan.angle_increment_rad * np.arange(len(scan.ranges))
-            self._beams = np.array([(math.cos(a), math.sin(a)) for a in angles])
+    def observe(self, scans: Sequence[PlacedScan]) -> None:
+        """Replace the window by what ``scans`` see, each from the robot's pose at its instant; the
+        window is in the frame of the first."""
+        scan, (x_m, y_m, yaw_rad) = scans[0]
         # float32, as the ranges are: no return must not turn into a hit by rounding.
-        self.scan[0] = (x_m, y_m, yaw_rad, seconds(scan.stamp_ns),
-                        float(np.float32(scan.range_max_m)))
-        kernels.observe(scan.ranges, self._beams, self.scan, self.layer, self.around.flat,
-                        self.around.frame, self._memory, self.near2)
+        longest_m = float(np.float32(scan.range_max_m))
+        if len(scans) == 1 and scan.x_m == scan.y_m == 0.0:
+            ranges, beams = scan.ranges, self._beams.of(scan)
+            edge_cos = min(beams[0, 0], beams[-1, 0])
+        else:
+            ranges, beams = seen_from(scans, self._beams)
+            longest_m, edge_cos = math.inf, _edge_cos(scans)
+        self.scan[0] = (x_m, y_m, yaw_rad, seconds(scan.stamp_ns), longest_m, edge_cos)
+        kernels.observe(ranges, beams, self.scan, self.layer, self.around.flat, self.around.frame,
+                        self._memory, self.near2)
+
+
+def _edge_cos(scans: Sequence[PlacedScan]) -> float:
+    """The cosine of the angle from ahead up to which one laser sees both sides; 1 if none does."""
+    views = ((-scan.angle_min_rad, scan.angle_min_rad
+              + scan.angle_increment_rad * (len(scan.ranges) - 1)) for scan, _ in scans)
+    return min(math.cos(min(max(min(view), 0.0), math.pi)) for view in views)

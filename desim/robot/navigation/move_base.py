@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.robot import Laser
 from desim.units import NS_PER_S
 
+_NEVER_NS = -(10**18)
 _NOWHERE = np.empty((0, 2))
 _RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer; maze_8: same
 
@@ -32,16 +34,19 @@ class MoveBase(Node):
     the first map is there.
     """
 
-    def __init__(self, host: Host, navigation: Navigation, body: BodyType, laser: Laser,
-                 costmap: GlobalCostmap) -> None:
+    def __init__(self, host: Host, navigation: Navigation, body: BodyType,
+                 lasers: Mapping[str, Laser], costmap: GlobalCostmap) -> None:
         super().__init__(host, "move_base")
         self._navigation, self._body = navigation, body
         self._sensor_timeout_ns = max(navigation.sensor_timeout_ns,
-                                      int(2 * NS_PER_S / laser.rate_hz))
+                                      *(int(2 * NS_PER_S / laser.rate_hz)
+                                        for laser in lasers.values()))
+        self._topics = tuple(lasers)
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._local = LocalPlanner(navigation, body, costmap)
         self._progress = Progress()
-        self._scan = self._pose = self._map = Latest(host)
+        self._pose = self._map = Latest(host)
+        self._scans: list[Latest] = []
         self._mapped = False
         self._goal: Goal | None = None
         self._spin: Spin | None = None
@@ -53,8 +58,8 @@ class MoveBase(Node):
         self.advertise("cmd_vel")
         self.advertise("goal_result")
         self.advertise("costmap", latch=True)
-        self._scan, self._pose = self.latest("scan"), self.latest("pose")
-        self._map = self.latest("map")
+        self._scans = [self.latest(topic) for topic in self._topics]
+        self._pose, self._map = self.latest("pose"), self.latest("map")
         self.subscribe("goal", self._on_goal)
         self.timer(self._navigation.control_rate_hz, self._control)
         self.timer(self._navigation.local_rate_hz, self._observe)
@@ -77,15 +82,15 @@ class MoveBase(Node):
             self._begin_spin(pose.content)
 
     def _observe(self, _: int) -> None:
-        """Take the newest scan into the local costmap."""
+        """Take the newest scan of each laser into the local costmap."""
         if not self._mapped and self._map.message is not None:
             self._mapped = True
             self.publish("costmap", Empty())
-        scan, pose = self._scan.message, self._pose.message
-        if self._goal is not None and scan is not None and pose is not None:
-            sweep = scan.content
-            self._local.costmap.observe(
-                sweep, *self._local.extrapolate(pose.content, sweep.stamp_ns))
+        pose, scans = self._pose.message, [scan.message for scan in self._scans]
+        if self._goal is not None and scans[0] is not None and pose is not None:
+            self._local.costmap.observe([
+                (sweep, self._local.extrapolate(pose.content, sweep.stamp_ns))
+                for sweep in (scan.content for scan in scans if scan is not None)])
 
     # ---------------------------------------------------------------------------- what it does
 
@@ -93,9 +98,9 @@ class MoveBase(Node):
         goal = self._goal
         if goal is None:
             return
-        now_ns, scan, pose = self.now_ns, self._scan.message, self._pose.message
-        if scan is None or pose is None \
-                or now_ns - min(scan.born_ns, pose.born_ns) > self._sensor_timeout_ns:
+        now_ns, pose = self.now_ns, self._pose.message
+        if pose is None or now_ns - min(pose.born_ns, *map(_born_ns, self._scans)) \
+                > self._sensor_timeout_ns:
             self._drive(0.0, 0.0)
             return
         here = self._local.extrapolate(pose.content, now_ns)
@@ -188,3 +193,8 @@ class MoveBase(Node):
         self.record("goal_reached" if reached else "goal_aborted", bits(goal.x_m), bits(goal.y_m))
         self._halt()
         self.publish("goal_result", GoalResult(goal.x_m, goal.y_m, reached))
+
+
+def _born_ns(reading: Latest) -> int:
+    """The instant of the newest message; long ago where there is none."""
+    return _NEVER_NS if reading.message is None else reading.message.born_ns

@@ -8,10 +8,10 @@ from pydantic import Field
 
 from desim.ports import Params
 from desim.scenario.schema.antenna import Antenna
-from desim.scenario.schema.communication import PluginChoice
+from desim.scenario.schema.communication import Name, PluginChoice
 from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.shapes import BY_SHAPE
-from desim.units import Angle, Duration, Frequency, Length, Period
+from desim.units import Angle, Duration, Frequency, Length, Period, Position
 
 
 class Laser(Params):
@@ -28,9 +28,28 @@ class Laser(Params):
                                              "Sick has none)")
     pose: Literal["last_tick", "interpolated"] = Field("last_tick", description=(
         "a scan between two world ticks sees the pose of the last tick, or the interpolated one"))
+    x_m: Position = Field("0 m", description="of its place on the body, ahead of the middle")
+    y_m: Position = Field("0 m", description="of its place on the body, to the left of the middle")
+    yaw_rad: Angle = Field("0 rad", description="of the middle of its view, to the left of ahead")
+
+    @property
+    def angle_min_rad(self) -> float:
+        """The direction of the first beam, as seen from the robot's heading."""
+        return self.yaw_rad - 0.5 * self.field_of_view_rad
+
+    @property
+    def increment_rad(self) -> float:
+        """The angle between two beams."""
+        return self.field_of_view_rad / (self.beams - 1)
 
 
+SCAN = "scan"  # the topic of a robot's first laser, which SLAM reads
 BUILT_IN_LASERS = {"lms500": Laser()}
+
+
+def laser_of(given: str | Laser) -> Laser:
+    """The parameters of a laser that may be given by its name."""
+    return BUILT_IN_LASERS[given] if isinstance(given, str) else given
 
 
 class Odometry(Params):
@@ -87,8 +106,10 @@ class Equipment(Params):
     """The equipment and software of a robot."""
 
     localization: LocalizationChoice = Field(default_factory=LocalizationChoice)
-    laser: Annotated[str | Laser, BY_SHAPE] = Field(default_factory=Laser, description=(
-        "lms500, or its parameters"))
+    laser: Annotated[str | Laser | None, BY_SHAPE] = Field(default_factory=Laser, description=(
+        "lms500, or its parameters: the only one (null where there are lasers)"))
+    lasers: dict[Name, Annotated[str | Laser, BY_SHAPE]] = Field({}, description=(
+        "several, by name, in place of the only one; SLAM reads the first"))
     antenna: Antenna = Field(default_factory=Antenna)
     odometry: Odometry = Field(default_factory=Odometry)
     mapping: MappingParams = Field(default_factory=MappingParams)
@@ -97,8 +118,17 @@ class Equipment(Params):
 
     @property
     def scanner(self) -> Laser:
-        """The laser's parameters, also of one that is given by its name."""
-        return BUILT_IN_LASERS[self.laser] if isinstance(self.laser, str) else self.laser
+        """The first laser."""
+        return next(iter(self.scanners.values()))
+
+    @property
+    def scanners(self) -> dict[str, Laser]:
+        """The lasers by the topics of their scans: of the first one ``scan``, of another one
+        ``<name>/scan``."""
+        first, *others = self.lasers or ("",)
+        named = self.lasers or {first: self.laser or Laser()}
+        return {SCAN if name == first else f"{name}/{SCAN}": laser_of(named[name])
+                for name in (first, *others)}
 
 
 class Robot(Equipment):

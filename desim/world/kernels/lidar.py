@@ -190,7 +190,8 @@ def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, 
     poses [n, 3] | radii [n] m | walls [w, 4] m, those of the index first and then closed doors |
     directions [2, beams] in the sensor's frame | tile_* index of walls | squares of a raster,
     [4, 0, 0] where there is none, and their frame | discs [d, 3] x, y, radius m of moving ones |
-    laser: angle_min rad, increment rad, reach m, noise m, number of walls in the index |
+    laser: angle_min rad, increment rad, reach m, noise m, number of walls in the index, and its
+    place on the robot: x m, y m, yaw rad |
     keys [n] of noise | inverse [beams] scratch | out [k, beams] m
     """
     rows, cols = tile_start.shape[0], tile_start.shape[1] - 1
@@ -199,6 +200,10 @@ def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, 
         r = robots[k]
         x, y = poses[r, 0], poses[r, 1]
         c, s = cos(poses[r, 2]), sin(poses[r, 2])
+        if laser[5] != 0.0 or laser[6] != 0.0:
+            x, y = x + c * laser[5] - s * laser[6], y + s * laser[5] + c * laser[6]
+        if laser[7] != 0.0:
+            c, s = cos(poses[r, 2] + laser[7]), sin(poses[r, 2] + laser[7])
         inverse[:] = 1.0 / laser[2]
         if squares.shape[1] > 0:
             cover_raster(x, y, c, s, laser[2], directions, squares, squares_frame, inverse)

@@ -16,9 +16,10 @@ import numpy as np
 from desim.ports.kernels import cos, from_dtype, inner, kernel, lean, sin, types
 from desim.robot.navigation.kernels.global_costmap import FRAME_ARRAY, LETHAL, place
 
-# The last scan: the robot's pose on the map then, its instant, and the range from which on a beam
-# met nothing.
-SCAN = np.dtype([(name, "f8") for name in ("x_m", "y_m", "yaw_rad", "time_s", "no_return_m")])
+# The last scan: the robot's pose on the map then, its instant, the range from which on a beam met
+# nothing, and the cosine of the angle from ahead up to which both sides are in view.
+SCAN = np.dtype([(name, "f8") for name in ("x_m", "y_m", "yaw_rad", "time_s", "no_return_m",
+                                           "edge_cos")])
 # Cells, exact distances, and how far the robot yields; of the last scan the distance to what has
 # the right of way, and how many points are remembered.
 LAYER = np.dtype([(name, "f8") for name in ("cell_m", "reach_m", "within_m", "yield_m")]
@@ -83,12 +84,12 @@ def remember(ranges, beams, scan, layer, memory, near2):
     must not forget what it turned away from. memory [most, 3] x, y on the map and the instant."""
     cell_m, reach_m, here, now_s = layer[0].cell_m, layer[0].reach_m, scan[0], scan[0].time_s
     c, s, kept, dx2 = cos(here.yaw_rad), sin(here.yaw_rad), 0, np.empty(len(near2), np.float32)
-    widest = min(beams[0, 0], beams[len(beams) - 1, 0])  # cosine of the edge of the view
     for k in range(layer[0].remembered):
         dx, dy = memory[k, 0] - here.x_m, memory[k, 1] - here.y_m
         x, y = c * dx + s * dy, c * dy - s * dx
         r2 = x * x + y * y
-        if now_s - memory[k, 2] < _MEMORY_S and r2 < _MEMORY_M**2 and x < widest * math.sqrt(r2):
+        if (now_s - memory[k, 2] < _MEMORY_S and r2 < _MEMORY_M**2
+                and x < here.edge_cos * math.sqrt(r2)):
             stamp(x, y, cell_m, reach_m, near2, dx2)
             for i in range(3):
                 memory[kept, i] = memory[k, i]

@@ -16,14 +16,16 @@ class Fans {
     if (together) context.beginPath();
     for (let robot = 0; robot < count; robot++) {
       if ((chosen >= 0 && robot !== chosen) || !view.up.robots[robot]) continue;
-      const laser = lasers[robot], reach = laser.range_m * camera.scale;
+      const reach = Math.max(...lasers[robot].map((laser) => laser.range_m)) * camera.scale;
       const sx = camera.sx(view.poses[3 * robot]), sy = camera.sy(view.poses[3 * robot + 1]);
       if (sx < -reach || sy < -reach || sx > camera.width + reach || sy > camera.height + reach) {
         continue;
       }
       if (!together) context.beginPath();
-      this.#fan(context, camera, view.poses, robot, laser,
-        together ? Math.min(laser.beams, BEAMS_TOGETHER) : laser.beams);
+      for (const laser of lasers[robot]) {
+        this.#fan(context, camera, view.poses, robot, laser,
+          together ? Math.min(laser.beams, BEAMS_TOGETHER) : laser.beams);
+      }
       if (!together) fillFan(context, robotColour(theme, robot), theme, robot === chosen);
     }
     if (!together) return;
@@ -32,11 +34,13 @@ class Fans {
   }
 
   #fan(path, camera, poses, robot, laser, beams) {
-    const { field_of_view_rad: field, range_m: reach } = laser;
-    const x = poses[3 * robot], y = poses[3 * robot + 1], yaw = poses[3 * robot + 2];
+    const { field_of_view_rad: field, range_m: reach, mount: [ahead, left, turned] } = laser;
+    const yaw = poses[3 * robot + 2], c = Math.cos(yaw), s = Math.sin(yaw);
+    const x = poses[3 * robot] + c * ahead - s * left;
+    const y = poses[3 * robot + 1] + s * ahead + c * left;
     path.moveTo(camera.sx(x), camera.sy(y));
     for (let beam = 0; beam < beams; beam++) {
-      const angle = yaw + field * (beam / (beams - 1) - 0.5);
+      const angle = yaw + turned + field * (beam / (beams - 1) - 0.5);
       const ux = Math.cos(angle), uy = Math.sin(angle), range = this.rays.cast(x, y, ux, uy, reach);
       path.lineTo(camera.sx(x + ux * range), camera.sy(y + uy * range));
     }
