@@ -142,6 +142,14 @@ class GoalResult:
 
 
 @dataclass(frozen=True, slots=True)
+class Bump:
+    """A contact began (kobuki_msgs/BumperEvent in size: which bumper, and its state)."""
+
+    stamp_ns: int
+    size_bytes: ClassVar[int] = 2
+
+
+@dataclass(frozen=True, slots=True)
 class Empty:
     """std_msgs/Empty: something happened."""
 

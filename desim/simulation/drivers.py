@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.middleware.batches import BatchPublisher
-from desim.middleware.contents import ODOMETRY_BYTES, LaserScan, Pose, laser_scan_bytes
+from desim.middleware.contents import ODOMETRY_BYTES, Bump, LaserScan, Pose, laser_scan_bytes
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Publisher, WaitSet
@@ -57,6 +57,7 @@ class Driver(Node):
         self._lowest_m = [min(laser.height_m for laser in own.scanners.values())
                           for own in equipment]
         self._alone = {i: np.array([i]) for i in self.robots}
+        self._bumpers: dict[int, str] = {}  # the topic of each robot that has one
         self._motors: dict[Latest, int] = {}  # the robot of each topic of velocities
         self._commands = WaitSet()
 
@@ -72,6 +73,9 @@ class Driver(Node):
             poses[own.odometry.rate_hz].extend(
                 ((robot, number), self.advertise(f"{prefix}/{topic}"))
                 for number, topic in enumerate(("odom", "true_pose")))
+            if own.bumper:
+                self._bumpers[robot] = f"{prefix}/bumper"
+                self.advertise(self._bumpers[robot])
             self._motors[self.latest(f"{prefix}/cmd_vel", self._commands)] = robot
         self._scans = [(laser, Readings.of(those, laser_scan_bytes(laser.beams)))
                        for laser, those in scans.items()]
@@ -107,6 +111,11 @@ class Driver(Node):
         else:
             x_m, y_m, yaw_rad = map(float, self._world.odometry(snapshot, robot, tick))
         return Pose(snapshot.time_ns, x_m, y_m, yaw_rad)
+
+    def bump(self, robot: int) -> None:
+        """Publish that ``robot`` has come into contact with something, if it has a bumper here."""
+        if robot in self._bumpers:
+            self.publish(self._bumpers[robot], Bump(self.now_ns))
 
     def drive(self) -> None:
         """Pass on the velocities that have come since the last call."""

@@ -55,6 +55,9 @@ class WorldClock:
             self._trace.row(now_ns, self._collision, self._ids[robot],
                             self._wall if other == WALL else self._ids[other])
             self._collided(robot, other)
+            for driver in self._drivers():
+                driver.bump(robot)
+                driver.bump(other)
 
     def _scan(self, kind: int, interpolated: bool, tick: int) -> None:
         now_ns, world = self._kernel.now_ns, self._world

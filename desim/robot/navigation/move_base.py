@@ -35,13 +35,14 @@ class MoveBase(Node):
     """
 
     def __init__(self, host: Host, navigation: Navigation, body: BodyType,
-                 lasers: Mapping[str, Laser], costmap: GlobalCostmap) -> None:
+                 lasers: Mapping[str, Laser], costmap: GlobalCostmap,
+                 has_bumper: bool = False) -> None:
         super().__init__(host, "move_base")
         self._navigation, self._body = navigation, body
         self._sensor_timeout_ns = max(navigation.sensor_timeout_ns,
                                       *(int(2 * NS_PER_S / laser.rate_hz)
                                         for laser in lasers.values()))
-        self._topics = tuple(lasers)
+        self._topics, self._has_bumper = tuple(lasers), has_bumper
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._local = LocalPlanner(navigation, body, costmap)
         self._progress = Progress()
@@ -61,6 +62,8 @@ class MoveBase(Node):
         self._scans = [self.latest(topic) for topic in self._topics]
         self._pose, self._map = self.latest("pose"), self.latest("map")
         self.subscribe("goal", self._on_goal)
+        if self._has_bumper:
+            self.subscribe("bumper", self._on_bump)
         self.timer(self._navigation.control_rate_hz, self._control)
         self.timer(self._navigation.local_rate_hz, self._observe)
 
@@ -80,6 +83,15 @@ class MoveBase(Node):
         elif self._reached(goal, pose.content.x_m, pose.content.y_m):
             self._arriving = True  # the robot is there already: it turns once to see what is around
             self._begin_spin(pose.content)
+
+    def _on_bump(self, _: Message) -> None:
+        """Stop, and back off from what was touched."""
+        goal, pose = self._goal, self._pose.message
+        if goal is None or pose is None or self._retreat_until_ns:
+            return
+        self._spin, self._arriving = None, False
+        self._recover(goal, pose.content, self._local.extrapolate(pose.content, self.now_ns),
+                      self.now_ns, Recovery.RETREAT)
 
     def _observe(self, _: int) -> None:
         """Take the newest scan of each laser into the local costmap."""
@@ -129,13 +141,14 @@ class MoveBase(Node):
         else:
             self._drive(speed_mps, turn_radps)
 
-    def _recover(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
-        """Try the next recovery, or give the goal up."""
+    def _recover(self, goal: Goal, pose: Pose, here: Position, now_ns: int,
+                 wanted: Recovery | None = None) -> None:
+        """Try the ``wanted`` recovery or the next one, or give the goal up."""
         self._recoveries += 1
         if self._recoveries > self._navigation.give_up_after or not self._plan(goal, pose):
             self._finish(goal, False)
             return
-        kind = Recovery((self._recoveries - 1) % len(Recovery))
+        kind = Recovery((self._recoveries - 1) % len(Recovery)) if wanted is None else wanted
         self.record("recovery", self._recoveries, int(kind))
         self._progress.restart(now_ns)
         if kind is Recovery.ROTATE:

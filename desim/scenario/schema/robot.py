@@ -110,6 +110,9 @@ class Equipment(Params):
         "lms500, or its parameters: the only one (null where there are lasers)"))
     lasers: dict[Name, Annotated[str | Laser, BY_SHAPE]] = Field({}, description=(
         "several, by name, in place of the only one; SLAM reads the first"))
+    bumper: bool = Field(False, description=(
+        "senses contacts on all sides; navigation then stops and backs off (as Kobuki's "
+        "safety_controller does)"))
     antenna: Antenna = Field(default_factory=Antenna)
     odometry: Odometry = Field(default_factory=Odometry)
     mapping: MappingParams = Field(default_factory=MappingParams)
