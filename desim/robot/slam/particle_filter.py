@@ -33,6 +33,9 @@ _STEPS = 10
 # Weights are flattened, as gmapping flattens them (``ogain``): errors of successive scans are
 # alike, and particles drawn anew at every third scan have one ancestor by the time a loop closes.
 _GAIN = 0.5
+# The robot goes by another particle where that is 100 times as probable (Jeffreys 1961: decisive).
+# In bare corridors all are alike, and the likeliest is a matter of chance.
+_DECISIVE = math.log(100.0)
 _SPACING_CELLS = 1.0
 _DRAWS = 2 ** 32  # counters of a step: more particles do not move the numbers of the others
 _COARSE_M = 0.1  # the step of the search, if a cell is not larger
@@ -80,6 +83,7 @@ class ParticleSlam:
         self.maps = SharedMaps(count, cell_m)
         self.poses = np.zeros((count, 3))
         self.weights, self._shares = np.zeros(count), np.full(count, 1.0 / count)
+        self.best = 0  # the particle that the robot goes by: it is not drawn, and always goes on
         self._roots, self._lineage = np.zeros((count, 6)), np.arange(count)
         self.history: list[Processed] = []
         self._before: Pose2D | None = None  # the odometry of the scan before
@@ -133,10 +137,14 @@ class ParticleSlam:
         poses = compose(expected, correction)
         step = len(self.history)
         propose(poses, expected, sigmas, fewer, kept, self.maps.arrays, self._fit, self._spread,
-                self._key, np.uint64(step * _DRAWS), self.weights, self._roots)
+                self.best, self._key, np.uint64(step * _DRAWS), self.weights, self._roots)
         self.poses = poses
         self._lineage = np.arange(len(poses))
-        effective = normalize(self.weights * _GAIN, self._shares)
+        flattened = self.weights * _GAIN
+        likeliest = int(np.argmax(flattened))
+        if flattened[likeliest] > flattened[self.best] + _DECISIVE:
+            self.best = likeliest
+        effective = normalize(flattened, self._shares)
         if effective < self._settings.resample_threshold * len(poses):
             self._resample(step)
 
@@ -191,15 +199,11 @@ class ParticleSlam:
         chosen = np.empty(len(self.poses), np.int64)
         # The normal numbers take the counters 2 k and 2 k + 1 of uniform ones, from 0 up.
         ancestors(self._shares, ~self._key, np.uint64(step), chosen)
+        chosen[self.best] = self.best
         self.maps.follow(chosen)
         self.poses, self._lineage = self.poses[chosen], chosen
         self.weights[:] = 0.0
         self._shares[:] = 1.0 / len(chosen)
-
-    @property
-    def best(self) -> int:
-        """The particle of the largest weight; the first of equal ones."""
-        return int(np.argmax(self.weights))
 
     @property
     def pose(self) -> np.ndarray:

@@ -10,15 +10,16 @@ _f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.f
 _u8 = types.uint64
 
 
-@kernel(types.void(_f8x2, _f8x2, _f8x1, _f8x2, _i8, MAPS, FIT, _f8, _u8, _u8, _f8x1, _f8x2))
-def propose(poses, expected, sigmas, points, count, maps, fit, spread, key, counter, weights,
+@kernel(types.void(_f8x2, _f8x2, _f8x1, _f8x2, _i8, MAPS, FIT, _f8, _i8, _u8, _u8, _f8x1, _f8x2))
+def propose(poses, expected, sigmas, points, count, maps, fit, spread, best, key, counter, weights,
             roots):
     """Move each particle to a draw from its improved proposal, and add to its log-weight.
 
     ``poses`` [particles, 3]: where the alignment begins, out: the draws | ``expected`` [particles,
     3]: the poses by odometry | ``spread``: standard deviations are multiplied with it; 0 takes the
-    most likely pose | ``key``, ``counter``: of the first of 3 normal numbers a particle |
-    ``weights``: log-weights | ``roots`` [particles, 6], out: Cholesky factors of the information.
+    most likely pose, as the particle ``best`` always does | ``key``, ``counter``: of the first of 3
+    normal numbers a particle | ``weights``: log-weights | ``roots`` [particles, 6], out: Cholesky
+    factors of the information.
 
     The proposal is the normal distribution around the most likely pose of scan and odometry; its
     integral is the weight: p(z | x) p(x | u) sqrt(det(2 pi C)) (Grisetti, Stachniss and Burgard
@@ -27,7 +28,7 @@ def propose(poses, expected, sigmas, points, count, maps, fit, spread, key, coun
     for k in range(len(poses)):
         scan, odometry = align(k, poses[k], expected[k], sigmas, points, count, maps, fit, roots[k])
         weights[k] += scan + odometry - log_determinant(roots[k])
-        if spread > 0.0:
+        if spread > 0.0 and k != best:
             first = counter + _u8_of(3 * k)
             x, y, t = solve_transposed(roots[k], normal(key, first), normal(key, first + _u8_of(1)),
                                        normal(key, first + _u8_of(2)))
