@@ -1,4 +1,4 @@
-"""The file of measurements: what is added is read again, and a foreign file is refused."""
+"""Benchmarks: the file of measurements, and how the time of SLAM is split."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ import subprocess
 import sys
 
 import pytest
-from benchmarks import history
+from benchmarks import history, robots
+from slam_logs import made_log, ring, way
+
+from desim.robot.slam.localizations import gmapping
+from desim.robot.slam.settings import SlamSettings
 
 FOUND = [("6e12754", "scenarios: hello", 0.00312345), ("4c4582f", "scenarios: hello", 0.005)]
 
@@ -47,5 +51,42 @@ def test_a_commit_that_git_does_not_know_is_refused():
 def test_the_help_names_all_that_bench_can_do(repository):
     done = subprocess.run([sys.executable, repository / "tools" / "bench.py", "--help"], text=True,
                           capture_output=True, check=True)
-    for form in ("fleets --figure FILE", "compare REV [--turns N]", "history [REV ...]", "beacons"):
+    for form in ("fleets --figure FILE", "compare REV [--turns N]", "history [REV ...]", "beacons",
+                 "robots"):
         assert form in done.stdout
+
+
+@pytest.fixture
+def short_log():
+    poses = way([(1.2, 1.2), (6.0, 1.2)])
+    return robots.Setting("short", made_log(ring(14.0, 10.0, 2.5), poses), 0.2)
+
+
+def test_a_scan_s_time_is_split_by_kernel(short_log):
+    log = short_log.log
+    chosen = SlamSettings(resolution_m=0.2, scanner=log.scanner)
+    split = robots.parts(lambda: gmapping(chosen, 1), log)
+    shares = dict(part.rsplit(" ", 1) for part in split.split(", "))
+    assert {"propose", "search", "register_all", "Python"} <= shares.keys()
+    assert abs(sum(map(int, shares.values())) - 100) <= len(shares)
+
+
+def test_timers_are_gone_afterwards():
+    before = robots.particle_filter.propose
+    with robots.timed_kernels():
+        assert robots.particle_filter.propose is not before
+    assert robots.particle_filter.propose is before
+
+
+def test_every_second_beam_is_where_it_was(short_log):
+    log = short_log.log
+    half = robots.every_second_beam(log)
+    assert half.ranges.shape[1] == log.ranges.shape[1] // 2
+    angle = log.scanner.angle_min_rad + 2 * 7 * log.scanner.increment_rad
+    assert half.scanner.angle_min_rad + 7 * half.scanner.increment_rad == pytest.approx(angle)
+    assert (half.ranges[:, 7] == log.ranges[:, 14]).all()
+
+
+def test_without_the_real_log_the_made_one_is_left(tmp_path):
+    assert [setting.name for setting in robots.settings(tmp_path)] == [
+        "made ring, 180 beams, 0.2 m"]

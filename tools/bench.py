@@ -34,6 +34,7 @@ from benchmarks.beacons import beacons
 from benchmarks.campaign import finished, overhead
 from benchmarks.fleets import draw, fleets
 from benchmarks.message import messages
+from benchmarks.robots import PARTS_COLUMN, scans
 from benchmarks.startup import startup
 from benchmarks.wander import Wander, build, raster_maze
 from rich.console import Console
@@ -264,6 +265,26 @@ def middleware() -> list[Row]:
             for name, run in best.items()]
 
 
+# Aims of maze_30 with each localization, times real time.
+LOCALIZATIONS = {"ground_truth": "", "scan_matching": "at least 20", "gmapping": "at least 8"}
+
+
+def robots() -> list[Row]:
+    """SLAM: CPU ms a processed scan, the best of three, by kernel; maze_30 with it, by part."""
+    rows = scans(TOOLS.parent.parent / "shared" / "reference")
+    maze = str(TOOLS.parent / "scenarios" / "maze_30.yaml")
+    for kind, aim in LOCALIZATIONS.items():
+        what = [maze, "--set", f"robot.localization={kind}"]
+        run = manifest_of(what, 0)
+        parts = json.loads(output_of(str(TOOLS / "profile_run.py"), "--json", *what))
+        rows.append({"what": f"maze_30, {kind}", "aim": aim,
+                     "times real time": run["real_time_factor"],
+                     "simulated s": round(run["simulated_s"], 1), "peak MB": run["peak_memory_mb"],
+                     PARTS_COLUMN: ", ".join(f"{part} {percent:g}" for part, percent
+                                             in parts["parts_percent"].items())})
+    return rows
+
+
 def campaign() -> list[Row]:
     """Cost of a campaign beside its runs: CPU of it and its workers, start included."""
     scratch = Path(_scratch.name)
@@ -289,19 +310,20 @@ def output_of(*arguments: str) -> str:
 # Scenarios early: a process that is started reports no less memory than the one that starts it.
 PARTS: dict[str, Callable[[], list[Row]]] = {"kernel": kernel, "scenarios": scenarios,
                                              "middleware": middleware,
-                                             "message": messages, "laser": laser,
+                                             "robots": robots, "message": messages, "laser": laser,
                                              "w": w, "network": network, "beacons": beacons,
                                              "campaign": campaign,
                                              "startup": startup, "fleets": fleets}
 
 
 def show(title: str, rows: list[Row]) -> None:
-    """One part as a table."""
+    """One part as a table; not all rows need have all columns."""
     table = Table(title=title, title_justify="left")
-    for column in rows[0]:
+    columns = dict.fromkeys(column for row in rows for column in row)
+    for column in columns:
         table.add_column(column, justify="left" if column == "what" else "right")
     for row in rows:
-        table.add_row(*(str(value) for value in row.values()))
+        table.add_row(*(str(row.get(column, "")) for column in columns))
     Console(width=120).print(table)
 
 
