@@ -1,4 +1,4 @@
-"""Benchmarks: the file of measurements, and how the time of SLAM is split."""
+"""Benchmarks: the file of measurements, and the shares of the time of SLAM."""
 
 from __future__ import annotations
 
@@ -62,11 +62,11 @@ def short_log():
     return robots.Setting("short", made_log(ring(14.0, 10.0, 2.5), poses), 0.2)
 
 
-def test_a_scan_s_time_is_split_by_kernel(short_log):
+def test_each_kernel_has_its_share_of_a_scan_s_time(short_log):
     log = short_log.log
     chosen = SlamSettings(resolution_m=0.2, scanner=log.scanner)
-    split = robots.parts(lambda: gmapping(chosen, 1), log)
-    shares = dict(part.rsplit(" ", 1) for part in split.split(", "))
+    found = robots.parts(lambda: gmapping(chosen, 1), log)
+    shares = dict(part.rsplit(" ", 1) for part in found.split(", "))
     assert {"propose", "search", "register_all", "Python"} <= shares.keys()
     assert abs(sum(map(int, shares.values())) - 100) <= len(shares)
 

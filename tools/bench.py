@@ -271,18 +271,19 @@ LOCALIZATIONS = {"ground_truth": "", "scan_matching": "at least 20", "gmapping":
 
 def robots() -> list[Row]:
     """SLAM: CPU ms a processed scan, the best of three, by kernel; maze_30 with it, by part."""
-    rows = scans(TOOLS.parent.parent / "shared" / "reference")
+    runs: list[Row] = []  # first, as memory is that of this process at least
     maze = str(TOOLS.parent / "scenarios" / "maze_30.yaml")
     for kind, aim in LOCALIZATIONS.items():
         what = [maze, "--set", f"robot.localization={kind}"]
         run = manifest_of(what, 0)
         parts = json.loads(output_of(str(TOOLS / "profile_run.py"), "--json", *what))
-        rows.append({"what": f"maze_30, {kind}", "aim": aim,
+        percents = {part: round(percent) for part, percent in parts["parts_percent"].items()}
+        runs.append({"what": f"maze_30, {kind}", "aim": aim,
                      "times real time": run["real_time_factor"],
                      "simulated s": round(run["simulated_s"], 1), "peak MB": run["peak_memory_mb"],
-                     PARTS_COLUMN: ", ".join(f"{part} {percent:g}" for part, percent
-                                             in parts["parts_percent"].items())})
-    return rows
+                     PARTS_COLUMN: ", ".join(f"{part} {percent}" for part, percent
+                                             in percents.items() if percent)})
+    return scans(TOOLS.parent.parent / "shared" / "reference") + runs
 
 
 def campaign() -> list[Row]:

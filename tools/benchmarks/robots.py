@@ -61,7 +61,7 @@ def every_second_beam(log: CarmenLog) -> CarmenLog:
 
 
 def settings(reference: Path) -> list[Setting]:
-    """What is measured: one log or, with ``reference`` data, three."""
+    """The logs that are measured: one or, with ``reference`` data, three."""
     found = [Setting("made ring, 180 beams, 0.2 m", made_ring(), 0.2)]
     if (reference / REAL_LOG).exists():
         real = read_carmen(reference / REAL_LOG)
@@ -102,7 +102,8 @@ def parts(new: Callable[[], particle_filter.ParticleSlam], log: CarmenLog) -> st
                 slam.process(ranges)
                 whole_s += time.process_time() - begin_s
     spent_s["Python"] = whole_s - sum(spent_s.values())
-    return ", ".join(f"{name} {100 * cpu_s / whole_s:.0f}" for name, cpu_s in spent_s.most_common())
+    percents = {name: round(100 * cpu_s / whole_s) for name, cpu_s in spent_s.most_common()}
+    return ", ".join(f"{name} {percent}" for name, percent in percents.items() if percent)
 
 
 @contextmanager
