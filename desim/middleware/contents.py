@@ -141,6 +141,23 @@ class GoalResult:
     size_bytes: ClassVar[int] = 48
 
 
+def point_cloud_bytes(points: int) -> int:
+    """sensor_msgs/PointCloud without channels: 24 + frame id + 12 per point."""
+    return 24 + BASE_LINK_FRAME_BYTES + 12 * points
+
+
+@dataclass(frozen=True, slots=True)
+class SonarReadings:
+    """A range of each transducer of a sonar, as a scan of one beam along its axis (RosAria and p2os
+    publish these points as sensor_msgs/PointCloud)."""
+
+    scans: tuple[LaserScan, ...]
+
+    @property
+    def size_bytes(self) -> int:
+        return point_cloud_bytes(len(self.scans))
+
+
 @dataclass(frozen=True, slots=True)
 class Bump:
     """A contact began (kobuki_msgs/BumperEvent in size: which bumper, and its state)."""

@@ -13,7 +13,8 @@ from desim.middleware.graph import Graph
 from desim.units import NS_PER_S
 
 KINDS = ("coordination", "monitoring", "simulation")
-SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel", "tf", "bumper"})
+SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel", "tf", "bumper",
+                     "sonar"})
 
 
 class Totals(NamedTuple):

@@ -21,6 +21,7 @@ from desim.middleware.contents import (
     Filler,
     laser_scan_bytes,
     occupancy_grid_bytes,
+    point_cloud_bytes,
 )
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
@@ -74,6 +75,8 @@ def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str
     known = {
         **{topic: Pace(laser.rate_hz, laser_scan_bytes(laser.beams), turn=1)
            for topic, laser in robot.scanners.items()},
+        **({} if robot.sonar is None else {"sonar": Pace(
+            robot.sonar.rate_hz, point_cloud_bytes(len(robot.sonar.transducers)), turn=3)}),
         "odom": pose,
         "true_pose": pose,
         "cmd_vel": Pace(robot.navigation.control_rate_hz, TWIST_BYTES),

@@ -75,7 +75,8 @@ class World(Protocol):
     def scan(self, snapshot: Snapshot, robots: np.ndarray, tick: int, laser: int = 0
              ) -> np.ndarray:
         """[len(robots), beams] float32 ranges in m of laser number ``laser`` of each of ``robots``,
-        with noise number ``tick``; these lasers are all of one kind."""
+        with noise number ``tick``; these lasers are all of one kind. The transducers of a sonar
+        count as lasers, after the others."""
 
     def odometry(self, snapshot: Snapshot, robot: int, tick: int) -> np.ndarray:
         """[3] x m, y m, yaw rad as this robot's odometry reports reading number ``tick``."""

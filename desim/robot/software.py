@@ -45,8 +45,7 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     nodes: list[Node] = [
         *_localization(host, robot, drawn, start, bodies_m),
         map_sharing.MapSharing(host, sharing, robot_map, peers, team, drawn),
-        move_base.MoveBase(host, robot.navigation, body, robot.scanners, queries.costmap,
-                           robot.bumper),
+        move_base.MoveBase(host, robot, body, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
     ]
     if coordination.team_state is not None:

@@ -221,7 +221,7 @@ def _lasers(equipment: Equipment) -> Iterator[tuple[Path, str | Laser]]:
 
 
 def _mounts(scenario: Scenario, _: Folder) -> Found:
-    """Lasers that are not on the body that carries them."""
+    """Lasers and sonars that are not on the body that carries them."""
     for name, kind in {**BUILT_IN_TYPES, **scenario.fleet.types}.items():
         path: Path = ("fleet", "types", name, "robot") if kind.robot else ("robot",)
         if name not in used_types(scenario.fleet) and not kind.robot:
@@ -232,6 +232,12 @@ def _mounts(scenario: Scenario, _: Folder) -> Found:
                     f"is mounted {LENGTH.format(math.hypot(laser.x_m, laser.y_m))} from the middle "
                     f"of a {name}, whose radius is {LENGTH.format(kind.radius_m)}; allowed: on the "
                     "body")
+        sonar = (kind.robot or scenario.robot).sonar
+        for i, (x_m, y_m, _) in enumerate(sonar.transducers if sonar else ()):
+            if math.hypot(x_m, y_m) > kind.radius_m:
+                yield (*path, "sonar"), (
+                    f"transducer {i} is not on the body of a {name}, whose radius is "
+                    f"{LENGTH.format(kind.radius_m)}; allowed: on the body")
 
 
 def _local_window(scenario: Scenario, _: Folder) -> Found:
@@ -356,7 +362,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
     ((("faults",),), _faults),
     ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types")), _laser),
-    ((("robot", "laser"), ("robot", "lasers"), ("fleet",)), _mounts),
+    ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), _mounts),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("stop", "when"), ("task",)), _condition),

@@ -14,12 +14,20 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.middleware.batches import BatchPublisher
-from desim.middleware.contents import ODOMETRY_BYTES, Bump, LaserScan, Pose, laser_scan_bytes
+from desim.middleware.contents import (
+    ODOMETRY_BYTES,
+    Bump,
+    LaserScan,
+    Pose,
+    SonarReadings,
+    laser_scan_bytes,
+    point_cloud_bytes,
+)
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import Snapshot, World
-from desim.scenario.schema.robot import Equipment, Laser
+from desim.scenario.schema.robot import Equipment, Laser, Sonar
 
 Sensor = tuple[int, int]  # a robot, and the number of its sensor of one sort
 
@@ -42,6 +50,11 @@ def kinds_of_lasers(equipment: Iterable[Equipment]) -> tuple[Laser, ...]:
     return tuple(dict.fromkeys(laser for own in equipment for laser in own.scanners.values()))
 
 
+def kinds_of_sonars(equipment: Iterable[Equipment]) -> tuple[Sonar, ...]:
+    """The different sonars of a fleet, whose numbers ``sense_sonar`` takes."""
+    return tuple(dict.fromkeys(own.sonar for own in equipment if own.sonar is not None))
+
+
 class Driver(Node):
     """Sensors and motors of ``robots`` (indices into ``world.robots``). ``equipment`` [world's
     robots]: what each of the world's robots carries."""
@@ -53,6 +66,7 @@ class Driver(Node):
         self._world = world
         self._equipment = equipment
         self._scans: list[tuple[Laser, Readings]] = []
+        self._sonars: list[tuple[Sonar, Readings]] = []
         self._poses: list[Readings] = []
         self._lowest_m = [min(laser.height_m for laser in own.scanners.values())
                           for own in equipment]
@@ -66,6 +80,8 @@ class Driver(Node):
             laser: [] for laser in kinds_of_lasers(self._equipment)}
         poses: dict[Fraction, list[tuple[Sensor, Publisher]]] = {
             own.odometry.rate_hz: [] for own in self._equipment}
+        sonars: dict[Sonar, list[tuple[Sensor, Publisher]]] = {
+            sonar: [] for sonar in kinds_of_sonars(self._equipment)}
         for robot in self.robots:
             prefix, own = f"/{self._world.robots[robot]}", self._equipment[robot]
             for number, (topic, laser) in enumerate(own.scanners.items()):
@@ -73,12 +89,17 @@ class Driver(Node):
             poses[own.odometry.rate_hz].extend(
                 ((robot, number), self.advertise(f"{prefix}/{topic}"))
                 for number, topic in enumerate(("odom", "true_pose")))
+            if own.sonar is not None:  # its transducers come after the lasers
+                sensor = robot, len(own.scanners)
+                sonars[own.sonar].append((sensor, self.advertise(f"{prefix}/sonar")))
             if own.bumper:
                 self._bumpers[robot] = f"{prefix}/bumper"
                 self.advertise(self._bumpers[robot])
             self._motors[self.latest(f"{prefix}/cmd_vel", self._commands)] = robot
         self._scans = [(laser, Readings.of(those, laser_scan_bytes(laser.beams)))
                        for laser, those in scans.items()]
+        self._sonars = [(sonar, Readings.of(those, point_cloud_bytes(len(sonar.transducers))))
+                        for sonar, those in sonars.items()]
         self._poses = [Readings.of(those, ODOMETRY_BYTES) for those in poses.values()]
 
     def sense_scan(self, kind: int, snapshot: Snapshot, tick: int) -> None:
@@ -87,6 +108,13 @@ class Driver(Node):
         laser, (sensors, publisher) = self._scans[kind]
         if sensors:
             publisher.publish(partial(self._scan, laser, sensors, snapshot, tick))
+
+    def sense_sonar(self, kind: int, snapshot: Snapshot, tick: int) -> None:
+        """Publish reading number ``tick`` of every sonar of a kind, by its number in the equipment
+        of the fleet."""
+        sonar, (sensors, publisher) = self._sonars[kind]
+        if sensors:
+            publisher.publish(partial(self._sonar, sonar, sensors, snapshot, tick))
 
     def sense_pose(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish reading number ``tick`` of every odometer with a rate, by its number in the
@@ -102,6 +130,17 @@ class Driver(Node):
         return LaserScan(snapshot.time_ns, ranges, laser.angle_min_rad, laser.increment_rad,
                          laser.max_range_m, laser.x_m, laser.y_m,
                          laser.height_m <= self._lowest_m[robot])
+
+    def _sonar(self, sonar: Sonar, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int,
+               i: int) -> SonarReadings:
+        robot, first = sensors[i]
+        scans = []
+        for number, cone in enumerate(sonar.cones, start=first):
+            rays = self._world.scan(snapshot, self._alone[robot], tick, number)[0]
+            nearest = np.maximum(rays.min(keepdims=True), np.float32(sonar.min_range_m))
+            scans.append(LaserScan(snapshot.time_ns, nearest, cone.yaw_rad, 0.0, cone.max_range_m,
+                                   cone.x_m, cone.y_m))
+        return SonarReadings(tuple(scans))
 
     def _pose(self, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int, i: int) -> Pose:
         """Of each robot its odometer's, then its true one."""

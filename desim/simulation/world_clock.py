@@ -15,11 +15,11 @@ from desim.engine.trace import Trace
 from desim.ports import World
 from desim.scenario.robot_types import equipment_of
 from desim.scenario.schema.scenario import Scenario
-from desim.simulation.drivers import Driver, kinds_of_lasers
+from desim.simulation.drivers import Driver, kinds_of_lasers, kinds_of_sonars
 
 WALL = -1
 # Order of what is due in one instant: a reader of both finds the scan there when the pose comes.
-_TICK, _SCANS, _POSES = range(3)
+_TICK, _SCANS, _POSES, _SONARS = range(4)
 
 
 class WorldClock:
@@ -43,6 +43,8 @@ class WorldClock:
                           partial(self._scan, kind, laser.pose == "interpolated"), 0)
         for kind, rate_hz in enumerate(dict.fromkeys(own.odometry.rate_hz for own in equipment)):
             kernel.ticker(rate_hz, Phase.SENSE, _POSES, partial(self._pose, kind), 0)
+        for kind, sonar in enumerate(kinds_of_sonars(equipment)):
+            kernel.ticker(sonar.rate_hz, Phase.SENSE, _SONARS, partial(self._sonar, kind), 0)
 
     def _advance(self, tick: int) -> None:
         if tick == 0:  # the start poses
@@ -64,6 +66,11 @@ class WorldClock:
         snapshot = world.snapshot_at(now_ns) if interpolated else world.snapshot()
         for driver in self._drivers():
             driver.sense_scan(kind, snapshot, tick)
+
+    def _sonar(self, kind: int, tick: int) -> None:
+        snapshot = self._world.snapshot()
+        for driver in self._drivers():
+            driver.sense_sonar(kind, snapshot, tick)
 
     def _pose(self, kind: int, tick: int) -> None:
         snapshot = self._world.snapshot()

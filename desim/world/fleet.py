@@ -34,6 +34,7 @@ class RobotSpec(NamedTuple):
     drawn: StartRandom | None = None
     lasers: Mapping[str, Laser] = MappingProxyType({SCAN: Laser()})  # by the topics of their scans
     odometry: Odometry = Odometry()
+    cones: tuple[Laser, ...] = ()  # of the transducers of a sonar
 
     @property
     def planes_m(self) -> tuple[float, ...]:
@@ -44,7 +45,7 @@ class RobotSpec(NamedTuple):
     def top_m(self) -> float:
         """The height of its highest part, body or laser, above the ground."""
         return self.body.altitude_m + max(self.body.height_m, *(
-            laser.height_m for laser in self.lasers.values()))
+            laser.height_m for laser in (*self.lasers.values(), *self.cones)))
 
 
 def place_fleet(scenario: Scenario) -> list[RobotSpec]:
@@ -54,7 +55,7 @@ def place_fleet(scenario: Scenario) -> list[RobotSpec]:
     poses = _poses(fleet, names)
     drawn = fleet.start if isinstance(fleet.start, StartRandom) else None
     return [RobotSpec(name, body, *poses[name], fleet.start.snap, drawn, own.scanners,
-                      own.odometry)
+                      own.odometry, own.sonar.cones if own.sonar else ())
             for name, body, own in zip(names, types_of(fleet), equipment_of(scenario),
                                        strict=True)]
 

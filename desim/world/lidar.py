@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from desim.ports.kernels import cos, sin
@@ -55,6 +57,7 @@ class Lidar:
         return out
 
 
+@lru_cache(maxsize=4)  # the lasers of a robot are among the same cells
 def _squares(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:
     """The free squares of a raster, and its frame: x0 m, y0 m, cells per m. No raster: no cells."""
     if raster is None:

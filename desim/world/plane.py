@@ -63,12 +63,15 @@ class Plane:
         self._scene = self._present_scene()
 
     def _lidars(self, specs: list[RobotSpec], streams: Streams) -> list[list[lidar.Lidar]]:
-        """Of each robot its lasers. Those of one kind and height with noise of one name are one."""
+        """Of each robot its lasers, and then its sonar's transducers. Those of one kind and height
+        with noise of one name are one."""
         # A laser is seen by lasers at its own height.
         extents_m = np.array([(spec.body.altitude_m, spec.top_m) for spec in specs])
-        kinds = [[(laser, plane_m, "laser" if topic == SCAN else topic)
-                  for (topic, laser), plane_m in zip(spec.lasers.items(), spec.planes_m,
-                                                     strict=True)] for spec in specs]
+        kinds = [[(laser, spec.body.altitude_m + laser.height_m,
+                   "laser" if topic == SCAN else topic)
+                  for topic, laser in (*spec.lasers.items(),
+                                       *(("sonar", cone) for cone in spec.cones))]
+                 for spec in specs]
         made = {kind: lidar.Lidar(kind[0], kind[1], self.terrain, self._doors.height_m,
                                   self._bodies.radii_m, extents_m, self._keys(streams, kind[2]))
                 for kind in dict.fromkeys(kind for own in kinds for kind in own)}

@@ -20,7 +20,7 @@ FREE, WALL = 0, 1
 MAX_CELLS = 64_000_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Raster:
     """Solid cells. ``solid`` [rows, cols] bool, row 0 lowest, sealed by a solid border;
     (x_m, y_m) is the lower left corner of cell (0, 0)."""

@@ -20,7 +20,7 @@ from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import TilePool
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
-from desim.scenario.schema.robot import Laser
+from desim.scenario.schema.robot import Equipment, Laser
 
 S = 10**9
 BODY, LASER = BodyType(), Laser()
@@ -130,7 +130,7 @@ class Drive:
             host = self.graph.host(f"r{i}")
             self.tasks.append(Task(host, goal))
             software[host.name] = [SensorPose(host, "true_pose"), self.tasks[-1], MoveBase(
-                host, navigation or Navigation(), BODY, {"scan": LASER},
+                host, Equipment(navigation=navigation or Navigation(), laser=LASER), BODY,
                 costmap(robot_map, BODY.radius_m))]
         for name, nodes in software.items():
             self.graph.host(name).software = lambda _, nodes=nodes: nodes

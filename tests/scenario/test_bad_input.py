@@ -56,7 +56,7 @@ WRONG = {
         "testbed, physics, environment, fleet, robot, hosts, network, middleware, coordination, "
         "task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
-        "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, bumper, antenna, "
+        "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, sonar, bumper, antenna, "
         "odometry, mapping, navigation, exploration, tf, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
@@ -351,6 +351,11 @@ WRONG = {
     "laser beside the body": ("robot: {lasers: {low: {x: 0.3 m, y: 0.4 m}}}", [
         "2:23: robot.lasers.low: is mounted 0.5 m from the middle of a pioneer3dx, whose radius is "
         "0.26 m; allowed: on the body"]),
+    "sonar beside the body": ("robot: {sonar: {transducers: [[1 m, 0 m, 0 deg]]}}", [
+        "2:16: robot.sonar: transducer 0 is not on the body of a pioneer3dx, whose radius is "
+        "0.26 m; allowed: on the body"]),
+    "sonar without transducers": ("robot: {sonar: {transducers: []}}", [
+        "2:30: robot.sonar.transducers: must be a list of at least 1, got a list of 0"]),
     "laser turned too often": ("robot: {laser: {yaw: 400 deg}}", [
         "2:22: robot.laser.yaw: must be at most 360 deg, got 400 deg"]),
     "more than a full turn": ("robot: {lasers: {low: {field_of_view: 361 deg}}}", [
@@ -364,7 +369,7 @@ WRONG = {
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
         "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, lasers, "
-        "bumper, antenna, odometry, mapping, navigation, exploration"]),
+        "sonar, bumper, antenna, odometry, mapping, navigation, exploration"]),
     "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
         "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "
         "other, got 0 m with drive: aerial"]),

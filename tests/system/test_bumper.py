@@ -25,8 +25,8 @@ def driven(*overrides):
 
 
 def test_a_robot_backs_off_from_what_it_touches():
-    contacts, told, against = driven("robot.bumper=true")
-    assert contacts == told > 0
+    contacts, notified, against = driven("robot.bumper=true")
+    assert contacts == notified > 0
     assert against == 0
     without = driven()
     assert without[1] is None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -18,8 +17,7 @@ from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.robot.navigation.local_planner import LocalPlanner, Position
 from desim.robot.navigation.recovery import Progress, Recovery, Spin, retreat
 from desim.scenario.schema.fleet import BodyType
-from desim.scenario.schema.navigation import Navigation
-from desim.scenario.schema.robot import Laser
+from desim.scenario.schema.robot import Equipment
 from desim.units import NS_PER_S
 
 _NEVER_NS = -(10**18)
@@ -34,19 +32,18 @@ class MoveBase(Node):
     the first map is there.
     """
 
-    def __init__(self, host: Host, navigation: Navigation, body: BodyType,
-                 lasers: Mapping[str, Laser], costmap: GlobalCostmap,
-                 has_bumper: bool = False) -> None:
+    def __init__(self, host: Host, robot: Equipment, body: BodyType, costmap: GlobalCostmap
+                 ) -> None:
         super().__init__(host, "move_base")
-        self._navigation, self._body = navigation, body
+        navigation, lasers = robot.navigation, robot.scanners
+        self._robot, self._navigation, self._body = robot, navigation, body
         self._sensor_timeout_ns = max(navigation.sensor_timeout_ns,
                                       *(int(2 * NS_PER_S / laser.rate_hz)
                                         for laser in lasers.values()))
-        self._topics, self._has_bumper = tuple(lasers), has_bumper
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._local = LocalPlanner(navigation, body, costmap)
         self._progress = Progress()
-        self._pose = self._map = Latest(host)
+        self._pose = self._map = self._sonar = Latest(host)
         self._scans: list[Latest] = []
         self._mapped = False
         self._goal: Goal | None = None
@@ -59,10 +56,12 @@ class MoveBase(Node):
         self.advertise("cmd_vel")
         self.advertise("goal_result")
         self.advertise("costmap", latch=True)
-        self._scans = [self.latest(topic) for topic in self._topics]
+        self._scans = [self.latest(topic) for topic in self._robot.scanners]
         self._pose, self._map = self.latest("pose"), self.latest("map")
         self.subscribe("goal", self._on_goal)
-        if self._has_bumper:
+        if self._robot.sonar is not None:
+            self._sonar = self.latest("sonar")
+        if self._robot.bumper:
             self.subscribe("bumper", self._on_bump)
         self.timer(self._navigation.control_rate_hz, self._control)
         self.timer(self._navigation.local_rate_hz, self._observe)
@@ -94,15 +93,18 @@ class MoveBase(Node):
                       self.now_ns, Recovery.RETREAT)
 
     def _observe(self, _: int) -> None:
-        """Take the newest scan of each laser into the local costmap."""
+        """Take the newest scan of each laser, and of the sonar, into the local costmap."""
         if not self._mapped and self._map.message is not None:
             self._mapped = True
             self.publish("costmap", Empty())
         pose, scans = self._pose.message, [scan.message for scan in self._scans]
         if self._goal is not None and scans[0] is not None and pose is not None:
+            sweeps = [scan.content for scan in scans if scan is not None]
+            if self._sonar.message is not None:
+                sweeps += self._sonar.message.content.scans
             self._local.costmap.observe([
                 (sweep, self._local.extrapolate(pose.content, sweep.stamp_ns))
-                for sweep in (scan.content for scan in scans if scan is not None)])
+                for sweep in sweeps])
 
     # ---------------------------------------------------------------------------- what it does
 

@@ -52,6 +52,33 @@ def laser_of(given: str | Laser) -> Laser:
     return BUILT_IN_LASERS[given] if isinstance(given, str) else given
 
 
+class Sonar(Params):
+    """A ring of sonars, which all fire at once."""
+
+    transducers: tuple[tuple[Position, Position, Angle], ...] = Field((
+        ("0.069 m", "0.136 m", "90 deg"), ("0.114 m", "0.119 m", "50 deg"),
+        ("0.148 m", "0.078 m", "30 deg"), ("0.166 m", "0.027 m", "10 deg"),
+        ("0.166 m", "-0.027 m", "-10 deg"), ("0.148 m", "-0.078 m", "-30 deg"),
+        ("0.114 m", "-0.119 m", "-50 deg"), ("0.069 m", "-0.136 m", "-90 deg")), min_length=1,
+        description="x, y and yaw of each on the body (the front ring of a Pioneer 3-DX, as "
+                    "Stage's pioneer.inc has it)")
+    cone_rad: Angle = Field("30 deg", gt=0, le=1.6, description="the width of a view (Stage: 30)")
+    min_range_m: Length = Field("0.1 m", gt=0, description="what is nearer reads this (Stage)")
+    max_range_m: Length = Field("5 m", gt=0, description="(Stage)")
+    height_m: Length = Field("0.2 m", description="of its plane (our estimate: below the deck)")
+    rate_hz: Frequency = Field("10 Hz", description="(a Pioneer's server sends readings so often)")
+    rays: int = Field(5, ge=2, le=100, description=(
+        "beams over the cone, the shortest of which is read (our choice: 7.5 deg apart)"))
+
+    @property
+    def cones(self) -> tuple[Laser, ...]:
+        """The view of each transducer, as a laser's."""
+        return tuple(Laser().model_copy(update={
+            "beams": self.rays, "field_of_view_rad": self.cone_rad,
+            "max_range_m": self.max_range_m, "height_m": self.height_m, "x_m": x_m, "y_m": y_m,
+            "yaw_rad": yaw_rad}) for x_m, y_m, yaw_rad in self.transducers)
+
+
 class Odometry(Params):
     """Wheel odometry. All kinds of localization but ``ground_truth`` read it."""
 
@@ -110,6 +137,7 @@ class Equipment(Params):
         "lms500, or its parameters: the only one (null where there are lasers)"))
     lasers: dict[Name, Annotated[str | Laser, BY_SHAPE]] = Field({}, description=(
         "several, by name, in place of the only one; SLAM reads the first"))
+    sonar: Sonar | None = Field(None, description="a ring of sonars ({}: a Pioneer's; null: none)")
     bumper: bool = Field(False, description=(
         "senses contacts on all sides; navigation then stops and backs off (as Kobuki's "
         "safety_controller does)"))
