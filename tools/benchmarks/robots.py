@@ -21,6 +21,7 @@ from desim.compiler.kernel import CompiledKernel
 from desim.engine.streams import Streams
 from desim.imports.slam_logs.carmen import CarmenLog, read_carmen
 from desim.imports.slam_logs.slam_trial import play
+from desim.ports import Pose2D
 from desim.robot.slam import particle_filter, shared_maps
 from desim.robot.slam.localizations import SLAM
 from desim.robot.slam.settings import SlamSettings
@@ -97,7 +98,7 @@ def parts(new: Callable[[], particle_filter.ParticleSlam], log: CarmenLog) -> st
         whole_s = 0.0
         slam = new()
         for odometry, ranges in zip(log.odometry, log.ranges, strict=True):
-            if slam.advance(odometry):
+            if slam.advance(Pose2D(*odometry.tolist())):
                 begin_s = time.process_time()
                 slam.process(ranges)
                 whole_s += time.process_time() - begin_s
