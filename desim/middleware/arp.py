@@ -105,11 +105,6 @@ class Neighbour(BroadcastCarrier[int]):
         self._kernel = all_.context.kernel
         self._tick_ns = all_.tick_ns
 
-    @property
-    def knows(self) -> bool:
-        """Whether a frame leaves at once, and no question follows from that."""
-        return self._state > STALE
-
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
                  broadcast: bool, carrier: AddressedCarrier[T_contra],
                  token: T_contra) -> int | None:

@@ -67,7 +67,7 @@ class Medium(Account):
                  "_kernel", "_after", "_send", "_begin", "_streams", "_place", "positions", "_open",
                  "_broadcasts", "_awaited", "_reasons", "_hosts",
                  "_control", "_reachability", "judge_transmission", "shared", "_admit", "_passes",
-                 "_all_pass", "_send_many", "book")
+                 "_all_pass", "_send_many")
 
     def __init__(self, name: str, model: NetworkModel,
                  rules: Sequence[Rule | ports.RuleFunction] = (), *, kernel: Kernel, names: Names,
@@ -87,7 +87,7 @@ class Medium(Account):
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
         self.flights = Flights(self, kernel, [names.id(host) for host in hosts])
-        self._begin, self.book = self.flights.begin, self.flights.book
+        self._begin = self.flights.begin
         self._open: dict[int, Claim] = {}  # unicast ones, by frame
         self._broadcasts: dict[int, Broadcast] = {}  # open ones, by frame
         self._awaited = 0  # receivers at which those are not settled yet

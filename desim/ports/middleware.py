@@ -109,32 +109,12 @@ class Route(Sends, Protocol):
         Where ``transmit`` returns a time, so does this, and the carrier hears nothing: it costs no
         event."""
 
-    @property
-    def lets_pass(self) -> Callable[..., bool]:
-        """``lets_pass(source, receivers, size_bytes, segments)``: whether all rules let equal
-        frames, one to each of ``receivers``, pass unchanged now, as far as they tell of many."""
-
-    @property
-    def transmit_many(self) -> Callable[..., object]:
-        """``transmit_many(source, receivers, size_bytes, segments, carriers, token)`` sends these,
-        in this order, where ``lets_pass``. ``carriers``: ``desim.network.carrier.Carriers``."""
-
-    @property
-    def book(self) -> Callable[..., object]:
-        """``book(source, receiver, size_bytes, segments, carrier, token, arrival_ns)``: ``carrier``
-        shall hear of an arrival that ``Carriers`` have expected."""
-
 
 class AddressEntry(Sends, Protocol):
     """A host's entry for the address of another one. ``confirmed_ns``: when its sender knew last
-    that the address is right | ``used_ns``: when a frame was sent there last."""
+    that the address is right."""
 
     confirmed_ns: int
-    used_ns: int
-
-    @property
-    def knows(self) -> bool:
-        """Whether a frame leaves at once, and asks for nothing."""
 
 
 class AddressTables(Protocol):

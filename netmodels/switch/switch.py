@@ -83,8 +83,8 @@ class Switch:
                                           self._ahead_ns, self._local_ns)
         self._due_ns = NEVER
         self._timer: ports.Handle | None = None
-        # The exits of a batch; a fleet's sensors and a robot's teammates stay the same.
-        self._exits = lru_cache(1 << 8)(lambda receivers: np.array(
+        # The exits of a batch; a fleet's sensors always have the same receivers.
+        self._exits = lru_cache(1 << 5)(lambda receivers: np.array(
             [self._port[receiver] for receiver in receivers]))
 
     def send(self, frame: ports.Frame) -> int | None:

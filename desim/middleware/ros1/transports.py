@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections import deque
-from itertools import groupby
 
 from desim.middleware.message import Message
 from desim.middleware.ros1.client import RosPublication
 from desim.middleware.ros1.links import RosLink
 from desim.middleware.tcp import Connection
-from desim.middleware.tcp.convoy import Convoy
 from desim.middleware.transports import LENGTH_BYTES, LinkedTransport
-from desim.ports.middleware import MiddlewareContext, Route, Transport
+from desim.ports.middleware import MiddlewareContext, Transport
 
 
 class Tcpros(LinkedTransport["Outlet"]):
     """One publisher's messages over the links of its process and topic, with an outbox for each. A
     host with a new link is a new receiver: messages that it did not get over the old one are
-    dropped as ``link_closed``. A message to several hosts goes by ``Convoy`` where it can."""
+    dropped as ``link_closed``."""
 
     def __init__(self, context: MiddlewareContext, source: int, publication: RosPublication,
                  limit: int) -> None:
@@ -28,39 +26,6 @@ class Tcpros(LinkedTransport["Outlet"]):
             return outlet
 
         super().__init__(link_to, context.drop)
-        self._parts: list[tuple[Convoy | None, list[Outlet]]] = []  # all links, in their order
-
-    def connect(self, receivers: list[int]) -> list[int]:
-        fresh = super().connect(receivers)
-        together = groupby(self._links.values(), lambda outlet: (
-            None if outlet.sender.express is None else outlet.connection.medium))
-        self._parts = [(_convoy_of(medium, outlets), outlets) for medium, outlets
-                       in ((medium, list(group)) for medium, group in together)]
-        return fresh
-
-    def send(self, message: Message, only: list[int] | None = None) -> None:
-        if only is not None:
-            super().send(message, only)
-            return
-        size_bytes, now_ns = message.size_bytes + LENGTH_BYTES, message.born_ns
-        for convoy, outlets in self._parts:
-            if convoy is not None and convoy.is_free(size_bytes):
-                convoy.send([(size_bytes, outlet.arrived, outlet.written(message), None, now_ns)
-                             for outlet in outlets])
-            else:
-                for outlet in outlets:
-                    outlet.offer(message)
-
-    def close(self, reason: str) -> None:
-        super().close(reason)
-        self._parts = []
-
-
-def _convoy_of(medium: Route | None, outlets: list[Outlet]) -> Convoy | None:
-    """The convoy of outlets that all send by express over one medium; None: they do not, or it
-    would be one alone."""
-    expresses = [outlet.sender.express for outlet in outlets if outlet.sender.express is not None]
-    return None if medium is None or len(expresses) < 2 else Convoy(medium, expresses)
 
 
 class WrittenMessage:
@@ -79,14 +44,14 @@ class Outlet:
     oldest, and the messages in the socket. The socket takes one more while its send buffer has
     room."""
 
-    __slots__ = ("connection", "sender", "_context", "_receiver", "_limit", "_outbox", "_written",
+    __slots__ = ("connection", "_context", "_sender", "_receiver", "_limit", "_outbox", "_written",
                  "_closed")
 
     def __init__(self, context: MiddlewareContext, source: int, receiver: int,
                  connection: Connection, limit: int) -> None:
         self.connection = connection
         self._context = context
-        self.sender = connection.sender(source)
+        self._sender = connection.sender(source)
         self._receiver = receiver
         self._limit = limit
         self._outbox: deque[Message] = deque()
@@ -95,7 +60,7 @@ class Outlet:
 
     def offer(self, message: Message) -> None:
         outbox = self._outbox
-        sender = self.sender
+        sender = self._sender
         if not outbox and sender.writable:
             self._write(message)
             return
@@ -121,16 +86,11 @@ class Outlet:
         return len(self._written) + len(self._outbox)
 
     def _write(self, message: Message) -> None:
-        self.sender.send(message.size_bytes + LENGTH_BYTES, self.arrived, self.written(message),
-                         None)
-
-    def written(self, message: Message) -> WrittenMessage:
-        """``message`` is in the socket."""
         written = WrittenMessage(message)
         self._written.append(written)
-        return written
+        self._sender.send(message.size_bytes + LENGTH_BYTES, self._arrived, written, None)
 
-    def arrived(self, written: WrittenMessage) -> None:
+    def _arrived(self, written: WrittenMessage) -> None:
         if not self._closed:
             self._written.popleft()
             self._context.deliver(written.message, self._receiver, written.first_ns,
@@ -139,7 +99,7 @@ class Outlet:
     def _go_on(self) -> None:
         if self._closed:
             return
-        outbox, sender = self._outbox, self.sender
+        outbox, sender = self._outbox, self._sender
         while outbox and sender.writable:
             self._write(outbox.popleft())
         if outbox:

@@ -33,7 +33,7 @@ class Express(AddressedCarrier[Flight]):
     ``more`` behind it."""
 
     protocol = "tcp"
-    __slots__ = ("ready", "flight", "more", "_sender", "_kernel", "_context", "way",
+    __slots__ = ("ready", "flight", "more", "_sender", "_kernel", "_context", "_way",
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
                  "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
 
@@ -49,7 +49,7 @@ class Express(AddressedCarrier[Flight]):
         self._context = context = end.connection.tcp.context
         self._kernel = context.kernel
         self._record_frame = context.record_frame
-        self.way = end.way
+        self._way = end.way
         self._transmit = end.way.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = context.host_ids[end.host], context.host_ids[end.peer]
@@ -58,11 +58,6 @@ class Express(AddressedCarrier[Flight]):
         self._patience_ns = params.rto_min_ns
         self._timed = False  # the timer runs
         self._since_ns = 0  # from when it does, or would
-
-    @property
-    def end(self) -> End:
-        """The end of the connection that it sends from."""
-        return self._sender.end
 
     @property
     def conversation(self) -> Connection:
@@ -75,22 +70,8 @@ class Express(AddressedCarrier[Flight]):
                 or (self.flight is not None and not self._follows(size_bytes)):
             self.join()
             return False
+        now_ns = self._kernel.now_ns
         on_wire_bytes, segments = on_wire(size_bytes)
-        flight = size_bytes, arrived, token, kind, self._kernel.now_ns
-        self.begin(flight, on_wire_bytes)
-        self.watch(self._transmit(self._host, self._to, on_wire_bytes, segments, False, self,
-                                  flight))
-        return True
-
-    def may_begin(self, size_bytes: int) -> bool:
-        """Whether a message of ``size_bytes`` may go by express now, before any other, and its
-        frame leaves at once."""
-        return (self.ready and self.flight is None and size_bytes <= self._most_bytes
-                and self.way.knows)
-
-    def begin(self, flight: Flight, on_wire_bytes: int) -> None:
-        """``flight`` is sent now, in a frame of ``on_wire_bytes``."""
-        _, _, token, kind, now_ns = flight
         if kind is None:
             token.last_ns = now_ns
             if token.first_ns < 0:
@@ -98,6 +79,7 @@ class Express(AddressedCarrier[Flight]):
             self._record_frame(self._host_id, self._to_id, token.seq, on_wire_bytes)
         else:
             self._context.record_control(kind, self._host, self._to_id, on_wire_bytes)
+        flight = size_bytes, arrived, token, kind, now_ns
         sender = self._sender
         if self.flight is None:
             self.flight = flight
@@ -108,14 +90,13 @@ class Express(AddressedCarrier[Flight]):
         else:
             self.more.append(flight)
         sender.sent_ns = now_ns
-
-    def watch(self, due_ns: int | None) -> None:
-        """Set the timer, unless the message will arrive in time (``due_ns``; None: unknown)."""
+        due_ns = self._transmit(self._host, self._to, on_wire_bytes, segments, False, self, flight)
         since_ns = self._since_ns
         if (due_ns is None or due_ns - since_ns >= self._patience_ns) and not self._timed \
                 and self.flight is not None:
             self._timed = True
-            self._sender.timer.expect(since_ns + self._sender.rto_ns)
+            sender.timer.expect(since_ns + sender.rto_ns)
+        return True
 
     def flying(self) -> int:
         """The bytes on their way."""
@@ -141,7 +122,7 @@ class Express(AddressedCarrier[Flight]):
                 sender.grow(flight[0], flying, self._kernel.now_ns)
         self.flight = self.more.pop(0) if self.more else None
         sender.transit.express_ns = self._since_ns = now_ns = self._kernel.now_ns
-        self.way.confirmed_ns = now_ns
+        self._way.confirmed_ns = now_ns
         sender.sample(now_ns - flight[4], now_ns)
         if self._timed:
             if self.flight is None:

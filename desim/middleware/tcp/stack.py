@@ -18,11 +18,9 @@ if TYPE_CHECKING:
 class Known:
     """The entry of a peer whose address is configured (``arp: static``)."""
 
-    knows = True
-
     def __init__(self, transmit: Callable[..., int | None]) -> None:
         self.transmit = transmit
-        self.confirmed_ns = self.used_ns = 0
+        self.confirmed_ns = 0
 
 
 class Tcp:
