@@ -15,6 +15,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import Frontier, Peer
+from desim.robot.coordination.blacklist import Blacklist
 from desim.robot.coordination.explore import Explore
 from desim.robot.localization import SENSORS, SensorPose
 from desim.robot.navigation.map_queries import MapQueries
@@ -116,6 +117,24 @@ def test_a_goal_given_up_is_avoided_for_a_while():
     assert sides[:2] == [(0, "left"), (1, "right")]
     # both are on the list until the first has been there for 8 s
     assert sides[2:] == [(9, "left"), (10, "right")]
+
+
+def test_a_goal_given_up_for_good_is_never_tried_again():
+    for blacklist_for, tries in ((None, 2), ("8 s", 4)):  # the twin tries again
+        play = Play(blacklist_for=blacklist_for, blacklist_radius="2 m")
+        play.script.answer = False
+        assert len(play.run(12)) == tries
+
+
+def test_a_blacklist_of_cells_covers_those_cells():
+    """5 cells around as explore_lite's, 2 as explore_multirobot's, along the axes; with 3, rounding
+    would lose one."""
+    for reach in (5, 3, 2):
+        blacklist = Blacklist(ExplorationParams(blacklist_radius=f"{reach / 5:g} m",
+                                                blacklist_for=None), 100, 0.2)
+        blacklist.add(40 * 100 + 50, 0)
+        blacklist.expire(10**15)
+        assert blacklist.discs().tolist() == [[40, 50, reach * reach]]
 
 
 def test_a_frontier_still_there_after_two_visits_is_avoided():

@@ -16,6 +16,7 @@ from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.localization import SensorPose
 from desim.robot.navigation.move_base import MoveBase
+from desim.robot.navigation.recovery import Recovery
 from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import TilePool
 from desim.scenario.schema.fleet import BodyType
@@ -218,6 +219,33 @@ def test_a_goal_without_a_way_is_refused_at_once():
     drive = Drive(shut, ((1.0, 2.0, 0.0), (1.0, 8.0))).run(2)
     (at_ns, result), = drive.tasks[0].results
     assert (at_ns, result.reached) == (S // 2, False)
+
+
+MOVE_BASE_ORDER = [Recovery.CONSERVATIVE_RESET, Recovery.ROTATE, Recovery.AGGRESSIVE_RESET,
+                   Recovery.ROTATE]
+
+
+@pytest.mark.parametrize("patience_s", [5, 2])
+def test_move_base_waits_for_a_path_through_its_recoveries(patience_s):
+    """Each recovery, and the end, after ``planner_patience``, and a turn takes about 3.4 s."""
+    shut = [*ROOM, (0, 5, 10, 5)]
+    drive = Drive(shut, ((1.0, 2.0, 0.0), (1.0, 8.0)), navigation=Navigation(
+        recovery="move_base", planner_patience=f"{patience_s} s")).run(50)
+    (at_ns, result), = drive.tasks[0].results
+    assert not result.reached
+    assert [kind for _, kind, _ in drive.recorded("recovery")] == MOVE_BASE_ORDER
+    turn_s = 2.0 * math.sqrt(2.0 * math.pi / BODY.turn_acceleration_radps2)
+    assert at_ns / S == pytest.approx(0.5 + 5 * patience_s + 2 * turn_s, abs=3.0)
+
+
+def test_move_base_gives_up_what_it_oscillates_before():
+    shut = [*ROOM, (0, 5, 10, 5)]  # the map shows a gap that is not there
+    for timeout, ends in (("5 s", [False]), (None, [])):  # the twin, as published, tries for ever
+        drive = Drive(shut, ((1.0, 2.0, 0.0), (1.0, 8.0)), known=CORNER, navigation=Navigation(
+            recovery="move_base", oscillation_timeout=timeout)).run(90)
+        assert [r.reached for _, r in drive.tasks[0].results] == ends
+        assert [kind for _, kind, _ in drive.recorded("recovery")][-4:] \
+            == (MOVE_BASE_ORDER if ends else [])
 
 
 def test_a_goal_where_it_stands_makes_it_turn_once():

@@ -16,7 +16,9 @@ from desim.units import NS_PER_S
 _DRAWN = ("advertises", "subscribes", "believes", "sees", "goal", "goal_reached", "localized",
           "believed", "partition")
 _RECOVERIES = {Recovery.REPLAN: "plans again", Recovery.ROTATE: "turns",
-               Recovery.RETREAT: "backs off"}
+               Recovery.RETREAT: "backs off",
+               Recovery.CONSERVATIVE_RESET: "forgets what is far",
+               Recovery.AGGRESSIVE_RESET: "forgets what is near, too"}
 _PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
           "goal_aborted": "{} gives up its goal", "stop": "the run ends",
           "map_redrawn": "{} corrects its path, and draws its map anew"}

@@ -1,4 +1,4 @@
-"""The blacklist of goals that a robot avoids for a while (explore_lite's)."""
+"""The blacklist of goals that a robot avoids for a while, or for good (explore_lite's)."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ _VISITS = 2
 
 
 class Blacklist:
-    """Cells around which no goal is chosen, each until its time is over."""
+    """Cells around which no goal is chosen, each until its time is over, or for good."""
 
     def __init__(self, exploration: ExplorationParams, across: int, resolution_m: float) -> None:
         self._for_ns = exploration.blacklist_for_ns
         self._radius = exploration.blacklist_radius_m / resolution_m
         self._across = across
-        self._entries: list[tuple[int, int, int]] = []  # row, column, until
+        self._entries: list[tuple[int, int, float]] = []  # row, column, until (ns, or infinity)
 
     def add(self, cell: int, now_ns: int) -> None:
         """Avoid the surroundings of ``cell`` from now on."""
-        self._entries.append((*divmod(cell, self._across), now_ns + self._for_ns))
+        until_ns = math.inf if self._for_ns is None else now_ns + self._for_ns
+        self._entries.append((*divmod(cell, self._across), until_ns))
 
     def expire(self, now_ns: int) -> None:
         """Forget the entries whose time is over."""
@@ -35,7 +36,8 @@ class Blacklist:
 
     def discs(self) -> np.ndarray:
         """[k, 3] row, column and squared radius in cells, as the search takes them."""
-        return np.array([(row, column, int(self._radius * self._radius))
+        within2 = int(self._radius**2 + 1e-6)  # 0.6 m are three cells of 0.2 m, and not 2.9999
+        return np.array([(row, column, within2)
                          for row, column, _ in self._entries], np.int64).reshape(-1, 3)
 
 

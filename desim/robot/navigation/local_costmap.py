@@ -53,6 +53,15 @@ class LocalCostmap:
         kernels.observe(ranges, beams, self.scan, self.layer, self.around.flat, self.around.frame,
                         self._memory, self.near2)
 
+    def forget(self, outside_m: float) -> None:
+        """Forget the points out of view that lie outside of a square of this side around the robot
+        (costmap_2d's resetMapOutsideWindow). The rest is the last scan, which the next replaces."""
+        kept = self._memory[:int(self.layer[0]["remembered"])]
+        here = np.array((self.scan[0]["x_m"], self.scan[0]["y_m"]))
+        kept = kept[np.abs(kept[:, :2] - here).max(axis=1, initial=0.0) <= 0.5 * outside_m]
+        self._memory[:len(kept)] = kept
+        self.layer[0]["remembered"] = len(kept)
+
 
 def _edge_cos(scans: Sequence[PlacedScan]) -> float:
     """The cosine of the angle from ahead up to which one laser sees both sides; 1 if none does."""

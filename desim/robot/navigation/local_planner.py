@@ -61,6 +61,11 @@ class LocalPlanner:
         return _steer(x_m, y_m, yaw_rad, self.speed_mps, self.turn_radps, self._state, self._path,
                       *self._seen)
 
+    @property
+    def is_blocked(self) -> bool:
+        """Whether no velocity was clear when ``steer`` was last called."""
+        return bool(self._state[0]["blocked"])
+
     def command(self, speed_mps: float, turn_radps: float) -> None:
         """Note that this velocity was commanded; the motors come as near to it as they can in a
         period."""

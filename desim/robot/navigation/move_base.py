@@ -15,7 +15,8 @@ from desim.middleware.topics import Latest
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.robot.navigation.local_planner import LocalPlanner, Position
-from desim.robot.navigation.recovery import Progress, Recovery, Spin, retreat
+from desim.robot.navigation.patience import patience
+from desim.robot.navigation.recovery import Recovery, Spin, retreat
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Equipment
 from desim.units import NS_PER_S
@@ -23,6 +24,7 @@ from desim.units import NS_PER_S
 _NEVER_NS = -(10**18)
 _NOWHERE = np.empty((0, 2))
 _RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer; maze_8: same
+_AGGRESSIVE_RADII = 4  # move_base.cpp: aggressive_reset clears outside of 4 circumscribed radii
 
 
 class MoveBase(Node):
@@ -42,14 +44,14 @@ class MoveBase(Node):
                                         for laser in lasers.values()))
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._local = LocalPlanner(navigation, body, costmap)
-        self._progress = Progress()
+        self._patience = patience(navigation)
         self._pose = self._map = self._sonar = Latest(host)
         self._scans: list[Latest] = []
         self._mapped = False
         self._goal: Goal | None = None
         self._spin: Spin | None = None
         self._retreat_until_ns = 0  # 0: not in retreat
-        self._recoveries = 0  # for this goal
+        self._pathless = False  # there is no path to the goal, and it waits for one
         self._arriving = False  # the goal is reached when the present turn is complete
 
     def start(self) -> None:
@@ -71,15 +73,16 @@ class MoveBase(Node):
     def _on_goal(self, message: Message) -> None:
         goal: Goal = message.content
         if self._spin is not None:
-            self._progress.restart(self.now_ns)
-        self._spin, self._arriving, self._retreat_until_ns, self._recoveries = None, False, 0, 0
+            self._patience.restart(self.now_ns)
+        self._spin, self._arriving, self._retreat_until_ns = None, False, 0
+        self._patience.begin_goal(self.now_ns)
         if math.isnan(goal.x_m):
             self._halt()
             return
         self._goal, pose = goal, self._pose.message
-        if pose is None or not self._plan(goal, pose.content):
+        if pose is None:
             self._finish(goal, False)
-        elif self._reached(goal, pose.content.x_m, pose.content.y_m):
+        elif self._plan(goal, pose.content) and self._reached(goal, pose.content.x_m, pose.content.y_m):
             self._arriving = True  # the robot is there already: it turns once to see what is around
             self._begin_spin(pose.content)
 
@@ -124,11 +127,13 @@ class MoveBase(Node):
                 self._drive(0.0, turn_radps)
                 return
             self._spin = None
-            self._progress.restart(now_ns)
+            self._patience.restart(now_ns)
             if self._arriving:
                 self._finish(goal, True)
         elif self._retreat_until_ns:
             self._retreat(goal, pose.content, here, now_ns)
+        elif self._pathless:
+            self._wait(goal, pose.content, here, now_ns)
         else:
             self._approach(goal, pose.content, here, now_ns)
 
@@ -137,22 +142,38 @@ class MoveBase(Node):
             self._finish(goal, True)
             return
         speed_mps, turn_radps, togo_m = self._local.steer(*here)
-        self._progress.note(now_ns, togo_m)
-        if now_ns - self._progress.since_ns > self._navigation.stuck_after_ns:
+        self._patience.note(now_ns, *here[:2], togo_m, self._local.is_blocked)
+        if self._patience.is_over(now_ns):
+            self._recover(goal, pose, here, now_ns)
+            return
+        self._drive(speed_mps, turn_radps)
+        if self._patience.insists and self._local.is_blocked:
+            self._plan(goal, pose)
+
+    def _wait(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
+        """Stand, and look for a path once more."""
+        if not self._plan(goal, pose) and self._patience.is_over(now_ns):
             self._recover(goal, pose, here, now_ns)
         else:
-            self._drive(speed_mps, turn_radps)
+            self._drive(0.0, 0.0)
 
     def _recover(self, goal: Goal, pose: Pose, here: Position, now_ns: int,
                  wanted: Recovery | None = None) -> None:
         """Try the ``wanted`` recovery or the next one, or give the goal up."""
-        self._recoveries += 1
-        if self._recoveries > self._navigation.give_up_after or not self._plan(goal, pose):
+        kind = self._patience.next(wanted)
+        if kind is None:
             self._finish(goal, False)
             return
-        kind = Recovery((self._recoveries - 1) % len(Recovery)) if wanted is None else wanted
-        self.record("recovery", self._recoveries, int(kind))
-        self._progress.restart(now_ns)
+        if kind is Recovery.CONSERVATIVE_RESET:
+            self._local.costmap.forget(self._navigation.conservative_reset_m)
+        elif kind is Recovery.AGGRESSIVE_RESET:
+            self._local.costmap.forget(_AGGRESSIVE_RADII * self._body.radius_m)
+        number = self._patience.tried
+        self._plan(goal, pose)
+        if self._goal is None:
+            return
+        self.record("recovery", number, int(kind))
+        self._patience.restart(now_ns)
         if kind is Recovery.ROTATE:
             self._begin_spin(pose)
         elif kind is Recovery.RETREAT:
@@ -168,9 +189,8 @@ class MoveBase(Node):
             self._drive(speed_mps, turn_radps)
             return
         self._retreat_until_ns = 0
-        self._progress.restart(now_ns)
-        if not self._plan(goal, pose):
-            self._finish(goal, False)
+        self._patience.restart(now_ns)
+        self._plan(goal, pose)
 
     def _begin_spin(self, pose: Pose) -> None:
         body = self._body
@@ -178,16 +198,18 @@ class MoveBase(Node):
                           self.now_ns)
 
     def _plan(self, goal: Goal, pose: Pose) -> bool:
-        """Plan a path to the goal and follow it; False if there is none."""
-        if not self._mapped:
-            return False
+        """Plan a path to the goal and follow it; without one, wait for it or give the goal up."""
         path = self._planner.plan((pose.x_m, pose.y_m), (goal.x_m, goal.y_m),
-                                  self._navigation.goal_tolerance_m)
+                                  self._navigation.goal_tolerance_m) if self._mapped else None
+        self._pathless = path is None
         if path is None:
+            self._patience.miss_path()
+            if not self._patience.insists:
+                self._finish(goal, False)
             return False
         self._local.follow(path)
         self.display("plan", path)
-        self._progress.begin(self.now_ns, pose.x_m, pose.y_m)
+        self._patience.begin_path(self.now_ns, pose.x_m, pose.y_m)
         return True
 
     def _reached(self, goal: Goal, x_m: float, y_m: float) -> bool:

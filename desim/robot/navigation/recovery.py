@@ -1,4 +1,4 @@
-"""Recovery: how a robot notices that it is stuck, and what it tries then."""
+"""Recovery: what a robot tries when it is stuck."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ import numpy as np
 
 from desim.robot.navigation.global_costmap import GlobalCostmap
 
-_PROGRESS_M = 0.2  # one cell of the map; maze_8: 192, 192 s
-# Distance since the last new path that makes another one a new start; maze_8: 187, 198 s.
-_MOVED_M = 0.3
 # Range of the distance to back off: drawn, so that two robots that block each other differ;
 # maze_8: same.
 _RETREAT_M = (0.5, 1.5)
@@ -20,39 +17,14 @@ _GENTLE = 0.6  # share of the full deceleration that ends a turn; maze_8: 177, 1
 
 
 class Recovery(IntEnum):
-    """The behaviours that are tried, in this order, again and again."""
+    """The behaviours; which one comes when, ``patience.py`` says. The resets are move_base's
+    clear_costmap_recovery."""
 
     REPLAN = 0
     ROTATE = 1
     RETREAT = 2
-
-
-class Progress:
-    """Measures the time since the way to the goal last became shorter."""
-
-    def __init__(self) -> None:
-        self.since_ns = 0
-        self._least_m = math.inf
-        self._place_m = (math.inf, math.inf)
-
-    def begin(self, now_ns: int, x_m: float, y_m: float) -> None:
-        """Begin a new path. A robot that did not move since the last one is no less stuck."""
-        self._least_m = math.inf
-        if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) > _MOVED_M:
-            self._place_m = (x_m, y_m)
-            self.since_ns = now_ns
-
-    def restart(self, now_ns: int) -> None:
-        """Begin to measure anew, because something else is tried."""
-        self._least_m = math.inf
-        self.since_ns = now_ns
-
-    def note(self, now_ns: int, togo_m: float) -> None:
-        """Note that ``togo_m`` of the path is left."""
-        if togo_m < self._least_m - _PROGRESS_M:
-            if self._least_m < math.inf:
-                self.since_ns = now_ns
-            self._least_m = togo_m
+    CONSERVATIVE_RESET = 3
+    AGGRESSIVE_RESET = 4
 
 
 class Spin:

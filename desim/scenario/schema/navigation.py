@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from desim.ports import Params
@@ -26,9 +28,27 @@ class Navigation(Params):
     turn_samples: int = Field(20, ge=3, le=1000,
                               description="(TrajectoryPlannerROS vtheta_samples)")
     goal_tolerance_m: Length = Field("0.4 m", gt=0, description="(two cells of the map)")
-    stuck_after_ns: Period = Field("5 s", description="no progress for so long starts a recovery "
-                                                     "(move_base controller_patience)")
-    give_up_after: int = Field(3, ge=1, description="recoveries before the goal is aborted")
+    recovery: Literal["progress", "move_base"] = Field("progress", description=(
+        "when a robot is stuck and what it tries. progress: without progress it plans again, turns "
+        "once, retreats; move_base: the published triggers and order"))
+    stuck_after_ns: Period = Field("5 s", description=(
+        "of recovery progress: the way became no shorter for so long (move_base "
+        "controller_patience)"))
+    give_up_after: int = Field(3, ge=1, description=(
+        "of recovery progress: recoveries before the goal is aborted"))
+    planner_patience_ns: Period = Field("5 s", description=(
+        "of recovery move_base: so long without a path starts a recovery (move_base.cpp)"))
+    controller_patience_ns: Period = Field("15 s", description=(
+        "of recovery move_base: so long without a clear velocity starts a recovery (move_base.cpp; "
+        "MoveBase.cfg: 5 s)"))
+    oscillation_timeout_ns: Period | None = Field(None, description=(
+        "of recovery move_base: so long near one place starts a recovery (null: never, as in "
+        "move_base.cpp)"))
+    oscillation_distance_m: Length = Field("0.5 m", description=(
+        "of recovery move_base: what counts as another place (move_base.cpp)"))
+    conservative_reset_m: Length = Field("3 m", description=(
+        "of recovery move_base: side of the square that the first reset leaves "
+        "(conservative_reset_dist)"))
     sensor_timeout_ns: Period = Field("0.5 s", description=(
         "the robot stops when its newest scan is older (move_base: sensor not current; at least "
         "two periods of the laser)"))

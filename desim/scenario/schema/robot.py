@@ -111,9 +111,12 @@ class ExplorationParams(Params):
                                                 "(explore planner_frequency)")
     min_frontier_m: Length = Field("0.8 m", description="smaller clusters are ignored "
                                                       "(explore_lite min_frontier_size 0.75 m)")
-    blacklist_radius_m: Length = Field("1 m", description="around a goal that was given up "
-                                                        "(explore_lite: 5 cells)")
-    blacklist_for_ns: Duration = Field("60 s", description="how long a given-up goal is avoided")
+    blacklist_radius_m: Length = Field("1 m", description=(
+        "around a goal that was given up (explore_lite: 5 cells, 1 m with cells of 0.2 m; "
+        "explore_multirobot: 2 cells)"))
+    blacklist_for_ns: Duration | None = Field("60 s", description=(
+        "how long a given-up goal is avoided (null: for good, as in explore_lite and "
+        "explore_multirobot)"))
     publishes_cost: bool = Field(False, description=(
         "the way to the goal and the size of its frontier go to the monitor, at this rate (the "
         "published explore's estimated_cost, in parts)"))

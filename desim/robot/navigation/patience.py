@@ -1,0 +1,180 @@
+"""Patience: when a robot counts as stuck, and which recovery it tries next. Two kinds."""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+from typing import Protocol
+
+from desim.robot.navigation.recovery import Recovery
+from desim.scenario.schema.navigation import Navigation
+
+_PROGRESS_M = 0.2  # one cell of the map; maze_8: 192, 192 s
+# Distance since the last new path that makes another one a new start; maze_8: 187, 198 s.
+_MOVED_M = 0.3
+
+
+class Patience(Protocol):
+    """What the node that drives tells of a goal's pursuit, and asks.
+
+    ``tried`` recoveries since the goal began, or since one helped | ``insists`` whether the robot
+    plans again wherever it finds no path or no clear velocity; otherwise a goal without a path is
+    given up at once, and it stands before what is in its way
+    """
+
+    tried: int
+    insists: bool
+
+    def begin_goal(self, now_ns: int) -> None:
+        """A new goal has come."""
+
+    def begin_path(self, now_ns: int, x_m: float, y_m: float) -> None:
+        """There is a new path from this place."""
+
+    def miss_path(self) -> None:
+        """There is none."""
+
+    def restart(self, now_ns: int) -> None:
+        """Something else is tried from now on, or is over."""
+
+    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
+        """The robot is here, ``togo_m`` of the path are left, and no velocity may be clear."""
+
+    def is_over(self, now_ns: int) -> bool:
+        """Whether it is time for a recovery."""
+
+    def next(self, wanted: Recovery | None = None) -> Recovery | None:
+        """The next recovery, or ``wanted`` in its place; None: the goal is given up."""
+
+
+class ProgressPatience:
+    """Ends when the way to the goal has not become shorter for a while, whatever the reason."""
+
+    insists = False
+    _ORDER = (Recovery.REPLAN, Recovery.ROTATE, Recovery.RETREAT)
+
+    def __init__(self, navigation: Navigation) -> None:
+        self.tried = 0
+        self._navigation = navigation
+        self._since_ns = 0
+        self._least_m = math.inf
+        self._place_m = (math.inf, math.inf)
+
+    def begin_goal(self, now_ns: int) -> None:
+        self.tried = 0
+
+    def begin_path(self, now_ns: int, x_m: float, y_m: float) -> None:
+        """A robot that did not move since the last path is no less stuck."""
+        self._least_m = math.inf
+        if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) > _MOVED_M:
+            self._place_m = (x_m, y_m)
+            self._since_ns = now_ns
+
+    def miss_path(self) -> None:
+        """The goal is given up anyway."""
+
+    def restart(self, now_ns: int) -> None:
+        self._least_m = math.inf
+        self._since_ns = now_ns
+
+    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
+        if togo_m < self._least_m - _PROGRESS_M:
+            if self._least_m < math.inf:
+                self._since_ns = now_ns
+            self._least_m = togo_m
+
+    def is_over(self, now_ns: int) -> bool:
+        return now_ns - self._since_ns > self._navigation.stuck_after_ns
+
+    def next(self, wanted: Recovery | None = None) -> Recovery | None:
+        if self.tried >= self._navigation.give_up_after:
+            return None
+        self.tried += 1
+        return self._ORDER[(self.tried - 1) % len(self._ORDER)] if wanted is None else wanted
+
+
+class _Cause(Enum):
+    PLANNING = auto()
+    CONTROLLING = auto()
+    OSCILLATION = auto()
+
+
+class MoveBasePatience:
+    """Ends as in move_base (move_base.cpp, ``executeCycle``): after ``planner_patience`` without a
+    path, ``controller_patience`` without a clear velocity, or ``oscillation_timeout`` within
+    ``oscillation_distance`` of one place. What helped begins the recoveries from the first again.
+
+    As there, a recovery gives planning and oscillation new time, but not the control: if the first
+    velocity after it is blocked too, the next recovery follows at once.
+    """
+
+    insists = True
+    _ORDER = (Recovery.CONSERVATIVE_RESET, Recovery.ROTATE, Recovery.AGGRESSIVE_RESET,
+              Recovery.ROTATE)
+
+    def __init__(self, navigation: Navigation) -> None:
+        self.tried = 0
+        self._navigation = navigation
+        self._cause: _Cause | None = None  # of the last recovery
+        self._pathless = self._blocked = False
+        self._path_ns = self._clear_ns = self._moved_ns = 0
+        self._place_m = (math.inf, math.inf)
+
+    def begin_goal(self, now_ns: int) -> None:
+        self.tried, self._cause, self._blocked = 0, None, False
+        self._path_ns = self._clear_ns = self._moved_ns = now_ns
+
+    def begin_path(self, now_ns: int, x_m: float, y_m: float) -> None:
+        self._pathless, self._path_ns = False, now_ns
+        self._helped(_Cause.PLANNING)
+
+    def miss_path(self) -> None:
+        self._pathless = True
+
+    def restart(self, now_ns: int) -> None:
+        self._path_ns = self._moved_ns = now_ns
+
+    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
+        self._blocked = blocked
+        if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) \
+                >= self._navigation.oscillation_distance_m:
+            self._place_m, self._moved_ns = (x_m, y_m), now_ns
+            self._helped(_Cause.OSCILLATION)
+        if blocked:
+            self._path_ns = now_ns
+        else:
+            self._clear_ns = now_ns
+            self._helped(_Cause.CONTROLLING)
+
+    def is_over(self, now_ns: int) -> bool:
+        cause = self._what_is_over(now_ns)
+        if cause is not None:
+            self._cause = cause
+        return cause is not None
+
+    def next(self, wanted: Recovery | None = None) -> Recovery | None:
+        if self.tried >= len(self._ORDER):
+            return None
+        self.tried += 1
+        return self._ORDER[self.tried - 1] if wanted is None else wanted
+
+    def _what_is_over(self, now_ns: int) -> _Cause | None:
+        limits, timeout_ns = self._navigation, self._navigation.oscillation_timeout_ns
+        if self._pathless:
+            late = now_ns - self._path_ns > limits.planner_patience_ns
+            return _Cause.PLANNING if late else None
+        if self._blocked and now_ns - self._clear_ns > limits.controller_patience_ns:
+            return _Cause.CONTROLLING
+        if timeout_ns is not None and now_ns - self._moved_ns > timeout_ns:
+            return _Cause.OSCILLATION
+        return None
+
+    def _helped(self, cause: _Cause) -> None:
+        if self._cause is cause:
+            self.tried = 0
+
+
+def patience(navigation: Navigation) -> Patience:
+    """The kind that ``robot.navigation.recovery`` names."""
+    kind = MoveBasePatience if navigation.recovery == "move_base" else ProgressPatience
+    return kind(navigation)
