@@ -129,6 +129,35 @@ def test_it_gives_way_to_the_right_and_not_to_the_left():
         assert (v < 1.0) == gives_way, bearing
 
 
+@pytest.mark.parametrize(("before_m", "come_mps"), [
+    (1.58, 1.2),  # 0.48 m nearer in 0.2 s, of which the robot drove 0.24 m
+    (1.34, 0.0),  # it stands, and the robot alone comes nearer
+    (1.10, 0.0),  # it drives ahead as fast as the robot
+])
+def test_it_brakes_earlier_for_what_comes(before_m, come_mps):
+    made = planner([(20, 20), (30, 20)], 1.2)
+    made.costmap.observe(scan((0.6, before_m)), 19.76, 20.0, 0.0)
+    made.costmap.observe(scan((0.6, 1.1), stamp_ns=2 * 10**8), 20.0, 20.0, 0.0)
+    assert made.costmap.layer[0]["come_mps"] == pytest.approx(come_mps, abs=1e-6)
+    v, _, _ = made.steer(20.0, 20.0, 0.0)
+    # (1.1 - 0.36) m / 0.55 s - come_mps; it brakes by 0.25 m/s in a control period
+    assert v == pytest.approx(1.2 if come_mps == 0.0 else 1.2 - 0.25)
+
+
+def test_an_old_distance_says_nothing_of_what_comes():
+    made = planner([(20, 20), (30, 20)])
+    for stamp_ns in (0, 6 * 10**8):
+        made.costmap.observe(scan((-0.3, 1.6 - stamp_ns / 10**9), stamp_ns=stamp_ns), 20, 20, 0.0)
+    assert made.costmap.layer[0]["come_mps"] == 0.0
+
+
+def test_who_stands_too_near_to_something_drives_on():
+    """Its own place costs as much as the first step away; with a cost of 0 it would stand."""
+    made = planner([(20, 20), (30, 20)])
+    made.costmap.observe(scan((math.pi / 2, 0.33)), 20.0, 20.0, 0.0)  # on its left
+    assert made.steer(20.0, 20.0, 0.0)[0] > 0.0
+
+
 def test_it_does_not_give_way_to_a_known_wall():
     lines = ["." * 40] * 12 + ["#" * 40] + ["." * 40] * 12
     made = LocalPlanner(NAVIGATION, BODY, costmap(drawn(*lines)))  # the wall is at y in [2.4, 2.6]

@@ -13,9 +13,9 @@ from desim.robot.navigation.scan_points import Directions, PlacedScan, seen_from
 from desim.units import seconds
 
 _MOST_REMEMBERED = 500  # points, more than ever are; maze_8: same
-# Greatest distance of an obstacle to yield to; maze_8: 201 s, same. (Beyond 1.02 m the robot may go
-# at full speed anyway, by ``_YIELD_S``.)
-_YIELD_M = 1.2
+# Greatest distance of an obstacle to yield to. Beyond 1.68 m two robots of 1.2 m/s that approach
+# each other may go at full speed anyway, by ``_YIELD_S``: 0.36 m + 0.55 s * 2.4 m/s.
+_YIELD_M = 1.7
 
 
 class LocalCostmap:
@@ -32,7 +32,7 @@ class LocalCostmap:
         self.near2 = np.full((cells, cells), kernels.FAR2, np.float32)
         self.scan = np.zeros(1, kernels.SCAN)
         self.layer = np.zeros(1, kernels.LAYER)
-        self.layer[0] = (cell_m, reach_m, _YIELD_M, _YIELD_M, 0)
+        self.layer[0] = (cell_m, reach_m, _YIELD_M, _YIELD_M, 0.0, 0.0, 0.0, -math.inf, 0)
         self.around = around
         self._beams = Directions()
         self._memory = np.zeros((_MOST_REMEMBERED, 3))

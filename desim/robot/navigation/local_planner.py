@@ -39,8 +39,9 @@ class LocalPlanner:
         self._setup[0] = (
             body.max_speed_mps, body.max_turn_radps, body.turn_acceleration_radps2,
             self._speed_step_mps, self._turn_step_radps,
-            rollout_s, body.radius_m + navigation.clearance_m, navigation.inflation_radius_m,
-            navigation.inflation_scaling, navigation.local_resolution_m,
+            rollout_s, body.radius_m, body.radius_m + navigation.clearance_m,
+            navigation.inflation_radius_m, navigation.inflation_scaling,
+            navigation.local_resolution_m,
             rollout_s * body.max_speed_mps + _MARGIN_M, navigation.keep_right_m,
             navigation.path_weight, navigation.goal_weight, navigation.obstacle_weight,
             navigation.speed_samples, navigation.turn_samples)

@@ -70,8 +70,8 @@ class MoveBase(Node):
 
     # ---------------------------------------------------------------------------- what comes in
 
-    def _on_goal(self, message: Message) -> None:
-        goal: Goal = message.content
+    def _on_goal(self, order: Message) -> None:
+        goal: Goal = order.content
         if self._spin is not None:
             self._patience.restart(self.now_ns)
         self._spin, self._arriving, self._retreat_until_ns = None, False, 0
@@ -79,12 +79,14 @@ class MoveBase(Node):
         if math.isnan(goal.x_m):
             self._halt()
             return
-        self._goal, pose = goal, self._pose.message
-        if pose is None:
+        self._goal, message = goal, self._pose.message
+        if message is None:
             self._finish(goal, False)
-        elif self._plan(goal, pose.content) and self._reached(goal, pose.content.x_m, pose.content.y_m):
+            return
+        pose = message.content
+        if self._plan(goal, pose) and self._reached(goal, pose.x_m, pose.y_m):
             self._arriving = True  # the robot is there already: it turns once to see what is around
-            self._begin_spin(pose.content)
+            self._begin_spin(pose)
 
     def _on_bump(self, _: Message) -> None:
         """Stop, and back off from what was touched."""

@@ -21,8 +21,10 @@ from desim.robot.navigation.kernels.global_costmap import FRAME_ARRAY, LETHAL, p
 SCAN = np.dtype([(name, "f8") for name in ("x_m", "y_m", "yaw_rad", "time_s", "no_return_m",
                                            "edge_cos")])
 # Cells, exact distances, and how far the robot yields; of the last scan the distance to what has
-# the right of way, and how many points are remembered.
-LAYER = np.dtype([(name, "f8") for name in ("cell_m", "reach_m", "within_m", "yield_m")]
+# the right of way, the speed at which it comes, where and when that was seen, and how many points
+# are remembered.
+LAYER = np.dtype([(name, "f8") for name in (
+    "cell_m", "reach_m", "within_m", "yield_m", "come_mps", "x_m", "y_m", "time_s")]
                  + [("remembered", "i8")])
 FAR2 = np.float32(1e6)
 
@@ -31,6 +33,7 @@ _MEMORY_S = 2.0  # time for which a point that left the view is remembered; maze
 _MEMORY_M = 1.2  # greatest distance of such a point; maze_8: 194, 199 s
 # The robot yields to what is on its left only within 50 degrees of ahead; maze_8: 195, 176 s.
 _AHEAD_COS = 0.64
+_NEWS_S = 0.5  # an older distance says nothing of what comes: the local layer runs at 5 Hz
 
 SCAN_ARRAY = types.Array(from_dtype(SCAN), 1, "C")
 LAYER_ARRAY = types.Array(from_dtype(LAYER), 1, "C")
@@ -128,12 +131,23 @@ def yield_to(ranges, beams, scan, within_m, flat, frame):
     return nearest
 
 
+@inner(types.void(SCAN_ARRAY, LAYER_ARRAY, types.float64))
+def approach(scan, layer, yield_m):
+    """Note the distance to what has the right of way, and the speed at which it comes: that by
+    which it came nearer since the last scan, without the way that the robot itself drove."""
+    here, last = scan[0], layer[0]
+    moved_m = math.sqrt((here.x_m - last.x_m)**2 + (here.y_m - last.y_m)**2)
+    passed_s, came_m = here.time_s - last.time_s, last.yield_m - yield_m - moved_m
+    last.come_mps = max(came_m, 0.0) / passed_s if 0.0 < passed_s < _NEWS_S else 0.0
+    last.yield_m, last.x_m, last.y_m, last.time_s = yield_m, here.x_m, here.y_m, here.time_s
+
+
 @lean(types.void(_f4x1, _f8x2, SCAN_ARRAY, LAYER_ARRAY, _u1x1, FRAME_ARRAY, _f8x2, _f4x2))
 def observe(ranges, beams, scan, layer, flat, frame, memory, near2):
     """Take in a scan: mark its points and those remembered, and find what has the right of way."""
     mark(ranges, beams, scan, layer, near2)
     remember(ranges, beams, scan, layer, memory, near2)
-    layer[0].yield_m = yield_to(ranges, beams, scan, layer[0].within_m, flat, frame)
+    approach(scan, layer, yield_to(ranges, beams, scan, layer[0].within_m, flat, frame))
 
 
 @inner("f8(f4[:,::1], f8, f8, f8)")

@@ -16,7 +16,7 @@ from desim.robot.navigation.kernels.local_costmap import LAYER_ARRAY, SCAN_ARRAY
 SETUP = np.dtype([(name, "f8") for name in (
     "max_speed_mps", "max_turn_radps", "turn_acceleration_radps2",
     "speed_step_mps", "turn_step_radps",  # the most that changes in one control period
-    "rollout_s", "safe_m", "inflation_m", "inflation_scaling",
+    "rollout_s", "radius_m", "safe_m", "inflation_m", "inflation_scaling",
     "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")]
     + [("speeds", "i8"), ("turns", "i8")])  # numbers of samples
 # In: the pose on the map and the velocity. In and out: the present leg of the path. Out: the
@@ -117,11 +117,13 @@ def aim(way, state, setup, flat, frame):
     return px, py, togo
 
 
-@inner("f8(f4[:,::1], f8, f8, f8, f8)")
-def bar2(near2, cell_m, safe_m, x, y):
-    """The squared distance that a robot at (x, y) has to keep for a start: where it is too near to
-    something already, it may come no nearer than the layer resolves."""
-    return min(safe_m, math.sqrt(clearance2(near2, cell_m, x, y)) - 0.5 * cell_m)**2
+@inner("f8(f4[:,::1], f8, f8, f8, f8, f8)")
+def bar2(near2, cell_m, safe_m, radius_m, x, y):
+    """The squared distance that a robot at (x, y) has to keep for a start. Where it is too near to
+    something already, it may come no nearer than the layer resolves, half a cell, in each period;
+    and no nearer at all where half a cell more would be a touch."""
+    near_m, slack_m = math.sqrt(clearance2(near2, cell_m, x, y)), 0.5 * cell_m
+    return min(safe_m, max(near_m - slack_m, min(near_m, radius_m + slack_m)))**2
 
 
 @inner("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)")
@@ -135,15 +137,15 @@ def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
     return length_m
 
 
-@inner("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8)")
-def around(near2, cell_m, safe_m, x, y, dx, dy):
+@inner("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8, f8)")
+def around(near2, cell_m, safe_m, radius_m, x, y, dx, dy):
     """The offset (dx, dy) from the robot to its aim, or where something is in the way, the straight
     move that brings it forward most, on the right side rather than on the left; if none does, the
     longest there is. And 1.0 if it is shut in."""
     length = math.sqrt(dx * dx + dy * dy)
     if length < cell_m:
         return dx, dy, 0.0
-    first2, reach = bar2(near2, cell_m, safe_m, x, y), min(length, _FAN_M)
+    first2, reach = bar2(near2, cell_m, safe_m, radius_m, x, y), min(length, _FAN_M)
     best, best_x, best_y = 0.0, dx, dy
     for k in range(2 * _FAN + 1):
         angle = (k + 1) // 2 * _FAN_RAD * (-1.0 if k % 2 == 1 else 1.0)
@@ -188,13 +190,14 @@ def detour(setup, v, arc, lx, ly):
 
 @inner(_f8(_f4x2, _setup, *[_f8] * 6))
 def danger(near2, setup, x, y, yaw, v, w, first2):
-    """The cost of an arc's nearness to obstacles, as in costmap_2d's inflation. Infinite if it
-    comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
+    """The cost of an arc's nearness to obstacles, as in costmap_2d's inflation, and of the robot's
+    own place with it, as in TrajectoryPlannerROS: who stands too near does not stand for nothing.
+    Infinite if it comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
     s = setup[0]
     steps = int(v * s.rollout_s / _STEP_M) + 1
     turn, step_m = w * s.rollout_s / steps, v * s.rollout_s / steps
     c, si, ux, uy = cos(turn), sin(turn), cos(yaw + 0.5 * turn), sin(yaw + 0.5 * turn)
-    low2 = s.inflation_m**2
+    low2 = min(s.inflation_m**2, clearance2(near2, s.cell_m, x, y))
     for k in range(steps if v > 0.0 else 0):
         x, y = x + step_m * ux, y + step_m * uy
         ux, uy = ux * c - uy * si, uy * c + ux * si
@@ -217,7 +220,7 @@ def window(near2, setup, state, x, y, yaw, top_v, aim_x, aim_y):
     high_v = max(min(high_v, top_v), low_v)
     low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
     high_w = min(w + s.turn_step_radps, s.max_turn_radps)
-    first2 = bar2(near2, s.cell_m, s.safe_m, x, y)
+    first2 = bar2(near2, s.cell_m, s.safe_m, s.radius_m, x, y)
     best, arcs = np.inf, np.empty((s.turns + 1, 6))
     fan(setup, yaw, low_w, high_w, arcs)
     out.next_mps, out.next_radps, out.blocked = low_v, min(max(0.0, low_w), high_w), 1.0
@@ -241,8 +244,8 @@ def find_velocity(state, way, setup, near2, layer, scan, flat, frame):
     dx, dy = out.x_m - seen.x_m, out.y_m - seen.y_m
     x, y, yaw = c * dx + si * dy, c * dy - si * dx, out.yaw_rad - seen.yaw_rad
     dx, dy = px - out.x_m, py - out.y_m
-    dx, dy, out.blocked = around(near2, s.cell_m, s.safe_m, x, y, c * dx + si * dy,
-                                 c * dy - si * dx)
+    dx, dy, out.blocked = around(near2, s.cell_m, s.safe_m, s.radius_m, x, y,
+                                 c * dx + si * dy, c * dy - si * dx)
     if out.blocked > 0.0:
         out.next_mps, out.next_radps = max(v - s.speed_step_mps, 0.0), 0.0
         return
@@ -258,7 +261,10 @@ def find_velocity(state, way, setup, near2, layer, scan, flat, frame):
     beyond = max(s.look_ahead_m / math.sqrt(dx * dx + dy * dy + 1e-9), 1.0)
     # The arc through the aim has the radius d / (2 sin off): v = w r, or a robot would circle it.
     arc_v = _ARC_RADPS * math.sqrt(dx * dx + dy * dy) / (2.0 * abs(sin(off)) + 1e-9)
-    top_v = max(min(arc_v, (layer[0].yield_m - s.safe_m) / _YIELD_S), _CREEP_MPS)
+    # What comes takes its part of the gap; it is no faster than a robot.
+    come_v = min(layer[0].come_mps, s.max_speed_mps)
+    yield_v = (layer[0].yield_m - s.safe_m) / _YIELD_S - come_v
+    top_v = max(min(arc_v, yield_v), _CREEP_MPS)
     window(near2, setup, state, x, y, yaw, top_v, x + beyond * dx, y + beyond * dy)
 
 
