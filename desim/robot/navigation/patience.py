@@ -15,7 +15,7 @@ _MOVED_M = 0.3
 
 
 class Patience(Protocol):
-    """What the node that drives tells of a goal's pursuit, and asks.
+    """A kind of patience: it is told how a goal is pursued, and asked for recoveries.
 
     ``tried`` recoveries since the goal began, or since one helped | ``insists`` whether the robot
     plans again wherever it finds no path or no clear velocity; otherwise a goal without a path is
