@@ -136,8 +136,8 @@ def test_it_gives_way_to_the_right_and_not_to_the_left():
 ])
 def test_it_brakes_earlier_for_what_comes(before_m, come_mps):
     made = planner([(20, 20), (30, 20)], 1.2)
-    made.costmap.observe(scan((0.6, before_m)), 19.76, 20.0, 0.0)
-    made.costmap.observe(scan((0.6, 1.1), stamp_ns=2 * 10**8), 20.0, 20.0, 0.0)
+    made.costmap.observe([(scan((0.6, before_m)), (19.76, 20.0, 0.0))])
+    made.costmap.observe([(scan((0.6, 1.1), stamp_ns=2 * 10**8), (20.0, 20.0, 0.0))])
     assert made.costmap.layer[0]["come_mps"] == pytest.approx(come_mps, abs=1e-6)
     v, _, _ = made.steer(20.0, 20.0, 0.0)
     # (1.1 - 0.36) m / 0.55 s - come_mps; it brakes by 0.25 m/s in a control period
@@ -147,14 +147,15 @@ def test_it_brakes_earlier_for_what_comes(before_m, come_mps):
 def test_an_old_distance_says_nothing_of_what_comes():
     made = planner([(20, 20), (30, 20)])
     for stamp_ns in (0, 6 * 10**8):
-        made.costmap.observe(scan((-0.3, 1.6 - stamp_ns / 10**9), stamp_ns=stamp_ns), 20, 20, 0.0)
+        sweep = scan((-0.3, 1.6 - stamp_ns / 10**9), stamp_ns=stamp_ns)
+        made.costmap.observe([(sweep, (20.0, 20.0, 0.0))])
     assert made.costmap.layer[0]["come_mps"] == 0.0
 
 
 def test_who_stands_too_near_to_something_drives_on():
     """Its own place costs as much as the first step away; with a cost of 0 it would stand."""
     made = planner([(20, 20), (30, 20)])
-    made.costmap.observe(scan((math.pi / 2, 0.33)), 20.0, 20.0, 0.0)  # on its left
+    made.costmap.observe([(scan((-math.pi / 2, 0.33)), (20.0, 20.0, 0.0))])  # on its right
     assert made.steer(20.0, 20.0, 0.0)[0] > 0.0
 
 

@@ -14,7 +14,7 @@ _PROGRESS_M = 0.2  # one cell of the map; maze_8: 192, 192 s
 _MOVED_M = 0.3
 
 
-class Patience(Protocol):
+class GoalPatience(Protocol):
     """A kind of patience: it is told how a goal is pursued, and asked for recoveries.
 
     ``tried`` recoveries since the goal began, or since one helped | ``insists`` whether the robot
@@ -174,7 +174,7 @@ class MoveBasePatience:
             self.tried = 0
 
 
-def patience(navigation: Navigation) -> Patience:
+def patience(navigation: Navigation) -> GoalPatience:
     """The kind that ``robot.navigation.recovery`` names."""
     kind = MoveBasePatience if navigation.recovery == "move_base" else ProgressPatience
     return kind(navigation)
