@@ -182,6 +182,14 @@ def test_it_drives_around_a_corner_to_its_goal():
     assert drive.toy.speeds[0].tolist() == [0.0, 0.0]
 
 
+@pytest.mark.parametrize("wide_m", [0.9, 0.45])  # the twin is narrower than the robot
+def test_it_passes_a_narrow_door(wide_m):
+    door = [*ROOM, (0, 5, 5.1 - wide_m / 2, 5), (5.1 + wide_m / 2, 5, 10, 5)]
+    drive = Drive(door, ((4.0, 2.0, 0.0), (6.0, 8.0))).run(15)
+    assert [r.reached for _, r in drive.tasks[0].results] == [wide_m > 2 * BODY.radius_m]
+    assert drive.toy.nearest_m[0] > BODY.radius_m
+
+
 def test_two_robots_that_meet_pass_each_other():
     drive = Drive([*ROOM, (0, 4, 10, 4), (0, 6.5, 10, 6.5)],
                   ((1.0, 5.2, 0.0), (9.0, 5.2)), ((9.0, 5.2, math.pi), (1.0, 5.2))).run(25)
