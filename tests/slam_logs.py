@@ -6,7 +6,7 @@ import numpy as np
 
 from desim.imports.slam_logs.carmen import CarmenLog
 from desim.robot.slam.settings import ScannerGeometry
-from desim.robot.slam.transforms import compose, motion_between
+from desim.robot.transforms import compose, motion_between
 
 
 class Laser(NamedTuple):

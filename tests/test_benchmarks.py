@@ -9,7 +9,7 @@ import pytest
 from benchmarks import history, robots
 from slam_logs import made_log, ring, way
 
-from desim.robot.slam.localizations import gmapping
+from desim.robot.slam.kinds import gmapping
 from desim.robot.slam.settings import SlamSettings
 
 FOUND = [("6e12754", "scenarios: hello", 0.00312345), ("4c4582f", "scenarios: hello", 0.005)]

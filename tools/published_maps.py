@@ -47,7 +47,8 @@ FARTHEST_M = 1.0
 STEPS = ((0.4, 0.01), (0.1, 0.0025), (0.025, 0.0006))
 REACH = 4
 ROOM_CELLS = 25
-BLACK, WIDE, HIGH = 0, 10.0, 4.9
+BLACK = 0  # the grey value of a wall in their images
+WIDTH_IN, ROW_IN = 10.0, 4.9  # of the picture, and of each terrain in it
 
 Row = dict[str, object]
 
@@ -148,7 +149,7 @@ def measured(terrain: str) -> tuple[list[Row], Ground, dict[str, np.ndarray]]:
 def draw(rows: list[Row], maps: dict[str, tuple[Ground, dict[str, np.ndarray]]], path: Path
          ) -> None:
     """Walls in maps (dark) over true walls (light), a terrain each line."""
-    figure = Figure(figsize=(WIDE, HIGH * len(maps)), dpi=80, layout="constrained")
+    figure = Figure(figsize=(WIDTH_IN, ROW_IN * len(maps)), dpi=80, layout="constrained")
     axes = figure.subplots(len(maps), 2, squeeze=False)
     errors = {(row["terrain"], row["map"]): row for row in rows}
     for line, (terrain, (ground, drawn)) in zip(axes, maps.items(), strict=True):

@@ -51,7 +51,7 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         from desim.imports.slam_logs.slam_trial import play
         from desim.report.picture_file import check_ending
         from desim.report.slam_figure import draw_slam
-        from desim.robot.slam.localizations import SLAM
+        from desim.robot.slam.kinds import SLAM
         from desim.robot.slam.settings import SlamSettings
 
         default = Path("results") / "slam" / f"{log.name.split('.')[0]}.png"

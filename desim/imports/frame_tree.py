@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from desim.robot.slam.transforms import compose
+from desim.robot.transforms import compose
 
 _DEEPEST = 32  # frames from a robot to the root: more are a loop
 

@@ -12,8 +12,8 @@ from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.errors import ModelError
 from desim.monitor.coverage import Coverage
+from desim.ports.arguments import check_callback, check_period
 from desim.ports.tasks import Ground, TaskContext
-from desim.robot.coordination.strategy_arguments import check_callback, check_period
 from desim.scenario.schema.experiment import Stop
 from desim.units import NS_PER_S
 

@@ -16,6 +16,7 @@ from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Pose2D
+from desim.ports.arguments import check_callback, check_period
 from desim.ports.localization import (
     LaserGeometry,
     Localization,
@@ -24,13 +25,12 @@ from desim.ports.localization import (
     OdometryErrors,
     Sighting,
 )
-from desim.robot.coordination.strategy_arguments import check_callback, check_period
 from desim.robot.localizations.ground_truth import GroundTruth
 from desim.robot.localizations.odometry import DeadReckoning
 from desim.robot.mapping import PATIENCE_NS
 from desim.robot.poses import between
 from desim.robot.robot_map import RobotMap
-from desim.robot.slam.transforms import wrapped
+from desim.robot.transforms import wrapped
 from desim.scenario.schema.robot import SCAN, Equipment
 from desim.units import NS_PER_S
 

@@ -1,4 +1,4 @@
-"""The geometry of poses."""
+"""The geometry of stamped poses, and of a laser on a robot."""
 
 import math
 

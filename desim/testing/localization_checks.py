@@ -12,7 +12,7 @@ from desim.engine.streams import Streams
 from desim.ports import Pose2D
 from desim.ports.localization import Localization
 from desim.robot.localization import draws_map
-from desim.robot.slam.transforms import compose, motion_between, wrapped
+from desim.robot.transforms import compose, motion_between, wrapped
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 from desim.testing.localization_bench import DRIFT, LASER, LocalizationBench, Seen

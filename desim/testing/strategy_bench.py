@@ -14,11 +14,7 @@ import numpy as np
 
 from desim import ports
 from desim.engine.streams import Streams
-from desim.robot.coordination.strategy_arguments import (
-    check_callback,
-    check_period,
-    check_topic,
-)
+from desim.ports.arguments import check_callback, check_period, check_topic
 from desim.robot.coordination.strategy_messages import encoded
 from desim.units import NS_PER_S
 

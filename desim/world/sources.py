@@ -10,7 +10,7 @@ import numpy as np
 from desim.errors import InputError
 from desim.scenario.schema.environment import MapFile, Shape
 from desim.scenario.schema.generated import Generated
-from desim.world import map_server, materials, paper_terrains
+from desim.world import map_files, materials, paper_terrains
 from desim.world.drawn_terrain import draw
 from desim.world.generated import generator
 from desim.world.geometry import TOUCH_M, Row, merge_collinear, rectangle, segments
@@ -43,7 +43,7 @@ def load(source: str | MapFile | Shape | Generated) -> Terrain:
     elif isinstance(source, MapFile):
         other = materials.index(source.material, f"{WHERE}.material")
         try:
-            terrain = map_server.load(source, other)
+            terrain = map_files.load(source, other)
         except InputError as error:
             raise InputError(*(f"{WHERE}: {line}" for line in error.args)) from None
     elif isinstance(source, str):

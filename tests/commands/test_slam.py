@@ -8,7 +8,7 @@ from slam_logs import carmen_text, made_log, ring, way
 from typer.testing import CliRunner
 
 from desim.cli import app
-from desim.robot.slam.transforms import motion_between
+from desim.robot.transforms import motion_between
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from runs import HELLO, built, finished, outcome_of
 
 from desim.monitor.summary import summarize
 from desim.robot.slam.particle_filter import ParticleSlam
-from desim.robot.slam.transforms import compose, motion_between
+from desim.robot.transforms import compose, motion_between
 
 ODOMETRY, WALK = "robot.localization=odometry", "robot.odometry.model=random_walk"
 

@@ -23,7 +23,7 @@ from desim.imports.slam_logs.carmen import CarmenLog, read_carmen
 from desim.imports.slam_logs.slam_trial import play
 from desim.ports import Pose2D
 from desim.robot.slam import particle_filter, shared_maps
-from desim.robot.slam.localizations import SLAM
+from desim.robot.slam.kinds import SLAM
 from desim.robot.slam.settings import SlamSettings
 
 ROOT = Path(__file__).resolve().parents[2]

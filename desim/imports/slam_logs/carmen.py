@@ -24,7 +24,7 @@ from desim.errors import InputError, printable
 from desim.files import opened
 from desim.imports.slam_logs.number_words import finite
 from desim.robot.slam.settings import ScannerGeometry
-from desim.robot.slam.transforms import compose, motion_between
+from desim.robot.transforms import compose, motion_between
 
 _READ = ("FLASER", "ROBOTLASER1", "RAWLASER1", "ODOM")
 _MOST_BEAMS = 100_000

@@ -14,7 +14,7 @@ import numpy as np
 from desim.errors import InputError
 from desim.files import content
 from desim.imports.slam_logs.number_words import finite
-from desim.robot.slam.transforms import motion_between, wrapped
+from desim.robot.transforms import motion_between, wrapped
 
 _MOST_BYTES = 200_000_000
 _COLUMNS = 8  # t1 t2 x y z roll pitch yaw

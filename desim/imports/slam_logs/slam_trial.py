@@ -9,7 +9,7 @@ import numpy as np
 
 from desim.imports.slam_logs.carmen import CarmenLog
 from desim.robot.slam.particle_filter import GridMap, ParticleSlam
-from desim.robot.slam.transforms import compose, motion_between, wrapped
+from desim.robot.transforms import compose, motion_between, wrapped
 
 _METRES_PER_RAD = 0.5  # a turn counts like that way, where a correction is spread over motion
 

@@ -25,11 +25,7 @@ from desim.ports import (
     TeamArea,
     TeamLink,
 )
-from desim.robot.coordination.strategy_arguments import (
-    check_callback,
-    check_period,
-    check_topic,
-)
+from desim.ports.arguments import check_callback, check_period, check_topic
 from desim.robot.coordination.strategy_messages import Encoded, encoded
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team

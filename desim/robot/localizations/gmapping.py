@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from desim.robot.localizations.scan_matching import ScanMatching
-from desim.robot.slam.localizations import gmapping
+from desim.robot.slam.kinds import gmapping
 
 
 class Gmapping(ScanMatching):

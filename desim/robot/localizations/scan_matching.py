@@ -11,9 +11,9 @@ from pydantic import Field
 from desim import ports
 from desim.ports import Pose2D
 from desim.ports.localization import LocalizationContext, OdometryErrors, Sighting
-from desim.robot.slam.localizations import scan_matching
+from desim.robot.slam.kinds import scan_matching
 from desim.robot.slam.settings import OdometryNoise, ScannerGeometry, SlamSettings
-from desim.robot.slam.transforms import compose, motion_to, moved
+from desim.robot.transforms import compose, motion_to, moved
 from desim.units import Pace
 
 

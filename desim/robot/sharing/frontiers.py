@@ -12,11 +12,9 @@ from desim.middleware.contents import MAP_FRAME_BYTES, POSE_STAMPED_BYTES
 from desim.ports import Pose2D
 from desim.ports.sharing import Contribution, Evidence, SharingContext
 from desim.robot.kernels.tiles import MISS
+from desim.robot.sharing.own_maps import MERGING_HZ, REFRESH_PERIODS
 from desim.robot.tiles import FREE, OCCUPIED, raster
 from desim.units import NS_PER_S, Pace
-
-LISTENING_HZ = 4  # as own_maps
-REFRESH_PERIODS = 6  # likewise: an update is said again after so many
 
 
 def grid_cells_bytes(cells: int) -> int:
@@ -58,7 +56,7 @@ class Frontiers:
         context.advertise(latch=True, via=self._params.via)
         self._inbox = context.latest()
         context.every(self._params.period_ns, self._on_period)
-        context.every(NS_PER_S // LISTENING_HZ, self._listen)
+        context.every(NS_PER_S // MERGING_HZ, self._listen)
 
     def _on_period(self, context: SharingContext) -> None:
         pose, known = context.pose, context.own()

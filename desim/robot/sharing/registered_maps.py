@@ -22,13 +22,13 @@ from desim.ports.sharing import (
     SharedMessage,
     SharingContext,
 )
+from desim.robot.sharing.own_maps import MERGING_HZ
 from desim.robot.sharing.placement import placed
 from desim.robot.sharing.registration import Chart, Hypothesis, refined, register
-from desim.robot.slam.transforms import compose, motion_between
 from desim.robot.tiles import FREE, OCCUPIED, raster
+from desim.robot.transforms import compose, motion_between
 from desim.units import NS_PER_S, Length, Pace, Ratio
 
-LISTENING_HZ = 4  # as own_maps
 GROWTH = 1.2  # maps are compared again when both together know so many times as much
 
 
@@ -117,7 +117,7 @@ class RegisteredMaps:
         context.advertise(latch=True)
         self._inbox = context.latest()
         context.every(self._params.period_ns, self._on_period)
-        context.every(NS_PER_S // LISTENING_HZ, self._listen)
+        context.every(NS_PER_S // MERGING_HZ, self._listen)
 
     # ------------------------------------------------------------------------------ its own map
 

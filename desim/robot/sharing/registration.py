@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.robot.kernels.registration import overlay
-from desim.robot.slam.transforms import motion_between
+from desim.robot.transforms import motion_between
 
 _BINS = 360  # of a Hough spectrum, half a degree each
 _COARSE = 2  # cells of the map along one of the correlation: 0.4 m

@@ -12,10 +12,8 @@ from desim import ports
 from desim.ports import Pose2D
 from desim.ports.sharing import Contribution, Evidence, ReceivedEvidence, SharingContext
 from desim.robot.sharing.map_message import MapFormat, MapUpdate
+from desim.robot.sharing.own_maps import MERGING_HZ, REFRESH_PERIODS
 from desim.units import NS_PER_S, Pace
-
-REFRESH_PERIODS = 6  # as own_maps: then everything is said again
-MERGING_HZ = 4  # likewise
 
 
 class RelayedUpdates(NamedTuple):

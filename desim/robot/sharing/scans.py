@@ -16,9 +16,9 @@ from desim.ports.sharing import (
     SharedMessage,
     SharingContext,
 )
+from desim.robot.sharing.own_maps import REFRESH_PERIODS
 from desim.units import Pace
 
-REFRESH_PERIODS = 6  # without scans, as own_maps: a robot says how many it has sent
 MOST = 100  # scans in a message, 88 kB of 180 beams
 
 
@@ -66,7 +66,8 @@ class Transcript(NamedTuple):
 
 class Scans:
     """Sends every ``period`` the scans that the robot has entered in its own map since the last
-    time, with their poses. A receiver that misses some asks for them, and the sender goes back."""
+    time, with their poses. A receiver that misses some asks for them, and the sender goes back.
+    After ``REFRESH_PERIODS`` periods without new scans it says how many it has sent."""
 
     class Params(ports.Params):
         """The period of batches."""

@@ -17,10 +17,10 @@ from desim.ports.sharing import Canvas, Contribution, Scan, SharedMessage, Shari
 from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
 from desim.robot.sharing import placement
 from desim.robot.sharing.map_message import ZLIB_LEVEL
+from desim.robot.sharing.own_maps import REFRESH_PERIODS
 from desim.robot.tiles import raster
 from desim.units import Pace, Period
 
-REFRESH_PERIODS = 6  # without news, as own_maps: a robot says again which submaps there are
 _POSE_BYTES = 24  # x, y, yaw as float64
 
 
@@ -96,9 +96,10 @@ class Atlas:
 
 class Submaps:
     """Sends a submap of every ``scans`` scans that the robot has entered in its own map, or of what
-    has come in ``oldest``, once. Their poses are sent when there is one more, and when SLAM has
-    corrected one, 24 B each: receivers then move what they have (Cartographer's submaps: Hess et
-    al. 2016). What is missing is asked for. Inside a submap nothing is corrected any more."""
+    has come in ``oldest``, once. The poses of all, 24 B each, are sent when there is one submap
+    more, when SLAM has corrected one, and after ``REFRESH_PERIODS`` periods without news. Receivers
+    then move what they have (Cartographer's submaps: Hess et al. 2016), and ask for what they lack.
+    Inside a submap nothing is corrected any more."""
 
     class Params(ports.Params):
         """The size of submaps, and the period of poses."""

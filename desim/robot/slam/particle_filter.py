@@ -19,7 +19,7 @@ from desim.robot.slam.kernels.points import Beams, points_of, thinned, without_b
 from desim.robot.slam.kernels.search import search
 from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.shared_maps import SharedMaps
-from desim.robot.slam.transforms import compose, motion_between, motion_to
+from desim.robot.transforms import compose, motion_between, motion_to
 
 # The residual of a return: noise of the sensor, and what cells blur. From far away a larger one is
 # taken at first: at its own, a pose that is a cell off has no gradient.

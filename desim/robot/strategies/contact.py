@@ -24,8 +24,3 @@ class Contact:
         if heard_ns > self._heard_ns and context.pose is not None:
             self._heard_ns, self.place = heard_ns, ports.Place(*context.pose[:2])
         return context.now_ns - max(heard_ns, self._since_ns if heard_ns < 0 else 0)
-
-
-def nearest(context: ports.StrategyContext) -> ports.Frontier | None:
-    """The choice of ``nearest_frontier``."""
-    return next(iter(context.frontiers(limit=1)), None)

@@ -3,6 +3,11 @@
 from desim import ports
 
 
+def nearest(context: ports.StrategyContext) -> ports.Frontier | None:
+    """The reachable frontier with the shortest way; None without one."""
+    return next(iter(context.frontiers(limit=1)), None)
+
+
 class NearestFrontier:
     """Choose the nearest frontier. Robots coordinate through their shared maps alone."""
 
@@ -13,4 +18,4 @@ class NearestFrontier:
         self.params = params
 
     def choose(self, context: ports.StrategyContext) -> ports.Frontier | None:
-        return next(iter(context.frontiers(limit=1)), None)
+        return nearest(context)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from desim.ports import GridSpec, Pose2D
 from desim.robot.sharing.placement import placed
 from desim.robot.sharing.registration import Chart, judged, register, rotations
-from desim.robot.slam.transforms import motion_between
+from desim.robot.transforms import motion_between
 
 CELL_M = 0.2
 SIDE = 150  # cells of a plan

@@ -11,7 +11,7 @@ from slam_logs import made_log, ring, way
 
 from desim.engine.streams import Streams
 from desim.robot.slam.kernels.particles import ancestors, normalize
-from desim.robot.slam.localizations import gmapping
+from desim.robot.slam.kinds import gmapping
 from desim.robot.slam.settings import SlamSettings
 
 weights = st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=40)

@@ -9,9 +9,9 @@ from slam_logs import Laser, made_log, ring, way
 
 from desim.engine.streams import Streams
 from desim.imports.slam_logs.slam_trial import play
-from desim.robot.slam.localizations import SLAM
+from desim.robot.slam.kinds import SLAM
 from desim.robot.slam.settings import SlamSettings
-from desim.robot.slam.transforms import motion_between
+from desim.robot.transforms import motion_between
 
 CORRIDOR, WIDTH, HEIGHT = 2.5, 14.0, 10.0
 LASERS = {"sick": Laser(), "wide": Laser(270, 270.0), "coarse": Laser(61, 240.0, 12.0, 0.02)}

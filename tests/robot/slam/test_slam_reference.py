@@ -6,7 +6,7 @@ from desim.engine.streams import Streams
 from desim.imports.slam_logs.carmen import read_carmen
 from desim.imports.slam_logs.relations import errors_of, read_relations
 from desim.imports.slam_logs.slam_trial import play
-from desim.robot.slam.localizations import SLAM
+from desim.robot.slam.kinds import SLAM
 from desim.robot.slam.settings import SlamSettings
 
 # Mean translational error in m that is published: scan matching and gmapping, Burgard et al. 2009.

@@ -1,4 +1,4 @@
-"""Arguments of strategies: each raises ``ModelError`` for what cannot be meant."""
+"""Checks of the arguments that plug-ins pass to their context. Each raises ``ModelError``."""
 
 from __future__ import annotations
 
