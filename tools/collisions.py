@@ -1,6 +1,7 @@
-"""Do bodies stay out of walls and of each other?
+"""The depth of bodies in walls and in each other, at every tick of a run.
 
-Checks every tick of a run afterwards, only with distances of points from segments.
+For acceptance.py and tests. It uses nothing of the simulator's own collisions, only distances of
+points from segments.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Chromium without a window, driven over a pipe with the DevTools protocol."""
+"""Chromium without a window, driven over a pipe with the DevTools protocol, for tools and tests."""
 
 import base64
 import itertools

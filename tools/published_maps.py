@@ -2,10 +2,11 @@
 
     python tools/published_maps.py [--to FILE] [--json]
 
-Draws the four terrains twice: the authors' map (yzrobot/mrs_testbed, where the reference data are
-present) and ours of ``maze_8`` with gmapping, seed 1; the table also has ours with the true poses
-and with odometry alone. The measure is that of ``summary.json``, the distance of each wall cell
-from the nearest true one, centre to centre (``wall_error_median_m``, ``wall_error_p95_m``).
+Prints the error of four maps of each terrain: the authors' (yzrobot/mrs_testbed, of the reference
+data) and ours of ``maze_8``, seed 1, with true poses, with odometry alone and with gmapping. With
+--to it draws the authors' and that of gmapping. The measure is that of ``summary.json``, the
+distance of each wall cell from the nearest true one, centre to centre (``wall_error_median_m``,
+``wall_error_p95_m``).
 
 The authors' map is in a frame of its own. It is laid on the terrain as well as a rigid motion can
 (shift and turn, no scale): the one with the smallest mean distance, distances above 1 m counted as
@@ -77,7 +78,7 @@ def with_room(ground: Ground) -> Ground:
 
 
 def laid_on(ground: Ground, walls_m: np.ndarray) -> Placed:
-    """``walls_m`` where they fit best; see the module's text. Turned about their middle."""
+    """``walls_m`` where they fit best, turned about their middle; see the module's docstring."""
     away_m = distance_transform_edt(ground.solid == 0) * ground.grid.resolution_m
     middle_m = walls_m.mean(axis=0)
     best = (*NEAR, 0.0)
@@ -122,7 +123,7 @@ def as_evidence(ground: Ground, walls_m: np.ndarray) -> np.ndarray:
 
 
 def explored(terrain: str, localization: str) -> tuple[Ground, np.ndarray, dict[str, object]]:
-    """The truth, the map of the robot that is judged, and what else is said of it, of a run."""
+    """Of a run: the truth, the map of the robot that is judged, and more columns of its row."""
     simulation = Simulation(load(str(ROOT / "scenarios" / "maze_8.yaml"), (
         f"environment.terrain={terrain}", f"robot.localization={localization}"), 1).scenario)
     outcome = simulation.run()

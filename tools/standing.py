@@ -1,9 +1,9 @@
 """Why do robots stand? `python tools/standing.py SCENARIO [--set KEY=VALUE ...] [--seed N ...]`.
 
-Looks at all bodies and at what navigation does twice a simulated second, without changing the run,
-and prints for each stretch of time the mean speed, the goals set and reached a second, the
-robots that stand, and why they do. Then the convoys: the share of way that was driven within 4 m
-behind a teammate that drove the same way.
+Twice a simulated second it reads the state of bodies and of navigation, which changes no run. It
+prints, by stretches of time, the mean speed, the goals set and reached a second, and the share of
+robots that stand, by reason. Then the share of way in convoy: driven within 4 m behind a teammate
+that drove the same way.
 
 `--unseen-bodies`: robots' bodies are in no map; collision avoidance still sees them.
 """

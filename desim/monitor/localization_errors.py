@@ -44,7 +44,7 @@ class LocalizationErrors:
         self._note(self._processed, robot, x, y, yaw)
 
     def believed(self, robot: str, x: int, y: int, yaw: int) -> None:
-        """A robot takes itself to be here, as of this instant."""
+        """A robot estimates its pose like this, as of this instant."""
         self._note(self._online, robot, x, y, yaw)
 
     def _note(self, sums: _Sums, robot: str, x: int, y: int, yaw: int) -> None:

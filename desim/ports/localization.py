@@ -1,9 +1,9 @@
-"""The contract of localization: where a robot takes itself to be, of what its sensors read.
+"""The contract of localization: a robot's estimate of its pose, from what its sensors read.
 
 A plug-in gets each reading of the odometer, with the scan that belongs to it, and returns a pose in
-the map's frame. The difference between the two is ROS's transform ``map -> odom``. One that makes
-the map, too (SLAM), says which scans are drawn into it from where, and draws them anew when it
-knows better.
+the map's frame. The difference between the two is ROS's transform ``map -> odom``. A plug-in that
+makes the map, too (SLAM), says from which pose each scan is drawn, and draws all of them anew when
+it has better poses.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from desim.ports.strategies import Pose2D
 
 class LaserGeometry(NamedTuple):
     """A planar laser: beam i points to ``angle_min_rad + i * increment_rad`` from its heading. A
-    beam that meets nothing reads ``longest_m`` or more; ``shortest_m`` and below is no return.
+    beam that meets nothing reads ``longest_m`` or more; a range below ``shortest_m`` is no return.
     ``mount``: its pose on the robot."""
 
     angle_min_rad: float
@@ -65,7 +65,7 @@ class LocalizationContext(Protocol):
 
     @property
     def name(self) -> str:
-        """The robot's."""
+        """The robot's name."""
 
     @property
     def now_ns(self) -> int:
@@ -78,11 +78,11 @@ class LocalizationContext(Protocol):
 
     @property
     def laser(self) -> LaserGeometry:
-        """The laser whose scans come."""
+        """The laser whose scans the plug-in gets."""
 
     @property
     def odometry_errors(self) -> OdometryErrors | None:
-        """The odometer's errors; None where they are not known, of a real robot's log."""
+        """The odometer's errors; None where they are not known, as in a real robot's log."""
 
     @property
     def map(self) -> MapSettings:
@@ -101,23 +101,24 @@ class LocalizationContext(Protocol):
     # --------------------------------------------------------------------------------- actions
 
     def draw(self, sighting: Sighting, pose: Pose2D) -> None:
-        """Draw the scan that has just come into the map, from this pose of the robot. Only where
-        the plug-in ``draws_map``."""
+        """Draw the scan of this call of ``on_odometry`` into the map, from this pose of the robot.
+        Only a plug-in that ``draws_map`` may."""
 
     def redraw(self, poses: np.ndarray) -> None:
         """Draw the map anew: ``poses`` [n, 3] (x m, y m, yaw rad) of all n scans that were drawn,
         in their order. Where none of them has moved by a cell, the map stays."""
 
     def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
-        """Call ``callback(context)`` every ``period_ns``, 1 ms or more, from a random part of it
-        on."""
+        """Call ``callback(context)`` every ``period_ns``, at least 1 ms, for the first time after a
+        random part of a period."""
 
 
 class Localization(Protocol):
     """Finds a robot's pose. Built as ``Localization(params)``, one for each life of a robot.
 
-    A class with ``draws_map = True`` makes the robot's map (``LocalizationContext.draw``). For any
-    other the robot enters scans at the poses that it returns, after enough motion.
+    A class with ``draws_map = True`` makes the robot's map (``LocalizationContext.draw``). With any
+    other, the robot itself draws scans from the poses that the plug-in returns, after enough
+    motion.
     """
 
     @property
@@ -129,5 +130,6 @@ class Localization(Protocol):
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
                     sighting: Sighting | None) -> Pose2D:
-        """The robot's pose in the map now, at this reading of the odometer. ``sighting``: a scan
-        of the time since the last one that belongs to readings."""
+        """The robot's pose in the map now, at this reading of the odometer. ``sighting``: the
+        newest scan, if it has the stamp of this reading (or lies between this reading and the last,
+        where stamps never agree); else None."""

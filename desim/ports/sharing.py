@@ -31,7 +31,7 @@ class Evidence(Protocol):
 
     @property
     def tiles(self) -> np.ndarray:
-        """[k] the numbers of the tiles that it is about."""
+        """[k] the numbers of its tiles."""
 
     @property
     def complete(self) -> bool:
@@ -60,8 +60,8 @@ class ReceivedEvidence(Evidence, Protocol):
 
 
 class Contribution(NamedTuple):
-    """News of ``source``, a robot. ``version`` is the clock (ns) of the source when it was
-    as said: it grows, also over a restart. ``pose`` None and ``evidence`` None: not said."""
+    """News of ``source``, a robot. ``version`` is the source's clock (ns) at which pose and
+    evidence held: it grows, also over a restart. A pose or an evidence of None is no news."""
 
     source: str
     version: int
@@ -112,7 +112,7 @@ class SharingContext(Protocol):
 
     @property
     def name(self) -> str:
-        """The host's: the robot's."""
+        """The name of the host, which is the robot's."""
 
     @property
     def now_ns(self) -> int:
@@ -155,8 +155,8 @@ class SharingContext(Protocol):
         """Hand to the robot's map and to its team what has come, all at once."""
 
     def place(self, source: str, frame: Pose2D | None) -> None:
-        """Say where the frame of ``source`` lies, its start pose, in the robot's own coordinates;
-        None: that was wrong. It is for the monitor, who compares it with the truth."""
+        """Report the start pose of ``source``, its frame, in this robot's coordinates; None takes
+        the report back. Only the monitor reads it, and compares it with the truth."""
 
     def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
@@ -177,7 +177,8 @@ class SharingContext(Protocol):
         """The newest messages of ``topic`` from the team, to be read at one's own rate."""
 
     def every(self, period_ns: int, callback: Callable[[SharingContext], object]) -> None:
-        """Call ``callback(context)`` every ``period_ns``, from a random part of it on."""
+        """Call ``callback(context)`` every ``period_ns``, for the first time after a random part
+        of a period."""
 
 
 class Sharing(Protocol):
@@ -199,13 +200,13 @@ class Sharing(Protocol):
 
 @runtime_checkable
 class PlansWithMerged(Protocol):
-    """Map sharing that makes the map with which the robot plans: of what it hands over
-    (``take_in``, also under the robot's own name), and of what the robot sees near by. ``own`` is
-    the plug-in's alone."""
+    """Map sharing that decides on the map with which the robot plans. That map holds what the
+    plug-in hands over (``take_in``, also under the robot's own name), and what the robot sees near
+    by. The map of all its own scans (``own``) is for the plug-in alone."""
 
     @property
     def raytrace_range_m(self) -> float | None:
-        """The range of near by. None: no limit, the robot plans with all that it sees, at once."""
+        """The limit of near by. None: there is none, the robot plans with all that it sees."""
 
 
 @runtime_checkable

@@ -1,8 +1,8 @@
 """The contract of a strategy: where a robot goes next, and what it tells its team.
 
-A strategy is asked for a goal (``choose``). It may also take part in what happens: it is called for
-each of the small protocols below that it has the methods of. In all of them it gets a
-``StrategyContext``, through which it acts.
+A strategy is asked for a goal (``choose``). It may have the methods of the small protocols at the
+end, too, and is then called when the robot starts, a drive ends, or the map or the team changes. In
+each call it gets a ``StrategyContext``, through which it acts.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class StrategyContext(Protocol):
 
     @property
     def name(self) -> str:
-        """The host's: the robot's."""
+        """The name of the host; a robot's host has the robot's name."""
 
     @property
     def has_body(self) -> bool:
@@ -152,14 +152,14 @@ class StrategyContext(Protocol):
         """The teammates that were ever heard of, by name."""
 
     def areas(self) -> dict[str, TeamArea]:
-        """The areas of teammates, by name, as far as they have sent maps of their own. What one
-        claims is ``peers[name].goal``."""
+        """The areas of teammates, by name, as far as they have sent maps of their own. (The goal of
+        one is ``peers[name].goal``.)"""
 
     # ----------------------------------------------------------------------------- the own map
 
     def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
-        """Reachable frontiers, those with the shortest way first; ``limit`` ends the search early.
-        Blacklisted ones are left out. ``origin``: from there, in place of the robot's pose."""
+        """Reachable frontiers, those with the shortest way first, and no more than ``limit``.
+        Blacklisted ones are left out. Ways begin at ``origin``, or at the robot's pose."""
 
     def path_lengths_m(self, places: Sequence[tuple[float, float]], origin: Place | None = None
                        ) -> np.ndarray:
@@ -206,15 +206,15 @@ class StrategyContext(Protocol):
         """Call ``callback(context)`` once, ``delay_ns`` from now."""
 
     def every(self, period_ns: int, callback: Callable[[StrategyContext], object]) -> None:
-        """Call ``callback(context)`` every ``period_ns``, 1 ms or more, from a random part of it
-        on."""
+        """Call ``callback(context)`` every ``period_ns``, at least 1 ms, for the first time after a
+        random part of a period."""
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this host's own."""
 
     def show(self, kind: str, marks: Iterable[Mark]) -> None:
-        """Show people ``marks`` in place of the last ones of this ``kind``. If the run is not
-        recorded nothing is taken from ``marks``; nothing in the run may depend on it."""
+        """Show people ``marks`` in place of the last ones of this ``kind``. A run that is not
+        recorded does not iterate over ``marks``, so nothing in a run may depend on that."""
 
 
 class Strategy(Protocol):
@@ -222,7 +222,7 @@ class Strategy(Protocol):
 
     A class with ``reads_team_state = True`` gets the poses and goals of ``peers`` every second,
     unless the scenario says otherwise (``coordination.team_state``). One with ``needs``, a class,
-    serves tasks alone whose briefing is one.
+    serves only tasks whose briefing is of that class.
     """
 
     @property

@@ -49,11 +49,11 @@ class Knowledge(Protocol):
 
     @property
     def known(self) -> Sequence[int]:
-        """By robot that carries software, in their order."""
+        """The cells known to each of ``explorers``."""
 
     @property
     def union_known(self) -> int:
-        """Those that some robot has known."""
+        """The cells that some robot has known."""
 
     def cells_for(self, share: float) -> int:
         """The fewest cells that make at least ``share`` of G."""
@@ -154,8 +154,8 @@ class FollowsKnowledge(Protocol):
     """A task that looks at what robots know."""
 
     def on_knowledge(self, context: TaskContext, explorer: int) -> None:
-        """The count of a robot, by its place among ``explorers``, is up to date after a change of
-        its map."""
+        """The map of a robot has changed, and ``knowledge`` has its new count. ``explorer``: its
+        index in ``explorers``."""
 
 
 @runtime_checkable
@@ -163,7 +163,7 @@ class JudgesMap(Protocol):
     """A task that says whose map is judged."""
 
     def judged(self) -> int | None:
-        """The robot, by its place among ``explorers``; None: the one that knows most."""
+        """The robot's index in ``explorers``; None: the one that knows most."""
 
 
 @runtime_checkable

@@ -1,4 +1,4 @@
-"""The nodes that publish a robot's pose: of a sensor as it is, or of a plug-in for localization."""
+"""The nodes that publish a robot's pose: a sensor's reading, or the estimate of a plug-in."""
 
 from __future__ import annotations
 
@@ -74,9 +74,9 @@ class PlacedScan:
 
 
 class LocalizationNode(Node):
-    """Publishes ``pose`` with each message of ``odom``, as the plug-in has it. One that draws the
-    map draws it into ``robot_map``; the event ``map`` announces each change to other nodes of the
-    host.
+    """Publishes the plug-in's ``pose`` for each message of ``odom``. A plug-in that draws the map
+    (SLAM) draws it into ``robot_map``; the event ``map`` announces each change to other nodes of
+    the host.
 
     ``start`` is the robot's pose in the map where it is known, ``bodies_m`` the width of the widest
     teammate, 0 without one.
@@ -96,7 +96,7 @@ class LocalizationNode(Node):
         self._placed_ns = -PATIENCE_NS  # stamp of the last odometry that had a scan
         self._sighting: PlacedScan | None = None  # that may be drawn now
         self._drawn: list[Pose2D] = []  # the poses of the scans in the map
-        self._scans: list[tuple[LaserScan, ...]] = []  # of each pose that of the first laser first
+        self._scans: list[tuple[LaserScan, ...]] = []  # of each pose, the first laser's first
 
     def start(self) -> None:
         self.advertise("pose")
@@ -225,7 +225,7 @@ class SensorContext:
 
 
 def draws_map(localization: Localization) -> bool:
-    """Whether it makes the robot's map, too."""
+    """Whether ``localization`` makes the robot's map, too."""
     return bool(getattr(localization, "draws_map", False))
 
 
@@ -236,7 +236,8 @@ def is_pose(pose: object) -> bool:
 
 
 def checked_path(localization: Localization, poses: object, drawn: int) -> np.ndarray:
-    """The ``poses`` of a new drawing of so many scans. Raises ``ModelError``."""
+    """``poses``, if they are one finite pose for each of the ``drawn`` scans. Raises ``ModelError``
+    if not."""
     if not (isinstance(poses, np.ndarray) and poses.shape == (drawn, 3)
             and poses.dtype.kind == "f" and np.isfinite(poses).all()):
         what = (f"{poses.dtype} {list(poses.shape)}" if isinstance(poses, np.ndarray)

@@ -18,9 +18,9 @@ TILE_M = 8.0  # a road of the paper; smaller tiles list fewer walls and cost mem
 
 class Lidar:
     """Casts sweeps of a kind of laser, ``height_m`` above the ground, among ``terrain``, doors that
-    are ``doors_m`` [d] high, and robots of these ``radii_m`` [n] from the lower to the upper one of
-    ``extents_m`` [n, 2]. Beam i points to ``angle_min_rad + i * increment_rad`` from the laser's
-    own heading.
+    are ``doors_m`` [d] high, and robots of these ``radii_m`` [n], which reach from the first to the
+    second height of ``extents_m`` [n, 2]. Beam i points to ``angle_min_rad + i * increment_rad``
+    from the laser's own heading.
     """
 
     def __init__(self, laser: Laser, height_m: float, terrain: Terrain, doors_m: np.ndarray,

@@ -63,9 +63,9 @@ class Plane:
         self._scene = self._present_scene()
 
     def _lidars(self, specs: list[RobotSpec], streams: Streams) -> list[list[lidar.Lidar]]:
-        """Of each robot its lasers, and then its sonar's transducers. Those of one kind and height
-        with noise of one name are one."""
-        # A laser is seen by lasers at its own height.
+        """The lasers of each robot, and then its sonar's transducers; those of one kind and height
+        with noise of one name share one ``Lidar``."""
+        # Lasers at the height of another one see it.
         extents_m = np.array([(spec.body.altitude_m, spec.top_m) for spec in specs])
         kinds = [[(laser, spec.body.altitude_m + laser.height_m,
                    "laser" if topic == SCAN else topic)

@@ -8,9 +8,12 @@ import numpy as np
 
 
 class Scene(NamedTuple):
-    """The part of a snapshot besides poses: ``walls`` [n, 4] that beams meet, ``fixed`` of them the
-    terrain's and then closed doors, all ``tops_m`` [n] high; ``discs`` [m, 3] of moving obstacles;
-    of each kind of odometer that reckons the poses [robots, 3]."""
+    """The part of a snapshot besides poses.
+
+    ``walls`` [n, 4] that beams meet, first ``fixed`` ones of the terrain, then closed doors |
+    ``tops_m`` [n] their heights | ``discs`` [m, 3] of moving obstacles | ``reckoned`` for each kind
+    of odometer the poses [robots, 3] of its dead reckoning, None if it does none.
+    """
 
     walls: np.ndarray
     tops_m: np.ndarray

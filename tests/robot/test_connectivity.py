@@ -69,7 +69,7 @@ def test_places_are_known_through_others():
     assert team.strategies["a"]._known["c"][1] == (30.0, 1.0)
 
 
-def test_who_hears_nobody_climbs_back_and_then_goes_on_alone():
+def test_who_hears_nobody_drives_back_and_then_goes_on_alone():
     team = team_of({"a": (0, 0), "b": (10, 0)}, (0, 15), (-40, 0), failsafe_after="5 s")
     team.choose("a")
     team.deaf = {"a"}

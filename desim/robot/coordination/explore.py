@@ -26,10 +26,11 @@ from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.robot import ExplorationParams
 from desim.units import NS_PER_S
 
-# Tuned; ``maze_8`` as in desim/robot/navigation/__init__.py.
+# Tuned; ``maze_8`` beside a constant: see desim/robot/navigation/__init__.py.
 # Pause after a fruitless search, which goes through the whole map; maze_8: same.
 _IDLE_NS = 5 * NS_PER_S
-_VETOES = 5  # refusals after which a strategy that insists on such a frontier gets it; maze_8: same
+# Frontiers with fruitless visits that are refused in one choice; then the choice counts anyhow.
+_VETOES = 5  # maze_8: same
 
 
 class Target(NamedTuple):

@@ -1,4 +1,4 @@
-"""Calls of the events that a strategy wants to hear of."""
+"""Calls of a strategy's methods for events."""
 
 from __future__ import annotations
 

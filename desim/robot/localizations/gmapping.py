@@ -1,4 +1,4 @@
-"""SLAM with many hypotheses."""
+"""gmapping: SLAM by a particle filter."""
 
 from __future__ import annotations
 

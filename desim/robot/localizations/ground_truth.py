@@ -1,4 +1,4 @@
-"""A sensor of the true pose."""
+"""Ground truth: a sensor of the true pose."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from desim.ports.localization import LocalizationContext, Sighting
 
 
 class GroundTruth:
-    """A sensor that publishes the true pose. Its readings are passed on; it is the only kind that
-    reads the truth, and no odometry (MORSE's pose sensor without noise)."""
+    """A sensor that publishes the true pose (MORSE's pose sensor without noise). No other kind of
+    localization reads the truth; this one reads no odometry."""
 
     class Params(ports.Params):
-        """It has none."""
+        """None."""
 
     def __init__(self, params: Params) -> None:
         """``params`` are empty."""

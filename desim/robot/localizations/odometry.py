@@ -1,4 +1,4 @@
-"""The odometry taken at its word."""
+"""Dead reckoning: the odometry is the pose."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from desim.ports.localization import LocalizationContext, Sighting
 
 
 class DeadReckoning:
-    """The odometry taken at its word. Readings are passed on; nothing is computed for it."""
+    """The odometry is published as the pose, as it is (dead reckoning)."""
 
     class Params(ports.Params):
-        """It has none."""
+        """None."""
 
     def __init__(self, params: Params) -> None:
         """``params`` are empty."""

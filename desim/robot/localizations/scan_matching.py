@@ -1,4 +1,4 @@
-"""SLAM with one hypothesis."""
+"""Scan matching: SLAM with one hypothesis."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class ScanMatching:
         """Parameters of ``scan_matching``."""
 
         redraw_every_ns: Pace = Field("5 s", description=(
-            "so often the map is drawn anew where a better path was found (gmapping "
+            "for the map to be drawn anew, where a better path was found (gmapping "
             "map_update_interval)"))
 
     def __init__(self, params: Params) -> None:
         self._redraw_every_ns = params.redraw_every_ns
         self._start: Pose2D | None = None
-        self._readings = 0  # of the odometer, since the last scan that was placed
+        self._readings = 0  # of the odometer, since the last ``sighting``
         # The odometry of the last processed scan, and its most likely pose.
         self._processed: tuple[Pose2D, Pose2D] | None = None
 
@@ -51,7 +51,7 @@ class ScanMatching:
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
                     sighting: Sighting | None) -> Pose2D:
-        """The pose after the scan, if it is due."""
+        """The pose of the last processed scan, which may be this one, moved on by the odometry."""
         self._readings += 1
         if self._start is None:
             self._start = odometry
@@ -69,7 +69,7 @@ class ScanMatching:
         return moved(pose, motion_to(before, odometry))
 
     def _in_map(self, poses: np.ndarray) -> np.ndarray:
-        """Poses in the map's frame, of poses as seen from the start."""
+        """``poses``, which are as seen from the start, in the map's frame."""
         return compose(np.array(self._start), poses)
 
     def _redraw(self, context: LocalizationContext) -> None:
@@ -93,9 +93,10 @@ def _noise(errors: OdometryErrors | None) -> OdometryNoise:
     """The noise between two scans: gmapping's where the errors are not known."""
     if errors is None:
         return OdometryNoise()
-    if errors.drifts:  # the noise of all readings since
+    if errors.drifts:  # the noise of each reading since the last processed scan adds up
         return OdometryNoise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, errors.position_m, errors.heading_rad,
                              strayed=math.inf)
-    two = math.sqrt(2.0)  # readings; drawn in full, their noise would become a drift
-    return OdometryNoise(0.0, 0.0, 0.0, 0.0, two * errors.position_m, two * errors.heading_rad,
+    # The noise of two readings; drawn in full (spread=1), it would become a drift.
+    both = math.sqrt(2.0)
+    return OdometryNoise(0.0, 0.0, 0.0, 0.0, both * errors.position_m, both * errors.heading_rad,
                          strayed=math.inf, spread=0.3)

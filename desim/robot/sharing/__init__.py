@@ -1,1 +1,1 @@
-"""Kinds of map sharing by name: the plug-ins of ``coordination.exchange``."""
+"""Kinds of map sharing, the plug-ins of ``coordination.exchange``, and what several of them use."""

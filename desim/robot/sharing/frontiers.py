@@ -1,4 +1,4 @@
-"""Robots send the edges of what they know, and no maps."""
+"""Robots send their frontiers, and no maps."""
 
 from __future__ import annotations
 

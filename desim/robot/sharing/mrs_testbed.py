@@ -44,7 +44,7 @@ class MrsTestbed:
     explore does; alone, it never gets it. ``partners`` and ``hand_over`` each take away one
     mechanism, to see what it does.
 
-    Not modelled: the questions to the master ten times a second, which robots there are.
+    Not modelled: the node asks the master ten times a second which robots there are.
     """
 
     fusion = "greedy"  # greedyMerging: its own evidence, then partners fill in what is unknown

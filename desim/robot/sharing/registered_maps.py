@@ -1,5 +1,4 @@
-"""Robots do not know where the others started: they find out by laying their maps over each other.
-"""
+"""Map merging with unknown starts: robots register the maps that they hear with theirs."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 Rotations come from the Hough spectra of both maps' walls (Carpin 2008: Fast and accurate map
 merging for multi-robot systems), translations from the cross-correlation of walls and free cells
 for each of these rotations, in place of Carpin's spectra along x and y, in which the walls of one
-maze look like any other's. The best few are made exact by a search round them (Olson 2009), and
+maze look like any other's. The best few are refined by a search around them (Olson 2009), and
 judged by the agreement of what both maps know (Birk and Carpin 2006: Merging occupancy grid maps
 from multiple robots, the acceptance indicator). Here the agreement is that of walls: free cells
 agree in any two mazes.
@@ -81,7 +81,7 @@ def register(own: Chart, other: Chart) -> Registration | None:
 
 
 def refined(own: Chart, other: Chart, frame: np.ndarray) -> Hypothesis:
-    """The best hypothesis within a cell or two of ``frame``."""
+    """The best hypothesis around ``frame``, by the searches of ``_ROUNDS``."""
     field = _field(own)
     points = other.points(other.state > 0)
     points = points[::-(-len(points) // _MOST)]
@@ -115,7 +115,7 @@ def judged(own: Chart, other: Chart, frame: np.ndarray) -> Hypothesis:
 
 def rotations(own: np.ndarray, other: np.ndarray, cell_m: float) -> list[float]:
     """The turns (rad) of ``other``'s frame at which the spectra of two sets of wall points [n, 2]
-    agree best, best first. Spectra do not tell a turn from one half a circle on."""
+    agree best, best first. Spectra are the same after half a turn, so each comes with that."""
     spectra = [np.fft.rfft(_spectrum(points, cell_m)) for points in (own, other)]
     likeness = np.fft.irfft(spectra[0] * np.conj(spectra[1]), _BINS)
     peaks = np.flatnonzero((likeness >= np.roll(likeness, 1)) & (likeness > np.roll(likeness, -1)))
@@ -222,7 +222,7 @@ def _at(chart: Chart, values: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def _cells(chart: Chart, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Column and row of points [n, 2], with what is behind the point."""
+    """Column and row of points [n, 2], not rounded."""
     return ((points[:, 0] - chart.left_m) / chart.cell_m,
             (points[:, 1] - chart.low_m) / chart.cell_m)
 

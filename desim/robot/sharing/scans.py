@@ -1,4 +1,4 @@
-"""Robots send their scans, and each makes maps of all others' scans itself."""
+"""Robots send their scans, and each makes a map of each other robot's scans."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Scans:
 
     def on_scan(self, context: SharingContext, pose: Pose2D, scan: Scan,
                 usable_range_m: float) -> None:
-        """Keep it."""
+        """Keep the scan for the next batch."""
         self._scans.append(PosedScan(pose, scan))
         self._usable_range_m = usable_range_m
 

@@ -45,8 +45,8 @@ _WINDOW_M, _WINDOW_RAD = (0.5, 1.0), (0.3, 0.8)  # least and most
 
 
 class Processed(NamedTuple):
-    """A scan that was processed: the odometry then [3], the ``poses`` of the particles [particles,
-    3] and the particle that each one comes from."""
+    """A scan that was processed: the odometry then [3], and after the scan the ``poses`` of the
+    particles [particles, 3] and the ``ancestors`` that these were drawn from."""
 
     odometry: np.ndarray
     poses: np.ndarray
@@ -64,10 +64,11 @@ class GridMap:
 
 
 class ParticleSlam:
-    """A particle filter over poses and maps. It is fed with odometry and scans, and read.
+    """A particle filter over poses and maps: ``update`` takes odometry and scans in; ``pose``,
+    ``path`` and ``map`` are those of the best particle.
 
-    ``key``: of its random numbers (``Streams.key``) | ``spread``: how far particles are drawn from
-    the most likely pose, in standard deviations; 0 for one hypothesis.
+    ``key`` of its random numbers (``Streams.key``) | ``spread`` of the draws around the most likely
+    pose, as a share of its standard deviation; 0 for one hypothesis.
     """
 
     def __init__(self, settings: SlamSettings, key: int, spread: float) -> None:
@@ -92,7 +93,8 @@ class ParticleSlam:
 
     def update(self, odometry: np.ndarray, ranges: np.ndarray) -> bool:
         """Take in a scan (ranges [beams] in m) and the odometry [3] of its instant: x m, y m, yaw
-        rad in any frame. Whether the scan was processed: the first is, and one after enough motion.
+        rad in any frame. Returns whether the scan was processed: the first is, and each one after
+        enough motion.
         """
         is_due = self.advance(Pose2D(*odometry.tolist()))
         if is_due:
@@ -100,8 +102,8 @@ class ParticleSlam:
         return is_due
 
     def advance(self, odometry: Pose2D, readings: int = 1) -> bool:
-        """Take in the odometry of a scan's instant, the last of so many ``readings`` since the
-        scan before. Whether the scan is to be processed."""
+        """Take in the odometry of a scan's instant, the last of ``readings`` since the scan before.
+        Returns whether the scan is to be processed."""
         self._readings += readings
         if self._before is not None:
             motion = motion_to(self._before, odometry)
@@ -162,7 +164,7 @@ class ParticleSlam:
         return pose
 
     def _points(self, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray, int, int]:
-        """The returns of a scan, a part of them with distances between, and their numbers."""
+        """The returns of a scan; some of them, far enough apart; and the number of each."""
         scanner, ranges = self._settings.scanner, np.ascontiguousarray(ranges, float)
         if scanner.bodies_m:
             beyond = np.empty(len(ranges))
@@ -175,8 +177,8 @@ class ParticleSlam:
 
     def _roughly(self, found: np.ndarray, expected: np.ndarray, sigmas: np.ndarray,
                  points: np.ndarray, count: int) -> np.ndarray:
-        """The pose roughly aligned with the best particle's map: from the one that was ``found``,
-        or from the odometry's, whichever ends better."""
+        """The pose roughly aligned with the best particle's map. Both the pose ``found`` by the
+        search and the odometry's are aligned; the more likely end counts."""
         ends, likelihoods = [found.copy(), expected.copy()], []
         for pose in ends:
             likelihoods.append(sum(align(self.best, pose, expected, sigmas, points, count,

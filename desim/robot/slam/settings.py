@@ -13,9 +13,9 @@ class ScannerGeometry:
     """The laser whose scans are processed: any number of beams, at equal angles.
 
     A range below ``shortest_m``, or of ``longest_m`` and above, is no return. ``mount``: the
-    laser's pose on the robot (m, m, rad). What stands in front and is not wider than ``bodies_m``
-    may be a teammate, and is left out; 0: nothing is. The defaults are those of a SICK LMS 291 with
-    361 beams.
+    laser's pose on the robot (m, m, rad). A thing in front of all else that is not wider than
+    ``bodies_m`` may be a teammate, and is left out; 0: nothing is left out. The defaults are those
+    of a SICK LMS 291 with 361 beams.
     """
 
     angle_min_rad: float = -0.5 * math.pi
@@ -30,12 +30,12 @@ class ScannerGeometry:
 class OdometryNoise:
     """The noise of the odometry between two processed scans, as standard deviations.
 
-    They grow with the motion, in m per m and m per rad in each direction, rad per m and rad per rad
-    of the heading, as gmapping has them (``srr``, ``str``, ``srt``, ``stt``: 0.1, 0.1, 0.2, 0.2),
-    from the least ones on; or with the square root of the number of readings, by ``reading_m`` and
-    ``reading_rad``. Odometry that is off by more than ``strayed`` in log-likelihood has failed;
-    infinite for one that never does. ``spread``: particles are drawn from the most likely pose with
-    so much of the standard deviations: less than 1 where the noise is gone with the next reading.
+    From ``least_m`` and ``least_rad`` on they grow with the motion, as gmapping's do (``srr``,
+    ``str``, ``srt``, ``stt``: 0.1, 0.1, 0.2, 0.2; here 0.1 rad/m), or with the square root of the
+    number of readings, by ``reading_m`` and ``reading_rad``. Odometry that is off by more than
+    ``strayed`` in log-likelihood has failed; infinite: it never fails. ``spread`` is the share of
+    the standard deviations with which particles are drawn: below 1 where a reading's noise is gone
+    with the next one.
     """
 
     m_per_m: float = 0.1

@@ -69,7 +69,7 @@ class SharedMaps:
             self._provide(visited, len(points))
 
     def _provide(self, visited: int, returned: int) -> None:
-        """See to it that so many tiles are free."""
+        """Enlarge the pools so that so many tiles for visits, and for returns, are free."""
         maps = self.arrays
         if maps.seen_stock.free_count[0] < visited:
             stock, capacity = _grown(maps.seen_stock, visited)

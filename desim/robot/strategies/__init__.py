@@ -1,1 +1,1 @@
-"""Strategies: where a robot explores next."""
+"""Strategies: where a robot goes next. The plug-ins of ``coordination.strategy``."""

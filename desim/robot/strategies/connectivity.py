@@ -25,7 +25,7 @@ class Connectivity:
     can two robots that decide at once know of each other. A team that could only go on apart holds
     for good.
 
-    Failsafe: who hears nobody for ``failsafe_after`` climbs back to the last place where it heard
+    Failsafe: who hears nobody for ``failsafe_after`` drives back to the last place where it heard
     somebody, and after as long again goes on alone as ``nearest_frontier``.
     """
 
@@ -34,7 +34,7 @@ class Connectivity:
             "within which robots count as connected (three quarters of the paper's 200 m)"))
         period_ns: Period = Field("1 s", description="of what robots tell (as the team's state)")
         failsafe_after_ns: Duration = Field("15 s", description=(
-            "without hearing anybody: climb back (15 periods); go on alone (after twice that)"))
+            "without hearing anybody: drive back (15 periods); go on alone (after twice that)"))
 
     def __init__(self, params: Params) -> None:
         self._params, self._contact = params, Contact()
@@ -58,7 +58,7 @@ class Connectivity:
         return self._advance(robot, frontiers[0]) if frontiers else None
 
     def _mind(self, robot: ports.StrategyContext) -> None:
-        """Say who is where. Climb back if nobody is heard. A robot that holds chooses again: others
+        """Say who is where. Drive back if nobody is heard. A robot that holds chooses again: others
         have moved."""
         if robot.pose is None:
             return

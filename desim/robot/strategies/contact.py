@@ -6,7 +6,7 @@ from desim import ports
 
 
 class Contact:
-    """Knows for how long a robot has heard of nobody, and where it last did."""
+    """Knows for how long a robot has heard of nobody, and where it last heard of somebody."""
 
     def __init__(self) -> None:
         self.place: ports.Place | None = None  # where somebody was last heard

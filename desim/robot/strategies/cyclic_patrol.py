@@ -9,7 +9,7 @@ from desim.robot.strategies.nearest_frontier import nearest
 
 
 class CyclicPatrol:
-    """Drive along one tour through all places, as the whole team does, at equal distances.
+    """Drive along one tour through all places, on which the team keeps equal distances.
 
     The tour begins with the first place, goes on to the nearest that is left, and is then made
     shorter by turning parts of it round (2-opt, Croes 1958). Robots with the same map find the same

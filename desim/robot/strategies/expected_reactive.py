@@ -11,7 +11,7 @@ from desim.units import Speed
 
 
 class ExpectedReactive:
-    """Drive to the place with the most idleness to be ended per second of the way there.
+    """Drive to the place whose idleness at arrival is largest per second of the way there.
 
     Robots tell each other the place that they drive to, and when they expect to be there: until
     then it is as good as visited, unless the teammate is lost. Without a word from others each

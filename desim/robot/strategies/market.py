@@ -12,12 +12,12 @@ from desim.units import Duration, Length, Period
 
 class Market:
     """Drive to the most profitable frontier that nobody else holds, and offer it and the next best
-    ones to the team: whom one profits more gets it (Zlot, Stentz, Dias, Thayer 2002).
+    ones to the team: the robot with the highest profit gets each (Zlot, Stentz, Dias, Thayer 2002).
 
-    The profit is the area in view at the frontier, at a price, less the way; of a robot that drives
-    already, the way there by its goal, unless the frontier lies before. Each bidder gets one
-    frontier of an offer at most. The winners go out to all, and nobody takes what is held. A
-    frontier comes free when its holder's drive has ended, when the holder is lost, or when it has
+    The profit is the area in view at the frontier, at a price, less the way. For a robot that has a
+    goal, the way leads over that goal, unless the frontier is nearer. Each bidder gets one frontier
+    of an offer at most. The winners are published to all, and nobody takes what another one holds.
+    A frontier comes free when its holder's drive has ended, when the holder is lost, or when it has
     held it for too long. Failsafe: a robot that has heard nobody for ``failsafe_after`` goes on
     alone as ``nearest_frontier``.
     """

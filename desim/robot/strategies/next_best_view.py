@@ -8,8 +8,8 @@ from desim import ports
 
 
 class NextBestView:
-    """Choose the frontier with the largest ``gain exp(-decay path)``: the area that the laser would
-    see there, less the longer the way."""
+    """Choose the frontier with the largest ``gain exp(-decay path)``: the unknown area that the
+    laser would see there, discounted by the length of the way."""
 
     class Params(ports.Params):
         decay_per_m: float = Field(0.2, ge=0, description=(

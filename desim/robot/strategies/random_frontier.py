@@ -1,4 +1,4 @@
-"""Random frontier: what coordination has to be better than."""
+"""Random frontier: the baseline that coordination has to beat."""
 
 from desim import ports
 

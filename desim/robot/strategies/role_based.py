@@ -13,10 +13,10 @@ class RoleBased:
     Visser 2009, role-based exploration with fixed roles).
 
     An explorer chooses as ``minpos``. When it has exchanged maps with its relay they agree on the
-    next meeting: at the frontier that it drives to then, when the relay can have been to the base
-    and there. The relay drives home, until it hears the host ``base`` or, where there is none, has
-    arrived; then to the meeting, where it waits. The first meeting is at the start. The same class
-    on the base says that it is there. An explorer without a relay explores.
+    next meeting: at the explorer's next frontier, at a time by which the relay can have driven home
+    and from there to it. The relay drives home, until it hears the host ``base`` or, where there is
+    none, has arrived; then to the meeting, where it waits. The first meeting is at the start. The
+    same class on the base says that it is there. An explorer without a relay explores.
 
     Failsafe: who waits for its partner for ``failsafe_after`` longer than agreed goes on alone as
     ``minpos``, a relay too, until it hears the partner again.
@@ -112,7 +112,7 @@ class RoleBased:
                 self._propose(robot)
 
     def _propose(self, robot: ports.StrategyContext) -> None:
-        """Meet at the next goal, when the relay can have been home and there."""
+        """Meet at the next goal, when the relay can have driven home and from there to it."""
         assert self._home is not None
         self._together_ns, params = None, self._params
         goal = self._minpos.choose(robot)

@@ -123,7 +123,7 @@ class ExplorationParams(Params):
 
 
 class LocalizationChoice(PluginChoice):
-    """The localization: where a robot takes itself to be."""
+    """The localization: how a robot estimates its pose."""
 
     kind, name_key = "localization", "model"
 
