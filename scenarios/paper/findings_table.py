@@ -80,7 +80,7 @@ def figure(runs, sizes, columns, path: Path) -> None:
     for panel, label in zip(panels, ("exploration time, s", "way of all robots, km"), strict=True):
         panel.set(xlabel="robots", ylabel=label, ylim=(0, None))
         panel.grid(alpha=0.3)
-    panels[0].axhspan(250, 349, color="0.85", zorder=0)  # 8 robots in the maze, the band
+    panels[0].axhspan(250, 349, color="0.85", zorder=0)  # the band in findings.yaml's question
     panels[0].legend(fontsize="small")
     shown.savefig(path, dpi=110)
 

@@ -21,8 +21,8 @@ from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.shared_maps import SharedMaps
 from desim.robot.transforms import compose, motion_between, motion_to
 
-# The residual of a return: noise of the sensor, and what cells blur. From far away a larger one is
-# taken at first: at its own, a pose that is a cell off has no gradient.
+# The residual of a return: noise of the sensor, and what cells blur (ours). From far away a larger
+# one is taken at first: at its own, a pose that is a cell off has no gradient.
 _SIGMA_M, _SIGMA_CELLS, _ROUGH_CELLS = 0.01, 0.05, 0.25
 _OUTLIER_SIGMAS = 2.5
 _REACH_CELLS = 1.5
