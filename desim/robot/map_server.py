@@ -9,17 +9,17 @@ from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.ports.tasks import Ground
+from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
 from desim.robot.robot_map import RobotMap
 from desim.robot.tiles import LayerSnapshot, TilePool, drawn
 
 _SOURCE = "map_server"  # of this evidence
-_FREE, _SOLID = -40, 70  # as sure as evidence can be: the clamps of a cell
 
 
 def map_of_terrain(pool: TilePool, ground: Ground) -> LayerSnapshot:
-    """Evidence of all walls, and of the free cells that a laser can come to see."""
+    """The strongest evidence of all walls, and of the free cells that a laser can come to see."""
     return drawn(pool, ground.grid, np.where(
-        ground.solid != 0, _SOLID, np.where(ground.reachable, _FREE, 0)).astype(np.int8))
+        ground.solid != 0, CLAMP_HIGH, np.where(ground.reachable, CLAMP_LOW, 0)).astype(np.int8))
 
 
 class MapServer(Node):
