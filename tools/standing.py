@@ -4,8 +4,6 @@ Twice a simulated second it reads the state of bodies and of navigation, which c
 prints, by stretches of time, the mean speed, the goals set and reached a second, and the share of
 robots that stand, by reason. Then the share of way in convoy: driven within 4 m behind a teammate
 that drove the same way.
-
-`--unseen-bodies`: robots' bodies are in no map; collision avoidance still sees them.
 """
 
 from __future__ import annotations
@@ -20,8 +18,6 @@ from typing import Any
 import numpy as np
 
 from desim.engine.kernel import Phase
-from desim.middleware.contents import LaserScan
-from desim.robot.mapping import Mapping
 from desim.robot.navigation.move_base import MoveBase
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
@@ -115,38 +111,15 @@ class Watch:
             self.counts[self.simulation.names[int(row["kind"])]] += 1
 
 
-def blind_mapping(simulation: Simulation) -> Any:
-    """A ``Mapping._integrate`` whose scans meet no bodies, and the one that it replaces."""
-    own, lidar, world = Mapping._integrate, simulation.world.lidar, simulation.world
-    radii_m, none_m = lidar._radii_m, np.zeros_like(lidar._radii_m)
-
-    def integrate(node: Any, scan: LaserScan, pose: Any) -> None:
-        robot = world.robots.index(node.host.name)
-        poses = world.snapshot().poses.copy()
-        poses[robot] = pose.x_m, pose.y_m, pose.yaw_rad
-        lidar._radii_m = none_m
-        ranges = lidar.scan(poses, world._walls, np.zeros((0, 3)), np.array([robot]), 0)[0]
-        lidar._radii_m = radii_m
-        own(node, LaserScan(scan.stamp_ns, ranges, scan.angle_min_rad, scan.angle_increment_rad,
-                            scan.range_max_m), pose)
-    return integrate, own
-
-
-def watched(path: str, overrides: list[str], seed: int, unseen_bodies: bool) -> dict[str, Any]:
+def watched(path: str, overrides: list[str], seed: int) -> dict[str, Any]:
     box: list[Watch] = []
     simulation = Simulation(load(path, overrides, seed).scenario,
                             trace_sink=lambda rows: box[0].rows_of_trace(rows))
     watch = Watch(simulation)
     box.append(watch)
     simulation.kernel.process(watch.process(), Phase.OBSERVE, 2**30)
-    integrate, own = blind_mapping(simulation) if unseen_bodies else (None, Mapping._integrate)
     begin_s = time.process_time()
-    if integrate is not None:
-        Mapping._integrate = integrate  # type: ignore[method-assign]
-    try:
-        outcome = simulation.run()
-    finally:
-        Mapping._integrate = own  # type: ignore[method-assign]
+    outcome = simulation.run()
     simulation.trace.flush()
     whole = Counter()
     for row in watch.rows:
@@ -179,13 +152,12 @@ def main() -> None:
     parser.add_argument("scenario")
     parser.add_argument("--set", action="append", default=[], dest="overrides")
     parser.add_argument("--seed", type=int, action="append")
-    parser.add_argument("--unseen-bodies", action="store_true")
     parser.add_argument("--brief", action="store_true", help="a line for each seed")
     parser.add_argument("--json")
     arguments = parser.parse_args()
     results = []
     for seed in arguments.seed or [1]:
-        result = watched(arguments.scenario, arguments.overrides, seed, arguments.unseen_bodies)
+        result = watched(arguments.scenario, arguments.overrides, seed)
         robots = load(arguments.scenario, arguments.overrides, seed).scenario.fleet.size
         if not arguments.brief:
             table(result["rows"], robots)
