@@ -17,4 +17,4 @@ def test_the_commands_print_what_the_page_shows(repository, tmp_path):
     assert all((tmp_path / name).stat().st_size > 50_000 for name in ("hello.html", "both.html"))
     report = (tmp_path / "results" / "strategies" / "report" / "report.html").read_text()
     if not regolden.elsewhere():
-        assert "strategy nearest minus apart at robots = 2, 8.431 [3.735, 13.13]" in report
+        assert "strategy nearest minus apart at robots = 2, 8.743 [4.308, 13.18]" in report

@@ -169,7 +169,7 @@ WRONG = PARAMETERS | {
         "safety_scale"),
     "set": ("set: {robot.laser: 5}",
         "3:20: robot.laser: must be text, or a mapping with beams, field_of_view, max_range, "
-        "height, rate, noise, pose, got 5"),
+        "height, rate, noise, pose, x, y, yaw, got 5"),
     "set list": ("set: [1]",
         "3:6: set: must be a mapping, got a list of 1"),
     "set plugin": ("set: {network.media.lan.model: swich}",

@@ -95,7 +95,7 @@ def test_looking_on_changes_nothing():
     samples = []
     call_often(seen, lambda: samples.append((seen.monitor.quantities(), seen.world.snapshot())))
     alone, watched = unseen.run(), seen.run()
-    assert len(samples) == 301
+    assert len(samples) == watched.simulated_ns // 10**8 + 1 > 200
     assert (watched.digest, watched.digest_by_entity) == (alone.digest, alone.digest_by_entity)
 
 

@@ -27,13 +27,13 @@ from runs import HELLO, built
 # Written by the monitor and the world, about robots.
 OF_THE_TRUTH = {"pose", "collision", "sample", "sample_traffic", "sample_motion", "partition",
                 "stop"}
-FLEET = ("fleet.size=3", "stop.elapsed=20 s", "stop.explored=100 %", "stop.by=all")
+FLEET = ("fleet.size=3", "stop.elapsed=18 s", "stop.explored=100 %", "stop.by=all")
 
 
 def deeds(world, *case):
     """The digests of what robots did, by kind of row and robot."""
     simulation = built(HELLO, f"physics.model=puppets:{world}", *FLEET, *case, payloads="birth")
-    assert simulation.run().simulated_ns == 20 * 10**9
+    assert simulation.run().simulated_ns == 18 * 10**9
     kinds, robots = simulation.names, simulation.world.robots
     return {(kinds[kind], kinds[entity]): digest
             for (kind, entity), digest in simulation.trace.digests().items()

@@ -18,7 +18,7 @@ LOSSY = ("rules: [{rule: loss, probability: 2 %}, {rule: reordering, probability
          "delay: 20 ms}]")
 CASES = {
     "testbed": (MAZE_30, "stop.elapsed=7 s"),
-    "field": (FIELD_30, "stop.elapsed=23 s", OFTEN),
+    "field": (FIELD_30, "stop.elapsed=25 s", OFTEN),
     "ros1": (MAZE_8, "stop.elapsed=30 s", "middleware.model=ros1",
              f"network.media={{lan: {{model: switch, rate: 12 Mb/s, buffer: 60 kB, {LOSSY}}}}}"),
     "dds": (MAZE_8, "stop.elapsed=30 s", "middleware={model: dds, preset: cyclonedds}",

@@ -14,7 +14,7 @@ wait();
 </script>"""
 
 
-def test_it_is_drawn_in_its_frame(tmp_path, hello):
+def test_it_is_drawn_in_its_frame(tmp_path, hello, browser_here):
     text = desim.compare(hello, hello)._repr_html_()
     probed = text.replace('srcdoc="', 'srcdoc="' + html.escape(_PROBE))
     assert probed != text

@@ -1,0 +1,74 @@
+"""The tables of docs/slam.md, from the campaign of localization.yaml, as far as it is done:
+
+    python scenarios/studies/localization_table.py results/localization
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as parquet
+
+from desim.statistics.comparisons import paired
+from desim.statistics.intervals import t_interval
+
+REFERENCE = "ground_truth"
+MEASURES = {"ate_m": 3, "heading_rms_rad": 4, "map_quality": 3, "wall_error_median_m": 2,
+            "wall_error_p95_m": 2}  # with their digits
+
+
+def times_of(runs) -> dict[int, float]:
+    """The exploration time by seed; the run's length where the terrain was not explored."""
+    return {run["seed"]: run["simulated_s"] if run["exploration_time_s"] is None
+            else run["exploration_time_s"] for run in runs}
+
+
+def spread(values) -> str:
+    """Mean and half of the 95 % interval."""
+    interval = t_interval(values)
+    half = "" if interval.half_width is None else f" ± {interval.half_width:.0f}"
+    return f"{interval.mean:.0f}{half}"
+
+
+def share(own, reference) -> str:
+    """The geometric mean of the times of equal seeds, divided, with its 95 % interval."""
+    seeds = [seed for seed in own if seed in reference]
+    if len(seeds) < 2:
+        return ""
+    difference = paired(*(np.log([times[seed] for seed in seeds]) for times in (own, reference))
+                        ).difference
+    low, mean, high = np.exp([difference.low, difference.mean, difference.high])
+    return f"{mean:.2f} ({low:.2f} to {high:.2f})"
+
+
+def measured(runs, key: str, digits: int) -> str:
+    """The mean over runs, and the largest; of the quality, the smallest."""
+    values = [run[key] for run in runs if run[key] is not None]
+    if not values:
+        return ""
+    worst = min(values) if key == "map_quality" else max(values)
+    return f"{np.mean(values):.{digits}f} ({worst:.{digits}f})"
+
+
+def main(campaign: Path) -> None:
+    runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
+    for terrain in dict.fromkeys(run["terrain"] for run in runs):
+        here = [run for run in runs if run["terrain"] == terrain]
+        reference = times_of([run for run in here if run["localization"] == REFERENCE])
+        print(f"\n**{terrain}**, mean (worst) of {len(reference)} seeds\n")
+        print("| localization | time, s | late | share of ground truth's time |",
+              " | ".join(MEASURES), "|")
+        print("|---" * (4 + len(MEASURES)) + "|")
+        for name in dict.fromkeys(run["localization"] for run in here):
+            mine = [run for run in here if run["localization"] == name]
+            times = times_of(mine)
+            late = sum(run["exploration_time_s"] is None for run in mine)
+            print(f"| {name} | {spread(list(times.values()))} | {late or ''} |",
+                  "1" if name == REFERENCE else share(times, reference), "|",
+                  " | ".join(measured(mine, key, digits) for key, digits in MEASURES.items()), "|")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
