@@ -101,9 +101,9 @@ def _host(owner: object) -> str | None:
     from desim.middleware.host import Host
     from desim.middleware.node import Node
     from desim.network.medium import Medium
-    from desim.robot.coordination.host_context import HostContext
-    from desim.robot.localization import SensorContext
-    from desim.robot.map_sharing import MapContext
+    from desim.robot.coordination.context import HostContext
+    from desim.robot.localization.context import SensorContext
+    from desim.robot.sharing.context import MapContext
 
     if isinstance(owner, Node):
         return owner.host.name

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
+from importlib.metadata import entry_points
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
@@ -451,6 +452,32 @@ def test_a_longer_way_to_the_world_is_seen_too(monkeypatch):
 
 def test_every_rule_has_a_twin():
     assert {rule for rule, _, _ in TWINS} == set(RULES)
+
+
+# -------------------------------------------------------------------------------------- plug-ins
+
+PLUGINS = {"desim/robot/coordination/strategies": "desim.strategies",
+           "desim/robot/sharing/kinds": "desim.sharing",
+           "desim/robot/localization/kinds": "desim.localization"}
+
+
+def misplaced(folder: str, group: str) -> list[str]:
+    """The modules in a folder that no entry point of ``group`` names, and those of desim that one
+    names elsewhere."""
+    package = folder.replace("/", ".")
+    there = {f"{package}.{room}" for room in rooms_of(ROOT / folder)}
+    named = {point.module for point in entry_points(group=group) if inside(point.module, "desim")}
+    return sorted(there ^ named)
+
+
+@pytest.mark.parametrize("folder", PLUGINS)
+def test_a_robots_plugins_are_in_a_folder_of_their_own_with_nothing_else(folder):
+    assert misplaced(folder, PLUGINS[folder]) == []
+
+
+def test_a_module_beside_the_plugins_is_seen():
+    elsewhere = misplaced("desim/robot/sharing", "desim.sharing")
+    assert {"desim.robot.sharing.node", "desim.robot.sharing.kinds.scans"} <= set(elsewhere)
 
 
 @pytest.mark.parametrize("path", BY_NAME)

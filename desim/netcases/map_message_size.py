@@ -12,8 +12,8 @@ from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import EXPLORED
 from desim.ports.tasks import Ground
 from desim.robot.robot_map import RobotMap
+from desim.robot.sharing.kinds.own_maps import OwnMaps
 from desim.robot.sharing.map_message import MapFormat
-from desim.robot.sharing.own_maps import OwnMaps
 from desim.robot.tiles import FREE, TilePool, raster
 from desim.simulation.simulation import Simulation
 

@@ -30,7 +30,7 @@ from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import GridSpec
-from desim.robot.sharing.own_maps import OwnMaps
+from desim.robot.sharing.kinds.own_maps import OwnMaps
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S

@@ -8,13 +8,15 @@ from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
 from desim.ports.sharing import Sharing
-from desim.robot import map_sharing, mapping, monitor_feed, transform_broadcaster
+from desim.robot import mapping, monitor_feed, transform_broadcaster
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
-from desim.robot.localization import SENSORS, LocalizationNode, SensorPose
+from desim.robot.localization.node import LocalizationNode
+from desim.robot.localization.sensor_pose import SENSORS, SensorPose
 from desim.robot.navigation import global_costmap, move_base
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.robot_map import RobotMap
+from desim.robot.sharing.node import MapSharing, drawn_beside
 from desim.robot.team import Team
 from desim.robot.team_state import TeamStateNode
 from desim.scenario.schema.communication import Exchange, StrategyChoice
@@ -40,11 +42,11 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     with below("coordination"):
         strategy = _strategy(choice)
     sharing = _sharing(coordination.exchange)
-    drawn = map_sharing.drawn_beside(robot_map, sharing)
+    drawn = drawn_beside(robot_map, sharing)
     bodies_m = 2.0 * _widest_radius_m(scenario) if peers else 0.0
     nodes: list[Node] = [
         *_localization(host, robot, drawn, start, bodies_m),
-        map_sharing.MapSharing(host, sharing, robot_map, peers, team, drawn),
+        MapSharing(host, sharing, robot_map, peers, team, drawn),
         move_base.MoveBase(host, robot, body, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
     ]
@@ -69,8 +71,8 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
     with below(f"hosts.{host.name}.strategy"):
         strategy = _strategy(choice)
     nodes: list[Node] = [
-        map_sharing.MapSharing(host, _sharing(scenario.coordination.exchange), robot_map, robots,
-                               team, robot_map),
+        MapSharing(host, _sharing(scenario.coordination.exchange), robot_map, robots, team,
+                   robot_map),
         Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team, task),
     ]
     if scenario.coordination.team_state is not None:

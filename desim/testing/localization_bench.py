@@ -17,7 +17,7 @@ from desim.ports.localization import (
     OdometryErrors,
     Sighting,
 )
-from desim.robot.localization import checked_path, draws_map, is_pose
+from desim.robot.localization.checks import checked_path, draws_map, is_pose
 from desim.testing.advice import need
 
 LASER = LaserGeometry(-2.25, 4.5 / 180, 12.0, 0.05)  # 181 beams

@@ -11,7 +11,7 @@ import numpy as np
 from desim.engine.streams import Streams
 from desim.ports import Pose2D
 from desim.ports.localization import Localization
-from desim.robot.localization import draws_map
+from desim.robot.localization.checks import draws_map
 from desim.robot.transforms import compose, motion_between, wrapped
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams

@@ -17,8 +17,8 @@ from desim.ports.sharing import (
     SharingContext,
     Sized,
 )
-from desim.robot.map_sharing import MapAccess
 from desim.robot.robot_map import RobotMap
+from desim.robot.sharing.map_access import MapAccess
 from desim.robot.team import Team
 from desim.robot.tiles import LayerSnapshot, TilePool
 

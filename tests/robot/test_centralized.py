@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim import ports
-from desim.robot.strategies.centralized import Centralized, _greedy
+from desim.robot.coordination.strategies.centralized import Centralized, _greedy
 from desim.testing import check_strategy
 
 

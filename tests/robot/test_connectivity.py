@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim import ports
-from desim.robot.strategies.connectivity import Connectivity, connected
+from desim.robot.coordination.strategies.connectivity import Connectivity, connected
 from desim.testing import check_strategy
 
 places = st.lists(st.tuples(st.integers(-20, 20), st.integers(-20, 20)), min_size=1, max_size=8,

@@ -17,10 +17,10 @@ from desim.middleware.node import Node
 from desim.ports import Frontier, Peer
 from desim.robot.coordination.blacklist import Blacklist
 from desim.robot.coordination.explore import Explore
-from desim.robot.localization import SENSORS, SensorPose
+from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
+from desim.robot.coordination.strategies.random_frontier import RandomFrontier
+from desim.robot.localization.sensor_pose import SENSORS, SensorPose
 from desim.robot.navigation.map_queries import MapQueries
-from desim.robot.strategies.nearest_frontier import NearestFrontier
-from desim.robot.strategies.random_frontier import RandomFrontier
 from desim.robot.team import Team
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim import ports
-from desim.robot.strategies.explore_multirobot import ExploreMultirobot
+from desim.robot.coordination.strategies.explore_multirobot import ExploreMultirobot
 from desim.testing import StrategyBench, check_strategy
 
 CELL_M = 0.5  # of the bench

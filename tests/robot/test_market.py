@@ -3,7 +3,7 @@
 from benches import Team
 
 from desim import ports
-from desim.robot.strategies.market import Market
+from desim.robot.coordination.strategies.market import Market
 from desim.testing import check_strategy
 from desim.units import NS_PER_S
 

@@ -4,9 +4,9 @@ import pytest
 from benches import Team
 
 from desim import ports
-from desim.robot.strategies.meeting import Meeting, drive_near, silent
-from desim.robot.strategies.rendezvous import Rendezvous
-from desim.robot.strategies.role_based import RoleBased
+from desim.robot.coordination.meeting import Meeting, drive_near, silent
+from desim.robot.coordination.strategies.rendezvous import Rendezvous
+from desim.robot.coordination.strategies.role_based import RoleBased
 from desim.testing import StrategyBench, check_strategy
 from desim.units import NS_PER_S
 

@@ -14,7 +14,7 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import GridSpec
-from desim.robot.localization import SensorPose
+from desim.robot.localization.sensor_pose import SensorPose
 from desim.robot.navigation.move_base import MoveBase
 from desim.robot.navigation.recovery import Recovery
 from desim.robot.robot_map import RobotMap

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim import ports
-from desim.robot.strategies.greedy_assignment import GreedyAssignment
-from desim.robot.strategies.hungarian import Hungarian
-from desim.robot.strategies.minpos import MinPos
-from desim.robot.strategies.nearest_frontier import NearestFrontier
-from desim.robot.strategies.next_best_view import NextBestView
-from desim.robot.strategies.voronoi import Voronoi
+from desim.robot.coordination.strategies.greedy_assignment import GreedyAssignment
+from desim.robot.coordination.strategies.hungarian import Hungarian
+from desim.robot.coordination.strategies.minpos import MinPos
+from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
+from desim.robot.coordination.strategies.next_best_view import NextBestView
+from desim.robot.coordination.strategies.voronoi import Voronoi
 from desim.testing import StrategyBench, check_strategy
 
 ALL = (GreedyAssignment, Hungarian, MinPos, NearestFrontier, NextBestView, Voronoi)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from desim import ports
-from desim.robot.strategies.nearest_frontier import NearestFrontier
+from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
 from desim.world.plane import Plane
 
 READ = {}  # readings, by sensor, time, and which one was asked

@@ -1,7 +1,7 @@
 """Strategies that speak, for tests: each keeps a log of what happens to it."""
 
 from desim import ports
-from desim.robot.strategies.nearest_frontier import NearestFrontier
+from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
 from desim.units import NS_PER_S
 
 LOG = []  # (s, host, what)

@@ -9,7 +9,7 @@ import desim
 from desim.monitor.summary import summarize
 from desim.report.key_figures import key_figures
 from desim.report.replay.facts import facts
-from desim.robot.strategies import cyclic_patrol
+from desim.robot.coordination.strategies import cyclic_patrol
 from desim.scenario.load import from_mapping
 from desim.simulation.simulation import Simulation
 

@@ -93,7 +93,7 @@ def test_who_shares_no_map_has_no_area():
     assert log and not any(areas for *_, areas in log)
 
 
-MINPOS = "coordination.strategy=desim.robot.strategies.minpos:MinPos"
+MINPOS = "coordination.strategy=desim.robot.coordination.strategies.minpos:MinPos"
 
 
 def test_poses_and_goals_are_announced_where_the_strategy_reads_them():

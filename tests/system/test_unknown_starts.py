@@ -7,7 +7,7 @@ from runs import MAZE_8, built
 from desim.errors import InputError
 from desim.monitor.summary import summarize
 from desim.ports import Pose2D
-from desim.robot.sharing.registered_maps import FramedMap, RegisteredMaps
+from desim.robot.sharing.kinds.registered_maps import FramedMap, RegisteredMaps
 from desim.robot.tiles import TilePool
 from desim.testing import SharingBench
 

@@ -2,9 +2,10 @@
 
 from runs import HELLO, Tally, built, call_often, finished
 
-from desim.robot.strategies.connectivity import connected
+from desim.robot.coordination.strategies.connectivity import connected
 
-STRATEGIES = "coordination.strategy=desim.robot.strategies."
+PACKAGE = "desim.robot.coordination.strategies"
+STRATEGIES = f"coordination.strategy={PACKAGE}."
 
 
 def played(*case, until=None):
@@ -31,7 +32,7 @@ def test_a_market_goes_on_when_a_robot_is_lost():
 
 
 CENTRAL = (STRATEGIES + "centralized:Centralized", "hosts.base={}",
-           "hosts.base.strategy={strategy: 'desim.robot.strategies.centralized:Centralized'}")
+           f"hosts.base.strategy={{strategy: '{PACKAGE}.centralized:Centralized'}}")
 
 
 def test_a_base_sends_a_fleet():
@@ -58,7 +59,7 @@ def test_a_team_meets_over_a_short_radio():
 def test_a_relay_meets_its_explorer_and_brings_its_map_to_the_base():
     name = "role_based:RoleBased"
     base = (STRATEGIES + name, "hosts.base={at: [-10 m, 10 m]}",
-            f"hosts.base.strategy={{strategy: 'desim.robot.strategies.{name}'}}")
+            f"hosts.base.strategy={{strategy: '{PACKAGE}.{name}'}}")
     outcome, topics = played(*base, *SHORT, "coordination.interval=8 s")
     assert outcome.stop_reason == "explored"
     assert topics == {"strategy/meeting", "strategy/here"}

@@ -12,8 +12,8 @@ from pydantic import Field, model_validator
 
 from desim import plugins, ports
 from desim.errors import InputError, KernelError, ModelError
-from desim.robot.strategies.nearest_frontier import NearestFrontier
-from desim.robot.strategies.random_frontier import RandomFrontier
+from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
+from desim.robot.coordination.strategies.random_frontier import RandomFrontier
 from desim.testing import (
     Bench,
     ImmediateNetwork,

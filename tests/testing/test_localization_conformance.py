@@ -9,8 +9,8 @@ import pytest
 from desim import plugins
 from desim.errors import ModelError
 from desim.ports import Pose2D
-from desim.robot.localizations.odometry import DeadReckoning
-from desim.robot.localizations.scan_matching import ScanMatching
+from desim.robot.localization.kinds.odometry import DeadReckoning
+from desim.robot.localization.kinds.scan_matching import ScanMatching
 from desim.testing import check_localization
 from desim.testing.localization_checks import scan_of
 

@@ -6,8 +6,8 @@ import pytest
 
 from desim import plugins
 from desim.ports.sharing import Contribution
-from desim.robot.sharing.own_maps import OwnMaps
-from desim.robot.sharing.scans import Scans
+from desim.robot.sharing.kinds.own_maps import OwnMaps
+from desim.robot.sharing.kinds.scans import Scans
 from desim.testing import check_sharing
 
 # registered_maps fits walls on walls; the kit's robots see none (tests/system/test_unknown_starts).

@@ -3,7 +3,7 @@
 import pytest
 
 from desim import ports
-from desim.robot.strategies.nearest_frontier import NearestFrontier
+from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
 from desim.testing import check_strategy
 
 S = 10**9

@@ -7,7 +7,7 @@ from fractions import Fraction
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Strategy
-from desim.robot.coordination.host_context import HostContext
+from desim.robot.coordination.context import HostContext
 from desim.robot.coordination.strategy_events import StrategyEvents
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team

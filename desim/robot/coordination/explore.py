@@ -16,7 +16,7 @@ from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Frontier, GoalEnd, Place, Pose2D, Strategy
 from desim.robot.coordination.blacklist import Blacklist
-from desim.robot.coordination.host_context import HostContext
+from desim.robot.coordination.context import HostContext
 from desim.robot.coordination.strategy_events import StrategyEvents
 from desim.robot.coordination.visits import Visits
 from desim.robot.navigation.map_queries import MapQueries

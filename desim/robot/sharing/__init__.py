@@ -1,1 +1,1 @@
-"""Kinds of map sharing, the plug-ins of ``coordination.exchange``, and what several of them use."""
+"""Map sharing: its node, the context of a plug-in, and what several kinds use."""

@@ -13,7 +13,7 @@ from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from desim.ports import GridSpec
 from desim.robot.fusion import robot_map_of
-from desim.robot.map_sharing import MapSharing, drawn_beside
+from desim.robot.sharing.node import MapSharing, drawn_beside
 from desim.robot.team import Team
 from desim.robot.tiles import TilePool, fuse
 from netmodels.ideal import Ideal

@@ -16,7 +16,7 @@ from desim.ports.sharing import (
     SharedMessage,
     SharingContext,
 )
-from desim.robot.sharing.own_maps import REFRESH_PERIODS
+from desim.robot.sharing.rates import REFRESH_PERIODS
 from desim.units import Pace
 
 MOST = 100  # scans in a message, 88 kB of 180 beams

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from desim.robot.localizations.scan_matching import ScanMatching
+from desim.robot.localization.kinds.scan_matching import ScanMatching
 from desim.robot.slam.kinds import gmapping
 
 

@@ -5,8 +5,8 @@ import math
 from pydantic import Field
 
 from desim import ports
-from desim.robot.strategies.contact import Contact
-from desim.robot.strategies.nearest_frontier import nearest
+from desim.robot.coordination.contact import Contact
+from desim.robot.coordination.strategies.nearest_frontier import nearest
 from desim.units import Duration, Length, Period
 
 

@@ -8,8 +8,8 @@ from pydantic import Field
 from scipy.optimize import linear_sum_assignment
 
 from desim import ports
-from desim.robot.strategies.contact import Contact
-from desim.robot.strategies.nearest_frontier import nearest
+from desim.robot.coordination.contact import Contact
+from desim.robot.coordination.strategies.nearest_frontier import nearest
 from desim.units import Duration, Length, Period
 
 _FAR_M = 1e6  # in place of no way at all: more than any way

@@ -7,8 +7,8 @@ import numpy as np
 from pydantic import Field
 
 from desim import ports
-from desim.robot.strategies.contact import Contact
-from desim.robot.strategies.nearest_frontier import nearest
+from desim.robot.coordination.contact import Contact
+from desim.robot.coordination.strategies.nearest_frontier import nearest
 from desim.units import Duration, Length, Period
 
 _STEP_M = 3.0  # between places that a robot may advance to; a door is 2 m wide and more

@@ -12,7 +12,7 @@ from desim import ports
 from desim.ports import Pose2D
 from desim.ports.sharing import Contribution, Evidence, ReceivedEvidence, SharingContext
 from desim.robot.sharing.map_message import MapFormat, MapUpdate
-from desim.robot.sharing.own_maps import MERGING_HZ, REFRESH_PERIODS
+from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
 from desim.units import NS_PER_S, Pace
 
 

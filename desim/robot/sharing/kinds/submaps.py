@@ -17,7 +17,7 @@ from desim.ports.sharing import Canvas, Contribution, Scan, SharedMessage, Shari
 from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
 from desim.robot.sharing import placement
 from desim.robot.sharing.map_message import ZLIB_LEVEL
-from desim.robot.sharing.own_maps import REFRESH_PERIODS
+from desim.robot.sharing.rates import REFRESH_PERIODS
 from desim.robot.tiles import raster
 from desim.units import Pace, Period
 

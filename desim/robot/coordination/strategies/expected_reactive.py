@@ -6,7 +6,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.ports.tasks import Patrol
-from desim.robot.strategies.nearest_frontier import nearest
+from desim.robot.coordination.strategies.nearest_frontier import nearest
 from desim.units import Speed
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from desim import ports
 from desim.ports import natural_key
 from desim.ports.tasks import Patrol
-from desim.robot.strategies.nearest_frontier import nearest
+from desim.robot.coordination.strategies.nearest_frontier import nearest
 
 
 class CyclicPatrol:

@@ -12,7 +12,7 @@ from desim.middleware.contents import MAP_FRAME_BYTES, POSE_STAMPED_BYTES
 from desim.ports import Pose2D
 from desim.ports.sharing import Contribution, Evidence, SharingContext
 from desim.robot.kernels.tiles import MISS
-from desim.robot.sharing.own_maps import MERGING_HZ, REFRESH_PERIODS
+from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
 from desim.robot.tiles import FREE, OCCUPIED, raster
 from desim.units import NS_PER_S, Pace
 

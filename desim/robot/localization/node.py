@@ -1,10 +1,9 @@
-"""The nodes that publish a robot's pose: a sensor's reading, or the estimate of a plug-in."""
+"""The node that publishes the pose that a plug-in estimates: the host of the plug-in."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from fractions import Fraction
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -16,17 +15,9 @@ from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Pose2D
-from desim.ports.arguments import check_callback, check_period
-from desim.ports.localization import (
-    LaserGeometry,
-    Localization,
-    LocalizationContext,
-    MapSettings,
-    OdometryErrors,
-    Sighting,
-)
-from desim.robot.localizations.ground_truth import GroundTruth
-from desim.robot.localizations.odometry import DeadReckoning
+from desim.ports.localization import Localization
+from desim.robot.localization.checks import checked_path, draws_map, is_pose
+from desim.robot.localization.context import SensorContext
 from desim.robot.mapping import PATIENCE_NS
 from desim.robot.poses import between
 from desim.robot.robot_map import RobotMap
@@ -34,26 +25,7 @@ from desim.robot.transforms import wrapped
 from desim.scenario.schema.robot import SCAN, Equipment
 from desim.units import NS_PER_S
 
-_SHORTEST_M = 0.05  # a nearer return is of the robot itself (our estimate)
 _REDRAWN_RAD = 0.01  # a turn of a pose that is worth a new drawing: 0.25 m at 25 m; a shift: a cell
-
-# Sensors whose readings are believed as they are. No other kind gets at the true pose.
-SENSORS: dict[type, str] = {GroundTruth: "true_pose", DeadReckoning: "odom"}
-
-
-class SensorPose(Node):
-    """Publishes each message of the topic ``source`` as ``pose``, without reading it."""
-
-    def __init__(self, host: Host, source: str) -> None:
-        super().__init__(host, "localization")
-        self._source = source
-
-    def start(self) -> None:
-        self.advertise("pose")
-        self.subscribe(self._source, self._on_pose)
-
-    def _on_pose(self, message: Message) -> None:
-        self.publish("pose", message.unread)
 
 
 class PlacedScan:
@@ -180,68 +152,3 @@ class LocalizationNode(Node):
             [(pose, scan) for pose, scans in zip(path, self._scans, strict=True)
              for scan in scans], self._usable_m)
         self.publish("map", Empty())
-
-
-class SensorContext:
-    """The ``LocalizationContext`` of a robot."""
-
-    def __init__(self, node: LocalizationNode, robot: Equipment, start: Pose2D | None,
-                 bodies_m: float) -> None:
-        self._node, self.start, self.bodies_m = node, start, bodies_m
-        laser, mapping, odometry = robot.scanner, robot.mapping, robot.odometry
-        self.laser = LaserGeometry(-0.5 * laser.field_of_view_rad, laser.increment_rad,
-                                   laser.max_range_m, _SHORTEST_M,
-                                   Pose2D(laser.x_m, laser.y_m, laser.yaw_rad))
-        self.map = MapSettings(mapping.resolution_m, mapping.linear_update_m,
-                               mapping.angular_update_rad, mapping.usable_range_m)
-        self.odometry_errors = OdometryErrors(odometry.model == "random_walk",
-                                              odometry.position_noise_m,
-                                              odometry.heading_noise_rad)
-
-    @property
-    def name(self) -> str:
-        return self._node.host.name
-
-    @property
-    def now_ns(self) -> int:
-        return self._node.now_ns
-
-    def stream(self, *name: str | int) -> np.random.Generator:
-        return self._node.stream(*name)
-
-    def key(self, *name: str | int) -> int:
-        return self._node.noise_key(*name)
-
-    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
-        self._node.draw(sighting, pose)
-
-    def redraw(self, poses: np.ndarray) -> None:
-        self._node.redraw(poses)
-
-    def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
-        check_period(period_ns)
-        check_callback(callback, "context")
-        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
-
-
-def draws_map(localization: Localization) -> bool:
-    """Whether ``localization`` makes the robot's map, too."""
-    return bool(getattr(localization, "draws_map", False))
-
-
-def is_pose(pose: object) -> bool:
-    """Whether ``pose`` is a ``Pose2D`` of finite numbers."""
-    return isinstance(pose, Pose2D) and all(
-        isinstance(number, float | int | np.floating) and math.isfinite(number) for number in pose)
-
-
-def checked_path(localization: Localization, poses: object, drawn: int) -> np.ndarray:
-    """``poses``, if they are one finite pose for each of the ``drawn`` scans. Raises ``ModelError``
-    if not."""
-    if not (isinstance(poses, np.ndarray) and poses.shape == (drawn, 3)
-            and poses.dtype.kind == "f" and np.isfinite(poses).all()):
-        what = (f"{poses.dtype} {list(poses.shape)}" if isinstance(poses, np.ndarray)
-                else f"{type(poses).__name__}")
-        raise ModelError(f"{class_of(localization)} draws the map anew with {what}; wanted: finite "
-                         f"poses [{drawn}, 3], one for each scan that was drawn")
-    return poses

@@ -21,8 +21,8 @@ from desim.ports.sharing import (
     SharedMessage,
     SharingContext,
 )
-from desim.robot.sharing.own_maps import MERGING_HZ
 from desim.robot.sharing.placement import placed
+from desim.robot.sharing.rates import MERGING_HZ
 from desim.robot.sharing.registration import Chart, Hypothesis, refined, register
 from desim.robot.tiles import FREE, OCCUPIED, raster
 from desim.robot.transforms import compose, motion_between

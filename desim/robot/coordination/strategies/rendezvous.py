@@ -3,8 +3,8 @@
 from pydantic import Field
 
 from desim import ports
-from desim.robot.strategies.meeting import Meeting, silent
-from desim.robot.strategies.minpos import MinPos
+from desim.robot.coordination.meeting import Meeting, silent
+from desim.robot.coordination.strategies.minpos import MinPos
 from desim.units import Duration, Length, Period, Speed
 
 

@@ -1,0 +1,1 @@
+"""Localization: the nodes that publish a robot's pose, and the context of a plug-in."""

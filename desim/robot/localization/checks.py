@@ -1,0 +1,34 @@
+"""Checks of a localization: whether it draws the map, and of the poses that it gives."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from desim.errors import ModelError, class_of
+from desim.ports import Pose2D
+from desim.ports.localization import Localization
+
+
+def draws_map(localization: Localization) -> bool:
+    """Whether ``localization`` makes the robot's map, too."""
+    return bool(getattr(localization, "draws_map", False))
+
+
+def is_pose(pose: object) -> bool:
+    """Whether ``pose`` is a ``Pose2D`` of finite numbers."""
+    return isinstance(pose, Pose2D) and all(
+        isinstance(number, float | int | np.floating) and math.isfinite(number) for number in pose)
+
+
+def checked_path(localization: Localization, poses: object, drawn: int) -> np.ndarray:
+    """``poses``, if they are one finite pose for each of the ``drawn`` scans. Raises ``ModelError``
+    if not."""
+    if not (isinstance(poses, np.ndarray) and poses.shape == (drawn, 3)
+            and poses.dtype.kind == "f" and np.isfinite(poses).all()):
+        what = (f"{poses.dtype} {list(poses.shape)}" if isinstance(poses, np.ndarray)
+                else f"{type(poses).__name__}")
+        raise ModelError(f"{class_of(localization)} draws the map anew with {what}; wanted: finite "
+                         f"poses [{drawn}, 3], one for each scan that was drawn")
+    return poses

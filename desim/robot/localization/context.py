@@ -1,0 +1,68 @@
+"""The ``LocalizationContext`` of a robot: what a kind of localization is given and can do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim.ports import Pose2D
+from desim.ports.arguments import check_callback, check_period
+from desim.ports.localization import (
+    LaserGeometry,
+    LocalizationContext,
+    MapSettings,
+    OdometryErrors,
+    Sighting,
+)
+from desim.scenario.schema.robot import Equipment
+from desim.units import NS_PER_S
+
+if TYPE_CHECKING:
+    from desim.robot.localization.node import LocalizationNode
+
+_SHORTEST_M = 0.05  # a nearer return is of the robot itself (our estimate)
+
+
+class SensorContext:
+    """The ``LocalizationContext`` of a robot."""
+
+    def __init__(self, node: LocalizationNode, robot: Equipment, start: Pose2D | None,
+                 bodies_m: float) -> None:
+        self._node, self.start, self.bodies_m = node, start, bodies_m
+        laser, mapping, odometry = robot.scanner, robot.mapping, robot.odometry
+        self.laser = LaserGeometry(-0.5 * laser.field_of_view_rad, laser.increment_rad,
+                                   laser.max_range_m, _SHORTEST_M,
+                                   Pose2D(laser.x_m, laser.y_m, laser.yaw_rad))
+        self.map = MapSettings(mapping.resolution_m, mapping.linear_update_m,
+                               mapping.angular_update_rad, mapping.usable_range_m)
+        self.odometry_errors = OdometryErrors(odometry.model == "random_walk",
+                                              odometry.position_noise_m,
+                                              odometry.heading_noise_rad)
+
+    @property
+    def name(self) -> str:
+        return self._node.host.name
+
+    @property
+    def now_ns(self) -> int:
+        return self._node.now_ns
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._node.stream(*name)
+
+    def key(self, *name: str | int) -> int:
+        return self._node.noise_key(*name)
+
+    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
+        self._node.draw(sighting, pose)
+
+    def redraw(self, poses: np.ndarray) -> None:
+        self._node.redraw(poses)
+
+    def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
+        check_period(period_ns)
+        check_callback(callback, "context")
+        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))

@@ -1,0 +1,105 @@
+"""The ``SharingContext`` of a host: what a kind of map sharing knows and can do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim.errors import ModelError, below
+from desim.middleware.message import Message
+from desim.middleware.topics import WaitSet
+from desim.ports import Peer, Pose2D
+from desim.ports.sharing import Contribution, SharedMessage, SharingContext, Sized
+from desim.robot.sharing.map_access import MapAccess
+from desim.units import NS_PER_S
+
+if TYPE_CHECKING:
+    from desim.robot.sharing.node import MapSharing
+
+
+class MapContext(MapAccess):
+    """The ``SharingContext`` of a host."""
+
+    def __init__(self, node: MapSharing) -> None:
+        super().__init__(node.robot_map, node.drawn)
+        self._node = node
+
+    @property
+    def name(self) -> str:
+        return self._node.host.name
+
+    @property
+    def now_ns(self) -> int:
+        return self._node.now_ns
+
+    @property
+    def pose(self) -> Pose2D | None:
+        return self._node.pose
+
+    @property
+    def team(self) -> tuple[str, ...]:
+        return self._node.peers
+
+    @property
+    def peers(self) -> Mapping[str, Peer]:
+        return self._node.team.peers
+
+    def stream(self, *name: str | int) -> np.random.Generator:
+        return self._node.stream("sharing", *name)
+
+    def take_in(self, contributions: Iterable[Contribution]) -> None:
+        self._node.take_in(contributions)
+
+    def place(self, source: str, frame: Pose2D | None) -> None:
+        self._node.place(source, frame)
+
+    def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
+                  queue: int = 1, latch: bool = False) -> None:
+        with below("coordination.exchange"):
+            self._node.advertise(_absolute(self.name, topic), transport=transport, latch=latch,
+                                 queue=queue, via=via)
+
+    def has_subscribers(self, topic: str = "") -> bool:
+        return self._node.has_subscribers(_absolute(self.name, topic))
+
+    def publish(self, content: Sized, topic: str = "") -> None:
+        self._node.publish(_absolute(self.name, topic), content)
+
+    def subscribe(self, callback: Callable[[SharingContext, SharedMessage], object],
+                  topic: str = "", *, queue: int = 10) -> None:
+        for peer in self.team:
+            self._node.subscribe(_absolute(peer, topic), lambda message: callback(
+                self, _shared(message)), queue)
+
+    def latest(self, topic: str = "") -> TeamInbox:
+        inbox = TeamInbox()
+        for peer in self.team:
+            self._node.latest(_absolute(peer, topic), inbox.waiting)
+        return inbox
+
+    def every(self, period_ns: int, callback: Callable[[SharingContext], object]) -> None:
+        if type(period_ns) is not int or period_ns <= 0:
+            raise ModelError(f"a timer's period is an int > 0 of ns, not {period_ns!r}")
+        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
+
+
+class TeamInbox:
+    """The newest message of each teammate on one topic."""
+
+    def __init__(self) -> None:
+        self.waiting = WaitSet()
+
+    def news(self) -> list[SharedMessage]:
+        """The messages that have come and were not read yet."""
+        return [_shared(message) for _, message in self.waiting.news()]
+
+
+def _shared(message: Message) -> SharedMessage:
+    return SharedMessage(message.origin.name, message.content, message.born_ns)
+
+
+def _absolute(host: str, topic: str) -> str:
+    return f"/map_exchange/{host}/{topic}" if topic else f"/map_exchange/{host}"

@@ -1,0 +1,1 @@
+"""The kinds of map sharing: plug-ins of ``coordination.exchange``."""

@@ -1,0 +1,59 @@
+"""The robot's map, as a kind of map sharing reads it, and the evidence that it makes for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from desim.errors import ModelError
+from desim.middleware.contents import LaserScan
+from desim.ports import GridSpec, Pose2D
+from desim.ports.sharing import Scan
+from desim.robot.robot_map import RobotMap
+from desim.robot.tiles import LayerSnapshot, Received, TilePool, drawn
+
+
+class MapAccess:
+    """The part of a ``SharingContext`` that is about the robot's map. ``drawn``: see
+    ``MapSharing``."""
+
+    def __init__(self, robot_map: RobotMap, drawn: RobotMap) -> None:
+        self._map, self._drawn = robot_map, drawn
+
+    @property
+    def grid(self) -> GridSpec:
+        return self._map.spec
+
+    def own(self) -> LayerSnapshot:
+        return self._drawn.own.snapshot()
+
+    def received(self) -> Mapping[str, Received]:
+        return self._map.received
+
+    def canvas(self, grid: GridSpec | None = None) -> ScanCanvas:
+        return ScanCanvas(grid or self._map.spec, self._map.pool)
+
+    def drawn(self, log_odds: np.ndarray) -> LayerSnapshot:
+        spec = self._map.spec
+        if log_odds.shape != (spec.height, spec.width) or log_odds.dtype != np.int8:
+            raise ModelError(f"evidence is int8 [{spec.height}, {spec.width}], not "
+                             f"{log_odds.dtype} {list(log_odds.shape)}")
+        return drawn(self._map.pool, spec, log_odds)
+
+
+class ScanCanvas:
+    """An empty map."""
+
+    def __init__(self, grid: GridSpec, pool: TilePool) -> None:
+        self._map = RobotMap(grid, pool)
+
+    def integrate(self, pose: Pose2D, scan: Scan, usable_range_m: float) -> None:
+        """Add the evidence of a scan."""
+        if not isinstance(scan, LaserScan):
+            raise ModelError(f"a scan comes from on_scan, not {scan!r}")
+        self._map.integrate_scan(*pose, scan, usable_range_m)
+
+    def evidence(self) -> LayerSnapshot:
+        """All that was entered so far."""
+        return self._map.own.snapshot()

@@ -1,0 +1,102 @@
+"""The node through which a robot shares its map with its team: the host of a plug-in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+
+from desim.engine.trace import bits
+from desim.errors import ModelError
+from desim.middleware.contents import Empty, LaserScan
+from desim.middleware.host import Host
+from desim.middleware.node import Node
+from desim.middleware.topics import Latest
+from desim.ports import Pose2D
+from desim.ports.sharing import (
+    Contribution,
+    FollowsRedraws,
+    FollowsScans,
+    PlansWithMerged,
+    Sharing,
+)
+from desim.robot.robot_map import RobotMap
+from desim.robot.sharing.context import MapContext
+from desim.robot.team import Team
+from desim.robot.tiles import LayerSnapshot
+
+
+class MapSharing(Node):
+    """Runs ``sharing`` (None: the robot shares nothing) and hands what it takes in to
+    ``robot_map`` and ``team``. ``drawn`` is the map of its own scans, often the same.
+
+    The event ``map`` announces to other nodes of the host that this changed the map, the event
+    ``peers`` that ``team`` has one peer more.
+    """
+
+    def __init__(self, host: Host, sharing: Sharing | None, robot_map: RobotMap,
+                 peers: tuple[str, ...], team: Team, drawn: RobotMap) -> None:
+        super().__init__(host, "map_sharing")
+        self.robot_map, self.peers, self.team, self.drawn = robot_map, peers, team, drawn
+        self._sharing = sharing
+        self._pose = Latest(host)
+
+    def start(self) -> None:
+        sharing = self._sharing
+        if sharing is None:
+            return
+        self.advertise("map")
+        self.advertise("peers")
+        self._pose = self.latest("pose")
+        context = MapContext(self)
+        sharing.start(context)
+        if isinstance(sharing, FollowsScans):
+            self.drawn.scan_observers.append(partial(sharing.on_scan, context))
+        if isinstance(sharing, FollowsRedraws):
+            self.drawn.redraw_observers.append(partial(sharing.on_redraw, context))
+
+    @property
+    def pose(self) -> Pose2D | None:
+        """The newest pose of localization."""
+        message = self._pose.message
+        return None if message is None else Pose2D(*message.content[1:])
+
+    def take_in(self, contributions: Iterable[Contribution]) -> None:
+        """See ``SharingContext.take_in``."""
+        team, now_ns, before = self.team, self.now_ns, len(self.team.peers)
+        updates: list[tuple[str, int, LayerSnapshot]] = []
+        for source, version, pose, evidence in contributions:
+            if pose is not None:
+                team.note_pose(source, *pose, version, now_ns)
+            if isinstance(evidence, LayerSnapshot):
+                updates.append((source, version, evidence))
+            elif evidence is not None:
+                raise ModelError(f"evidence comes from a context, from own() or drawn(), not "
+                                 f"{evidence!r}")
+        if len(team.peers) > before:
+            self.publish("peers", Empty())
+        if updates and self.robot_map.receive(updates):
+            self.publish("map", Empty())
+
+    def place(self, source: str, frame: Pose2D | None) -> None:
+        """See ``SharingContext.place``."""
+        number = self._graph.names.id(source)
+        if frame is None:
+            self.record("frame_lost", number)
+            return
+        self.record("frame_of", number)
+        self.record("frame_at", *map(bits, frame))
+
+
+def drawn_beside(robot_map: RobotMap, sharing: Sharing | None) -> RobotMap:
+    """The map of the robot's own scans: ``robot_map`` itself, or one beside it, where map sharing
+    makes the map to plan with."""
+    raytrace_range_m = sharing.raytrace_range_m if isinstance(sharing, PlansWithMerged) else None
+    if raytrace_range_m is None:
+        return robot_map
+    drawn = RobotMap(robot_map.spec, robot_map.pool)
+
+    def see_near_by(pose: Pose2D, scan: LaserScan, usable_range_m: float) -> None:
+        robot_map.integrate_scan(*pose, scan, min(raytrace_range_m, usable_range_m))
+
+    drawn.scan_observers.append(see_near_by)
+    return drawn
