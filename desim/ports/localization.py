@@ -48,7 +48,7 @@ class MapSettings(NamedTuple):
     usable_range_m: float
 
 
-class Sighting(Protocol):
+class ScanWithOdometry(Protocol):
     """A scan, and the odometry of its instant."""
 
     @property
@@ -100,7 +100,7 @@ class LocalizationContext(Protocol):
 
     # --------------------------------------------------------------------------------- actions
 
-    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
+    def draw(self, scan: ScanWithOdometry, pose: Pose2D) -> None:
         """Draw the scan of this call of ``on_odometry`` into the map, from this pose of the robot.
         Only a plug-in that ``draws_map`` may."""
 
@@ -129,7 +129,7 @@ class Localization(Protocol):
         """The robot has started; no sensor has read anything yet."""
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
-                    sighting: Sighting | None) -> Pose2D:
-        """The robot's pose in the map now, at this reading of the odometer. ``sighting``: the
+                    scan: ScanWithOdometry | None) -> Pose2D:
+        """The robot's pose in the map now, at this reading of the odometer. ``scan``: the
         newest scan, if it has the stamp of this reading (or lies between this reading and the last,
         where stamps never agree); else None."""

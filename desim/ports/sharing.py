@@ -85,7 +85,7 @@ class Scan(Protocol):
         """The size of its ROS message."""
 
 
-class Canvas(Protocol):
+class LocalMap(Protocol):
     """An empty map, in which scans can be entered."""
 
     def integrate(self, pose: Pose2D, scan: Scan, usable_range_m: float) -> None:
@@ -140,7 +140,7 @@ class SharingContext(Protocol):
     def received(self) -> Mapping[str, ReceivedEvidence]:
         """The evidence taken in from others, by source."""
 
-    def canvas(self, grid: GridSpec | None = None) -> Canvas:
+    def local_map(self, grid: GridSpec | None = None) -> LocalMap:
         """An empty map of this raster, or of another one."""
 
     def drawn(self, log_odds: np.ndarray) -> Evidence:
@@ -215,7 +215,7 @@ class FollowsScans(Protocol):
 
     def on_scan(self, context: SharingContext, pose: Pose2D, scan: Scan,
                 usable_range_m: float) -> None:
-        """The robot has entered ``scan`` from ``pose`` in its own map; see ``Canvas``."""
+        """The robot has entered ``scan`` from ``pose`` in its own map; see ``LocalMap``."""
 
 
 @runtime_checkable

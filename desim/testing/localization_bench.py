@@ -15,7 +15,7 @@ from desim.ports.localization import (
     LocalizationContext,
     MapSettings,
     OdometryErrors,
-    Sighting,
+    ScanWithOdometry,
 )
 from desim.robot.localization.checks import checked_path, draws_map, is_pose
 from desim.testing.advice import need
@@ -26,8 +26,8 @@ DRIFT = OdometryErrors(True, 0.01, 0.01)
 Callback = Callable[[LocalizationContext], object]
 
 
-class Seen(NamedTuple):
-    """A scan with the odometry of its instant; see ``Sighting``."""
+class BenchScan(NamedTuple):
+    """A scan with the odometry of its instant; see ``ScanWithOdometry``."""
 
     odometry: Pose2D
     ranges: np.ndarray
@@ -46,7 +46,7 @@ class LocalizationBench:
         self.drawn: list[Pose2D] = []
         self.redrawn: list[np.ndarray] = []
         self._localization = localization
-        self._sighting: Seen | None = None
+        self._undrawn: BenchScan | None = None
         self._timers: list[tuple[int, int, Callback]] = []  # period, next, callback
         localization.start(self)
 
@@ -56,12 +56,12 @@ class LocalizationBench:
     def key(self, *name: str | int) -> int:
         return Streams(0).key(self.name, *name)
 
-    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
+    def draw(self, scan: ScanWithOdometry, pose: Pose2D) -> None:
         self._need(draws_map(self._localization), "say draws_map = True in its class, as it draws")
-        self._need(sighting is self._sighting and sighting is not None,
+        self._need(scan is self._undrawn and scan is not None,
                    "draw the scan that has just come, and once")
         self._need(is_pose(pose), f"draw from a Pose2D of three finite numbers, not {pose!r}")
-        self._sighting = None
+        self._undrawn = None
         self.drawn.append(pose)
 
     def redraw(self, poses: np.ndarray) -> None:
@@ -74,7 +74,7 @@ class LocalizationBench:
 
     # ------------------------------------------------------------------------------ for a check
 
-    def read(self, now_ns: int, odometry: Pose2D, sighting: Seen | None = None) -> None:
+    def read(self, now_ns: int, odometry: Pose2D, scan: BenchScan | None = None) -> None:
         """Call the timers that are due by then, each at its time, and hand over a reading."""
         while self._timers:
             k = min(range(len(self._timers)), key=lambda k: self._timers[k][1])
@@ -84,11 +84,11 @@ class LocalizationBench:
             self.now_ns = due_ns
             self._timers[k] = period_ns, due_ns + period_ns, callback
             callback(self)
-        self.now_ns, self._sighting = now_ns, sighting
-        pose = self._localization.on_odometry(self, odometry, sighting)
+        self.now_ns, self._undrawn = now_ns, scan
+        pose = self._localization.on_odometry(self, odometry, scan)
         self._need(is_pose(pose), f"return a Pose2D of three finite numbers, not {pose!r}")
         self.poses.append(Pose2D(*map(float, pose)))
-        self._sighting = None
+        self._undrawn = None
 
     def _need(self, kept: bool, advice: str) -> None:
         need(kept, type(self._localization), advice)

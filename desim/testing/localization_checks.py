@@ -15,7 +15,7 @@ from desim.robot.localization.checks import draws_map
 from desim.robot.transforms import compose, motion_between, wrapped
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
-from desim.testing.localization_bench import DRIFT, LASER, LocalizationBench, Seen
+from desim.testing.localization_bench import DRIFT, LASER, BenchScan, LocalizationBench
 
 _PERIOD_NS = 100_000_000  # of the odometer and the laser
 _STEP_M, _STEP_RAD = 0.08, 0.1  # a period
@@ -36,7 +36,7 @@ class _Reading(NamedTuple):
     """The readings of one instant; the truth stays behind."""
 
     odometry: Pose2D
-    sighting: Seen | None
+    scan: BenchScan | None
 
 
 def check_localization(cls: PluginClass[Localization], **params: object) -> None:
@@ -112,13 +112,13 @@ def _fine(true: np.ndarray, odometry: np.ndarray) -> list[_Reading]:
     """Standing without scans, standing with them, and the way."""
     first = Pose2D(*odometry[0].tolist())
     return [*[_Reading(first, None)] * _STILL,
-            *[_Reading(first, Seen(first, scan_of(true[0])))] * _STILL,
+            *[_Reading(first, BenchScan(first, scan_of(true[0])))] * _STILL,
             *(_at(pose, place) for pose, place in zip(true, odometry, strict=True))]
 
 
 def _at(true: np.ndarray, odometry: np.ndarray) -> _Reading:
     at = Pose2D(*odometry.tolist())
-    return _Reading(at, Seen(at, scan_of(true)))
+    return _Reading(at, BenchScan(at, scan_of(true)))
 
 
 def _rough(true: np.ndarray, odometry: np.ndarray) -> list[_Reading]:
@@ -131,9 +131,9 @@ def _mishaps(true: np.ndarray, odometry: np.ndarray) -> Iterator[_Reading]:
     nothing = _fixed(np.full(len(scan_of(true[0])), LASER.longest_m))
     for k in range(quarter):  # nothing in sight
         at = Pose2D(*odometry[k].tolist())
-        yield _Reading(at, Seen(at, nothing))
+        yield _Reading(at, BenchScan(at, nothing))
     for k in range(quarter, 2 * quarter):  # late by one reading, and twice
-        late = Seen(Pose2D(*odometry[k - 1].tolist()), scan_of(true[k - 1]))
+        late = BenchScan(Pose2D(*odometry[k - 1].tolist()), scan_of(true[k - 1]))
         yield from [_Reading(Pose2D(*odometry[k].tolist()), late)] * 2
     for k in range(2 * quarter, 2 * quarter + _BLIND):
         yield _Reading(Pose2D(*odometry[k].tolist()), None)
@@ -159,9 +159,9 @@ def _play(cls: PluginClass[Localization], params: dict[str, object], fine: list[
 
 
 def _read(bench: LocalizationBench, readings: list[_Reading], now_ns: int) -> int:
-    for odometry, sighting in readings:
+    for odometry, scan in readings:
         now_ns += _PERIOD_NS
-        bench.read(now_ns, odometry, sighting)
+        bench.read(now_ns, odometry, scan)
     return now_ns
 
 

@@ -60,7 +60,7 @@ class SharingBench(MapAccess):
         self.sizes: list[object] = []  # of all messages
         self.contributions: list[Contribution] = []
         self.places: list[tuple[str, Pose2D | None]] = []  # of teammates' frames
-        self._sharing, self._mates = sharing, Team(team, 0)
+        self._sharing, self._teammates = sharing, Team(team, 0)
         self._timers: list[tuple[int, int, Callback]] = []  # period, next, callback
         self._inboxes: list[tuple[str, Letters]] = []
         self._callbacks: list[tuple[str, OnMessage]] = []
@@ -69,7 +69,7 @@ class SharingBench(MapAccess):
 
     @property
     def peers(self) -> Mapping[str, Peer]:
-        return self._mates.peers
+        return self._teammates.peers
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return Streams(0)(self.name, *name)
@@ -79,7 +79,7 @@ class SharingBench(MapAccess):
         self.contributions += taken
         for source, version, pose, _ in taken:
             if pose is not None:
-                self._mates.note_pose(source, *pose, version, self.now_ns)
+                self._teammates.note_pose(source, *pose, version, self.now_ns)
         updates = [(source, version, layer) for source, version, _, layer in taken
                    if isinstance(layer, LayerSnapshot)]
         if updates:

@@ -38,7 +38,7 @@ TASK = HEAD.replace("context, hosts", "context") + """
         {body}
 """
 LOCALIZATION = HEAD.replace("context, hosts", "context") + """
-        def on_odometry(self, context, odometry, sighting):
+        def on_odometry(self, context, odometry, scan):
             {body}
 """
 EACH_SECOND = "def start(self, context): context.every(10**9, self.tick)\n        "
@@ -106,7 +106,7 @@ def desim(tmp_path, monkeypatch):
      "of three finite numbers (robot_"),
     ("l_text", LOCALIZATION, "return 'here'", "l_text.Plugin (l_text.py:4) returned 'here' in "
      "on_odometry; wanted: a Pose2D of three finite numbers (robot_"),
-    ("l_draws", LOCALIZATION, "context.draw(sighting, odometry)", "localization l_draws:Plugin "
+    ("l_draws", LOCALIZATION, "context.draw(scan, odometry)", "localization l_draws:Plugin "
      "draws a scan; wanted: draws_map = True in its class at l_draws.py:12 (robot_"),
     ("l_timer", LOCALIZATION, "context.every(10**9, self.tick); return odometry\n"
      "        def tick(self, context): return 1 / 0", "localization l_timer:Plugin raised "

@@ -36,46 +36,46 @@ def test_scans_of_the_room_are_exact():
 
 
 class Lost(DeadReckoning):
-    def on_odometry(self, context, odometry, sighting):
+    def on_odometry(self, context, odometry, scan):
         return Pose2D(math.nan, 0.0, 0.0) if context.now_ns > 10**9 else odometry
 
 
 class Array(DeadReckoning):
-    def on_odometry(self, context, odometry, sighting):
+    def on_odometry(self, context, odometry, scan):
         return np.array(odometry)
 
 
 class Backwards(DeadReckoning):
-    def on_odometry(self, context, odometry, sighting):
+    def on_odometry(self, context, odometry, scan):
         return Pose2D(-odometry.x_m, odometry.y_m, odometry.yaw_rad)
 
 
 class Shared(DeadReckoning):
     readings: list = []
 
-    def on_odometry(self, context, odometry, sighting):
+    def on_odometry(self, context, odometry, scan):
         self.readings.append(odometry)
         return Pose2D(odometry.x_m + 1e-9 * len(self.readings), *odometry[1:])
 
 
 class Throws(DeadReckoning):
-    def on_odometry(self, context, odometry, sighting):
+    def on_odometry(self, context, odometry, scan):
         return Pose2D(odometry.x_m + 1e-9 * random.random(), *odometry[1:])
 
 
 class Draws(DeadReckoning):
-    def on_odometry(self, context, odometry, sighting):
-        if sighting is not None:
-            context.draw(sighting, odometry)
+    def on_odometry(self, context, odometry, scan):
+        if scan is not None:
+            context.draw(scan, odometry)
         return odometry
 
 
 class Twice(Draws):
     draws_map = True
 
-    def on_odometry(self, context, odometry, sighting):
-        super().on_odometry(context, odometry, sighting)
-        return super().on_odometry(context, odometry, sighting)
+    def on_odometry(self, context, odometry, scan):
+        super().on_odometry(context, odometry, scan)
+        return super().on_odometry(context, odometry, scan)
 
 
 class Blank(DeadReckoning):
@@ -109,9 +109,9 @@ def test_a_new_drawing_has_one_pose_for_each_scan():
 
 
 class Scribbles(DeadReckoning):
-    def on_odometry(self, context, odometry, sighting):
-        if sighting is not None:
-            sighting.ranges[0] = 0.0
+    def on_odometry(self, context, odometry, scan):
+        if scan is not None:
+            scan.ranges[0] = 0.0
         return odometry
 
 

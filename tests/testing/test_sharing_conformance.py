@@ -52,7 +52,7 @@ class Forgetful(Scans):
     """Counts on, as if the teammate had not started again."""
 
     def _on_batch(self, context, message):
-        known = self._transcripts.get(message.source)
+        known = self._teammates.get(message.source)
         if known is not None:
             message = message._replace(content=message.content._replace(session=known.session))
         super()._on_batch(context, message)

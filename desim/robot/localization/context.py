@@ -15,7 +15,7 @@ from desim.ports.localization import (
     LocalizationContext,
     MapSettings,
     OdometryErrors,
-    Sighting,
+    ScanWithOdometry,
 )
 from desim.scenario.schema.robot import Equipment
 from desim.units import NS_PER_S
@@ -56,8 +56,8 @@ class SensorContext:
     def key(self, *name: str | int) -> int:
         return self._node.noise_key(*name)
 
-    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
-        self._node.draw(sighting, pose)
+    def draw(self, scan: ScanWithOdometry, pose: Pose2D) -> None:
+        self._node.draw(scan, pose)
 
     def redraw(self, poses: np.ndarray) -> None:
         self._node.redraw(poses)

@@ -28,21 +28,21 @@ from desim.units import NS_PER_S
 _REDRAWN_RAD = 0.01  # a turn of a pose that is worth a new drawing: 0.25 m at 25 m; a shift: a cell
 
 
-class PlacedScan:
-    """A scan with the odometry of its instant; see ``Sighting``."""
+class UnreadScan:
+    """A scan with the odometry of its instant; see ``ScanWithOdometry``."""
 
     def __init__(self, message: Message, odometry: Pose2D) -> None:
         self._message, self.odometry = message, odometry
 
     @property
-    def scan(self) -> LaserScan:
+    def content(self) -> LaserScan:
         """The scan with its angles."""
         return self._message.content
 
     @property
     def ranges(self) -> np.ndarray:
         """[beams] m."""
-        return self.scan.ranges
+        return self.content.ranges
 
 
 class LocalizationNode(Node):
@@ -66,7 +66,7 @@ class LocalizationNode(Node):
         self._others: list[Latest] = []  # of the lasers beside the first
         self._odometry: Pose | None = None  # the latest
         self._placed_ns = -PATIENCE_NS  # stamp of the last odometry that had a scan
-        self._sighting: PlacedScan | None = None  # that may be drawn now
+        self._undrawn: UnreadScan | None = None  # that may be drawn now
         self._drawn: list[Pose2D] = []  # the poses of the scans in the map
         self._scans: list[tuple[LaserScan, ...]] = []  # of each pose, the first laser's first
 
@@ -82,11 +82,11 @@ class LocalizationNode(Node):
     def _on_odometry(self, message: Message) -> None:
         before, odometry = self._odometry, message.content
         self._odometry = odometry
-        scan, self._sighting = self._scan.message, None
+        scan, self._undrawn = self._scan.message, None
         at = None if scan is None else self._odometry_at(scan.born_ns, before, odometry)
         if scan is not None and at is not None:
-            self._sighting = PlacedScan(scan, Pose2D(*at[1:]))
-        pose = self.localization.on_odometry(self._context, Pose2D(*odometry[1:]), self._sighting)
+            self._undrawn = UnreadScan(scan, Pose2D(*at[1:]))
+        pose = self.localization.on_odometry(self._context, Pose2D(*odometry[1:]), self._undrawn)
         if not is_pose(pose):
             raise ModelError(f"{class_of(self.localization)} returned {pose!r} in on_odometry; "
                              "wanted: a Pose2D of three finite numbers")
@@ -106,26 +106,26 @@ class LocalizationNode(Node):
             return between(before, odometry, stamp_ns)
         return None
 
-    def draw(self, sighting: object, pose: Pose2D) -> None:
+    def draw(self, scan: object, pose: Pose2D) -> None:
         """See ``LocalizationContext.draw``."""
         if not self.draws_map:
             raise ModelError(f"{class_of(self.localization)} draws a scan; wanted: "
                              "draws_map = True in its class")
-        if not isinstance(sighting, PlacedScan) or sighting is not self._sighting:
-            raise ModelError(f"{class_of(self.localization)} draws {sighting!r}; wanted: the scan "
+        if not isinstance(scan, UnreadScan) or scan is not self._undrawn:
+            raise ModelError(f"{class_of(self.localization)} draws {scan!r}; wanted: the scan "
                              "that has just come, once")
         if not is_pose(pose):
             raise ModelError(f"{class_of(self.localization)} draws a scan from {pose!r}; wanted: a "
                              "Pose2D of three finite numbers")
-        self._sighting = None
+        self._undrawn = None
         x_m, y_m, yaw_rad = map(float, pose)
         self.record("localized", bits(x_m), bits(y_m), bits(yaw_rad))
         self._drawn.append(Pose2D(x_m, y_m, yaw_rad))
-        scans = sighting.scan, *self._companions(sighting.scan.stamp_ns)
+        scans = scan.content, *self._companions(scan.content.stamp_ns)
         self._scans.append(scans)
         version = self.robot_map.version
-        for scan in scans:
-            self.robot_map.integrate_scan(x_m, y_m, yaw_rad, scan, self._usable_m)
+        for each in scans:
+            self.robot_map.integrate_scan(x_m, y_m, yaw_rad, each, self._usable_m)
         if self.robot_map.version != version:
             self.publish("map", Empty())
 

@@ -31,8 +31,8 @@ class MapAccess:
     def received(self) -> Mapping[str, Received]:
         return self._map.received
 
-    def canvas(self, grid: GridSpec | None = None) -> ScanCanvas:
-        return ScanCanvas(grid or self._map.spec, self._map.pool)
+    def local_map(self, grid: GridSpec | None = None) -> ScanMap:
+        return ScanMap(grid or self._map.spec, self._map.pool)
 
     def drawn(self, log_odds: np.ndarray) -> LayerSnapshot:
         spec = self._map.spec
@@ -42,7 +42,7 @@ class MapAccess:
         return drawn(self._map.pool, spec, log_odds)
 
 
-class ScanCanvas:
+class ScanMap:
     """An empty map."""
 
     def __init__(self, grid: GridSpec, pool: TilePool) -> None:

@@ -30,7 +30,7 @@ _MOST = 1500  # wall cells in a search; of more, every second, third, ...
 _ROUNDS = (((4, 0.005), (2, 1.0)), ((3, 0.00125), (2, 0.25)))
 
 
-class Chart(NamedTuple):
+class TrinaryMap(NamedTuple):
     """A map in its robot's frame: int8 ``state`` [rows, columns], 1 wall, -1 free, 0 unknown;
     the corner of cell 0, 0 is at ``left_m``, ``low_m``."""
 
@@ -67,9 +67,9 @@ class Registration(NamedTuple):
     rival: float
 
 
-def register(own: Chart, other: Chart) -> Registration | None:
+def register(own: TrinaryMap, other: TrinaryMap) -> Registration | None:
     """The frame of ``other`` in that of ``own``; None where one of the maps has no walls."""
-    own_walls, walls = (chart.points(chart.state > 0) for chart in (own, other))
+    own_walls, walls = (one.points(one.state > 0) for one in (own, other))
     if not len(own_walls) or not len(walls):
         return None
     found = [refined(own, other, frame) for turn_rad in rotations(own_walls, walls, own.cell_m)
@@ -80,7 +80,7 @@ def register(own: Chart, other: Chart) -> Registration | None:
     return Registration(best, max(weights, default=0) / max(best.agree - best.differ, 1))
 
 
-def refined(own: Chart, other: Chart, frame: np.ndarray) -> Hypothesis:
+def refined(own: TrinaryMap, other: TrinaryMap, frame: np.ndarray) -> Hypothesis:
     """The best hypothesis around ``frame``, by the searches of ``_ROUNDS``."""
     field = _field(own)
     points = other.points(other.state > 0)
@@ -101,7 +101,7 @@ def refined(own: Chart, other: Chart, frame: np.ndarray) -> Hypothesis:
     return judged(own, other, frame)
 
 
-def judged(own: Chart, other: Chart, frame: np.ndarray) -> Hypothesis:
+def judged(own: TrinaryMap, other: TrinaryMap, frame: np.ndarray) -> Hypothesis:
     """The agreement of both maps if ``frame`` were right."""
     agree = differ = 0
     for one, two, where in ((own, other, frame),
@@ -137,7 +137,7 @@ def _spectrum(points: np.ndarray, cell_m: float) -> np.ndarray:
     return spectrum
 
 
-def _places(own: Chart, other: Chart, turn_rad: float) -> list[np.ndarray]:
+def _places(own: TrinaryMap, other: TrinaryMap, turn_rad: float) -> list[np.ndarray]:
     """The best frames of ``other`` with this turn, by the correlation of walls and free cells."""
     turn = np.array([0.0, 0.0, turn_rad])
     step_m = _COARSE * own.cell_m
@@ -197,34 +197,34 @@ def _dilated(cells: np.ndarray) -> np.ndarray:
     return np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
 
 
-def _open(chart: Chart) -> np.ndarray:
+def _open(one: TrinaryMap) -> np.ndarray:
     """bool: the free cells that have no wall beside them."""
-    return (chart.state < 0) & (_dilated((chart.state > 0).astype(np.int8)) == 0)
+    return (one.state < 0) & (_dilated((one.state > 0).astype(np.int8)) == 0)
 
 
-def _near_walls(chart: Chart) -> np.ndarray:
+def _near_walls(one: TrinaryMap) -> np.ndarray:
     """int8: 1 on walls and beside them, as far as these cells are known; -1 on other free ones."""
-    near = _dilated((chart.state > 0).astype(np.int8)) > 0
-    return np.where(near, 1, np.minimum(chart.state, 0)).astype(np.int8)
+    near = _dilated((one.state > 0).astype(np.int8)) > 0
+    return np.where(near, 1, np.minimum(one.state, 0)).astype(np.int8)
 
 
-def _field(chart: Chart) -> np.ndarray:
+def _field(one: TrinaryMap) -> np.ndarray:
     """int8: 2 on walls, 1 beside them, -1 on other free cells."""
-    return _near_walls(chart) + (chart.state > 0)
+    return _near_walls(one) + (one.state > 0)
 
 
-def _at(chart: Chart, values: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """The ``values`` of a chart's cells at points [n, 2]; 0 beyond it."""
-    columns, rows = (np.floor(place).astype(np.int64) for place in _cells(chart, points))
+def _at(one: TrinaryMap, values: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The ``values`` of a map's cells at points [n, 2]; 0 beyond it."""
+    columns, rows = (np.floor(place).astype(np.int64) for place in _cells(one, points))
     height, width = values.shape
     inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
     return np.where(inside, values[rows * inside, columns * inside], 0)
 
 
-def _cells(chart: Chart, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _cells(one: TrinaryMap, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Column and row of points [n, 2], not rounded."""
-    return ((points[:, 0] - chart.left_m) / chart.cell_m,
-            (points[:, 1] - chart.low_m) / chart.cell_m)
+    return ((points[:, 0] - one.left_m) / one.cell_m,
+            (points[:, 1] - one.low_m) / one.cell_m)
 
 
 def _good_size(least: int) -> int:

@@ -19,35 +19,36 @@ class SharedMaps:
 
     def __init__(self, particles: int, resolution_m: float) -> None:
         self.arrays = Maps(
-            seen=np.zeros((particles, 1), np.int32), met=np.zeros((particles, 1), np.int32),
+            visit_tiles=np.zeros((particles, 1), np.int32),
+            hit_tiles=np.zeros((particles, 1), np.int32),
             visits=np.zeros((1, CELLS), np.int16), hits=np.zeros((1, CELLS), np.int16),
-            means=np.zeros((1, CELLS, 4), np.float32), seen_stock=_stock(), met_stock=_stock(),
+            means=np.zeros((1, CELLS, 4), np.float32), visit_stock=_stock(), hit_stock=_stock(),
             columns=1, left=0, low=0, resolution_m=resolution_m)
 
     def cover(self, left_m: float, low_m: float, right_m: float, high_m: float) -> None:
         """Make the tables reach over a rectangle."""
         maps = self.arrays
         size_m = maps.resolution_m * SIDE
-        rows = maps.seen.shape[1] // maps.columns
+        rows = maps.visit_tiles.shape[1] // maps.columns
         left, low = int(left_m // size_m) - 1, int(low_m // size_m) - 1
         right, high = int(right_m // size_m) + 2, int(high_m // size_m) + 2
         if (left >= maps.left and low >= maps.low and right <= maps.left + maps.columns
                 and high <= maps.low + rows):
             return
-        if maps.seen.any():
+        if maps.visit_tiles.any():
             left, low = min(left - _MARGIN, maps.left), min(low - _MARGIN, maps.low)
             right = max(right + _MARGIN, maps.left + maps.columns)
             high = max(high + _MARGIN, maps.low + rows)
         at = np.s_[:, maps.low - low:maps.low - low + rows,
                    maps.left - left:maps.left - left + maps.columns]
         tables = []
-        for old in (maps.seen, maps.met):
+        for old in (maps.visit_tiles, maps.hit_tiles):
             table = np.zeros((len(old), high - low, right - left), np.int32)
-            if maps.seen.any():
+            if maps.visit_tiles.any():
                 table[at] = old.reshape(len(old), rows, maps.columns)
             tables.append(table.reshape(len(old), -1))
-        self.arrays = maps._replace(seen=tables[0], met=tables[1], columns=right - left, left=left,
-                                    low=low)
+        self.arrays = maps._replace(visit_tiles=tables[0], hit_tiles=tables[1],
+                                    columns=right - left, left=left, low=low)
 
     def add(self, poses: np.ndarray, mount: tuple[float, float], points: np.ndarray,
             lines: np.ndarray) -> None:
@@ -60,7 +61,7 @@ class SharedMaps:
         margin_m = reach_m + self.arrays.resolution_m
         self.cover(*poses[:, :2].min(0) - margin_m, *poses[:, :2].max(0) + margin_m)
         side = int(2.0 * margin_m / (self.arrays.resolution_m * SIDE)) + 2
-        visited, first = min(side * side, self.arrays.seen.shape[1]), 0
+        visited, first = min(side * side, self.arrays.visit_tiles.shape[1]), 0
         while True:
             first = register_all(first, poses, *mount, points, len(points), lines, len(lines),
                                  visited, self.arrays)
@@ -71,25 +72,25 @@ class SharedMaps:
     def _provide(self, visited: int, returned: int) -> None:
         """Enlarge the pools so that so many tiles for visits, and for returns, are free."""
         maps = self.arrays
-        if maps.seen_stock.free_count[0] < visited:
-            stock, capacity = _grown(maps.seen_stock, visited)
-            self.arrays = maps = maps._replace(seen_stock=stock,
+        if maps.visit_stock.free_count[0] < visited:
+            stock, capacity = _grown(maps.visit_stock, visited)
+            self.arrays = maps = maps._replace(visit_stock=stock,
                                                visits=_longer(maps.visits, capacity))
-        if maps.met_stock.free_count[0] < returned:
-            stock, capacity = _grown(maps.met_stock, returned)
-            self.arrays = maps._replace(met_stock=stock, hits=_longer(maps.hits, capacity),
+        if maps.hit_stock.free_count[0] < returned:
+            stock, capacity = _grown(maps.hit_stock, returned)
+            self.arrays = maps._replace(hit_stock=stock, hits=_longer(maps.hits, capacity),
                                         means=_longer(maps.means, capacity))
 
     def follow(self, ancestors: np.ndarray) -> None:
         """Give each particle the map of its ancestor ([particles] int64)."""
         maps = self.arrays
-        resample(ancestors, maps, np.empty_like(maps.seen), np.empty_like(maps.met))
+        resample(ancestors, maps, np.empty_like(maps.visit_tiles), np.empty_like(maps.hit_tiles))
 
     def counts(self, particle: int) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
         """A particle's visits and returns [rows, columns], and the place (m, m) of the corner of
         the first cell."""
         maps = self.arrays
-        rows = maps.seen.shape[1] // maps.columns
+        rows = maps.visit_tiles.shape[1] // maps.columns
         visits, hits = (np.zeros((rows * SIDE, maps.columns * SIDE), np.int16) for _ in range(2))
         unroll(particle, visits, hits, maps)
         size_m = maps.resolution_m * SIDE
@@ -99,8 +100,8 @@ class SharedMaps:
     def memory_bytes(self) -> int:
         """The memory that the pools and tables take."""
         maps = self.arrays
-        return sum(array.nbytes for array in (maps.seen, maps.met, maps.visits, maps.hits,
-                                              maps.means))
+        return sum(array.nbytes for array in (maps.visit_tiles, maps.hit_tiles, maps.visits,
+                                              maps.hits, maps.means))
 
 
 def _stock() -> Stock:

@@ -8,8 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from desim.ports import GridSpec, Pose2D
-from desim.robot.sharing.placement import placed
-from desim.robot.sharing.registration import Chart, judged, register, rotations
+from desim.robot.sharing.map_resampling import resampled
+from desim.robot.sharing.registration import TrinaryMap, judged, register, rotations
 from desim.robot.transforms import motion_between
 
 CELL_M = 0.2
@@ -34,8 +34,8 @@ def seen_from(state, frame, columns=(0, SIDE)):
     inverse = Pose2D(*motion_between(np.array(frame), np.zeros(3)).tolist())
     reach = 250
     grid = GridSpec(CELL_M, 2 * reach, 2 * reach, -reach * CELL_M, -reach * CELL_M)
-    row, column, cells = placed(grid, known, CELL_M, (0.0, 0.0), inverse)
-    return Chart(grid.x_m + CELL_M * column, grid.y_m + CELL_M * row, CELL_M, cells)
+    row, column, cells = resampled(grid, known, CELL_M, (0.0, 0.0), inverse)
+    return TrinaryMap(grid.x_m + CELL_M * column, grid.y_m + CELL_M * row, CELL_M, cells)
 
 
 @settings(max_examples=15, deadline=None)
@@ -76,7 +76,7 @@ def test_a_room_with_two_symmetries_has_a_rival_as_good_as_the_best():
 
 
 def test_a_map_without_walls_is_not_laid_anywhere():
-    empty = Chart(0.0, 0.0, CELL_M, -np.ones((30, 30), np.int8))
+    empty = TrinaryMap(0.0, 0.0, CELL_M, -np.ones((30, 30), np.int8))
     assert register(empty, seen_from(plan(1), (1.0, 1.0, 0.0))) is None
     assert register(seen_from(plan(1), (1.0, 1.0, 0.0)), empty) is None
 
@@ -85,12 +85,12 @@ def test_agreement_counts_the_walls_of_both_maps_on_known_cells_only():
     state = np.zeros((5, 5), np.int8)
     state[1:4] = -1
     state[2, 1:4] = 1  # a wall of three cells, free cells around, unknown rims
-    one = Chart(0.0, 0.0, 1.0, state)
+    one = TrinaryMap(0.0, 0.0, 1.0, state)
     right = judged(one, one, np.zeros(3))
     assert (right.agree, right.differ, right.confidence) == (6, 0, 1.0)
     assert judged(one, one, np.array([0.0, 1.0, 0.0])).confidence == 1.0  # a cell is within reach
     assert judged(one, one, np.array([0.0, 3.0, 0.0])).agree == 0  # on the unknown rim
-    free = Chart(0.0, 0.0, 1.0, np.full((5, 5), -1, np.int8))
+    free = TrinaryMap(0.0, 0.0, 1.0, np.full((5, 5), -1, np.int8))
     assert judged(free, one, np.zeros(3))[1:] == (0, 3)
 
 

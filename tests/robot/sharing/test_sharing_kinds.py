@@ -10,7 +10,7 @@ from desim.robot.sharing.kinds.mrs_testbed import MrsTestbed
 from desim.robot.sharing.kinds.own_maps import OwnMaps
 from desim.robot.sharing.kinds.relayed import Relayed
 from desim.robot.sharing.kinds.scans import Scans
-from desim.robot.sharing.kinds.submaps import Submap, Submaps, placed
+from desim.robot.sharing.kinds.submaps import Submap, Submaps, cells_at
 from desim.robot.tiles import raster
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
@@ -150,7 +150,7 @@ def test_a_submap_turns_about_the_pose_of_its_first_scan(quarter):
     cells = np.arange(1, 7, dtype=np.int8).reshape(2, 3)
     submap = Submap(0, 0, ports.Pose2D(8.0, 8.0, 0.0), 8, 8, cells, 0)
     turned = ports.Pose2D(11.0, 9.0, quarter * np.pi / 2)
-    row, column, found = placed(grid, submap, turned)
+    row, column, found = cells_at(grid, submap, turned)
     whole = np.zeros((20, 20), np.int8)
     whole[row:row + found.shape[0], column:column + found.shape[1]] = found
     for (y, x), value in np.ndenumerate(cells):

@@ -66,7 +66,8 @@ def test_shared_tiles_are_equal_to_full_copies(actions):
 def references(maps):
     """Whether each tile has as many references as tables point to it, and is free without any."""
     arrays = maps.arrays
-    for table, stock in ((arrays.seen, arrays.seen_stock), (arrays.met, arrays.met_stock)):
+    for table, stock in ((arrays.visit_tiles, arrays.visit_stock),
+                         (arrays.hit_tiles, arrays.hit_stock)):
         counted = np.bincount(table.ravel(), minlength=len(stock.refs))[1:]
         free = np.sort(stock.free[:stock.free_count[0]])
         if not (counted == stock.refs[1:]).all() or not np.array_equal(
@@ -85,17 +86,17 @@ def far_apart():
 def test_particles_share_what_they_have_in_common():
     maps = far_apart()
     maps.follow(np.full(PARTICLES, 2))
-    shared = (maps.arrays.seen_stock.refs > 0).sum()
-    assert maps.arrays.seen_stock.refs.max() == PARTICLES  # and the tiles of the others are free
+    shared = (maps.arrays.visit_stock.refs > 0).sum()
+    assert maps.arrays.visit_stock.refs.max() == PARTICLES  # and the tiles of the others are free
     assert all(cells(maps, k) == cells(maps, 2) for k in range(PARTICLES))
     before = cells(maps, 2)
     add(maps, [(0.0, -40.0 * k, 0.0) for k in range(1, PARTICLES + 1)], 2)  # none on shared tiles
     assert all(cells(maps, k).items() >= before.items() for k in range(PARTICLES))
-    assert (maps.arrays.seen_stock.refs == PARTICLES).sum() == shared
+    assert (maps.arrays.visit_stock.refs == PARTICLES).sum() == shared
     assert references(maps)
 
 
 def test_a_count_that_is_not_kept_is_seen():
     maps = far_apart()
-    maps.arrays.seen_stock.refs[1:] += 1
+    maps.arrays.visit_stock.refs[1:] += 1
     assert not references(maps)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from desim import ports
 from desim.errors import ModelError
 from desim.ports import Pose2D
-from desim.ports.localization import LocalizationContext, Sighting
+from desim.ports.localization import LocalizationContext, ScanWithOdometry
 
 
 class GroundTruth:
@@ -22,6 +22,6 @@ class GroundTruth:
         """There is nothing to prepare."""
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
-                    sighting: Sighting | None) -> Pose2D:
+                    scan: ScanWithOdometry | None) -> Pose2D:
         """Raises ``ModelError``: odometry does not have the truth."""
         raise ModelError("ground_truth has no pose of odometry")

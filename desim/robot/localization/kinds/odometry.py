@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim import ports
 from desim.ports import Pose2D
-from desim.ports.localization import LocalizationContext, Sighting
+from desim.ports.localization import LocalizationContext, ScanWithOdometry
 
 
 class DeadReckoning:
@@ -20,6 +20,6 @@ class DeadReckoning:
         """There is nothing to prepare."""
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
-                    sighting: Sighting | None) -> Pose2D:
+                    scan: ScanWithOdometry | None) -> Pose2D:
         """The reading."""
         return odometry

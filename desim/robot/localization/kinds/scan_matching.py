@@ -10,7 +10,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.ports import Pose2D
-from desim.ports.localization import LocalizationContext, OdometryErrors, Sighting
+from desim.ports.localization import LocalizationContext, OdometryErrors, ScanWithOdometry
 from desim.robot.slam.kinds import scan_matching
 from desim.robot.slam.settings import OdometryNoise, ScannerGeometry, SlamSettings
 from desim.robot.transforms import compose, motion_to, moved
@@ -38,7 +38,7 @@ class ScanMatching:
     def __init__(self, params: Params) -> None:
         self._redraw_every_ns = params.redraw_every_ns
         self._start: Pose2D | None = None
-        self._readings = 0  # of the odometer, since the last ``sighting``
+        self._readings = 0  # of the odometer, since the last ``scan``
         # The odometry of the last processed scan, and its most likely pose.
         self._processed: tuple[Pose2D, Pose2D] | None = None
 
@@ -50,19 +50,19 @@ class ScanMatching:
         context.every(self._redraw_every_ns, self._redraw)
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
-                    sighting: Sighting | None) -> Pose2D:
+                    scan: ScanWithOdometry | None) -> Pose2D:
         """The pose of the last processed scan, which may be this one, moved on by the odometry."""
         self._readings += 1
         if self._start is None:
             self._start = odometry
-        if sighting is not None:
-            is_due = self.filter.advance(sighting.odometry, self._readings)
+        if scan is not None:
+            is_due = self.filter.advance(scan.odometry, self._readings)
             self._readings = 0
             if is_due:
-                self.filter.process(sighting.ranges)
+                self.filter.process(scan.ranges)
                 pose = Pose2D(*self._in_map(self.filter.pose).tolist())
-                self._processed = sighting.odometry, pose
-                context.draw(sighting, pose)
+                self._processed = scan.odometry, pose
+                context.draw(scan, pose)
         if self._processed is None:
             return odometry
         before, pose = self._processed

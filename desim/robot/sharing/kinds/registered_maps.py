@@ -14,16 +14,16 @@ from desim import ports
 from desim.middleware.contents import POSE_STAMPED_BYTES, occupancy_grid_bytes
 from desim.ports import GridSpec, Pose2D
 from desim.ports.sharing import (
-    Canvas,
     Contribution,
     Evidence,
+    LocalMap,
     Scan,
     SharedMessage,
     SharingContext,
 )
-from desim.robot.sharing.placement import placed
+from desim.robot.sharing.map_resampling import resampled
 from desim.robot.sharing.rates import MERGING_HZ
-from desim.robot.sharing.registration import Chart, Hypothesis, refined, register
+from desim.robot.sharing.registration import Hypothesis, TrinaryMap, refined, register
 from desim.robot.tiles import FREE, OCCUPIED, raster
 from desim.robot.transforms import compose, motion_between
 from desim.units import NS_PER_S, Length, Pace, Ratio
@@ -50,36 +50,37 @@ class FramedMap(NamedTuple):
         return occupancy_grid_bytes(self.log_odds.size) + POSE_STAMPED_BYTES + 8
 
     @property
-    def chart(self) -> Chart:
+    def trinary(self) -> TrinaryMap:
         """Its walls and free cells."""
         cells = self.log_odds
         state = (cells >= OCCUPIED).astype(np.int8) - (cells <= FREE).astype(np.int8)
-        return Chart(self.left_m, self.low_m, self.cell_m, state)
+        return TrinaryMap(self.left_m, self.low_m, self.cell_m, state)
 
 
 @dataclass
-class OwnFrame:
-    """A robot's own frame: its origin is at ``start`` [3] in the coordinates that the robot drives
-    by. ``scans`` since then, in ``canvas`` as seen from there; ``grid`` is that of the canvas."""
+class StartFrame:
+    """A robot's own frame, that of its start: the origin is at ``start`` [3] in the coordinates
+    that the robot drives by. ``scans`` since then, in ``local_map`` as seen from there; ``grid`` is
+    its raster."""
 
     start: np.ndarray
     session: int
     grid: GridSpec
-    canvas: Canvas
+    local_map: LocalMap
     scans: list[tuple[Scan, float]] = field(default_factory=list)
 
     def enter(self, pose: Pose2D, scan: Scan, usable_range_m: float) -> None:
         """Draw a scan from ``pose``, in the coordinates that the robot drives by."""
         seen = motion_between(self.start, np.array(pose)).tolist()
-        self.canvas.integrate(Pose2D(*seen), scan, usable_range_m)
+        self.local_map.integrate(Pose2D(*seen), scan, usable_range_m)
 
 
 @dataclass
-class Mate:
+class Teammate:
     """A teammate: its newest map, and where its frame lies in one's own, if that is known.
     ``compared`` is the number of cells that both maps knew when they were last compared."""
 
-    said: FramedMap
+    newest: FramedMap
     frame: np.ndarray | None = None
     compared: float = 0.0
 
@@ -107,10 +108,10 @@ class RegisteredMaps:
 
     def __init__(self, params: Params) -> None:
         self._params = params
-        self._frame: OwnFrame | None = None
+        self._frame: StartFrame | None = None
         self._own: tuple[Evidence, FramedMap] | None = None  # the last map, and its evidence
         self._sent: Evidence | None = None
-        self._mates: dict[str, Mate] = {}
+        self._teammates: dict[str, Teammate] = {}
 
     def start(self, context: SharingContext) -> None:
         context.advertise(latch=True)
@@ -125,7 +126,7 @@ class RegisteredMaps:
         """Draw it in the own frame, which begins with the first."""
         if self._frame is None:
             grid = _around(context.grid)
-            self._frame = OwnFrame(np.array(pose), context.now_ns, grid, context.canvas(grid))
+            self._frame = StartFrame(np.array(pose), context.now_ns, grid, context.local_map(grid))
         self._frame.scans.append((scan, usable_range_m))
         self._frame.enter(pose, scan, usable_range_m)
 
@@ -133,7 +134,7 @@ class RegisteredMaps:
         """Draw all scans anew from the poses that SLAM has found."""
         frame = self._frame
         if frame is not None:
-            frame.canvas = context.canvas(frame.grid)
+            frame.local_map = context.local_map(frame.grid)
             for pose, (scan, usable_range_m) in zip(poses, frame.scans, strict=True):
                 frame.enter(pose, scan, usable_range_m)
 
@@ -148,7 +149,7 @@ class RegisteredMaps:
         frame, pose = self._frame, context.pose
         if frame is None or pose is None:
             return None
-        evidence = frame.canvas.evidence()
+        evidence = frame.local_map.evidence()
         if self._own is None or self._own[0] is not evidence:
             cells = raster(frame.grid, evidence.cells())
             rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
@@ -173,34 +174,35 @@ class RegisteredMaps:
     def _heard(self, context: SharingContext, message: SharedMessage) -> list[Contribution]:
         """The evidence that the map of a teammate adds, or takes back."""
         source, said = message.source, message.content
-        own, mate = self._map(context), self._mates.get(source)
-        if mate is None or mate.said.session < said.session:
-            back = [] if mate is None else self._forgotten(context, source, mate)
-            mate = self._mates[source] = Mate(said)
-            return back + self._compared(context, own, source, mate)
-        if said.version <= mate.said.version:
+        own, teammate = self._map(context), self._teammates.get(source)
+        if teammate is None or teammate.newest.session < said.session:
+            back = [] if teammate is None else self._forgotten(context, source, teammate)
+            teammate = self._teammates[source] = Teammate(said)
+            return back + self._compared(context, own, source, teammate)
+        if said.version <= teammate.newest.version:
             return []
-        mate.said = said
-        return self._compared(context, own, source, mate)
+        teammate.newest = said
+        return self._compared(context, own, source, teammate)
 
-    def _compared(self, context: SharingContext, own: FramedMap | None, source: str, mate: Mate
-                  ) -> list[Contribution]:
+    def _compared(self, context: SharingContext, own: FramedMap | None, source: str,
+                  teammate: Teammate) -> list[Contribution]:
         if own is None:
             return []
-        known = np.count_nonzero(own.log_odds) + np.count_nonzero(mate.said.log_odds)
-        if known >= GROWTH * mate.compared:
-            mate.compared = float(known)
-            found = self._found(own.chart, mate.said.chart, mate.frame)
-            if found is None and mate.frame is not None:
-                return self._forgotten(context, source, mate)
-            mate.frame = found
+        known = np.count_nonzero(own.log_odds) + np.count_nonzero(teammate.newest.log_odds)
+        if known >= GROWTH * teammate.compared:
+            teammate.compared = float(known)
+            found = self._found(own.trinary, teammate.newest.trinary, teammate.frame)
+            if found is None and teammate.frame is not None:
+                return self._forgotten(context, source, teammate)
+            teammate.frame = found
             if found is not None and self._frame is not None:
                 context.place(source, Pose2D(*compose(self._frame.start, found).tolist()))
-        if mate.frame is None:
+        if teammate.frame is None:
             return []
-        return [self._seen_from_here(context, source, mate.said, mate.frame)]
+        return [self._seen_from_here(context, source, teammate.newest, teammate.frame)]
 
-    def _found(self, own: Chart, other: Chart, frame: np.ndarray | None) -> np.ndarray | None:
+    def _found(self, own: TrinaryMap, other: TrinaryMap, frame: np.ndarray | None
+               ) -> np.ndarray | None:
         """The other's frame, if it can be accepted; from ``frame`` on, if it was before."""
         if frame is not None:
             known = refined(own, other, frame)
@@ -211,7 +213,7 @@ class RegisteredMaps:
             return None
         return registration.best.frame
 
-    def _agrees(self, own: Chart, hypothesis: Hypothesis) -> bool:
+    def _agrees(self, own: TrinaryMap, hypothesis: Hypothesis) -> bool:
         # Both robots' wall cells are counted.
         return (hypothesis.confidence >= self._params.confidence
                 and 0.5 * hypothesis.agree * own.cell_m >= self._params.walls_m)
@@ -222,22 +224,23 @@ class RegisteredMaps:
         assert self._frame is not None
         where = compose(self._frame.start, frame)
         grid = context.grid
-        row, column, part = placed(grid, said.log_odds, said.cell_m, (said.left_m, said.low_m),
-                                   Pose2D(*where.tolist()))
+        row, column, part = resampled(grid, said.log_odds, said.cell_m, (said.left_m, said.low_m),
+                                      Pose2D(*where.tolist()))
         cells = np.zeros((grid.height, grid.width), np.int8)
         cells[row:row + part.shape[0], column:column + part.shape[1]] = part
         pose = Pose2D(*compose(where, np.array(said.pose)).tolist())
         return Contribution(source, said.version, pose, context.drawn(cells))
 
-    def _forgotten(self, context: SharingContext, source: str, mate: Mate) -> list[Contribution]:
+    def _forgotten(self, context: SharingContext, source: str, teammate: Teammate
+                   ) -> list[Contribution]:
         """Take back what was taken in of a teammate."""
-        if mate.frame is None:
+        if teammate.frame is None:
             return []
-        mate.frame, mate.compared = None, 0.0
+        teammate.frame, teammate.compared = None, 0.0
         context.place(source, None)
         grid = context.grid
         nothing = context.drawn(np.zeros((grid.height, grid.width), np.int8))
-        return [Contribution(source, mate.said.version, None, nothing)]
+        return [Contribution(source, teammate.newest.version, None, nothing)]
 
 
 def _around(grid: GridSpec) -> GridSpec:

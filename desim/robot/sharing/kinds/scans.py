@@ -10,8 +10,8 @@ from desim import ports
 from desim.middleware.contents import POSE_STAMPED_BYTES
 from desim.ports import Pose2D
 from desim.ports.sharing import (
-    Canvas,
     Contribution,
+    LocalMap,
     Scan,
     SharedMessage,
     SharingContext,
@@ -56,12 +56,12 @@ class WantedScans(NamedTuple):
         return 4 + len(self.source) + 16
 
 
-class Transcript(NamedTuple):
+class TeammateMap(NamedTuple):
     """The map of a teammate: of its first ``scans`` scans since ``session``."""
 
     session: int
     scans: int
-    canvas: Canvas
+    local_map: LocalMap
 
 
 class Scans:
@@ -80,7 +80,7 @@ class Scans:
         self._next = 0  # the first that the next batch has
         self._silent = 0  # periods since the last batch
         self._usable_range_m = 0.0
-        self._transcripts: dict[str, Transcript] = {}
+        self._teammates: dict[str, TeammateMap] = {}
 
     def start(self, context: SharingContext) -> None:
         self._session = context.now_ns
@@ -111,18 +111,18 @@ class Scans:
 
     def _on_batch(self, context: SharingContext, message: SharedMessage) -> None:
         source, batch = message.source, message.content
-        transcript = self._transcripts.get(source)
-        if transcript is None or transcript.session < batch.session:
-            transcript = Transcript(batch.session, 0, context.canvas())
-        elif transcript.session > batch.session:
+        known = self._teammates.get(source)
+        if known is None or known.session < batch.session:
+            known = TeammateMap(batch.session, 0, context.local_map())
+        elif known.session > batch.session:
             return
-        missed = batch.first - transcript.scans
+        missed = batch.first - known.scans
         if missed > 0:
-            context.publish(WantedScans(source, batch.session, transcript.scans), "wanted")
+            context.publish(WantedScans(source, batch.session, known.scans), "wanted")
         fresh = () if missed > 0 else batch.scans[-missed:]
         for pose, scan in fresh:
-            transcript.canvas.integrate(pose, scan, batch.usable_range_m)
-        self._transcripts[source] = transcript._replace(scans=transcript.scans + len(fresh))
+            known.local_map.integrate(pose, scan, batch.usable_range_m)
+        self._teammates[source] = known._replace(scans=known.scans + len(fresh))
         if fresh:
             context.take_in([Contribution(source, message.sent_ns, fresh[-1].pose,
-                                          transcript.canvas.evidence())])
+                                          known.local_map.evidence())])

@@ -13,10 +13,10 @@ from pydantic import Field
 from desim import ports
 from desim.middleware.contents import POSE_STAMPED_BYTES
 from desim.ports import GridSpec, Pose2D
-from desim.ports.sharing import Canvas, Contribution, Scan, SharedMessage, SharingContext
+from desim.ports.sharing import Contribution, LocalMap, Scan, SharedMessage, SharingContext
 from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
-from desim.robot.sharing import placement
 from desim.robot.sharing.map_message import ZLIB_LEVEL
+from desim.robot.sharing.map_resampling import resampled
 from desim.robot.sharing.rates import REFRESH_PERIODS
 from desim.robot.tiles import raster
 from desim.units import Pace, Period
@@ -63,16 +63,16 @@ class WantedSubmaps(NamedTuple):
         return 4 + len(self.source) + 12 + 4 * len(self.numbers)
 
 
-class Open(NamedTuple):
+class OpenSubmap(NamedTuple):
     """The submap that is being made."""
 
-    canvas: Canvas
+    local_map: LocalMap
     drawn_at: Pose2D
     since_ns: int
 
 
 @dataclass
-class Atlas:
+class TeammateSubmaps:
     """The submaps of a teammate since ``session``, and ``total`` int16 [height, width], their sum
     at their poses. ``version`` is that of the last change, the teammate's clock."""
 
@@ -90,7 +90,7 @@ class Atlas:
 
     def add(self, grid: GridSpec, submap: Submap, sign: int) -> None:
         """Add (1) or take away (-1) its evidence at its newest pose."""
-        row, column, cells = placed(grid, submap, self.pose_of(submap))
+        row, column, cells = cells_at(grid, submap, self.pose_of(submap))
         self.total[row:row + len(cells), column:column + cells.shape[1]] += sign * cells
 
 
@@ -112,14 +112,14 @@ class Submaps:
 
     def __init__(self, params: Params) -> None:
         self._params = params
-        self._open: Open | None = None
+        self._open: OpenSubmap | None = None
         self._firsts: list[int] = []  # of each submap, also the open one: the number of its scan
         self._poses: list[Pose2D] = []  # likewise: that scan's pose
         self._scans = 0
         self._closed: list[Submap] = []
         self._said: tuple[Pose2D, ...] = ()
         self._silent = 0  # periods since poses were sent
-        self._atlases: dict[str, Atlas] = {}
+        self._teammates: dict[str, TeammateSubmaps] = {}
 
     def start(self, context: SharingContext) -> None:
         self._session = context.now_ns
@@ -137,10 +137,10 @@ class Submaps:
                 usable_range_m: float) -> None:
         """Enter it in the open submap."""
         if self._open is None:
-            self._open = Open(context.canvas(), pose, context.now_ns)
+            self._open = OpenSubmap(context.local_map(), pose, context.now_ns)
             self._firsts.append(self._scans)
             self._poses.append(pose)
-        self._open.canvas.integrate(pose, scan, usable_range_m)
+        self._open.local_map.integrate(pose, scan, usable_range_m)
         self._scans += 1
         if self._scans - self._firsts[-1] >= self._params.scans:
             self._close(context)
@@ -151,7 +151,7 @@ class Submaps:
 
     def _close(self, context: SharingContext) -> None:
         assert self._open is not None
-        cells = raster(context.grid, self._open.canvas.evidence().cells())
+        cells = raster(context.grid, self._open.local_map.evidence().cells())
         rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
         if len(rows):
             cells = cells[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1].copy()
@@ -184,51 +184,53 @@ class Submaps:
 
     def _on_submap(self, context: SharingContext, message: SharedMessage) -> None:
         submap: Submap = message.content
-        atlas = self._atlas(context, message.source, submap.session)
-        if atlas is None or submap.number in atlas.submaps:
+        theirs = self._submaps_of(context, message.source, submap.session)
+        if theirs is None or submap.number in theirs.submaps:
             return
-        atlas.submaps[submap.number] = submap
-        atlas.add(context.grid, submap, 1)
-        self._take_in(context, message, atlas, None)
+        theirs.submaps[submap.number] = submap
+        theirs.add(context.grid, submap, 1)
+        self._take_in(context, message, theirs, None)
 
     def _on_poses(self, context: SharingContext, message: SharedMessage) -> None:
         said: SubmapPoses = message.content
-        atlas = self._atlas(context, message.source, said.session)
-        if atlas is None or message.sent_ns < atlas.version and len(said.poses) < len(atlas.poses):
+        theirs = self._submaps_of(context, message.source, said.session)
+        if theirs is None or (message.sent_ns < theirs.version
+                              and len(said.poses) < len(theirs.poses)):
             return
-        before, atlas.poses = atlas.poses, said.poses
-        for number, submap in atlas.submaps.items():
+        before, theirs.poses = theirs.poses, said.poses
+        for number, submap in theirs.submaps.items():
             was = before[number] if number < len(before) else submap.drawn_at
             if number < len(said.poses) and said.poses[number] != was:
-                atlas.poses = before
-                atlas.add(context.grid, submap, -1)
-                atlas.poses = said.poses
-                atlas.add(context.grid, submap, 1)
-        missing = frozenset(range(len(said.poses))) - atlas.submaps.keys()
-        late = tuple(sorted(missing & atlas.missing))  # not under way since the last time
-        atlas.missing = missing
+                theirs.poses = before
+                theirs.add(context.grid, submap, -1)
+                theirs.poses = said.poses
+                theirs.add(context.grid, submap, 1)
+        missing = frozenset(range(len(said.poses))) - theirs.submaps.keys()
+        late = tuple(sorted(missing & theirs.missing))  # not under way since the last time
+        theirs.missing = missing
         if late:
             context.publish(WantedSubmaps(message.source, said.session, late), "wanted")
-        self._take_in(context, message, atlas, said.pose)
+        self._take_in(context, message, theirs, said.pose)
 
-    def _atlas(self, context: SharingContext, source: str, session: int) -> Atlas | None:
-        """The atlas of a teammate since it started; None for what it said before a new start."""
-        atlas = self._atlases.get(source)
-        if atlas is None or atlas.session < session:
+    def _submaps_of(self, context: SharingContext, source: str, session: int
+                    ) -> TeammateSubmaps | None:
+        """The submaps of a teammate since it started; None for what it said before a new start."""
+        theirs = self._teammates.get(source)
+        if theirs is None or theirs.session < session:
             grid = context.grid
-            atlas = self._atlases[source] = Atlas(
+            theirs = self._teammates[source] = TeammateSubmaps(
                 session, np.zeros((grid.height, grid.width), np.int16))
-        return atlas if atlas.session == session else None
+        return theirs if theirs.session == session else None
 
-    def _take_in(self, context: SharingContext, message: SharedMessage, atlas: Atlas,
+    def _take_in(self, context: SharingContext, message: SharedMessage, theirs: TeammateSubmaps,
                  pose: Pose2D | None) -> None:
-        atlas.version = max(atlas.version + 1, message.sent_ns)  # also what comes late is news
-        cells = np.clip(atlas.total, CLAMP_LOW, CLAMP_HIGH).astype(np.int8)
+        theirs.version = max(theirs.version + 1, message.sent_ns)  # also what comes late is news
+        cells = np.clip(theirs.total, CLAMP_LOW, CLAMP_HIGH).astype(np.int8)
         context.take_in([Contribution(message.source, message.sent_ns, pose, None),
-                         Contribution(message.source, atlas.version, None, context.drawn(cells))])
+                         Contribution(message.source, theirs.version, None, context.drawn(cells))])
 
 
-def placed(grid: GridSpec, submap: Submap, pose: Pose2D) -> tuple[int, int, np.ndarray]:
+def cells_at(grid: GridSpec, submap: Submap, pose: Pose2D) -> tuple[int, int, np.ndarray]:
     """Row, column and log-odds of a submap whose first scan has this ``pose``."""
     drawn_at, cell_m = submap.drawn_at, grid.resolution_m
     if pose == drawn_at:
@@ -236,4 +238,4 @@ def placed(grid: GridSpec, submap: Submap, pose: Pose2D) -> tuple[int, int, np.n
     corner_m = (grid.x_m + cell_m * submap.column - drawn_at.x_m,  # from the first scan
                 grid.y_m + cell_m * submap.row - drawn_at.y_m)
     turned = Pose2D(pose.x_m, pose.y_m, pose.yaw_rad - drawn_at.yaw_rad)
-    return placement.placed(grid, submap.log_odds, cell_m, corner_m, turned)
+    return resampled(grid, submap.log_odds, cell_m, corner_m, turned)

@@ -50,7 +50,7 @@ def surfaces(particle, pose, points, count, reach_m, maps, near):
     """
     c, s = cos(pose[2]), sin(pose[2])
     cell_m, per_m, far = maps.resolution_m, 1.0 / maps.resolution_m, 1.0 / (reach_m * reach_m)
-    columns, rows = maps.columns * SIDE, maps.seen.shape[1] // maps.columns * SIDE
+    columns, rows = maps.columns * SIDE, maps.visit_tiles.shape[1] // maps.columns * SIDE
     from_x, from_y = pose[0] * per_m - maps.left * SIDE, pose[1] * per_m - maps.low * SIDE
     for k in range(count):
         ax, ay = c * points[k, X] - s * points[k, Y], s * points[k, X] + c * points[k, Y]
@@ -62,24 +62,25 @@ def surfaces(particle, pose, points, count, reach_m, maps, near):
             continue
         directed = nx != 0.0 or ny != 0.0
         weight, px, py, qx, qy = 0.0, 0.0, 0.0, 0.0, 0.0
-        last, met, seen = -1, np.int32(0), np.int32(0)
+        last, hit_tile, visit_tile = -1, np.int32(0), np.int32(0)
         for r in range(row - 1, row + 2):
             for q in range(column - 1, column + 2):
                 tile = (r >> 3) * maps.columns + (q >> 3)
                 if tile != last:
-                    last, met, seen = tile, maps.met[particle, tile], maps.seen[particle, tile]
-                if met == 0:
+                    last, hit_tile = tile, maps.hit_tiles[particle, tile]
+                    visit_tile = maps.visit_tiles[particle, tile]
+                if hit_tile == 0:
                     continue
                 cell = ((r & 7) << 3) | (q & 7)
-                hits = maps.hits[met, cell]
-                if hits == 0 or hits < OCCUPIED * maps.visits[seen, cell]:
+                hits = maps.hits[hit_tile, cell]
+                if hits == 0 or hits < OCCUPIED * maps.visits[visit_tile, cell]:
                     continue
-                dx = (q + 0.5 - at_x) * cell_m + maps.means[met, cell, 0]
-                dy = (r + 0.5 - at_y) * cell_m + maps.means[met, cell, 1]
+                dx = (q + 0.5 - at_x) * cell_m + maps.means[hit_tile, cell, 0]
+                dy = (r + 0.5 - at_y) * cell_m + maps.means[hit_tile, cell, 1]
                 close = 1.0 - (dx * dx + dy * dy) * far
                 if close <= 0.0:
                     continue
-                mx, my = maps.means[met, cell, 2], maps.means[met, cell, 3]
+                mx, my = maps.means[hit_tile, cell, 2], maps.means[hit_tile, cell, 3]
                 if directed:
                     same, size = nx * mx + ny * my, mx * mx + my * my
                     if size > 0.0 and (same < 0.0 or same * same < SAME_SIDE * SAME_SIDE * size):
@@ -91,8 +92,8 @@ def surfaces(particle, pose, points, count, reach_m, maps, near):
                 qx += w * mx
                 qy += w * my
         if weight == 0.0:
-            seen = maps.seen[particle, (row >> 3) * maps.columns + (column >> 3)]
-            if seen != 0 and maps.visits[seen, ((row & 7) << 3) | (column & 7)] > 0:
+            visit_tile = maps.visit_tiles[particle, (row >> 3) * maps.columns + (column >> 3)]
+            if visit_tile != 0 and maps.visits[visit_tile, ((row & 7) << 3) | (column & 7)] > 0:
                 near[k, 6] = 0.0
             continue
         part = 1.0 / weight

@@ -22,17 +22,17 @@ def draw_surfaces(particle, left, low, coarse, grid, maps):
     ``left``, ``low``: the grid's first cell."""
     rows, columns = grid.shape
     grid[:] = 0
-    tiles_up = maps.seen.shape[1] // maps.columns
+    tiles_up = maps.visit_tiles.shape[1] // maps.columns
     for up in range(max(low >> 3, 0), min(((low + rows * coarse) >> 3) + 1, tiles_up)):
         for right in range(max(left >> 3, 0), min(((left + columns * coarse) >> 3) + 1,
                                                   maps.columns)):
-            met = maps.met[particle, up * maps.columns + right]
-            if met == 0:
+            hit_tile = maps.hit_tiles[particle, up * maps.columns + right]
+            if hit_tile == 0:
                 continue
-            seen = maps.seen[particle, up * maps.columns + right]
+            visit_tile = maps.visit_tiles[particle, up * maps.columns + right]
             for cell in range(CELLS):
-                hits = maps.hits[met, cell]
-                if hits == 0 or hits < OCCUPIED * maps.visits[seen, cell]:
+                hits = maps.hits[hit_tile, cell]
+                if hits == 0 or hits < OCCUPIED * maps.visits[visit_tile, cell]:
                     continue
                 row = (up * SIDE + (cell >> 3) - low) // coarse
                 column = (right * SIDE + (cell & 7) - left) // coarse

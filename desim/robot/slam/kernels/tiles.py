@@ -29,20 +29,20 @@ class Stock(NamedTuple):
 class Maps(NamedTuple):
     """The maps of all particles.
 
-    ``seen`` [particles, tiles] indices into the pool ``visits`` [capacity, 64] int16 | ``met``
-    [particles, tiles] indices into the pool ``hits`` [capacity, 64] int16, ``means`` [capacity,
-    64, 4] float32: of returns, their offset from the centre of the cell in m, and their normals |
-    ``columns``: tiles in a row | ``left``, ``low``: the first tile's place in tiles |
+    ``visit_tiles`` [particles, tiles] indices into the pool ``visits`` [capacity, 64] int16 |
+    ``hit_tiles`` [particles, tiles] indices into the pool ``hits`` [capacity, 64] int16, ``means``
+    [capacity, 64, 4] float32: of returns, their offset from the centre of the cell in m, and their
+    normals | ``columns``: tiles in a row | ``left``, ``low``: the first tile's place in tiles |
     ``resolution_m``.
     """
 
-    seen: np.ndarray
-    met: np.ndarray
+    visit_tiles: np.ndarray
+    hit_tiles: np.ndarray
     visits: np.ndarray
     hits: np.ndarray
     means: np.ndarray
-    seen_stock: Stock
-    met_stock: Stock
+    visit_stock: Stock
+    hit_stock: Stock
     columns: int
     left: int
     low: int
@@ -76,58 +76,58 @@ def take(stock):
 
 
 @inner(types.int32(_i8, _i8, MAPS))
-def own_seen(particle, tile, maps):
+def own_visits(particle, tile, maps):
     """The particle's own tile of visits: a copy, if others share it."""
-    index = maps.seen[particle, tile]
-    if index != 0 and maps.seen_stock.refs[index] == 1:
+    index = maps.visit_tiles[particle, tile]
+    if index != 0 and maps.visit_stock.refs[index] == 1:
         return index
-    fresh = take(maps.seen_stock)
+    fresh = take(maps.visit_stock)
     for c in range(CELLS):
         maps.visits[fresh, c] = maps.visits[index, c]
-    release(index, maps.seen_stock)
-    maps.seen[particle, tile] = fresh
+    release(index, maps.visit_stock)
+    maps.visit_tiles[particle, tile] = fresh
     return fresh
 
 
 @inner(types.int32(_i8, _i8, MAPS))
-def own_met(particle, tile, maps):
+def own_hits(particle, tile, maps):
     """The particle's own tile of returns: a copy, if others share it."""
-    index = maps.met[particle, tile]
-    if index != 0 and maps.met_stock.refs[index] == 1:
+    index = maps.hit_tiles[particle, tile]
+    if index != 0 and maps.hit_stock.refs[index] == 1:
         return index
-    fresh = take(maps.met_stock)
+    fresh = take(maps.hit_stock)
     for c in range(CELLS):
         maps.hits[fresh, c] = maps.hits[index, c]
         for k in range(4):
             maps.means[fresh, c, k] = maps.means[index, c, k]
-    release(index, maps.met_stock)
-    maps.met[particle, tile] = fresh
+    release(index, maps.hit_stock)
+    maps.hit_tiles[particle, tile] = fresh
     return fresh
 
 
 @lean(types.void(types.int64[::1], MAPS, _i4x2, _i4x2))
-def resample(ancestors, maps, seen, met):
+def resample(ancestors, maps, visit_tiles, hit_tiles):
     """Give particle k the map of particle ``ancestors[k]``; all tiles are shared at first.
 
-    ``seen``, ``met`` [particles, tiles]: to work in. A particle that is its own ancestor is not
-    touched.
+    ``visit_tiles``, ``hit_tiles`` [particles, tiles]: to work in. A particle that is its own
+    ancestor is not touched.
     """
     for k in range(len(ancestors)):
         if ancestors[k] != k:
-            for t in range(seen.shape[1]):
-                seen[k, t] = maps.seen[ancestors[k], t]
-                met[k, t] = maps.met[ancestors[k], t]
-                if seen[k, t] != 0:
-                    maps.seen_stock.refs[seen[k, t]] += 1
-                if met[k, t] != 0:
-                    maps.met_stock.refs[met[k, t]] += 1
+            for t in range(visit_tiles.shape[1]):
+                visit_tiles[k, t] = maps.visit_tiles[ancestors[k], t]
+                hit_tiles[k, t] = maps.hit_tiles[ancestors[k], t]
+                if visit_tiles[k, t] != 0:
+                    maps.visit_stock.refs[visit_tiles[k, t]] += 1
+                if hit_tiles[k, t] != 0:
+                    maps.hit_stock.refs[hit_tiles[k, t]] += 1
     for k in range(len(ancestors)):
         if ancestors[k] != k:
-            for t in range(seen.shape[1]):
-                release(maps.seen[k, t], maps.seen_stock)
-                release(maps.met[k, t], maps.met_stock)
-                maps.seen[k, t] = seen[k, t]
-                maps.met[k, t] = met[k, t]
+            for t in range(visit_tiles.shape[1]):
+                release(maps.visit_tiles[k, t], maps.visit_stock)
+                release(maps.hit_tiles[k, t], maps.hit_stock)
+                maps.visit_tiles[k, t] = visit_tiles[k, t]
+                maps.hit_tiles[k, t] = hit_tiles[k, t]
 
 
 @inner(types.void(_i8, types.float64[::1], _f8, _f8, _f8x2, _i8, MAPS))
@@ -138,7 +138,7 @@ def visit(particle, pose, mount_x, mount_y, lines, drawn, maps):
     per_m = 1.0 / maps.resolution_m
     from_x = (x + c * mount_x - s * mount_y) * per_m - maps.left * SIDE
     from_y = (y + s * mount_x + c * mount_y) * per_m - maps.low * SIDE
-    columns, visits, refs = maps.columns, maps.visits, maps.seen_stock.refs
+    columns, visits, refs = maps.columns, maps.visits, maps.visit_stock.refs
     last, index = -1, np.int32(0)
     for k in range(drawn):
         along_x = (x + c * lines[k, X] - s * lines[k, Y]) * per_m - maps.left * SIDE - from_x
@@ -151,9 +151,9 @@ def visit(particle, pose, mount_x, mount_y, lines, drawn, maps):
             column, row = at_x >> 32, at_y >> 32
             tile = (row >> 3) * columns + (column >> 3)
             if tile != last:
-                last, index = tile, maps.seen[particle, tile]
+                last, index = tile, maps.visit_tiles[particle, tile]
                 if index == 0 or refs[index] != 1:
-                    index = own_seen(particle, tile, maps)
+                    index = own_visits(particle, tile, maps)
             cell = ((row & 7) << 3) | (column & 7)
             if visits[index, cell] < MOST:
                 visits[index, cell] += 1
@@ -168,7 +168,7 @@ def register(particle, pose, mount_x, mount_y, points, count, lines, drawn, maps
     visit(particle, pose, mount_x, mount_y, lines, drawn, maps)
     x, y, c, s = pose[0], pose[1], cos(pose[2]), sin(pose[2])
     per_m = 1.0 / maps.resolution_m
-    last, seen, met = -1, np.int32(0), np.int32(0)
+    last, visit_tile, hit_tile = -1, np.int32(0), np.int32(0)
     for k in range(count):
         px, py = points[k, X], points[k, Y]
         at_x = (x + c * px - s * py) * per_m - maps.left * SIDE
@@ -178,12 +178,12 @@ def register(particle, pose, mount_x, mount_y, points, count, lines, drawn, maps
         cell = ((row & 7) << 3) | (column & 7)
         if tile != last:  # a call that hands over the maps costs as much as five cells
             last = tile
-            seen, met = own_seen(particle, tile, maps), own_met(particle, tile, maps)
-        if maps.visits[seen, cell] < MOST:
-            maps.visits[seen, cell] += 1
-        if maps.hits[met, cell] < MOST:
-            maps.hits[met, cell] += 1
-            means, part = maps.means[met, cell], 1.0 / maps.hits[met, cell]
+            visit_tile, hit_tile = own_visits(particle, tile, maps), own_hits(particle, tile, maps)
+        if maps.visits[visit_tile, cell] < MOST:
+            maps.visits[visit_tile, cell] += 1
+        if maps.hits[hit_tile, cell] < MOST:
+            maps.hits[hit_tile, cell] += 1
+            means, part = maps.means[hit_tile, cell], 1.0 / maps.hits[hit_tile, cell]
             means[0] += ((at_x - column - 0.5) * maps.resolution_m - means[0]) * part
             means[1] += ((at_y - row - 0.5) * maps.resolution_m - means[1]) * part
             means[2] += (c * points[k, NX] - s * points[k, NY] - means[2]) * part
@@ -199,7 +199,7 @@ def register_all(first, poses, mount_x, mount_y, points, count, lines, drawn, vi
     laser on the robot in m | ``lines``: points to which visits are counted.
     """
     for k in range(first, len(poses)):
-        if maps.seen_stock.free_count[0] < visited or maps.met_stock.free_count[0] < count:
+        if maps.visit_stock.free_count[0] < visited or maps.hit_stock.free_count[0] < count:
             return k
         register(k, poses[k], mount_x, mount_y, points, count, lines, drawn, maps)
     return len(poses)
@@ -208,12 +208,12 @@ def register_all(first, poses, mount_x, mount_y, points, count, lines, drawn, vi
 @lean(types.void(_i8, types.int16[:, ::1], types.int16[:, ::1], MAPS))
 def unroll(particle, visits, hits, maps):
     """Write a particle's counts as grids [rows, columns of cells]."""
-    rows = maps.seen.shape[1] // maps.columns
+    rows = maps.visit_tiles.shape[1] // maps.columns
     for row in range(rows):
         for column in range(maps.columns):
             tile = row * maps.columns + column
-            seen, met = maps.seen[particle, tile], maps.met[particle, tile]
+            visit_tile, hit_tile = maps.visit_tiles[particle, tile], maps.hit_tiles[particle, tile]
             for cell in range(CELLS):
                 r, c = row * SIDE + (cell >> 3), column * SIDE + (cell & 7)
-                visits[r, c] = maps.visits[seen, cell]
-                hits[r, c] = maps.hits[met, cell]
+                visits[r, c] = maps.visits[visit_tile, cell]
+                hits[r, c] = maps.hits[hit_tile, cell]

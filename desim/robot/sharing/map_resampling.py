@@ -1,4 +1,4 @@
-"""Cells of one map, laid into another's raster."""
+"""Map resampling: the cells of one map in the raster of another one."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 from desim.ports import GridSpec, Pose2D
 
 
-def placed(grid: GridSpec, cells: np.ndarray, cell_m: float, corner_m: tuple[float, float],
-           frame: Pose2D) -> tuple[int, int, np.ndarray]:
+def resampled(grid: GridSpec, cells: np.ndarray, cell_m: float, corner_m: tuple[float, float],
+              frame: Pose2D) -> tuple[int, int, np.ndarray]:
     """Row, column and log-odds in ``grid`` of int8 ``cells`` [rows, columns] of ``cell_m`` whose
     lower left corner is at ``corner_m`` of ``frame``: each cell has what is at its centre (nearest
     neighbour); what is beyond the grid is left out."""
