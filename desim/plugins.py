@@ -177,6 +177,11 @@ def has_common_frame(sharing: str) -> bool:
     return bool(getattr(load("sharing", sharing), "common_frame", True))
 
 
+def needs_body(sharing: str) -> bool:
+    """Whether a host without a body would get no map by it."""
+    return bool(getattr(load("sharing", sharing), "needs_body", False))
+
+
 def unbriefed(strategy: str, task: str) -> str:
     """A complaint if the strategy needs what the task does not tell; else an empty string."""
     needs = getattr(load("strategy", strategy), "needs", None)

@@ -186,7 +186,8 @@ class Sharing(Protocol):
 
     ``fusion`` of its class, if it has one, is the default of ``coordination.exchange.fusion``. With
     ``common_frame = False`` robots do not know how their frames lie to each other: nothing but map
-    sharing may tell teammates of places.
+    sharing may tell teammates of places. With ``needs_body = True`` it merges into the map of its
+    host's own scans, and there is no coordinator: a host without a body would get no map.
     """
 
     @property

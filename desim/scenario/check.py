@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from itertools import pairwise
 
 from desim import plugins
@@ -343,6 +344,30 @@ def _frames(scenario: Scenario, _: Folder) -> Found:
         return  # there is no such plug-in, which is complained of where it is named
 
 
+def _coordinators(scenario: Scenario, _: Folder) -> Found:
+    """Map sharing that gives a host without a body no map."""
+    exchange = scenario.coordination.exchange
+    names = [name for name, host in scenario.hosts.items() if host.strategy is not None]
+    if exchange is None or not names:
+        return
+    try:
+        if plugins.needs_body(exchange.model):
+            yield ("coordination", "exchange", "model"), (
+                f"{plugins.bare(exchange.model)!r} merges into the map of a robot's own scans; "
+                f"{', '.join(names)}, with a strategy and without a body, would get no map; allowed "
+                f"with a coordinator: {', '.join(_without_body())}")
+    except InputError:
+        return  # there is no such plug-in, which is complained of where it is named
+
+
+def _without_body() -> Iterator[str]:
+    """The installed kinds of map sharing that need no body."""
+    for name in plugins.available("sharing"):
+        with suppress(InputError):  # somebody's plug-in that cannot be loaded
+            if not plugins.needs_body(name):
+                yield name
+
+
 def _world(scenario: Scenario, _: Folder) -> Found:
     name = scenario.physics.model
     if name == Physics.model_fields["model"].default:
@@ -370,5 +395,6 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("network",), ("deployment",)), _fidelity),
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), _briefed),
     ((("coordination",), ("hosts",), ("fleet", "types")), _frames),
+    ((("coordination", "exchange"), ("hosts",)), _coordinators),
     ((("physics", "model"),), _world),
 )

@@ -22,7 +22,8 @@ def check_sharing(cls: PluginClass[Sharing], **params: object) -> None:
     lost; then all of them come in reverse order, twice; then they come as they should; in the end
     ``robot_1`` starts again elsewhere with empty memory. What ``robot_2`` takes in must be what
     ``robot_1`` knows, it must come through, what was said before the restart must be forgotten, and
-    the same must happen again."""
+    the same must happen again. A coordinator without a body, which hears what is carried, must get
+    a map as well, unless the class says ``needs_body``."""
     check_form("sharing", cls, params)
     with own_streams(cls):
         played = [_Play(cls, params).played() for _ in range(2)]
@@ -36,6 +37,7 @@ class _Play:
     def __init__(self, cls: PluginClass[Sharing], params: dict[str, object]) -> None:
         self._cls, self._params, self._pool, self._now_ns = cls, params, TilePool(), 0
         self._one, self._two = self._robot("robot_1", "robot_2"), self._robot("robot_2", "robot_1")
+        self._base = self._robot("base", "robot_1")  # sees nothing, and nobody hears it
         self._known: list[LayerSnapshot] = []  # of robot_1, at the end of each of its lives
         self._line_m = 10.0
 
@@ -53,6 +55,9 @@ class _Play:
         self._check_truth()
         need(len(self._heard()), cls, f"hand to the map in {_TALK_S} s what a teammate has sent: "
                                       "context.take_in")
+        need("robot_1" in self._base.robot_map.received or getattr(cls, "needs_body", False), cls,
+             "hand to the map of a host without a body, a coordinator, what a robot has sent; or "
+             "declare needs_body = True")
         self._known.append(self._one.own())
         first, before = self._heard(), self._one.sizes
         self._one, self._line_m = self._robot("robot_1", "robot_2"), 55.0
@@ -83,12 +88,15 @@ class _Play:
                 if step * _SLICE_NS % NS_PER_S == 0:
                     x_m = 5.0 + self._now_ns / NS_PER_S * _STEP_M
                     robot.see(Pose2D(x_m, y_m, 0.0))
+            self._base.run(self._now_ns)
             for robot, other in ((self._one, self._two), (self._two, self._one)):
                 said, robot.published = robot.published, []
                 kept += [(other, *one) for one in said]
             if carries:
                 for receiver, topic, message in kept:
                     receiver.deliver(topic, message)
+                    if receiver is self._two:
+                        self._base.deliver(topic, message)
                 kept = []
         return kept
 

@@ -47,6 +47,13 @@ WRONG = {
             "2:62: coordination.strategy: 'minpos' wants its team's poses and goals every second, "
             "which mean nothing with 'registered_maps'; set coordination.team_state to null to do "
             "without"]),
+    **{f"a coordinator that would get no map by {model}": (
+        "hosts: {base: {strategy: {strategy: nearest_frontier}}, camp: {at: [0 m, 0 m]}}\n"
+        f"coordination: {{exchange: {{model: {model}}}}}", [
+            f"3:34: coordination.exchange.model: '{model}' merges into the map of a robot's own "
+            "scans; base, with a strategy and without a body, would get no map; allowed with a "
+            "coordinator: frontiers, own_maps, relayed, scans, submaps"])
+       for model in ("mrs_testbed", "registered_maps")},
     "a quantity of another task": ("stop: {when: idleness_s > 5}", [
         "2:14: stop.when: unknown quantity 'idleness_s'; allowed: time_s, explored, "
         "explored_union, explored_all, collisions, recoveries, messages_sent, messages_delivered, "

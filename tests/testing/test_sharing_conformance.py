@@ -58,6 +58,14 @@ class Forgetful(Scans):
         super()._on_batch(context, message)
 
 
+class Rooted(OwnMaps):
+    """Merges only when its own map has grown."""
+
+    def _merge(self, context):
+        if len(context.own().filled()):
+            super()._merge(context)
+
+
 class Global(OwnMaps):
     def _on_period(self, context):
         if random.random() < 2.0:
@@ -69,6 +77,8 @@ class Global(OwnMaps):
     (Thief, "hand to the map what its source knows, under the source's name$"),
     (Timeless, "forget what a robot said before it started again with empty memory; tiles "),
     (Forgetful, "forget what a robot said before it started again with empty memory; tiles "),
+    (Rooted, "hand to the map of a host without a body, a coordinator, what a robot has sent; or "
+             "declare needs_body = True$"),
     (Global, "draw from context.stream.* only, not from random or numpy.random$"),
 ])
 def test_the_kit_names_what_is_wrong(cls, says):

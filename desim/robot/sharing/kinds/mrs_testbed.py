@@ -48,6 +48,7 @@ class MrsTestbed:
     """
 
     fusion = "greedy"  # greedyMerging: its own evidence, then partners fill in what is unknown
+    needs_body = True  # each merging takes an update of the own map, and a pose
 
     class Params(ports.Params):
         """The period of maps, and the reach of merging."""

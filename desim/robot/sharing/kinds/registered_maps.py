@@ -92,6 +92,7 @@ class RegisteredMaps:
     walls disagree later."""
 
     common_frame = False
+    needs_body = True  # a frame is found by laying maps over the own one
 
     class Params(ports.Params):
         """The period of maps, and the acceptance of frames."""
