@@ -113,7 +113,7 @@ def _methods(contract: type) -> list[str]:
 
 def misfit(kind: str, cls: Callable[..., object]) -> str:
     """Advice to the author of a class that breaks the form of its contract: in methods and their
-    arguments, in ``reasons``, in defaults of its ``Params``. Empty if all is well."""
+    arguments, in ``reasons`` or ``leads``, in defaults of its ``Params``. Empty if all is well."""
     contract = CONTRACTS[kind]
     found = [_misfit("__init__", cls, _MADE_WITH[kind])] if kind in _MADE_WITH else []
     for part in (contract, *_OPTIONAL.get(kind, ())):
@@ -126,10 +126,11 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
                 found.append(_misfit(name, getattr(cls, name), wanted))
             elif part is contract:
                 found.append(f"have a method {name}({', '.join(wanted)})")
-    reasons = getattr(cls, "reasons", None)
-    if hasattr(contract, "reasons") and not (isinstance(reasons, tuple) and all(
-            isinstance(reason, str) for reason in reasons)):
-        found.append(f"declare reasons = ('...',), a tuple of names, not {reasons!r}")
+    for attribute, fewest in (("reasons", 0), ("leads", 1)):
+        names = getattr(cls, attribute, None)
+        if hasattr(contract, attribute) and not (isinstance(names, tuple) and len(names) >= fewest
+                                                 and all(isinstance(name, str) for name in names)):
+            found.append(f"declare {attribute} = ('...',), a tuple of names, not {names!r}")
     return ", and ".join(filter(None, (*found, *_wrong_defaults(
         block_of(cls) or ports.Params))))
 
@@ -196,6 +197,11 @@ def unbriefed(strategy: str, task: str) -> str:
 def quantities(task: str) -> tuple[str, ...]:
     """The quantities that a task has of its own, for ``stop.when``."""
     return tuple(getattr(load("task", task), "quantities", ()))
+
+
+def leads(task: str) -> tuple[str, ...]:
+    """The metrics of a task that reports show first."""
+    return tuple(load("task", task).leads)
 
 
 @cache

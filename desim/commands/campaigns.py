@@ -133,8 +133,9 @@ def ladder(scenario: ScenarioPath,
                metavar="A.B.C=V1,V2,...", help="a key of the scenario and its values")]
            = "coordination.strategy=nearest_frontier,random_frontier",
            seeds: Annotated[int, typer.Option(min=1, help="runs of each value on each rung")] = 5,
-           metric: Annotated[str, typer.Option(help="the metric by which the values are ranked")]
-           = "exploration_time_s",
+           metric: Annotated[str | None, typer.Option(
+               help="the metric by which the values are ranked (default: the first that leads the "
+                    "task, of exploration exploration_time_s)", show_default=False)] = None,
            overrides: Overrides = [],  # noqa: B006
            out: Annotated[Path | None, typer.Option(
                help="the campaign's folder (default: results/ladder_...)",

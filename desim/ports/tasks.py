@@ -123,6 +123,10 @@ class Task(Protocol):
     def Params(self) -> type[parameters.Params]:
         """The class of its parameters, inside the plug-in's class."""
 
+    @property
+    def leads(self) -> tuple[str, ...]:
+        """The names of its metrics that reports show first; of its class, at least one."""
+
     def start(self, context: TaskContext) -> None:
         """The run is put together; no software has started. Raises ``InputError`` for parameters
         that do not fit the terrain, as ``.places.2: ...``."""

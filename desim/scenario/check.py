@@ -354,8 +354,8 @@ def _coordinators(scenario: Scenario, _: Folder) -> Found:
         if plugins.needs_body(exchange.model):
             yield ("coordination", "exchange", "model"), (
                 f"{plugins.bare(exchange.model)!r} merges into the map of a robot's own scans; "
-                f"{', '.join(names)}, with a strategy and without a body, would get no map; allowed "
-                f"with a coordinator: {', '.join(_without_body())}")
+                f"{', '.join(names)}, with a strategy and without a body, would get no map; "
+                f"allowed with a coordinator: {', '.join(_without_body())}")
     except InputError:
         return  # there is no such plug-in, which is complained of where it is named
 

@@ -57,6 +57,8 @@ def _looked(cls: PluginClass[Task], task: Task) -> str:
         need(False, cls, "return metrics that JSON can hold: finite numbers, words, None, lists "
                          f"and mappings of them, not {metrics!r} ({error})")
     need(isinstance(metrics, Mapping) and metrics, cls, "return some metrics by their names")
+    need(set(task.leads) <= set(metrics), cls,
+         f"lead with some of its metrics, {', '.join(metrics)}, not with {', '.join(task.leads)}")
     if not isinstance(task, Measures):
         return text
     measured = dict(task.measure())

@@ -33,8 +33,8 @@ METHODS = HEAD.replace("def start(self, context, hosts): self.context = context"
             return next(iter(view.frontiers(limit=1)), None)
         {body}
 """
-TASK = HEAD.replace("context, hosts", "context") + """
-        def metrics(self): return {{'share': 1}}
+TASK = HEAD.replace("context, hosts", "context").replace("reasons", "leads") + """
+        def metrics(self): return {{'said': 1}}
         {body}
 """
 LOCALIZATION = HEAD.replace("context, hosts", "context") + """

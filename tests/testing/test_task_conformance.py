@@ -42,11 +42,21 @@ class Mute(Exploration):
         return {}
 
 
+class Boastful(Exploration):
+    leads = ("glory",)
+
+
+class Leaderless(Exploration):
+    leads = ()
+
+
 class Unmeasured(Patrolling):
     quantities = ("idleness_s",)
 
 
 class Chancy(Exploration):
+    leads = ("luck",)
+
     def metrics(self):
         return {"luck": random.random()}
 
@@ -66,6 +76,9 @@ class Partial(Exploration):
     (Fickle, "leave its briefing as it was at the start"),
     (Vague, "return metrics that JSON can hold"),
     (Mute, "return some metrics by their names"),
+    (Boastful, "lead with some of its metrics, censored, exploration_time_s, union_time_s, "
+               "fleet_time_s, not with glory"),
+    (Leaderless, "declare leads = ('...',), a tuple of names, not ()"),
     (Unmeasured, "measure the quantities that it declares"),
     (Chancy, "draw from context.stream(name) only"),
     (Floating, "no ints"),

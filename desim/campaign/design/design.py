@@ -7,11 +7,13 @@ carry the place in the file, as those of scenarios do: ``design.yaml:7:12: param
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from desim import plugins
 from desim.errors import InputError
 from desim.ports import Params
 from desim.scenario import merge
@@ -101,9 +103,9 @@ class Limits(Params):
 class Presentation(Params):
     """The metrics and parameters that the report shows first; its tables have everything."""
 
-    metrics: tuple[str, ...] = Field(("exploration_time_s",), min_length=1,
-                                     description="in this order; *_delivered draws all of the "
-                                                 "design's own that match in one figure")
+    metrics: tuple[str, ...] = Field((), min_length=1, validate_default=False, description=(
+        "in this order; *_delivered draws all of the design's own that match in one figure "
+        "(default: those that lead the task, of exploration exploration_time_s)"))
     against: str | None = Field(None, description=(
         "the parameter along the axis (null: the first with numbers)"))
     by: str | None = Field(None, description="the parameter that tells the lines apart (null: the "
@@ -139,6 +141,15 @@ class Design(Params):
         "your own, beside those of summary.json: an expression over these, or "
         "'package.module:function' of a desim.Run"))
     report: Presentation = Field(default_factory=Presentation)
+
+
+def led_by(design: Design, tasks: Iterable[str]) -> Design:
+    """The design whose report shows what leads ``tasks``, unless it names metrics itself."""
+    if design.report.metrics:
+        return design
+    leads = dict.fromkeys(name for task in tasks for name in plugins.leads(task))
+    return design.model_copy(update={"report": design.report.model_copy(
+        update={"metrics": tuple(leads)})})
 
 
 @dataclass(frozen=True)

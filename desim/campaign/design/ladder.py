@@ -19,10 +19,9 @@ COMPARED = "coordination.strategy=nearest_frontier,random_frontier"
 
 
 def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5,
-                  metric: str = "exploration_time_s", overrides: Sequence[str] = (),
-                  ) -> LoadedDesign:
+                  metric: str | None = None, overrides: Sequence[str] = ()) -> LoadedDesign:
     """A design of all rungs and the values of ``A.B.C=V1,V2,...``, with ``overrides`` (``A.B.C=V``)
-    in every run. Raises ``InputError``."""
+    in every run, ranked by ``metric`` (None: by what leads the task). Raises ``InputError``."""
     place = SourcePlace(f"--compare {compare}")
     key, equals, text = compare.partition("=")
     key, words = key.strip(), [word.strip() for word in text.split(",")]
@@ -41,7 +40,8 @@ def ladder_design(scenario: str, compare: str = COMPARED, seeds: int = 5,
         "parameters": {RUNG: {"key": FIDELITY, "values": list(RUNGS)},
                        name: {"key": key, "values": values}},
         "iterations": seeds,
-        "report": {"metrics": [metric], "against": RUNG, "by": name}}
+        "report": {"against": RUNG, "by": name} | ({} if metric is None else {
+            "metrics": [metric]})}
     places = Places(SourcePlace("desim ladder"))
     for path in (("parameters", name), ("parameters", name, "values")):
         places.put(path, place, place)

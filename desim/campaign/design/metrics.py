@@ -114,15 +114,16 @@ class Metrics:
         return lambda row: row["functions"].get(path)
 
     def _refuse_unknown(self, plan: Plan) -> None:
-        design = plan.design
+        design, leads = plan.design, {lead for task in plan.tasks for lead in plugins.leads(task)}
         asked: list[tuple[tuple[str | int, ...], str]] = [
             (("report", "metrics", i), name) for i, name in enumerate(design.report.metrics)]
         if isinstance(design.iterations, Until):
             asked.append((("iterations", "metric"), design.iterations.metric))
         for path, name in asked:
-            # What the report shows may be a pattern, "*_delivered", for metrics in one figure.
-            known = fnmatch.filter(self._numbers, name) if path[0] == "report" \
-                else name in self._numbers
+            # What the report shows may be a pattern, "*_delivered", for metrics in one figure, and
+            # what leads a task, though the run was of another one.
+            known = (fnmatch.filter(self._numbers, name) or name in leads
+                     if path[0] == "report" else name in self._numbers)
             if not known and not _COUNTED.fullmatch(name):
                 raise plan.loaded.wrong(path, f"no run has a number {name!r}"
                                         f"{did_you_mean(name, self._numbers)}; allowed: "

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
-from desim.campaign.design.design import MOST_RUNS, LoadedDesign, Until
+from desim.campaign.design.design import MOST_RUNS, LoadedDesign, Until, led_by
 from desim.campaign.design.file_paths import leaves
 from desim.campaign.design.parameters import Level, Setting, parameters_of
 from desim.campaign.design.quantities import quantity
@@ -50,7 +50,8 @@ class Vector(NamedTuple):
 
 class Plan:
     """The vectors of a design, and the scenario, seed and id of each run. A vector has
-    ``least_iterations`` to ``most_iterations``.
+    ``least_iterations`` to ``most_iterations``. ``tasks`` are those of all vectors; what leads them
+    is what the ``design``'s report shows, unless it names metrics itself.
 
     ``checked`` is called with the number of vectors that are checked, and of all. Raises
     ``InputError`` for the first vector whose scenario is wrong.
@@ -73,17 +74,22 @@ class Plan:
             raise loaded.wrong(("iterations",), f"{len(chosen):,} vectors of "
                                f"{self.most_iterations:,} iterations; at most {MOST_RUNS:,} runs")
         self.vectors: list[Vector] = []
+        tasks: dict[str, None] = {}
         self._variants = Variants(loaded.base)
         hashed = cache(source)
         for number, levels in enumerate(chosen):
             changes = _changes(loaded, levels)
             scenario = self._variants.of(changes).scenario
+            tasks[scenario.task.model] = None
             self.vectors.append(Vector(
                 number, levels, changes, Identity(scenario, hashed).run_id,
                 fleet_size(scenario.fleet),
                 scenario.stop.elapsed_ns / NS_PER_S))
             if checked is not None:
                 checked(number + 1, len(chosen))
+        self.tasks = tuple(tasks)
+        self.design = led_by(loaded.design, self.tasks)
+        self.loaded = replace(loaded, design=self.design)
 
     def seed(self, vector: Vector, iteration: int) -> int:
         """The seed of a run."""

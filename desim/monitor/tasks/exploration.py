@@ -16,6 +16,8 @@ class Exploration:
     class Params(ports.Params):
         """None."""
 
+    leads = ("exploration_time_s",)
+
     def __init__(self, params: Params) -> None:
         self.params = params
 

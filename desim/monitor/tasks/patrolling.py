@@ -40,6 +40,7 @@ class Patrolling:
             "done when each place was visited so often (null: when stop says so)"))
 
     gives = Patrol
+    leads = ("idleness_mean_s", "idleness_worst_s")
     quantities = ("idleness_s", "idleness_worst_s", "visits")
 
     def __init__(self, params: Params) -> None:

@@ -14,7 +14,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from desim.campaign.design.columns import FIXED
-from desim.campaign.design.design import Design, LatinHypercube, Saltelli, Sobol
+from desim.campaign.design.design import Design, LatinHypercube, Saltelli, Sobol, led_by
 from desim.campaign.design.quantities import SUFFIXES
 from desim.campaign.folder.table import RAISED
 from desim.errors import InputError, did_you_mean, printable
@@ -77,7 +77,7 @@ class Study:
     """The runs of the campaign in ``folder``. Raises ``InputError`` where there are none."""
 
     def __init__(self, folder: Path, design: Design) -> None:
-        self.folder, self.design = folder, design
+        self.folder = folder
         file = folder / "runs.parquet"
         if not file.is_file():
             raise InputError(f"{folder}: not a campaign's folder: there is no runs.parquet (desim "
@@ -89,6 +89,7 @@ class Study:
         missing = [name for name in FIXED if name not in self._table.column_names]
         if missing:
             raise InputError(f"{file}: not the table of a campaign: it has no {missing[0]}")
+        self.design = led_by(design, self._tasks())
         found = {name: self._axis(name) for name in design.parameters}
         self.axes = {name: axis for name, (axis, _) in found.items()}
         taken = {*FIXED, *design.parameters,
@@ -210,6 +211,12 @@ class Study:
         unless some are named."""
         return ", ".join(f"{axis.name} = {axis.label(vector)}"
                          for axis in axes or self.axes.values())
+
+    def _tasks(self) -> list[str]:
+        """The tasks of the runs that have finished."""
+        if "task" not in self._table.column_names:
+            return ["exploration"]  # the table is older than other tasks
+        return [task for task in dict.fromkeys(self._table["task"].to_pylist()) if task]
 
     def _is_number(self, name: str) -> bool:
         kind = self._table[name].type
