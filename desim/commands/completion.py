@@ -49,6 +49,13 @@ def plugin_names(incomplete: str) -> list[str]:
     return [name for name in sorted(names) if name.startswith(incomplete)]
 
 
+def localization_names(incomplete: str) -> list[str]:
+    """The names of the installed kinds of localization."""
+    from desim.plugins import available
+
+    return [name for name in available("localization") if name.startswith(incomplete)]
+
+
 def case_names(incomplete: str) -> list[str]:
     """The names of network cases."""
     from desim.plugins import available

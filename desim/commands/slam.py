@@ -3,32 +3,37 @@
 from __future__ import annotations
 
 import time
-from enum import StrEnum
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from desim.commands import completion
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
 from desim.commands.output import say, say_json
 from desim.commands.targets import writing_to
+from desim.errors import InputError, ModelError
 from desim.files import writing
+
+if TYPE_CHECKING:
+    from desim.imports.slam_logs.carmen import CarmenLog
+    from desim.imports.slam_logs.slam_trial import SlamTrial
+    from desim.robot.slam.settings import SlamSettings
 
 _WARM_UP = 30  # scans: all kernels are compiled by then
 
 
-class SlamKind(StrEnum):
-    """The kinds of SLAM."""
-
-    GMAPPING = "gmapping"
-    SCAN_MATCHING = "scan_matching"
-
-
 def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, help=(
              "a log of CARMEN (FLASER, ROBOTLASER1 or RAWLASER1 lines), plain or .gz"))],
-         localization: Annotated[SlamKind, typer.Option(help="kind of SLAM")] = SlamKind.GMAPPING,
+         localization: Annotated[str, typer.Option(
+             metavar="NAME", autocompletion=completion.localization_names,
+             help="gmapping, scan_matching, or a plug-in: odometry, 'package.module:Class'")
+         ] = "gmapping",
+         settings: Annotated[list[str], typer.Option(
+             "--set", metavar="KEY=VALUE", show_default=False,
+             help="a parameter of the plug-in")] = [],  # noqa: B006
          relations: Annotated[Path | None, typer.Option(
              metavar="FILE", show_default=False, help="true relative poses to compare with, lines "
                                                       "of t1 t2 x y z roll pitch yaw")] = None,
@@ -45,13 +50,11 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         from desim.commands.views.bars import counting
         from desim.commands.views.slam import outcome, text, title
         from desim.commands.views.terminal import Terminal
-        from desim.engine.streams import Streams
         from desim.imports.slam_logs.carmen import read_carmen
         from desim.imports.slam_logs.relations import errors_of, read_relations
-        from desim.imports.slam_logs.slam_trial import play
+        from desim.plugins import bare
         from desim.report.picture_file import check_ending
         from desim.report.slam_figure import draw_slam
-        from desim.robot.slam.kinds import SLAM
         from desim.robot.slam.settings import SlamSettings
 
         default = Path("results") / "slam" / f"{log.name.split('.')[0]}.png"
@@ -60,15 +63,17 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         found = read_carmen(log)
         if true is not None:  # a wrong file is refused before the work
             errors_of(found.times_s, found.odometry, true)
-        settings = SlamSettings(particles=particles, resolution_m=resolution,
-                                scanner=found.scanner)
-        new = partial(SLAM[localization.value], settings, Streams(seed).key("slam"))
+        play = _player(localization, settings, SlamSettings(
+            particles=particles, resolution_m=resolution, scanner=found.scanner), seed)
         with compiling(as_json):  # and of the CPU time, no part is a compiler's
-            play(new(), found.first(_WARM_UP), time.process_time)
+            play(found.first(_WARM_UP), _unseen)
         with counting(Terminal(stderr=True), "scans") as done:
-            trial = play(new(), found, time.process_time, done)
+            trial = play(found, done)
+        if not trial.processed.any():
+            raise ModelError(f"{localization} drew none of {len(trial.processed)} scans; wanted: "
+                             "some, as it says draws_map = True")
         facts = outcome(found, trial, true)
-        heading = {"log": log.name, "localization": localization.value,
+        heading = {"log": log.name, "localization": bare(localization),
                    "particles": trial.particles, "seed": seed, "resolution_m": resolution}
         with writing_to(to, default) as target:
             if to is None:
@@ -79,3 +84,34 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
             say_json({**heading, **facts, "picture": str(target)})
         else:
             say(f"{title(heading)}\n{text(facts)}\n{target}")
+
+
+def _player(name: str, given: list[str], settings: SlamSettings, seed: int
+            ) -> Callable[[CarmenLog, Callable[[int, int], object]], SlamTrial]:
+    """The player of a log. Our SLAM needs no contract of a plug-in, and places the scans between
+    those that it processed. Raises ``InputError``."""
+    from desim.engine.streams import Streams
+    from desim.imports.slam_logs import localization_trial, slam_trial
+    from desim.robot.slam.kinds import SLAM
+    from desim.scenario import yaml12
+
+    streams = Streams(seed)
+    if name in SLAM:
+        if given:
+            raise InputError(f"--set {given[0]}: is for plug-ins; {name} has --particles and "
+                             "--resolution")
+        return lambda log, done: slam_trial.play(SLAM[name](settings, streams.key("slam")), log,
+                                                 time.process_time, done)
+    values = {}
+    for text in given:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise InputError(f"--set {text}: must look like key=value")
+        values[key.strip()] = yaml12.parse_value(value, f"--set {text}")
+    new = localization_trial.localization_for_logs(name, values)
+    return lambda log, done: localization_trial.play_localization(
+        new(), log, settings, Streams(seed), time.process_time, done)
+
+
+def _unseen(part: int, whole: int) -> None:
+    """Nobody watches the warm-up."""

@@ -1,6 +1,7 @@
 """``desim slam``: what it prints, what it draws, what it refuses."""
 
 import json
+import textwrap
 
 import numpy as np
 import pytest
@@ -59,7 +60,15 @@ def test_the_text_has_them_too(folder):
 
 
 @pytest.mark.parametrize("words, message", [
-    (["--localization", "gps"], "'gps' is not one of 'gmapping', 'scan_matching'"),
+    (["--localization", "gps"], "--localization: unknown localization 'gps'; known: gmapping, "
+                                "ground_truth, odometry, scan_matching, or a dotted path"),
+    (["--localization", "ground_truth"],
+     "--localization: 'ground_truth' reads the true pose, which is in the simulator alone, and in "
+     "no log; allowed: gmapping, odometry, scan_matching, or a plug-in 'package.module:Class'\n"),
+    (["--set", "particles=5"], "--set particles=5: is for plug-ins; gmapping has --particles and "
+                               "--resolution\n"),
+    (["--localization", "odometry", "--set", "drift"], "--set drift: must look like key=value\n"),
+    (["--localization", "odometry", "--set", "drift=1"], "--set drift: unknown key"),
     (["--to", "map.txt"], "--to: map.txt does not end like a picture; allowed: .png, .pdf, .svg"),
     (["--particles", "0"], "Invalid value for '--particles'")])
 def test_a_wrong_option_is_refused(folder, words, message):
@@ -73,3 +82,90 @@ def test_a_wrong_file_is_refused(folder, tmp_path):
     done = run(folder, "--relations", str(wrong))
     assert (done.exit_code, done.stderr) == (
         2, f"{wrong}:1: has 3 values; wanted: t1 t2 x y z roll pitch yaw\n")
+
+
+PLUGIN = """
+    from pydantic import Field
+
+    from desim import ports
+    from desim.ports import Pose2D
+    from desim.robot.localizations.ground_truth import GroundTruth
+
+
+    class Scaled:
+        class Params(ports.Params):
+            scale: float = Field(1.0, gt=0, description="of the odometer's ways")
+
+        def __init__(self, params):
+            self.scale = params.scale
+
+        def start(self, context):
+            pass
+
+        def on_odometry(self, context, odometry, sighting):
+            return Pose2D(odometry.x_m * self.scale, odometry.y_m * self.scale, odometry.yaw_rad)
+
+
+    class Broken(Scaled):
+        def on_odometry(self, context, odometry, sighting):
+            return odometry if context.now_ns < 2_100_000_000 else 1 / 0
+
+
+    class Timid(Scaled):
+        draws_map = True
+
+
+    class Cheat(GroundTruth):
+        pass
+"""
+
+
+@pytest.fixture
+def plugin(folder, tmp_path, monkeypatch):
+    """The outcome of ``desim slam`` with a class of a module in the current directory."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "of_logs.py").write_text(textwrap.dedent(PLUGIN))
+    return lambda name, *words: run(folder, "--localization", f"of_logs:{name}", *words)
+
+
+def errors(done):
+    assert done.exit_code == 0, done.output
+    facts = json.loads(done.stdout)
+    return facts, *(facts[key]["translation_m"]["mean"] if key else facts["translation_m"]["mean"]
+                    for key in ("", "online", "odometry"))
+
+
+def test_dead_reckoning_errs_as_the_odometry_does(folder):
+    facts, final, online, odometry = errors(run(
+        folder, "--relations", str(folder / "made.relations"), "--json", "--localization",
+        "odometry"))
+    assert final == online == odometry > 0.03
+    assert (facts["particles"], facts["resampled"]) == (None, None)
+    assert 15 < facts["processed"] < 30
+
+
+def test_a_plug_in_with_a_parameter_runs_on_a_log(folder, plugin):
+    words = "--relations", str(folder / "made.relations"), "--json"
+    facts, final, _, odometry = errors(plugin("Scaled", *words, "--set", "scale=0.970874"))
+    assert facts["localization"] == "of_logs:Scaled" and final < 0.8 * odometry  # made 3 % too long
+    _, final, _, odometry = errors(plugin("Scaled", *words))
+    assert final == odometry
+
+
+def test_the_text_of_a_plug_in_has_no_particles(plugin):
+    lines = plugin("Scaled").stdout.splitlines()
+    assert lines[0] == "made.log: of_logs:Scaled, cells of 0.05 m, seed 1"
+    assert lines[1].endswith("scans processed (181 beams)") and "particle" not in lines[2]
+
+
+@pytest.mark.parametrize("name, words, code, says", [
+    ("Broken", (), 1, "localization of_logs:Broken raised ZeroDivisionError: division by zero at "
+                      "of_logs.py:25 (2.2 s)\n"),
+    ("Timid", (), 1, "of_logs:Timid drew none of 207 scans; wanted: some, as it says draws_map = "
+                     "True\n"),
+    ("Cheat", (), 2, "--localization: 'of_logs:Cheat' reads the true pose, which is in the "),
+    ("Scaled", ("--set", "scale=-1"), 2, "--set scale: must be above 0, got -1"),
+])
+def test_a_plug_in_that_goes_wrong_is_named(plugin, name, words, code, says):
+    done = plugin(name, *words)
+    assert (done.exit_code, done.stderr.startswith(says)) == (code, True), done.stderr

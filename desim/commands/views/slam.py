@@ -26,16 +26,22 @@ def outcome(log: CarmenLog, trial: SlamTrial, relations: Relations | None) -> di
 
 def title(heading: Mapping[str, object]) -> str:
     """A line about what was done."""
-    words = (f"{heading['log']}: {heading['localization']}, {heading['particles']} "
-             f"particle{'s' if heading['particles'] != 1 else ''}, cells of "
-             f"{heading['resolution_m']:g} m")
-    return words if heading["particles"] == 1 else f"{words}, seed {heading['seed']}"
+    particles = heading["particles"]
+    words = [f"{heading['log']}: {heading['localization']}"]
+    if particles is not None:
+        words.append(f"{particles} particle{'s' if particles != 1 else ''}")
+    words.append(f"cells of {heading['resolution_m']:g} m")
+    if particles != 1:
+        words.append(f"seed {heading['seed']}")
+    return ", ".join(words)
 
 
 def text(facts: Mapping[str, object]) -> str:
     """The facts in lines."""
-    lines = [f"{facts['processed']} of {facts['scans']} scans processed ({facts['beams']} beams), "
-             f"particles drawn anew {facts['resampled']} times",
+    drawn = ("" if facts["resampled"] is None
+             else f", particles drawn anew {facts['resampled']} times")
+    lines = [f"{facts['processed']} of {facts['scans']} scans processed ({facts['beams']} beams)"
+             f"{drawn}",
              f"CPU time: {facts['cpu_ms_per_scan']:.2f} ms a processed scan"]
     if "relations" in facts:
         rows = [("final path", facts), ("online pose", facts["online"]),

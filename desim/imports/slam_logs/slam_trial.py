@@ -11,6 +11,9 @@ from desim.imports.slam_logs.carmen import CarmenLog
 from desim.robot.slam.particle_filter import GridMap, ParticleSlam
 from desim.robot.transforms import compose, motion_between, wrapped
 
+# The pose [3] of a scan (ranges [beams]) from the expected one and the motion since a node.
+Locate = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
 _METRES_PER_RAD = 0.5  # a turn counts like that way, where a correction is spread over motion
 
 
@@ -19,15 +22,16 @@ class SlamTrial(NamedTuple):
 
     ``online`` [scans, 3]: the pose at each scan as it was known then | ``path`` [scans, 3]: that of
     the best particle in the end | ``processed`` [scans] bool | ``resampled``: how often particles
-    were drawn anew | ``cpu_s`` [processed]: of each update that processed a scan.
+    were drawn anew | ``cpu_s`` [processed]: of each update that processed a scan. ``resampled`` and
+    ``particles`` are None of a plug-in, of which nothing is known.
     """
 
     online: np.ndarray
     path: np.ndarray
     processed: np.ndarray
-    resampled: int
+    resampled: int | None
     cpu_s: np.ndarray
-    particles: int
+    particles: int | None
     map: GridMap
 
 
@@ -46,20 +50,22 @@ def play(slam: ParticleSlam, log: CarmenLog, clock: Callable[[], float],
         done(k + 1, 2 * scans)
     resampled = sum(bool((step.ancestors != np.arange(len(step.ancestors))).any())
                     for step in slam.history)
-    path = _whole_path(slam, log, processed, lambda k: done(scans + k, 2 * scans))
+    path = whole_path(slam.path(), log, processed, slam.locate,
+                      lambda k: done(scans + k, 2 * scans))
     return SlamTrial(online, path, processed, resampled, np.array(cpu_s), len(slam.poses),
                      slam.map())
 
 
-def _whole_path(slam: ParticleSlam, log: CarmenLog, processed: np.ndarray,
-                done: Callable[[int], object]) -> np.ndarray:
-    """The final best particle's path at all scans: its own poses at those processed. The others are
-    aligned with its final map, from the odometry between the two beside them."""
-    nodes, at = slam.path(), np.flatnonzero(processed)
+def whole_path(nodes: np.ndarray, log: CarmenLog, processed: np.ndarray, locate: Locate,
+               done: Callable[[int], object] = lambda scan: None) -> np.ndarray:
+    """The path at all scans: ``nodes`` [processed, 3] at those processed. ``locate`` places the
+    others from where the odometry between the two beside them puts them."""
+    at = np.flatnonzero(processed)
     steps = motion_between(log.odometry[:-1], log.odometry[1:])
     way = np.r_[0.0, np.cumsum(np.hypot(steps[:, 0], steps[:, 1])
                                + _METRES_PER_RAD * np.abs(wrapped(steps[:, 2])))]
     path = np.zeros((len(processed), 3))
+    path[:at[0]] = compose(nodes[0], motion_between(log.odometry[at[0]], log.odometry[:at[0]]))
     for node, first in enumerate(at):
         last = at[node + 1] if node + 1 < len(at) else len(processed)
         path[first] = nodes[node]
@@ -71,6 +77,6 @@ def _whole_path(slam: ParticleSlam, log: CarmenLog, processed: np.ndarray,
                 missing = motion_between(compose(nodes[node], all_of), nodes[node + 1])
                 part = (way[k] - way[first]) / max(way[last] - way[first], 1e-9)
                 expected = compose(expected, missing * part)
-            path[k] = slam.locate(expected, motion, log.ranges[k])
+            path[k] = locate(expected, motion, log.ranges[k])
             done(k)
     return path

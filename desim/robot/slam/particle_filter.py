@@ -126,6 +126,12 @@ class ParticleSlam:
         self._metres = self._radians = 0.0
         self._readings = 0
 
+    def draw(self, pose: np.ndarray, ranges: np.ndarray) -> None:
+        """Enter a scan (ranges [beams] in m) in the maps from a pose [3] that is known already."""
+        points, fewer, count, kept = self._points(ranges)
+        self.poses[:] = pose
+        self.maps.add(self.poses, self._settings.scanner.mount[:2], points[:count], fewer[:kept])
+
     def _move(self, odometry: np.ndarray, fewer: np.ndarray, kept: int) -> None:
         """Move the particles to where the scan fits, weigh them and draw them anew."""
         motion = motion_between(self.history[-1].odometry, odometry)
