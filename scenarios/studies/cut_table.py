@@ -33,7 +33,8 @@ def share(cut: dict[int, float], whole: dict[int, float]) -> str:
 
 def main(campaign: Path) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
-    print("| strategy | uncut, s |", " | ".join(f"cut {cut}, s | share | late" for cut in CUTS), "|")
+    heads = " | ".join(f"cut {cut}, s | share | late" for cut in CUTS)
+    print("| strategy | uncut, s |", heads, "|")
     print("|---" * (2 + 3 * len(CUTS)) + "|")
     for name in dict.fromkeys(run["strategy"] for run in runs):
         mine = [run for run in runs if run["strategy"] == name]

@@ -89,7 +89,7 @@ PLUGIN = """
 
     from desim import ports
     from desim.ports import Pose2D
-    from desim.robot.localizations.ground_truth import GroundTruth
+    from desim.robot.localization.kinds.ground_truth import GroundTruth
 
 
     class Scaled:

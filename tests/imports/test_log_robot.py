@@ -10,8 +10,8 @@ from desim.imports.slam_logs.localization_trial import play_localization
 from desim.imports.slam_logs.log_robot import LogRobot
 from desim.imports.slam_logs.slam_trial import play
 from desim.ports import Pose2D
-from desim.robot.localizations.odometry import DeadReckoning
-from desim.robot.localizations.scan_matching import ScanMatching
+from desim.robot.localization.kinds.odometry import DeadReckoning
+from desim.robot.localization.kinds.scan_matching import ScanMatching
 from desim.robot.slam.kinds import scan_matching
 from desim.robot.slam.settings import SlamSettings
 

@@ -14,7 +14,7 @@ from desim.imports.slam_logs.carmen import CarmenLog
 from desim.imports.slam_logs.log_robot import LogRobot
 from desim.imports.slam_logs.slam_trial import SlamTrial, whole_path
 from desim.ports.localization import Localization
-from desim.robot.localizations.ground_truth import GroundTruth
+from desim.robot.localization.kinds.ground_truth import GroundTruth
 from desim.robot.slam.particle_filter import GridMap, ParticleSlam
 from desim.robot.slam.settings import SlamSettings
 from desim.scenario.complaints import validated

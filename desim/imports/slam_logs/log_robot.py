@@ -18,9 +18,9 @@ from desim.ports.localization import (
     LocalizationContext,
     MapSettings,
     OdometryErrors,
-    Sighting,
+    ScanWithOdometry,
 )
-from desim.robot.localization import checked_path, draws_map, is_pose
+from desim.robot.localization.checks import checked_path, draws_map, is_pose
 from desim.robot.slam.settings import SlamSettings
 from desim.units import NS_PER_S
 
@@ -28,7 +28,7 @@ Callback = Callable[[LocalizationContext], object]
 
 
 class LogScan(NamedTuple):
-    """A scan with the odometry of its instant; see ``Sighting``."""
+    """A scan with the odometry of its instant; see ``ScanWithOdometry``."""
 
     odometry: Pose2D
     ranges: np.ndarray
@@ -59,7 +59,7 @@ class LogRobot:
         self.draws_map = draws_map(localization)
         self._localization, self._streams = localization, streams
         self._scans, self._began_s = 0, 0.0
-        self._sighting: LogScan | None = None  # that may be drawn now
+        self._scan: LogScan | None = None  # that may be drawn now
         self._timers: list[tuple[int, int, Callback]] = []  # period, next, callback
         localization.start(self)
 
@@ -73,14 +73,14 @@ class LogRobot:
         place = Pose2D(*odometry.tolist())
         ranges = ranges.view()
         ranges.flags.writeable = False
-        self._sighting = sighting = LogScan(place, ranges)
-        pose = self._localization.on_odometry(self, place, sighting)
+        self._scan = scan = LogScan(place, ranges)
+        pose = self._localization.on_odometry(self, place, scan)
         if not is_pose(pose):
             raise ModelError(f"{class_of(self._localization)} returned {pose!r} in on_odometry; "
                              "wanted: a Pose2D of three finite numbers")
         if not self.draws_map and self._is_due(pose):
             self._enter(pose)
-        self._sighting = None
+        self._scan = None
         self._scans += 1
         return pose
 
@@ -112,17 +112,17 @@ class LogRobot:
     def key(self, *name: str | int) -> int:
         return self._streams.key("slam", *name)
 
-    def draw(self, sighting: Sighting, pose: Pose2D) -> None:
+    def draw(self, scan: ScanWithOdometry, pose: Pose2D) -> None:
         if not self.draws_map:
             raise ModelError(f"{class_of(self._localization)} draws a scan; wanted: "
                              "draws_map = True in its class")
-        if sighting is not self._sighting or sighting is None:
+        if scan is not self._scan or scan is None:
             raise ModelError(f"{class_of(self._localization)} draws something else than the scan "
                              "that has just come, or that twice; wanted: that scan, once")
         if not is_pose(pose):
             raise ModelError(f"{class_of(self._localization)} draws a scan from {pose!r}; wanted: "
                              "a Pose2D of three finite numbers")
-        self._sighting = None
+        self._scan = None
         self._enter(pose)
 
     def redraw(self, poses: np.ndarray) -> None:
