@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.imports.slam_logs.carmen import CarmenLog
-from desim.robot.slam.settings import ScannerGeometry
+from desim.ports.localization import LaserGeometry
 from desim.robot.transforms import compose, motion_between
 
 
@@ -18,9 +18,9 @@ class Laser(NamedTuple):
     noise_m: float = 0.01
 
     @property
-    def geometry(self) -> ScannerGeometry:
+    def geometry(self) -> LaserGeometry:
         field = np.radians(self.field_deg)
-        return ScannerGeometry(-0.5 * field, field / (self.beams - 1), longest_m=self.longest_m)
+        return LaserGeometry(-0.5 * field, field / (self.beams - 1), longest_m=self.longest_m)
 
 
 SICK = Laser()

@@ -64,7 +64,7 @@ def short_log():
 
 def test_each_kernel_has_its_share_of_a_scan_s_time(short_log):
     log = short_log.log
-    chosen = SlamSettings(resolution_m=0.2, scanner=log.scanner)
+    chosen = SlamSettings(resolution_m=0.2, laser=log.laser)
     found = robots.parts(lambda: gmapping(chosen, 1), log)
     shares = dict(part.rsplit(" ", 1) for part in found.split(", "))
     assert {"propose", "search", "register_all", "Python"} <= shares.keys()
@@ -82,8 +82,8 @@ def test_every_second_beam_is_where_it_was(short_log):
     log = short_log.log
     half = robots.every_second_beam(log)
     assert half.ranges.shape[1] == log.ranges.shape[1] // 2
-    angle = log.scanner.angle_min_rad + 2 * 7 * log.scanner.increment_rad
-    assert half.scanner.angle_min_rad + 7 * half.scanner.increment_rad == pytest.approx(angle)
+    angle = log.laser.angle_min_rad + 2 * 7 * log.laser.increment_rad
+    assert half.laser.angle_min_rad + 7 * half.laser.increment_rad == pytest.approx(angle)
     assert (half.ranges[:, 7] == log.ranges[:, 14]).all()
 
 

@@ -64,7 +64,7 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         if true is not None:  # a wrong file is refused before the work
             errors_of(found.times_s, found.odometry, true)
         play = _player(localization, settings, SlamSettings(
-            particles=particles, resolution_m=resolution, scanner=found.scanner), seed)
+            particles=particles, resolution_m=resolution, laser=found.laser), seed)
         with compiling(as_json):  # and of the CPU time, no part is a compiler's
             play(found.first(_WARM_UP), _unseen)
         with counting(Terminal(stderr=True), "scans") as done:

@@ -54,7 +54,7 @@ def _scan(parts: Simulation, robot_map: RobotMap, streams: Streams, number: int)
     poses = snapshot.poses.copy()
     poses[0] = x_m, y_m, yaw_rad
     ranges = parts.world.scan(snapshot._replace(poses=poses), np.array([0]), number)[0]
-    angle_rad = robot.scanner.field_of_view_rad
+    angle_rad = robot.first_laser.field_of_view_rad
     robot_map.integrate_scan(x_m, y_m, yaw_rad, LaserScan(
-        0, ranges, -0.5 * angle_rad, angle_rad / (robot.scanner.beams - 1),
-        robot.scanner.max_range_m), robot.mapping.usable_range_m)
+        0, ranges, -0.5 * angle_rad, angle_rad / (robot.first_laser.beams - 1),
+        robot.first_laser.max_range_m), robot.mapping.usable_range_m)

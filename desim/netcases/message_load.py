@@ -74,7 +74,7 @@ def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str
     monitor_hz = Fraction(NS_PER_S, scenario.testbed.monitor_period_ns)
     known = {
         **{topic: Pace(laser.rate_hz, laser_scan_bytes(laser.beams), turn=1)
-           for topic, laser in robot.scanners.items()},
+           for topic, laser in robot.lasers_by_topic.items()},
         **({} if robot.sonar is None else {"sonar": Pace(
             robot.sonar.rate_hz, point_cloud_bytes(len(robot.sonar.transducers)), turn=3)}),
         "odom": pose,

@@ -25,7 +25,7 @@ class LaserGeometry(NamedTuple):
     angle_min_rad: float
     increment_rad: float
     longest_m: float
-    shortest_m: float = 0.0
+    shortest_m: float = 0.05  # a nearer return is of the robot itself (our estimate)
     mount: Pose2D = Pose2D(0.0, 0.0, 0.0)
 
 

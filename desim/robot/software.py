@@ -55,7 +55,7 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     if scenario.robot.tf != "none":
         nodes.append(transform_broadcaster.TransformBroadcaster(
             host, "tf", transform_broadcaster.of_software(
-                host.name, scenario.robot.tf, len(robot.scanners)),
+                host.name, scenario.robot.tf, len(robot.lasers_by_topic)),
             transform_broadcaster.topic_of(host.name, scenario.robot.tf)))
     if monitored:
         nodes.append(monitor_feed.MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
@@ -93,7 +93,7 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
     if isinstance(node, LocalizationNode) and node.draws_map:
         return [node]
     return [node, *(mapping.Mapping(host, robot.mapping, robot_map, topic)
-                    for topic in robot.scanners)]
+                    for topic in robot.lasers_by_topic)]
 
 
 def _strategy(choice: StrategyChoice) -> Strategy:
@@ -113,4 +113,4 @@ def _queries(robot: Equipment, robot_map: RobotMap, radius_m: float) -> MapQueri
     costmap = global_costmap.GlobalCostmap(robot_map, radius_m, robot.navigation.inflation_radius_m,
                                            robot.navigation.inflation_scaling)
     return MapQueries(costmap, robot.exploration, robot.navigation.goal_tolerance_m,
-                      min(robot.mapping.usable_range_m, robot.scanner.max_range_m))
+                      min(robot.mapping.usable_range_m, robot.first_laser.max_range_m))

@@ -89,7 +89,7 @@ def _equipment(robot: E) -> E:
         return _changed(robot, laser=None, lasers={name: laser_of(laser) for name, laser
                                                    in robot.lasers.items()})
     if "laser" in robot.model_fields_set:
-        return _changed(robot, laser=robot.scanner, lasers={})
+        return _changed(robot, laser=robot.first_laser, lasers={})
     return robot
 
 

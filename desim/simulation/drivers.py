@@ -47,7 +47,8 @@ class Readings(NamedTuple):
 
 def kinds_of_lasers(equipment: Iterable[Equipment]) -> tuple[Laser, ...]:
     """The different lasers of a fleet, whose numbers ``sense_scan`` takes."""
-    return tuple(dict.fromkeys(laser for own in equipment for laser in own.scanners.values()))
+    return tuple(dict.fromkeys(laser for own in equipment
+                               for laser in own.lasers_by_topic.values()))
 
 
 def kinds_of_sonars(equipment: Iterable[Equipment]) -> tuple[Sonar, ...]:
@@ -68,7 +69,7 @@ class Driver(Node):
         self._scans: list[tuple[Laser, Readings]] = []
         self._sonars: list[tuple[Sonar, Readings]] = []
         self._poses: list[Readings] = []
-        self._lowest_m = [min(laser.height_m for laser in own.scanners.values())
+        self._lowest_m = [min(laser.height_m for laser in own.lasers_by_topic.values())
                           for own in equipment]
         self._alone = {i: np.array([i]) for i in self.robots}
         self._bumpers: dict[int, str] = {}  # the topic of each robot that has one
@@ -84,13 +85,13 @@ class Driver(Node):
             sonar: [] for sonar in kinds_of_sonars(self._equipment)}
         for robot in self.robots:
             prefix, own = f"/{self._world.robots[robot]}", self._equipment[robot]
-            for number, (topic, laser) in enumerate(own.scanners.items()):
+            for number, (topic, laser) in enumerate(own.lasers_by_topic.items()):
                 scans[laser].append(((robot, number), self.advertise(f"{prefix}/{topic}")))
             poses[own.odometry.rate_hz].extend(
                 ((robot, number), self.advertise(f"{prefix}/{topic}"))
                 for number, topic in enumerate(("odom", "true_pose")))
             if own.sonar is not None:  # its transducers come after the lasers
-                sensor = robot, len(own.scanners)
+                sensor = robot, len(own.lasers_by_topic)
                 sonars[own.sonar].append((sensor, self.advertise(f"{prefix}/sonar")))
             if own.bumper:
                 self._bumpers[robot] = f"{prefix}/bumper"

@@ -54,7 +54,7 @@ def place_fleet(scenario: Scenario) -> list[RobotSpec]:
     fleet, names = scenario.fleet, robot_names(scenario)
     poses = _poses(fleet, names)
     drawn = fleet.start if isinstance(fleet.start, StartRandom) else None
-    return [RobotSpec(name, body, *poses[name], fleet.start.snap, drawn, own.scanners,
+    return [RobotSpec(name, body, *poses[name], fleet.start.snap, drawn, own.lasers_by_topic,
                       own.odometry, own.sonar.cones if own.sonar else ())
             for name, body, own in zip(names, types_of(fleet), equipment_of(scenario),
                                        strict=True)]

@@ -31,9 +31,9 @@ def test_lines_of_the_old_kind(tmp_path):
     assert log.times_s.tolist() == [10.25]
     assert log.odometry.tolist() == [[1.5, 2.0, 0.5]]
     assert log.ranges.tolist() == [[1.25, 81.91, 2.5]]
-    assert np.degrees(log.scanner.angle_min_rad) == pytest.approx(-90.0)
-    assert np.degrees(log.scanner.increment_rad) == pytest.approx(90.0)
-    assert log.scanner.longest_m == pytest.approx(0.98 * 40.0)
+    assert np.degrees(log.laser.angle_min_rad) == pytest.approx(-90.0)
+    assert np.degrees(log.laser.increment_rad) == pytest.approx(90.0)
+    assert log.laser.longest_m == pytest.approx(0.98 * 40.0)
 
 
 @pytest.mark.parametrize("beams, first_deg, apart_deg", [
@@ -41,17 +41,17 @@ def test_lines_of_the_old_kind(tmp_path):
     (91, -90.0, 2.0), (1, -90.0, 180.0)])
 def test_the_angles_of_beams_that_no_line_gives(tmp_path, beams, first_deg, apart_deg):
     line = f"FLASER {beams} {'1.0 ' * beams}{POSE} {POSE} 10 robot 0"
-    scanner = read_carmen(written(tmp_path, line)).scanner
-    assert np.degrees(scanner.angle_min_rad) == pytest.approx(first_deg)
-    assert np.degrees(scanner.increment_rad) == pytest.approx(apart_deg)
+    laser = read_carmen(written(tmp_path, line)).laser
+    assert np.degrees(laser.angle_min_rad) == pytest.approx(first_deg)
+    assert np.degrees(laser.increment_rad) == pytest.approx(apart_deg)
 
 
 def test_lines_of_the_new_kind(tmp_path):
     log = read_carmen(written(tmp_path, f"{ROBOTLASER}\n{FLASER}\n"))  # the kind that comes first
     assert log.times_s.tolist() == [10.25]
     assert log.odometry[0].tolist() == pytest.approx([1.7, 2.0, 0.5])  # the laser's own pose
-    assert (log.scanner.angle_min_rad, log.scanner.increment_rad) == (-0.785, 0.785)
-    assert log.scanner.longest_m == pytest.approx(0.98 * 30.0)
+    assert (log.laser.angle_min_rad, log.laser.increment_rad) == (-0.785, 0.785)
+    assert log.laser.longest_m == pytest.approx(0.98 * 30.0)
 
 
 def test_scans_without_a_pose_are_placed_between_odometry(tmp_path):
@@ -60,7 +60,7 @@ def test_scans_without_a_pose_are_placed_between_odometry(tmp_path):
     log = read_carmen(written(tmp_path, f"{RAWLASER}\n{late}\n{odometry}"))
     assert log.times_s.tolist() == [10.25] and log.ranges.tolist() == [[1.0, 2.0, 3.0]]
     assert log.odometry[0].tolist() == pytest.approx([1.5, 2.0, np.pi])  # through pi, not through 0
-    assert (log.scanner.angle_min_rad, log.scanner.increment_rad) == (-0.785, 0.785)
+    assert (log.laser.angle_min_rad, log.laser.increment_rad) == (-0.785, 0.785)
 
 
 def test_scans_with_a_pose_go_before_those_without(tmp_path):

@@ -25,8 +25,8 @@ TWO = {
 def test_a_type_is_laid_over_the_fleet_key_by_key(tmp_path):
     scenario = from_mapping(TWO).scenario
     scout, mapper = equipment_of(scenario)
-    assert (scout.scanner.max_range_m, scout.scanner.beams) == (5.0, 90)
-    assert (mapper.scanner.max_range_m, mapper.scanner.beams) == (26.0, 90)
+    assert (scout.first_laser.max_range_m, scout.first_laser.beams) == (5.0, 90)
+    assert (mapper.first_laser.max_range_m, mapper.first_laser.beams) == (26.0, 90)
     assert [choice.strategy for choice in strategies_of(scenario)] == ["minpos",
                                                                       "nearest_frontier"]
     file = Path(tmp_path, "again.yaml")

@@ -80,7 +80,8 @@ def test_a_type_with_several_lasers_in_a_fleet_with_one_and_the_other_way_round(
         (tmp_path / "again.yaml").write_text(resolved(scenario, tmp_path))
         again = load(tmp_path / "again.yaml").scenario
         assert resolved(again, tmp_path) == (tmp_path / "again.yaml").read_text()
-        return {topic: laser.beams for topic, laser in equipment_of(scenario)[0].scanners.items()}
+        lasers = equipment_of(scenario)[0].lasers_by_topic
+        return {topic: laser.beams for topic, laser in lasers.items()}
 
     one, two = {"laser": {"beams": 5}}, {"lasers": {"a": {"beams": 6}, "b": "lms500"}}
     assert carried(one, two) == {"scan": 6, "b/scan": 180}

@@ -11,7 +11,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -56,9 +55,8 @@ def made_ring() -> CarmenLog:
 
 def every_second_beam(log: CarmenLog) -> CarmenLog:
     """180 beams of 361, 1 degree apart."""
-    scanner = log.scanner
-    return log._replace(ranges=log.ranges[:, :-1:2].copy(), scanner=replace(
-        scanner, increment_rad=2.0 * scanner.increment_rad))
+    return log._replace(ranges=log.ranges[:, :-1:2].copy(),
+                        laser=log.laser._replace(increment_rad=2.0 * log.laser.increment_rad))
 
 
 def settings(reference: Path) -> list[Setting]:
@@ -78,7 +76,7 @@ def scans(reference: Path) -> list[Row]:
 
 def _row(setting: Setting, kind: str) -> Row:
     log = setting.log
-    chosen = SlamSettings(resolution_m=setting.resolution_m, scanner=log.scanner)
+    chosen = SlamSettings(resolution_m=setting.resolution_m, laser=log.laser)
     new = partial(SLAM[kind], chosen, Streams(1).key("slam"))
     play(new(), log.first(WARM_UP), time.process_time)  # compiles
     played = [play(new(), log, time.process_time).cpu_s for _ in range(TURNS)]

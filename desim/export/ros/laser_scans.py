@@ -28,7 +28,7 @@ class Scanner:
 
     def __init__(self, scenario: Scenario) -> None:
         self.lasers: tuple[dict[str, Laser], ...] = tuple(
-            own.scanners for own in equipment_of(scenario))
+            own.lasers_by_topic for own in equipment_of(scenario))
         self._world = plugins.load("world", scenario.physics.model).build(
             scenario, Streams(scenario.seed))
         self._start: Snapshot = self._world.snapshot()
@@ -70,7 +70,7 @@ def scan_topics(recording: Recording, number: int) -> list[str]:
     if is_imported(recording.run.manifest):
         return []
     own = equipment_of(recording.run.scenario)[number]
-    return [f"/{recording.robots[number]}/{topic}" for topic in own.scanners]
+    return [f"/{recording.robots[number]}/{topic}" for topic in own.lasers_by_topic]
 
 
 def _corners(start_m: tuple[float, float], end_m: tuple[float, float]

@@ -23,7 +23,7 @@ import numpy as np
 from desim.errors import InputError, printable
 from desim.files import opened
 from desim.imports.slam_logs.number_words import finite
-from desim.robot.slam.settings import ScannerGeometry
+from desim.ports.localization import LaserGeometry
 from desim.robot.transforms import compose, motion_between
 
 _READ = ("FLASER", "ROBOTLASER1", "RAWLASER1", "ODOM")
@@ -49,7 +49,7 @@ class CarmenLog(NamedTuple):
     times_s: np.ndarray
     odometry: np.ndarray
     ranges: np.ndarray
-    scanner: ScannerGeometry
+    laser: LaserGeometry
 
     def first(self, scans: int) -> CarmenLog:
         """The log of its first scans."""
@@ -222,4 +222,4 @@ def _log(scans: list[_Scan], longest_m: float) -> CarmenLog:
     if (off[:, :2] > _SAME_M).any() or (off[:, 2] > _SAME_RAD).any():
         mount = np.zeros(3)  # the laser's pose is not odometry: somebody has corrected it
     return CarmenLog(np.array([scan.time_s for scan in scans]), compose(robot, mount), ranges,
-                     ScannerGeometry(first, increment, longest_m=_NO_RETURN * longest_m))
+                     LaserGeometry(first, increment, longest_m=_NO_RETURN * longest_m))

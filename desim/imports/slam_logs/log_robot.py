@@ -13,7 +13,6 @@ from desim.errors import ModelError, class_of
 from desim.ports import Pose2D
 from desim.ports.arguments import check_callback, check_period
 from desim.ports.localization import (
-    LaserGeometry,
     Localization,
     LocalizationContext,
     MapSettings,
@@ -46,14 +45,13 @@ class LogRobot:
 
     def __init__(self, localization: Localization, settings: SlamSettings, streams: Streams
                  ) -> None:
-        scanner = settings.scanner
+        laser = settings.laser
         self.name, self.now_ns, self.bodies_m = "robot", 0, 0.0
         self.start: Pose2D | None = None
         self.odometry_errors: OdometryErrors | None = None
-        self.laser = LaserGeometry(scanner.angle_min_rad, scanner.increment_rad, scanner.longest_m,
-                                   scanner.shortest_m)
+        self.laser = laser
         self.map = MapSettings(settings.resolution_m, settings.linear_update_m,
-                               settings.angular_update_rad, scanner.longest_m)
+                               settings.angular_update_rad, laser.longest_m)
         self.drawn: list[int] = []
         self.path: list[Pose2D] = []
         self.draws_map = draws_map(localization)

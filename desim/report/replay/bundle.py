@@ -70,7 +70,7 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
         "lasers": None if is_imported(manifest) else [
             [{"beams": laser.beams, "field_of_view_rad": laser.field_of_view_rad,
               "range_m": laser.max_range_m, "mount": [laser.x_m, laser.y_m, laser.yaw_rad]}
-             for laser in own.scanners.values()] for own in equipment_of(scenario)],
+             for laser in own.lasers_by_topic.values()] for own in equipment_of(scenario)],
         "deployment": scenario.deployment, "middleware": scenario.middleware.model,
         "terrain": _add_terrain(columns, recording),
         "growth": grown, "load_s": load_s, "plan_kinds": shown[0], "marks": shown[1],

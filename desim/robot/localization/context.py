@@ -23,8 +23,6 @@ from desim.units import NS_PER_S
 if TYPE_CHECKING:
     from desim.robot.localization.node import LocalizationNode
 
-_SHORTEST_M = 0.05  # a nearer return is of the robot itself (our estimate)
-
 
 class SensorContext:
     """The ``LocalizationContext`` of a robot."""
@@ -32,10 +30,10 @@ class SensorContext:
     def __init__(self, node: LocalizationNode, robot: Equipment, start: Pose2D | None,
                  bodies_m: float) -> None:
         self._node, self.start, self.bodies_m = node, start, bodies_m
-        laser, mapping, odometry = robot.scanner, robot.mapping, robot.odometry
+        laser, mapping, odometry = robot.first_laser, robot.mapping, robot.odometry
         self.laser = LaserGeometry(-0.5 * laser.field_of_view_rad, laser.increment_rad,
-                                   laser.max_range_m, _SHORTEST_M,
-                                   Pose2D(laser.x_m, laser.y_m, laser.yaw_rad))
+                                   laser.max_range_m,
+                                   mount=Pose2D(laser.x_m, laser.y_m, laser.yaw_rad))
         self.map = MapSettings(mapping.resolution_m, mapping.linear_update_m,
                                mapping.angular_update_rad, mapping.usable_range_m)
         self.odometry_errors = OdometryErrors(odometry.model == "random_walk",

@@ -37,7 +37,7 @@ class MoveBase(Node):
     def __init__(self, host: Host, robot: Equipment, body: BodyType, costmap: GlobalCostmap
                  ) -> None:
         super().__init__(host, "move_base")
-        navigation, lasers = robot.navigation, robot.scanners
+        navigation, lasers = robot.navigation, robot.lasers_by_topic
         self._robot, self._navigation, self._body = robot, navigation, body
         self._sensor_timeout_ns = max(navigation.sensor_timeout_ns,
                                       *(int(2 * NS_PER_S / laser.rate_hz)
@@ -58,7 +58,7 @@ class MoveBase(Node):
         self.advertise("cmd_vel")
         self.advertise("goal_result")
         self.advertise("costmap", latch=True)
-        self._scans = [self.latest(topic) for topic in self._robot.scanners]
+        self._scans = [self.latest(topic) for topic in self._robot.lasers_by_topic]
         self._pose, self._map = self.latest("pose"), self.latest("map")
         self.subscribe("goal", self._on_goal)
         if self._robot.sonar is not None:

@@ -74,9 +74,9 @@ class ParticleSlam:
     def __init__(self, settings: SlamSettings, key: int, spread: float) -> None:
         self._settings, self._key, self._spread = settings, np.uint64(key), spread
         count, cell_m = settings.particles, settings.resolution_m
-        scanner = settings.scanner
-        self._beams = Beams(scanner.angle_min_rad, scanner.increment_rad, scanner.shortest_m,
-                            scanner.longest_m, *scanner.mount)
+        laser = settings.laser
+        self._beams = Beams(laser.angle_min_rad, laser.increment_rad, laser.shortest_m,
+                            laser.longest_m, *laser.mount)
         self._fit, self._rough = (
             Fit(sigma_m, _OUTLIER_SIGMAS * sigma_m, _REACH_CELLS * cell_m, _EFFECTIVE, _STEPS)
             for sigma_m in (_SIGMA_M + _SIGMA_CELLS * cell_m, _SIGMA_M + _ROUGH_CELLS * cell_m))
@@ -121,7 +121,7 @@ class ParticleSlam:
         points, fewer, count, kept = self._points(ranges)
         if self.history:
             self._move(odometry, fewer, kept)
-        self.maps.add(self.poses, settings.scanner.mount[:2], points[:count], fewer[:kept])
+        self.maps.add(self.poses, settings.laser.mount[:2], points[:count], fewer[:kept])
         self.history.append(Processed(odometry, self.poses.copy(), self._lineage))
         self._metres = self._radians = 0.0
         self._readings = 0
@@ -171,10 +171,10 @@ class ParticleSlam:
 
     def _points(self, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray, int, int]:
         """The returns of a scan; some of them, far enough apart; and the number of each."""
-        scanner, ranges = self._settings.scanner, np.ascontiguousarray(ranges, float)
-        if scanner.bodies_m:
+        widest_m, ranges = self._settings.bodies_m, np.ascontiguousarray(ranges, float)
+        if widest_m:
             beyond = np.empty(len(ranges))
-            without_bodies(ranges, self._beams, scanner.bodies_m, beyond)
+            without_bodies(ranges, self._beams, widest_m, beyond)
             ranges = beyond
         points, fewer = np.empty((len(ranges), 4)), np.empty((len(ranges), 4))
         count = points_of(ranges, self._beams, points, np.empty(len(ranges)))

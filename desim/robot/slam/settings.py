@@ -7,23 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from desim.ports.localization import LaserGeometry
 
-@dataclass(frozen=True)
-class ScannerGeometry:
-    """The laser whose scans are processed: any number of beams, at equal angles.
-
-    A range below ``shortest_m``, or of ``longest_m`` and above, is no return. ``mount``: the
-    laser's pose on the robot (m, m, rad). A thing in front of all else that is not wider than
-    ``bodies_m`` may be a teammate, and is left out; 0: nothing is left out. The defaults are those
-    of a SICK LMS 291 with 361 beams.
-    """
-
-    angle_min_rad: float = -0.5 * math.pi
-    increment_rad: float = math.radians(0.5)
-    shortest_m: float = 0.05
-    longest_m: float = 80.0
-    mount: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    bodies_m: float = 0.0
+SICK_LMS291 = LaserGeometry(-0.5 * math.pi, math.radians(0.5), longest_m=80.0)  # 361 beams
 
 
 @dataclass(frozen=True)
@@ -68,7 +54,9 @@ class SlamSettings:
 
     A scan is processed after ``linear_update_m`` or ``angular_update_rad`` of motion; particles are
     drawn anew when their effective number falls below ``resample_threshold`` of them (the defaults
-    of gmapping: 1.0 m, 0.5 rad, 0.5, 30 particles). ``resolution_m`` is the width of a cell.
+    of gmapping: 1.0 m, 0.5 rad, 0.5, 30 particles). ``resolution_m`` is the width of a cell. A
+    thing in front of all else that is not wider than ``bodies_m`` may be a teammate, and is left
+    out; 0: nothing is left out.
     """
 
     particles: int = 30
@@ -77,4 +65,5 @@ class SlamSettings:
     angular_update_rad: float = 0.5
     resample_threshold: float = 0.5
     noise: OdometryNoise = OdometryNoise()
-    scanner: ScannerGeometry = ScannerGeometry()
+    laser: LaserGeometry = SICK_LMS291
+    bodies_m: float = 0.0

@@ -151,12 +151,12 @@ class Equipment(Params):
     exploration: ExplorationParams = Field(default_factory=ExplorationParams)
 
     @property
-    def scanner(self) -> Laser:
+    def first_laser(self) -> Laser:
         """The first laser."""
-        return next(iter(self.scanners.values()))
+        return next(iter(self.lasers_by_topic.values()))
 
     @property
-    def scanners(self) -> dict[str, Laser]:
+    def lasers_by_topic(self) -> dict[str, Laser]:
         """The lasers by the topics of their scans: of the first one ``scan``, of another one
         ``<name>/scan``."""
         first, *others = self.lasers or ("",)

@@ -39,7 +39,7 @@ def log():
 
 def played(seed, particles=6):
     made = log()
-    slam = gmapping(SlamSettings(particles=particles, scanner=made.scanner),
+    slam = gmapping(SlamSettings(particles=particles, laser=made.laser),
                     Streams(seed).key("slam"))
     for odometry, ranges in zip(made.odometry, made.ranges, strict=True):
         slam.update(odometry, ranges)

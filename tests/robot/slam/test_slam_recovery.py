@@ -1,6 +1,5 @@
 """A made log, with a known way and known noise, is recovered; a broken model recovers nothing."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,6 +8,7 @@ from slam_logs import Laser, made_log, ring, way
 
 from desim.engine.streams import Streams
 from desim.imports.slam_logs.slam_trial import play
+from desim.ports import Pose2D
 from desim.robot.slam.kinds import SLAM
 from desim.robot.slam.settings import SlamSettings
 from desim.robot.transforms import motion_between
@@ -28,7 +28,7 @@ def log_of(name):
 
 
 def slam_of(name, log, **settings):
-    return SLAM[name](SlamSettings(scanner=log.scanner, **settings), Streams(1).key("slam"))
+    return SLAM[name](SlamSettings(laser=log.laser, **settings), Streams(1).key("slam"))
 
 
 def off(path, true):
@@ -56,10 +56,10 @@ def test_odometry_alone_recovers_nothing():
 @pytest.mark.parametrize("broken", ["turned", "scaled", "mirrored"])
 def test_a_broken_model_of_the_laser_recovers_nothing(broken):
     log, true = log_of("sick")
-    scanner = log.scanner
+    laser = log.laser
     log = log._replace(**{
-        "turned": {"scanner": replace(scanner, angle_min_rad=scanner.angle_min_rad + 0.3)},
-        "scaled": {"scanner": replace(scanner, increment_rad=0.9 * scanner.increment_rad)},
+        "turned": {"laser": laser._replace(angle_min_rad=laser.angle_min_rad + 0.3)},
+        "scaled": {"laser": laser._replace(increment_rad=0.9 * laser.increment_rad)},
         "mirrored": {"ranges": log.ranges[:, ::-1]}}[broken])
     metres, radians = off(play(slam_of("scan_matching", log), log, lambda: 0.0).path, true)
     assert metres > 0.1 or radians > 0.02
@@ -70,7 +70,7 @@ def test_a_laser_beside_the_middle_of_the_robot_is_its_mount():
     mount = np.array([0.2, -0.1, 0.5])
     robot = motion_between(np.array([*-_turned(mount), -mount[2]]), np.zeros(3))
     assert np.allclose(robot, mount)
-    slam = SLAM["scan_matching"](SlamSettings(scanner=replace(log.scanner, mount=tuple(mount))),
+    slam = SLAM["scan_matching"](SlamSettings(laser=log.laser._replace(mount=Pose2D(*mount))),
                                  Streams(1).key("slam"))
     centre = _behind(log.odometry, mount)
     path = play(slam, log._replace(odometry=centre), lambda: 0.0).path
@@ -120,7 +120,7 @@ def test_odometry_that_fails_once_does_not_spoil_the_path():
 
 def test_scans_without_a_return_are_odometry():
     log, _ = log_of("sick")
-    blind = log._replace(ranges=np.full_like(log.ranges, log.scanner.longest_m)).first(100)
+    blind = log._replace(ranges=np.full_like(log.ranges, log.laser.longest_m)).first(100)
     for name in SLAM:
         slam = slam_of(name, log, particles=2)
         path = play(slam, blind, lambda: 0.0).path

@@ -18,6 +18,6 @@ def test_the_error_is_no_larger_than_published(reference, name):
     log = read_carmen(reference / "slam" / "mit-csail.log.gz")
     true = read_relations(reference / "slam" / "mit-csail.relations")
     assert errors_of(log.times_s, log.odometry, true).translation_m.mean() > 1.5
-    slam = SLAM[name](SlamSettings(scanner=log.scanner), Streams(1).key("slam"))
+    slam = SLAM[name](SlamSettings(laser=log.laser), Streams(1).key("slam"))
     trial = play(slam, log, lambda: 0.0)
     assert errors_of(log.times_s, trial.path, true).translation_m.mean() < PUBLISHED[name]

@@ -12,7 +12,7 @@ from desim import ports
 from desim.ports import Pose2D
 from desim.ports.localization import LocalizationContext, OdometryErrors, ScanWithOdometry
 from desim.robot.slam.kinds import scan_matching
-from desim.robot.slam.settings import OdometryNoise, ScannerGeometry, SlamSettings
+from desim.robot.slam.settings import OdometryNoise, SlamSettings
 from desim.robot.transforms import compose, motion_to, moved
 from desim.units import Pace
 
@@ -84,9 +84,8 @@ def settings_of(context: LocalizationContext, particles: int) -> SlamSettings:
         particles=particles, resolution_m=drawn.resolution_m,
         linear_update_m=drawn.linear_update_m, angular_update_rad=drawn.angular_update_rad,
         noise=_noise(context.odometry_errors),
-        scanner=ScannerGeometry(laser.angle_min_rad, laser.increment_rad, laser.shortest_m,
-                                min(laser.longest_m, drawn.usable_range_m), laser.mount,
-                                context.bodies_m))
+        laser=laser._replace(longest_m=min(laser.longest_m, drawn.usable_range_m)),
+        bodies_m=context.bodies_m)
 
 
 def _noise(errors: OdometryErrors | None) -> OdometryNoise:
