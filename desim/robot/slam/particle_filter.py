@@ -130,7 +130,7 @@ class ParticleSlam:
         """Enter a scan (ranges [beams] in m) in the maps from a pose [3] that is known already."""
         points, fewer, count, kept = self._points(ranges)
         self.poses[:] = pose
-        self.maps.add(self.poses, self._settings.scanner.mount[:2], points[:count], fewer[:kept])
+        self.maps.add(self.poses, self._settings.laser.mount[:2], points[:count], fewer[:kept])
 
     def _move(self, odometry: np.ndarray, fewer: np.ndarray, kept: int) -> None:
         """Move the particles to where the scan fits, weigh them and draw them anew."""
