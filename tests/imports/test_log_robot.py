@@ -23,7 +23,7 @@ def log():
 
 @pytest.fixture(scope="module")
 def settings(log):
-    return SlamSettings(scanner=log.scanner)
+    return SlamSettings(laser=log.laser)
 
 
 def trial(localization, log, settings):
