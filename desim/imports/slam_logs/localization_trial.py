@@ -76,7 +76,7 @@ def _as_expected(expected: np.ndarray, motion: np.ndarray, ranges: np.ndarray) -
 
 def _drawn(poses: np.ndarray, ranges: np.ndarray, settings: SlamSettings) -> GridMap:
     """The map of scans (``ranges`` [n, beams]) from ``poses`` [n, 3]."""
-    canvas = ParticleSlam(replace(settings, particles=1), 0, 0.0)
+    drawer = ParticleSlam(replace(settings, particles=1), 0, 0.0)
     for pose, scan in zip(poses, ranges, strict=True):
-        canvas.draw(pose, scan)
-    return canvas.map()
+        drawer.draw(pose, scan)
+    return drawer.map()
