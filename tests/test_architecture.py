@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 import pytest
-from rooms import STORY, casts_and_ignores, counted, counts_by_room
+from packages import LAYERS, casts_and_ignores, counted, counts_by_layer
 
 import desim
 
@@ -165,11 +165,11 @@ def way_to_the_world(name: str) -> list[str]:
     return []
 
 
-# The rooms of the campaign, from the ground up.
+# The layers of the campaign, from the lowest up.
 CAMPAIGN = ["design", "folder", "running", "deploy"]
 
 
-def rooms_import_downwards(source: Source) -> Complaints:
+def packages_import_downwards(source: Source) -> Complaints:
     parts = source.module.split(".")
     for line, name in source.imports():
         found = name.split(".")
@@ -177,20 +177,20 @@ def rooms_import_downwards(source: Source) -> Complaints:
             continue
         if name == "desim.__version__":
             continue
-        unknown = [room for room in (found[1], parts[1]) if room not in STORY]
+        unknown = [layer for layer in (found[1], parts[1]) if layer not in LAYERS]
         if unknown:
-            yield line, f"imports {name}; the story has no room {unknown[0]!r}"
-        elif STORY.index(found[1]) > STORY.index(parts[1]):
-            yield line, f"imports {name}; {parts[1]} stands below {found[1]}"
+            yield line, f"imports {name}; LAYERS has no {unknown[0]!r}"
+        elif LAYERS.index(found[1]) > LAYERS.index(parts[1]):
+            yield line, f"imports {name}; {parts[1]} is below {found[1]}"
         elif parts[1] == found[1] == "campaign" and len(parts) > 2 and len(found) > 2:
-            unknown = [room for room in (found[2], parts[2]) if room not in CAMPAIGN]
+            unknown = [layer for layer in (found[2], parts[2]) if layer not in CAMPAIGN]
             if unknown:
-                yield line, f"imports {name}; the campaign has no room {unknown[0]!r}"
+                yield line, f"imports {name}; CAMPAIGN has no {unknown[0]!r}"
             elif CAMPAIGN.index(found[2]) > CAMPAIGN.index(parts[2]):
-                yield line, f"imports {name}; {parts[2]} stands below {found[2]}"
+                yield line, f"imports {name}; {parts[2]} is below {found[2]}"
 
 
-def rooms_do_not_hold_the_whole_house(source: Source) -> Complaints:
+def no_module_binds_desim_as_a_whole(source: Source) -> Complaints:
     """With the name ``desim``, all that anybody has imported is at hand: ``desim.world``."""
     for node in nodes(source.tree):
         if isinstance(node, ast.Import):
@@ -358,8 +358,8 @@ RULES: list[Callable[[Source], Complaints]] = [
     desim_never_imports_netmodels,
     netmodels_sees_of_desim_only_the_contracts,
     robots_never_import_the_world,
-    rooms_import_downwards,
-    rooms_do_not_hold_the_whole_house,
+    packages_import_downwards,
+    no_module_binds_desim_as_a_whole,
     only_listed_files_import_by_name,
     simpy_is_behind_the_kernel,
     numba_is_behind_the_compiler,
@@ -391,18 +391,18 @@ TWINS = [
     (netmodels_sees_of_desim_only_the_contracts, "netmodels/a.py", "import desim.engine.streams"),
     (robots_never_import_the_world, "desim/robot/a.py", "from desim import world"),
     (robots_never_import_the_world, "desim/robot/a.py", "from ..world.bodies import Bodies"),
-    (rooms_import_downwards, "desim/world/a.py", "from desim.middleware import graph"),
-    (rooms_import_downwards, "desim/campaign/design/a.py", "import desim.campaign.running.crew"),
-    (rooms_import_downwards, "desim/world/a.py", "from desim import run"),
-    (rooms_import_downwards, "desim/engine/a.py", "from .. import Campaign"),
-    (rooms_import_downwards, "desim/cli.py", "from desim import attic"),
-    (rooms_import_downwards, "desim/attic/a.py", "from desim import units"),
-    (rooms_import_downwards, "desim/campaign/attic/a.py", "from desim.campaign.design import a"),
-    (rooms_import_downwards, "desim/campaign/deploy/a.py", "from ..attic import a"),
-    (rooms_do_not_hold_the_whole_house, "desim/world/a.py", "import desim"),
-    (rooms_do_not_hold_the_whole_house, "desim/world/a.py", "import desim as house"),
-    (rooms_do_not_hold_the_whole_house, "netmodels/a.py", "import desim.ports"),
-    (rooms_do_not_hold_the_whole_house, "desim/world/a.py", "from desim import *"),
+    (packages_import_downwards, "desim/world/a.py", "from desim.middleware import graph"),
+    (packages_import_downwards, "desim/campaign/design/a.py", "import desim.campaign.running.crew"),
+    (packages_import_downwards, "desim/world/a.py", "from desim import run"),
+    (packages_import_downwards, "desim/engine/a.py", "from .. import Campaign"),
+    (packages_import_downwards, "desim/cli.py", "from desim import attic"),
+    (packages_import_downwards, "desim/attic/a.py", "from desim import units"),
+    (packages_import_downwards, "desim/campaign/attic/a.py", "from desim.campaign.design import a"),
+    (packages_import_downwards, "desim/campaign/deploy/a.py", "from ..attic import a"),
+    (no_module_binds_desim_as_a_whole, "desim/world/a.py", "import desim"),
+    (no_module_binds_desim_as_a_whole, "desim/world/a.py", "import desim as whole"),
+    (no_module_binds_desim_as_a_whole, "netmodels/a.py", "import desim.ports"),
+    (no_module_binds_desim_as_a_whole, "desim/world/a.py", "from desim import *"),
     (only_listed_files_import_by_name, "desim/world/a.py",
      "import importlib\nimportlib.import_module('desim.api')"),
     (only_listed_files_import_by_name, "desim/world/a.py",
@@ -465,7 +465,7 @@ def misplaced(folder: str, group: str) -> list[str]:
     """The modules in a folder that no entry point of ``group`` names, and those of desim that one
     names elsewhere."""
     package = folder.replace("/", ".")
-    there = {f"{package}.{room}" for room in rooms_of(ROOT / folder)}
+    there = {f"{package}.{child}" for child in children_of(ROOT / folder)}
     named = {point.module for point in entry_points(group=group) if inside(point.module, "desim")}
     return sorted(there ^ named)
 
@@ -486,10 +486,10 @@ def test_every_listed_file_imports_by_name(path):
                if str(source.path) == path)
 
 
-# ------------------------------------------------------------------------------- rooms and limits
+# ------------------------------------------------------------------------------- layers and limits
 
 
-def rooms_of(folder: Path) -> list[str]:
+def children_of(folder: Path) -> list[str]:
     """The packages and modules in a folder. Where only bytecode is left of one, it is gone."""
     return sorted(
         child.stem for child in folder.iterdir() if child.name not in ("__init__.py", "__pycache__")
@@ -498,21 +498,21 @@ def rooms_of(folder: Path) -> list[str]:
             or any(file.is_file() and file.suffix != ".pyc" for file in child.rglob("*")))))
 
 
-@pytest.mark.parametrize("folder, story", [("desim", STORY), ("desim/campaign", CAMPAIGN)])
-def test_every_room_has_its_place_in_the_story(folder, story):
-    assert rooms_of(ROOT / folder) == sorted(story)
+@pytest.mark.parametrize("folder, layers", [("desim", LAYERS), ("desim/campaign", CAMPAIGN)])
+def test_every_package_has_its_layer(folder, layers):
+    assert children_of(ROOT / folder) == sorted(layers)
 
 
-def test_every_child_of_a_folder_is_a_room(tmp_path: Path):
+def test_packages_and_modules_of_a_folder_are_found(tmp_path: Path):
     for name in ("attic", "gone/__pycache__", "__pycache__", "cellar"):
         (tmp_path / name).mkdir(parents=True)
     for name in ("__init__.py", "gone/__pycache__/a.pyc", "cellar/__init__.py", "door.py"):
         (tmp_path / name).touch()
-    assert rooms_of(tmp_path) == ["attic", "cellar", "door"]
+    assert children_of(tmp_path) == ["attic", "cellar", "door"]
 
 
 def test_types_are_rarely_opaque_or_overruled():
-    everything = counts_by_room()["all"]
+    everything = counts_by_layer()["all"]
     assert everything["Any"] < MAX_ANY and everything["casts"] <= MAX_CASTS
 
 

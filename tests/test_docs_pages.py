@@ -5,7 +5,7 @@ import importlib
 import re
 
 import pytest
-from rooms import STORY
+from packages import LAYERS
 
 from desim.cli import app
 from desim.plugins import GROUPS
@@ -90,8 +90,8 @@ def test_the_walks_of_the_architecture_are_of_files_that_exist(repository):
 
 def test_the_story_of_the_architecture_is_the_one_that_is_enforced(repository):
     text = (repository / "docs" / "architecture.md").read_text()
-    story = next(part for part in text.split("\n\n") if part.startswith("units, errors"))
-    assert re.findall(r"\w+", story) == STORY
+    layers = next(part for part in text.split("\n\n") if part.startswith("units, errors"))
+    assert re.findall(r"\w+", layers) == LAYERS
 
 
 def names_in(file):

@@ -19,8 +19,8 @@ from desim.ports.parameters import Params as ParamsBase
 
 T = TypeVar("T")
 
-# A ``desim.middleware.message.Message``, which this room cannot name. Transports read its ``seq``,
-# ``size_bytes`` and ``born_ns``.
+# A ``desim.middleware.message.Message``, which this package cannot name. Transports read its
+# ``seq``, ``size_bytes`` and ``born_ns``.
 Published: TypeAlias = Any
 
 # Takes an arrival whose time is known in advance, so that no event is needed: called at once as

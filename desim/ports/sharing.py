@@ -177,8 +177,8 @@ class SharingContext(Protocol):
         """The newest messages of ``topic`` from the team, to be read at one's own rate."""
 
     def every(self, period_ns: int, callback: Callable[[SharingContext], object]) -> None:
-        """Call ``callback(context)`` every ``period_ns``, for the first time after a random part
-        of a period."""
+        """Call ``callback(context)`` every ``period_ns``, at least 1 ms, for the first time after a
+        random part of a period."""
 
 
 class Sharing(Protocol):

@@ -104,7 +104,8 @@ class TaskContext(Protocol):
         """Call ``callback(context)`` every ``period_ns``, from one period after the start on."""
 
     def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
-        """Write a trace row about ``robot``: a result that no row tells did not happen."""
+        """Write a trace row about ``robot``. All that metrics count has a row: runs with equal rows
+        have equal metrics."""
 
     def end(self, reason: str) -> None:
         """The task is done: the run ends, and its ``stop_reason`` is ``reason``."""

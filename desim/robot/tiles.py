@@ -38,6 +38,16 @@ def raster(spec: GridSpec, tiles: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(whole[:spec.height, :spec.width])
 
 
+def cropped(cells: np.ndarray) -> tuple[int, int, np.ndarray]:
+    """The first row, the first column and a copy of the box of ``cells`` [rows, columns] that are
+    not zero; where there is none, the box is the first cell."""
+    rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
+    if not len(rows):
+        rows = columns = np.zeros(1, np.int64)
+    row, column = int(rows[0]), int(columns[0])
+    return row, column, cells[row:int(rows[-1]) + 1, column:int(columns[-1]) + 1].copy()
+
+
 def occupancy(spec: GridSpec, fused: np.ndarray) -> np.ndarray:
     """[height, width] int8 as nav_msgs/OccupancyGrid has it: 0 free, 100 occupied, -1 unknown; of
     the sum of evidence ``fused`` [tiles, 1024]."""

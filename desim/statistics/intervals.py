@@ -43,6 +43,13 @@ class Interval(NamedTuple):
     def half_width(self) -> float | None:
         return None if self.low is None or self.high is None else (self.high - self.low) / 2
 
+    def text(self, digits: int = 0) -> str:
+        """Mean and half width, ``350 ± 12``; the mean alone where there are no bounds."""
+        if self.mean is None:
+            return ""
+        half = "" if self.half_width is None else f" ± {self.half_width:.{digits}f}"
+        return f"{self.mean:.{digits}f}{half}"
+
 
 def interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
              resamples: int = RESAMPLES) -> Interval:

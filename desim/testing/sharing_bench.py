@@ -9,6 +9,7 @@ import numpy as np
 from desim.engine.streams import Streams
 from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec, Peer, Pose2D
+from desim.ports.arguments import check_callback, check_period
 from desim.ports.sharing import (
     Contribution,
     FollowsScans,
@@ -110,7 +111,8 @@ class SharingBench(MapAccess):
         return inbox
 
     def every(self, period_ns: int, callback: Callback) -> None:
-        assert type(period_ns) is int and period_ns > 0, f"a period of {period_ns!r} ns"
+        check_period(period_ns)
+        check_callback(callback, "context")
         self._timers.append((period_ns, self.now_ns + period_ns // 2, callback))
 
     # ------------------------------------------------------------------------------ for a check

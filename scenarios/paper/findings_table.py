@@ -30,19 +30,12 @@ def levels(runs, name):
     return list(dict.fromkeys(run[name] for run in runs))
 
 
-def spread(values) -> str:
-    """Mean and half of the 95 % interval."""
-    interval = t_interval(values)
-    half = "" if interval.half_width is None else f" ± {interval.half_width:.0f}"
-    return f"{interval.mean:.0f}{half}"
-
-
 def cell(runs) -> str:
     """Time, way, and how many were late, of runs of one vector."""
     if not runs:
         return "–"
     late = sum(run["exploration_time_s"] is None for run in runs)
-    return (f"{spread([time_s(run) for run in runs])}"
+    return (f"{t_interval([time_s(run) for run in runs]).text()}"
             f" ({np.mean([run['exploration_cost_m'] for run in runs]) / 1000:.1f} km"
             + (f", {late} of {len(runs)} late)" if late else ")"))
 
@@ -80,7 +73,7 @@ def figure(runs, sizes, columns, path: Path) -> None:
     for panel, label in zip(panels, ("exploration time, s", "way of all robots, km"), strict=True):
         panel.set(xlabel="robots", ylabel=label, ylim=(0, None))
         panel.grid(alpha=0.3)
-    panels[0].axhspan(250, 349, color="0.85", zorder=0)  # the band in findings.yaml's question
+    panels[0].axhspan(250, 349, color="0.85", zorder=0)  # from where: findings.yaml
     panels[0].legend(fontsize="small")
     shown.savefig(path, dpi=110)
 
@@ -105,7 +98,8 @@ def mechanisms(runs) -> None:
         for name, own in times.items():
             late = sum(run["exploration_time_s"] is None for run in some
                        if run["without"] == name)
-            row = [spread(list(own.values())) + (f" ({late} late)" if late else ""), "1", "", ""]
+            row = [t_interval(list(own.values())).text() + (f" ({late} late)" if late else ""),
+                   "1", "", ""]
             if name in pairs:
                 low, mean, high = np.exp([pairs[name].difference.low, pairs[name].difference.mean,
                                           pairs[name].difference.high])

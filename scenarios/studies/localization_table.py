@@ -25,13 +25,6 @@ def times_of(runs) -> dict[int, float]:
             else run["exploration_time_s"] for run in runs}
 
 
-def spread(values) -> str:
-    """Mean and half of the 95 % interval."""
-    interval = t_interval(values)
-    half = "" if interval.half_width is None else f" ± {interval.half_width:.0f}"
-    return f"{interval.mean:.0f}{half}"
-
-
 def share(own, reference) -> str:
     """The geometric mean of the times of equal seeds, divided, with its 95 % interval."""
     seeds = [seed for seed in own if seed in reference]
@@ -65,7 +58,7 @@ def main(campaign: Path) -> None:
             mine = [run for run in here if run["localization"] == name]
             times = times_of(mine)
             late = sum(run["exploration_time_s"] is None for run in mine)
-            print(f"| {name} | {spread(list(times.values()))} | {late or ''} |",
+            print(f"| {name} | {t_interval(list(times.values())).text()} | {late or ''} |",
                   "1" if name == REFERENCE else share(times, reference), "|",
                   " | ".join(measured(mine, key, digits) for key, digits in MEASURES.items()), "|")
 

@@ -15,13 +15,6 @@ import pyarrow.parquet as parquet
 from desim.statistics.intervals import t_interval
 
 
-def spread(values) -> str:
-    """Mean and half of the 95 % interval."""
-    interval = t_interval(values)
-    half = "" if interval.half_width is None else f" ± {interval.half_width:.0f}"
-    return f"{interval.mean:.0f}{half}"
-
-
 def sent_mb(campaign: Path, run) -> float:
     """The bytes of all topics of map sharing that were delivered, in MB."""
     (file,) = campaign.glob(f"runs/*/{run['run_id']}/summary.json")
@@ -36,10 +29,12 @@ def main(campaign: Path) -> None:
     print("|---|---|---|---|---|---|---|")
     for kind, fusion in dict.fromkeys((run["kind"], run["fusion"]) for run in runs):
         some = [run for run in runs if (run["kind"], run["fusion"]) == (kind, fusion)]
-        print(f"| {kind} | {fusion} | {spread([run['exploration_time_s'] for run in some])} "
+        time_s, wrong = (t_interval([run[key] for run in some])
+                         for key in ("exploration_time_s", "map_error_cells"))
+        print(f"| {kind} | {fusion} | {time_s.text()} "
               f"| {np.mean([sent_mb(campaign, run) for run in some]):.1f} "
               f"| {np.mean([run['map_age_s'] for run in some]):.1f} "
-              f"| {spread([run['map_error_cells'] for run in some])} "
+              f"| {wrong.text()} "
               f"| {np.mean([run['map_quality'] for run in some]):.3f} |")
 
 

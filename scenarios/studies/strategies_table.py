@@ -59,7 +59,8 @@ def table(runs) -> None:
     print("|---" * (len(terrains) + 7) + "|")
     for name, own in times.items():
         mine = [run for run in runs if run["strategy"] == name]
-        cells = [spread([own[key] for key in own if key[0] == terrain]) for terrain in terrains]
+        cells = [t_interval([own[key] for key in own if key[0] == terrain]).text()
+                 for terrain in terrains]
         late = sum(run["exploration_time_s"] is None for run in mine)
         compared = ["1", "", ""]
         if name in pairs:
@@ -71,12 +72,6 @@ def table(runs) -> None:
                 for key in ("coordination_MB", "strategy_kB")]
         print(f"| `{name}` |", " | ".join(cells + [str(late) if late else ""] + compared + sent),
               "|")
-
-
-def spread(times) -> str:
-    interval = t_interval(times)
-    half = "" if interval.half_width is None else f" +- {interval.half_width:.0f}"
-    return f"{interval.mean:.0f}{half}"
 
 
 def expectations(runs) -> None:

@@ -20,6 +20,7 @@ from desim.robot.tiles import (
     TILE,
     LayerSnapshot,
     TilePool,
+    cropped,
     fuse,
     raster,
     tiles_of,
@@ -307,3 +308,12 @@ def test_the_pool_grows_and_nobody_notices(capacity):
     assert np.array_equal(large.fused, small.fused)
     assert len(small.pool.arrays.data) >= in_use(small.pool) > 30
     assert not small.pool.arrays.data[0].any()
+
+
+def test_cells_are_cropped_to_those_that_are_not_zero():
+    cells = np.zeros((5, 7), np.int8)
+    row, column, box = cropped(cells)
+    assert (row, column, box.tolist()) == (0, 0, [[0]])
+    cells[1, 2], cells[3, 4] = 9, -1
+    row, column, box = cropped(cells)
+    assert (row, column, box.tolist()) == (1, 2, [[9, 0, 0], [0, 0, 0], [0, 0, -1]])

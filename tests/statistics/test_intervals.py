@@ -127,3 +127,9 @@ def test_help_does_not_wait_for_scipy():
                           capture_output=True, text=True, timeout=60, check=True)
     assert "desim.statistics" in done.stderr
     assert "scipy" not in done.stderr
+
+
+def test_a_mean_as_text_has_its_half_width():
+    assert t_interval([340.0, 350.0, 360.0]).text() == "350 ± 25"
+    assert t_interval([340.0, 350.0, 360.0]).text(1) == "350.0 ± 24.8"
+    assert t_interval([340.0]).text() == "340" and t_interval([]).text() == ""

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from desim.errors import ModelError, below
+from desim.errors import below
 from desim.middleware.message import Message
 from desim.middleware.topics import WaitSet
 from desim.ports import Peer, Pose2D
+from desim.ports.arguments import check_callback, check_period
 from desim.ports.sharing import Contribution, SharedMessage, SharingContext, Sized
 from desim.robot.sharing.map_access import MapAccess
 from desim.units import NS_PER_S
@@ -70,6 +71,7 @@ class MapContext(MapAccess):
 
     def subscribe(self, callback: Callable[[SharingContext, SharedMessage], object],
                   topic: str = "", *, queue: int = 10) -> None:
+        check_callback(callback, "context", "message")
         for peer in self.team:
             self._node.subscribe(_absolute(peer, topic), lambda message: callback(
                 self, _shared(message)), queue)
@@ -81,8 +83,8 @@ class MapContext(MapAccess):
         return inbox
 
     def every(self, period_ns: int, callback: Callable[[SharingContext], object]) -> None:
-        if type(period_ns) is not int or period_ns <= 0:
-            raise ModelError(f"a timer's period is an int > 0 of ns, not {period_ns!r}")
+        check_period(period_ns)
+        check_callback(callback, "context")
         self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
 
 

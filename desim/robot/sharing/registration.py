@@ -23,7 +23,9 @@ _BINS = 360  # of a Hough spectrum, half a degree each
 _COARSE = 2  # cells of the map along one of the correlation: 0.4 m
 _ROTATIONS = 2  # peaks of the spectra's correlation, each also half a turn on
 _PLACES = 3  # the best translations of each rotation
-_APART_M, _APART_RAD = 1.5, 0.1  # two hypotheses that are not the same
+# Two hypotheses that are farther apart than this are not the same.
+_APART_M = 1.5
+_APART_RAD = 0.1
 _MOST = 1500  # wall cells in a search; of more, every second, third, ...
 # Searches round a hypothesis: (half width in steps, step) of rotation in rad and of both
 # translations in cells.

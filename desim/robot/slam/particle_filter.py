@@ -21,27 +21,33 @@ from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.shared_maps import SharedMaps
 from desim.robot.transforms import compose, motion_between, motion_to
 
-# The residual of a return: noise of the sensor, and what cells blur (ours). From far away a larger
-# one is taken at first: at its own, a pose that is a cell off has no gradient.
-_SIGMA_M, _SIGMA_CELLS, _ROUGH_CELLS = 0.01, 0.05, 0.25
-_OUTLIER_SIGMAS = 2.5
-_REACH_CELLS = 1.5
+# Standard deviations of a return's residual: the sensor's noise in m, and what cells blur in cells.
+# From far away more is taken at first: at its own, a pose that is a cell off has no gradient.
+_SIGMA_M = 0.01
+_SIGMA_CELLS = 0.05
+_ROUGH_CELLS = 0.25
+_OUTLIER_SIGMAS = 2.5  # the scale at which residuals begin to be outliers
+_REACH_CELLS = 1.5  # from a return to the surfaces that it may be of
+_STEPS = 10  # of Gauss-Newton, at most
 # Independent returns in a scan: fewer than it has, as cells and surfaces err together. Made logs
 # with 8 m lasers close their loops with 15 to 25, not with 40: their particles differ too little.
 _EFFECTIVE = 20.0
-_STEPS = 10
+_SPACING_CELLS = 1.0  # between the returns that are aligned
+
+# The window of the search.
+_COARSE_M = 0.1  # its step, if a cell is not larger
+_WINDOW_SIGMAS = 2.5  # of the odometry, to each side,
+_WINDOW_M = 0.5, 1.0  # but so much at least and at most,
+_WINDOW_RAD = 0.3, 0.8  # and of the heading so much
+_STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as that far off
+
 # Weights are flattened, as gmapping flattens them (``ogain``): errors of successive scans are
 # alike, and particles drawn anew at every third scan have one ancestor by the time a loop closes.
 _GAIN = 0.5
 # The robot goes by another particle where that is 100 times as probable (Jeffreys 1961: decisive).
 # In bare corridors all are alike, and the likeliest is a matter of chance.
 _DECISIVE = math.log(100.0)
-_SPACING_CELLS = 1.0
 _DRAWS = 2 ** 32  # counters of a step: more particles do not move the numbers of the others
-_COARSE_M = 0.1  # the step of the search, if a cell is not larger
-_WINDOW_SIGMAS = 2.5
-_STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as that far off
-_WINDOW_M, _WINDOW_RAD = (0.5, 1.0), (0.3, 0.8)  # least and most
 
 
 class Processed(NamedTuple):

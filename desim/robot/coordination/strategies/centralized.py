@@ -8,11 +8,10 @@ from pydantic import Field
 from scipy.optimize import linear_sum_assignment
 
 from desim import ports
+from desim.robot.coordination.assignment import NO_WAY_M, finite_costs_m
 from desim.robot.coordination.contact import Contact
 from desim.robot.coordination.strategies.nearest_frontier import nearest
 from desim.units import Duration, Length, Period
-
-_FAR_M = 1e6  # in place of no way at all: more than any way
 
 
 class Centralized:
@@ -109,11 +108,11 @@ class Centralized:
                       key=ports.natural_key)
         places = self._free_frontiers(base, idle)
         if places:
-            costs_m = np.minimum(_FAR_M, [base.path_lengths_m(places, self._at[name])
-                                          for name in idle])
+            costs_m = finite_costs_m([base.path_lengths_m(places, self._at[name])
+                                      for name in idle])
             solve = (linear_sum_assignment if self._params.assignment == "hungarian" else _greedy)
             for robot, place in zip(*solve(costs_m), strict=True):
-                if costs_m[robot, place] < _FAR_M and not self._is_taken(places[place]):
+                if costs_m[robot, place] < NO_WAY_M and not self._is_taken(places[place]):
                     self._tasks[idle[robot]] = places[place], base.now_ns
         tasks = {name: task for name, (task, _) in self._tasks.items()}
         base.show("assignment", (ports.Mark(*task, name) for name, task in tasks.items()))

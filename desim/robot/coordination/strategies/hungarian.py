@@ -4,8 +4,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from desim import ports
-
-_FAR_M = 1e6  # in place of no way at all: more than any way
+from desim.robot.coordination.assignment import finite_costs_m
 
 
 class Hungarian:
@@ -31,7 +30,7 @@ class Hungarian:
         costs_m = np.array([[one.path_m for one in frontiers], *(
             context.path_lengths_m(places, ports.Place(peer.x_m, peer.y_m))
             for peer in context.peers.values())])
-        robots, chosen = linear_sum_assignment(np.minimum(costs_m, _FAR_M))
+        robots, chosen = linear_sum_assignment(finite_costs_m(costs_m))
         pairs = list(zip(robots.tolist(), chosen.tolist(), strict=True))
         names = [context.name, *context.peers]
         context.show("assignment", (ports.Mark(places[place].x_m, places[place].y_m, names[robot])

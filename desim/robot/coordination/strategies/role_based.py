@@ -1,5 +1,7 @@
 """Roles: explorers explore, relays bring their maps to the base (de Hoog et al. 2009)."""
 
+import math
+
 from pydantic import Field
 
 from desim import ports
@@ -118,7 +120,7 @@ class RoleBased:
         goal = self._minpos.choose(robot)
         place = self._home if goal is None else ports.Place(*goal[:2])
         way_m = float(robot.path_lengths_m([place], self._home)[0])
-        trip_s = 2 * way_m / params.speed_mps if way_m < 1e6 else 0.0
+        trip_s = 2 * way_m / params.speed_mps if math.isfinite(way_m) else 0.0
         time_ns = robot.now_ns + max(params.interval_ns, round(trip_s * 1e9))
         self._meeting = Meeting(place, time_ns).shown(robot)
         robot.publish("meeting", {"with": self._partner, "at": place, "time_ns": time_ns})

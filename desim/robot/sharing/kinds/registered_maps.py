@@ -24,7 +24,7 @@ from desim.ports.sharing import (
 from desim.robot.sharing.map_resampling import resampled
 from desim.robot.sharing.rates import MERGING_HZ
 from desim.robot.sharing.registration import Hypothesis, TrinaryMap, refined, register
-from desim.robot.tiles import FREE, OCCUPIED, raster
+from desim.robot.tiles import FREE, OCCUPIED, cropped, raster
 from desim.robot.transforms import compose, motion_between
 from desim.units import NS_PER_S, Length, Pace, Ratio
 
@@ -152,16 +152,14 @@ class RegisteredMaps:
             return None
         evidence = frame.local_map.evidence()
         if self._own is None or self._own[0] is not evidence:
-            cells = raster(frame.grid, evidence.cells())
-            rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
-            if not len(rows):
+            row, column, cells = cropped(raster(frame.grid, evidence.cells()))
+            if not cells.any():
                 return None
             cell_m = frame.grid.resolution_m
             self._own = evidence, FramedMap(
                 frame.session, context.now_ns,
                 Pose2D(*motion_between(frame.start, np.array(pose)).tolist()),
-                frame.grid.x_m + cell_m * int(columns[0]), frame.grid.y_m + cell_m * int(rows[0]),
-                cell_m, cells[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1].copy())
+                frame.grid.x_m + cell_m * column, frame.grid.y_m + cell_m * row, cell_m, cells)
         return self._own[1]
 
     # ------------------------------------------------------------------------ those of teammates

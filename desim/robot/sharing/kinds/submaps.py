@@ -18,7 +18,7 @@ from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
 from desim.robot.sharing.map_message import ZLIB_LEVEL
 from desim.robot.sharing.map_resampling import resampled
 from desim.robot.sharing.rates import REFRESH_PERIODS
-from desim.robot.tiles import raster
+from desim.robot.tiles import cropped, raster
 from desim.units import Pace, Period
 
 _POSE_BYTES = 24  # x, y, yaw as float64
@@ -105,7 +105,7 @@ class Submaps:
         """The size of submaps, and the period of poses."""
 
         scans: int = Field(10, ge=1, description=(
-            "in a submap: 10 m of way (about as far as a laser's beams reach twice)"))
+            "in a submap: 10 m of way with a scan every metre (ours)"))
         oldest_ns: Period = Field("10 s", description="the first scan of a submap that is closed "
                                                       "early (two periods)")
         period_ns: Pace = Field("5 s", description="of poses (as own_maps, for comparison)")
@@ -151,15 +151,8 @@ class Submaps:
 
     def _close(self, context: SharingContext) -> None:
         assert self._open is not None
-        cells = raster(context.grid, self._open.local_map.evidence().cells())
-        rows, columns = np.flatnonzero(cells.any(axis=1)), np.flatnonzero(cells.any(axis=0))
-        if len(rows):
-            cells = cells[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1].copy()
-        else:
-            rows = columns = np.zeros(1, np.int64)
-            cells = cells[:1, :1].copy()
-        submap = Submap(self._session, len(self._closed), self._open.drawn_at, int(rows[0]),
-                        int(columns[0]), cells,
+        row, column, cells = cropped(raster(context.grid, self._open.local_map.evidence().cells()))
+        submap = Submap(self._session, len(self._closed), self._open.drawn_at, row, column, cells,
                         12 + _POSE_BYTES + 8 + len(zlib.compress(cells.tobytes(), ZLIB_LEVEL)))
         self._open = None
         self._closed.append(submap)

@@ -15,9 +15,10 @@ from desim.ports.kernels import cos, inner, kernel, log, sin, types
 from desim.robot.slam.kernels.points import NX, NY, X, Y
 from desim.robot.slam.kernels.tiles import MAPS, OCCUPIED, SIDE
 
-UNKNOWN, MISSED = -2.0, -3.0  # log-likelihood of a return in the unknown; where no surface is
+UNKNOWN = -2.0  # log-likelihood of a return in the unknown
+MISSED = -3.0  # the least of any return: where no surface is
 LOOSE = 0.25  # weight of a return without a normal, in each direction
-SAME_SIDE = 0.4  # cosine; surfaces turned farther from each other are not matched
+SAME_SIDE = 0.4  # cosine: surfaces turned farther from each other are not matched
 KNOWN_NORMAL = 0.3  # a cell's mean normal is used if it is that long; shorter, they disagree
 MOST_HITS = 8.0  # more returns in a cell do not make it count more
 GAIN = 0.02  # a step by which the log-likelihood would grow less (0.2 sigma) is the last

@@ -7,15 +7,20 @@ import numpy as np
 from desim.ports.kernels import cos, inner, lean, sin, types
 
 X, Y, NX, NY = 0, 1, 2, 3  # columns of points
+
 NEIGHBOURS = 6  # beams on each side, at most, in which a normal is fitted
 LEAST = 3  # and at least so many returns
-FLAT = 0.15  # a normal is trusted if the spread across is less than this share of that along
-BREAK = 0.3  # m; farther neighbours are on another surface, but for distant beams
-SPACINGS = 2.5  # and there, neighbours up to so many spacings of beams away are on the same
-EVEN = 2.0  # so are farther ones where distances grow by this factor at most: beams graze it
+# A normal is trusted if the spread across is less than this share of that along.
+FLAT = 0.15
+BREAK_M = 0.3  # farther neighbours are on another surface, but for distant beams
+# There, neighbours up to so many spacings of beams away are on the same surface, and farther ones
+# where distances grow by this factor at most: beams graze it.
+SPACINGS = 2.5
+EVEN = 2.0
 GRAZING = 2.5  # beams that are less than so many increments off a surface met its edge, perhaps
-STEP = 0.25  # m between the ranges of beams next to each other: one surface ends there
-GONE = -1.0  # the range of a beam that met something in front
+
+STEP_M = 0.25  # between the ranges of beams next to each other: one surface ends there
+GONE_M = -1.0  # the range of a beam that met something in front
 
 
 class Beams(NamedTuple):
@@ -41,15 +46,10 @@ def distance(points, k, j):
     return np.sqrt(dx * dx + dy * dy)
 
 
-@lean(types.int64(types.float64[::1], BEAMS, types.float64[:, ::1], types.float64[::1]))
-def points_of(ranges, beams, points, taken):
-    """Write the returns of a scan as ``points`` [beams, 4] in the robot's frame: x, y in m, and the
-    unit normal of the surface towards the laser, zeros where it is not known. ``taken`` [beams]:
-    the range of each. Returns their number.
-
-    A normal is that of the line through the neighbouring returns (least squares across it), as far
-    as they follow each other on one surface.
-    """
+@inner(types.int64(types.float64[::1], BEAMS, types.float64[:, ::1], types.float64[::1]))
+def returns_of(ranges, beams, points, taken):
+    """Write the places of a scan's returns to ``points``, and the range of each to ``taken``, as
+    ``points_of`` has them. Returns their number."""
     count = 0
     for b in range(len(ranges)):
         length = ranges[b]
@@ -59,8 +59,16 @@ def points_of(ranges, beams, points, taken):
             points[count, Y] = beams.mount_y_m + length * sin(angle)
             taken[count] = length
             count += 1
+    return count
+
+
+@inner(types.void(types.float64[:, ::1], types.int64, types.float64[::1], BEAMS))
+def add_normals(points, count, taken, beams):
+    """Write the normals of the first ``count`` points: each that of the line through the
+    neighbouring returns (least squares across it), as far as they follow each other on one surface.
+    """
     for k in range(count):
-        reach = max(BREAK, SPACINGS * taken[k] * abs(beams.increment_rad))
+        reach = max(BREAK_M, SPACINGS * taken[k] * abs(beams.increment_rad))
         before = distance(points, k, k - 1) if k > 0 else np.inf
         after = distance(points, k, k + 1) if k + 1 < count else np.inf
         if max(before, after) <= EVEN * min(before, after):
@@ -103,6 +111,15 @@ def points_of(ranges, beams, points, taken):
         if nx * (beams.mount_x_m - points[k, X]) + ny * (beams.mount_y_m - points[k, Y]) < 0.0:
             size = -size
         points[k, NX], points[k, NY] = nx / size, ny / size
+
+
+@lean(types.int64(types.float64[::1], BEAMS, types.float64[:, ::1], types.float64[::1]))
+def points_of(ranges, beams, points, taken):
+    """Write the returns of a scan as ``points`` [beams, 4] in the robot's frame: x, y in m, and the
+    unit normal of the surface towards the laser, zeros where it is not known. ``taken`` [beams]:
+    the range of each. Returns their number."""
+    count = returns_of(ranges, beams, points, taken)
+    add_normals(points, count, taken, beams)
     return count
 
 
@@ -111,7 +128,7 @@ def without_bodies(ranges, beams, widest_m, kept):
     """Copy ranges to ``kept``, infinite where something stands in front that is ``widest_m`` wide
     at most: a teammate's body, perhaps.
 
-    Such a thing is a run of beams without a step of ``STEP`` in range, from which the range steps
+    Such a thing is a run of beams without a step of ``STEP_M`` in range, from which the range steps
     up on both sides. What it hides in part is found when it is out of the way.
     """
     for b in range(len(kept)):
@@ -122,10 +139,10 @@ def without_bodies(ranges, beams, widest_m, kept):
         first, last, before = 0, -1, np.inf  # the run so far, and the range of its last beam
         came_down = True
         for b in range(len(kept) + 1):
-            if b < len(kept) and kept[b] == GONE:
+            if b < len(kept) and kept[b] == GONE_M:
                 continue
             length = kept[b] if b < len(kept) else np.inf
-            if abs(length - before) <= STEP:
+            if abs(length - before) <= STEP_M:
                 last, before = b, length
                 continue
             if came_down and before < length:
@@ -134,12 +151,12 @@ def without_bodies(ranges, beams, widest_m, kept):
                 aside = kept[last] * sin(turn)
                 if ahead * ahead + aside * aside <= widest_m * widest_m:
                     for k in range(first, last + 1):
-                        kept[k] = GONE
+                        kept[k] = GONE_M
                     found = True
             came_down = length < before or last < 0
             first, last, before = b, b, length
     for b in range(len(kept)):
-        if kept[b] == GONE:
+        if kept[b] == GONE_M:
             kept[b] = np.inf
 
 

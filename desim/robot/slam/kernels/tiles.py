@@ -2,6 +2,10 @@
 
 A tile has 8 x 8 cells. A map is two rows of indices into pools of tiles: of the visits by beams,
 and of the returns. Tile 0 of each pool is empty and never counted.
+
+These tiles are not those of ``desim.robot.kernels.tiles``, which hold the log-odds of robots' maps.
+A cell has counts, a mean place and a normal here, and a scan writes to the maps of all particles:
+of small tiles fewer are copied.
 """
 
 from typing import NamedTuple
@@ -11,14 +15,17 @@ import numpy as np
 from desim.ports.kernels import cos, inner, lean, sin, types
 from desim.robot.slam.kernels.points import NX, NY, X, Y
 
-SIDE, CELLS = 8, 64  # cells of a tile, along a side and in all
+SIDE = 8  # cells along a side of a tile
+CELLS = 64  # of a tile
 MOST = 30_000  # counts of a cell stop here (int16)
 FIXED = 4294967296.0  # one, in fixed point
-OCCUPIED = 0.2  # a cell is occupied if at least this share of its visits were returns
+# A cell is occupied if at least this share of its visits were returns (ours; gmapping: 0.1 to
+# match, 0.25 to publish).
+OCCUPIED = 0.2
 
 
 class Stock(NamedTuple):
-    """The tiles of a pool in use and free: ``refs`` [capacity] number of references, ``free``
+    """The tiles of a pool, in use and free: ``refs`` [capacity] number of references, ``free``
     [capacity], of which the first ``free_count[0]`` are the tiles without any."""
 
     refs: np.ndarray

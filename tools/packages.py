@@ -1,10 +1,11 @@
 """Where does a thing belong? Prints each package with the first line of its docstring.
 
-    python tools/rooms.py [PACKAGE ...] [--modules | --counts]
+    python tools/packages.py [PACKAGE ...] [--modules | --counts]
 
 PACKAGE, as ``desim/network`` or ``network``, is printed alone, with the first line of each of its
-modules. Without one: all packages, and with --modules their modules too. With --counts, a line a
-room instead: statements in the syntax tree, names ``Any``, and casts and ``type: ignore`` comments.
+modules. Without one: all packages, and with --modules their modules too. With --counts, a line for
+each package of desim instead: statements in the syntax tree, names ``Any``, and casts and ``type:
+ignore`` comments.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 IGNORE = re.compile(r"#\s*type: ignore(\[[^]]*\])?")
 
-# The story of the house, from the ground up: a room imports only rooms that stand before it.
-STORY = ["units", "errors", "files", "colours", "compiler", "ports", "plugins", "engine",
+# The packages and modules of desim, from the lowest up: each imports only those before it.
+LAYERS = ["units", "errors", "files", "colours", "compiler", "ports", "plugins", "engine",
          "statistics", "scenario", "world", "network", "middleware", "robot", "monitor",
          "simulation", "results", "netcases", "blame", "api", "campaign", "validation", "testing",
          "export", "imports", "report", "commands", "cli"]
@@ -34,7 +35,7 @@ def first_line(file: Path) -> str:
     return (ast.get_docstring(ast.parse(file.read_text())) or "").partition("\n")[0]
 
 
-def rooms(package: Path, modules: bool, depth: int = 0) -> list[str]:
+def tree(package: Path, modules: bool, depth: int = 0) -> list[str]:
     """A line for the package, then those of what is in it, packages last."""
     lines = [f"{'  ' * depth}{package.name + '/':{32 - 2 * depth}}"
              f"{first_line(package / '__init__.py')}"]
@@ -42,9 +43,9 @@ def rooms(package: Path, modules: bool, depth: int = 0) -> list[str]:
         lines += [f"{'  ' * depth}  {file.name:{30 - 2 * depth}}{first_line(file)}"
                   for file in sorted(package.glob("*.py")) if file.name != "__init__.py"]
     for folder in sorted(package.iterdir(), key=lambda path: (
-            STORY.index(path.name) if depth == 0 and path.name in STORY else 0, path.name)):
+            LAYERS.index(path.name) if depth == 0 and path.name in LAYERS else 0, path.name)):
         if (folder / "__init__.py").is_file():
-            lines += rooms(folder, modules, depth + 1)
+            lines += tree(folder, modules, depth + 1)
     return lines
 
 
@@ -56,28 +57,28 @@ def packages(name: str) -> list[Path]:
              for file in sorted((ROOT / top).rglob("__init__.py"))
              if file.parent.relative_to(ROOT).parts[-len(wanted):] == wanted]
     if not found:
-        sys.exit(f"no package {name!r}; tools/rooms.py alone prints all of them")
+        sys.exit(f"no package {name!r}; tools/packages.py alone prints all of them")
     return found
 
 
-def counts_by_room() -> dict[str, Counter[str]]:
-    """The counts of each room of desim, of netmodels, and their sum as ``all``."""
-    by_room: dict[str, Counter[str]] = {}
+def counts_by_layer() -> dict[str, Counter[str]]:
+    """The counts of each layer of desim, of netmodels, and their sum as ``all``."""
+    by_layer: dict[str, Counter[str]] = {}
     for package in ("desim", "netmodels"):
         for file in sorted((ROOT / package).rglob("*.py")):
             parts = file.relative_to(ROOT).with_suffix("").parts
-            room = package if package == "netmodels" else parts[1]
-            by_room.setdefault(room, Counter()).update(counted(file.read_text()))
-    by_room["all"] = sum(by_room.values(), Counter())
-    return by_room
+            layer = package if package == "netmodels" else parts[1]
+            by_layer.setdefault(layer, Counter()).update(counted(file.read_text()))
+    by_layer["all"] = sum(by_layer.values(), Counter())
+    return by_layer
 
 
 def counts() -> list[str]:
-    """A line a room of desim, one for netmodels, and their sum."""
+    """A line a layer of desim, one for netmodels, and their sum."""
     kinds = ("statements", "Any", "casts")
     return [f"{'':16}" + "".join(f"{kind:>12}" for kind in kinds),
-            *(f"{room:16}" + "".join(f"{count[kind]:12}" for kind in kinds)
-              for room, count in counts_by_room().items())]
+            *(f"{layer:16}" + "".join(f"{count[kind]:12}" for kind in kinds)
+              for layer, count in counts_by_layer().items())]
 
 
 def counted(text: str) -> Counter[str]:
@@ -127,14 +128,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these, with modules")
     parser.add_argument("--modules", action="store_true", help="each module's first line too")
-    parser.add_argument("--counts", action="store_true", help="statements, Any and casts by room")
+    parser.add_argument("--counts", action="store_true", help="statements, Any and casts by layer")
     chosen = parser.parse_args()
     if chosen.counts:
         lines = counts()
     else:
         shown = [package for name in chosen.packages for package in packages(name)]
         lines = [line for package in shown or (ROOT / "desim", ROOT / "netmodels")
-                 for line in rooms(package, chosen.modules or bool(shown))]
+                 for line in tree(package, chosen.modules or bool(shown))]
     print("\n".join(lines))
 
 
