@@ -66,6 +66,74 @@ def test_straight_legs_stay_clear(robot_map, random):
         assert made.clear_line(tuple(a), tuple(b))
 
 
+def whole_search(planner, start, goals):
+    """Lengths as of a search that goes on to the end of the map."""
+    planner._spread(_WALKING, start, np.zeros(0, np.int64), 0, 0, np.zeros((0, 3), np.int64))
+    assert planner._arrays.last[3] == kernels.FAR - 1
+    costs = planner._arrays.search.distance[goals].astype(float)
+    return np.where(costs < kernels.FAR, costs / 5 * planner.costmap.spec.resolution_m, np.inf)
+
+
+@given(maps(), st.randoms(use_true_random=False))
+def test_lengths_are_those_of_the_whole_search(robot_map, random):
+    made = costmap(robot_map)
+    free = np.flatnonzero(made.flat < INSCRIBED).tolist()
+    if not free:
+        return
+    planner = GlobalPlanner(made)
+    for _ in range(4):  # each begins where the last one has left the arrays
+        start, goals = random.choice(free), random.choices(free, k=random.randint(1, 6))
+        found = [planner.lengths_m(made.centre(start), list(map(made.centre, asked)), 0.0)
+                 for asked in (goals[:1], goals, goals[::-1])]  # the last are known already
+        frontiers = planner.frontiers(made.centre(start), 2, 1)
+        whole = whole_search(planner, start, goals)
+        assert np.array_equal(found[0], whole[:1]) and np.array_equal(found[1], whole)
+        assert np.array_equal(found[2], whole[::-1])
+        planner._arrays.last = None
+        assert frontiers == planner.frontiers(made.centre(start), 2, 1)
+
+
+@given(maps(), st.randoms(use_true_random=False))
+def test_a_plan_after_lengths_is_the_plan_of_a_fresh_search(robot_map, random):
+    made = costmap(robot_map)
+    free = np.flatnonzero(made.flat < INSCRIBED).tolist()
+    if not free:
+        return
+    start, near, far = (made.centre(random.choice(free)) for _ in range(3))
+    planner = GlobalPlanner(made)
+    planner.lengths_m(start, [near], 0.0)
+    cached = planner.plan(start, far, 0.0)
+    lengths_m = planner.lengths_m(start, [far, near], 0.0)  # on from a search for a path
+    planner._arrays.last = None
+    fresh = planner.plan(start, far, 0.0)
+    assert (cached is None) == (fresh is None) == bool(np.isinf(lengths_m[0]))
+    if fresh is not None:
+        assert np.array_equal(cached, fresh)
+
+
+def test_a_search_for_lengths_ends_with_the_last_of_its_goals():
+    made = costmap(Drawn(np.full((40, 200), FREE, np.int16)))
+    planner = GlobalPlanner(made)
+    places = [(1.5, 4.0), (3.0, 4.0), (1.5, 4.0), (1.0, 4.0)]
+    found = planner.lengths_m((1.0, 4.0), places, 0.0)
+    assert found.tolist() == [0.4 if x_m == 1.5 else x_m - 1.0 for x_m, _ in places]
+    distance = planner._arrays.search.distance
+    assert distance[made.cell(39.0, 4.0)] == kernels.FAR
+    assert planner._arrays.last[3] == distance[made.cell(3.0, 4.0)]
+    assert planner.lengths_m((1.0, 4.0), [], 0.2).shape == (0,)
+
+
+def test_a_goal_that_cannot_be_reached_ends_no_search():
+    corridor = np.zeros((20, 60), np.int16)
+    corridor[10, :40] = corridor[10, 45:] = FREE
+    planner = GlobalPlanner(costmap(Drawn(corridor)))
+    places = [(11.0, 2.1), (4.0, 2.1)]
+    found = planner.lengths_m((1.0, 2.1), places, 0.0)
+    assert np.isinf(found[0]) and found[1] == 3.0
+    assert planner._arrays.last[3] == kernels.FAR - 1
+    assert planner.lengths_m((1.0, 2.1), places[1:], 0.0).tolist() == [3.0]
+
+
 def test_an_open_floor_is_crossed_in_one_leg():
     robot_map = Drawn(np.full((30, 30), FREE, np.int16))
     way = GlobalPlanner(costmap(robot_map)).plan((0.5, 0.5), (4.9, 2.9), 0.0)

@@ -42,6 +42,7 @@ def _toll(squeezing: bool) -> np.ndarray:
 
 _WALKING, _SQUEEZING = _toll(False), _toll(True)
 _NO_DISCS = np.zeros((0, 3), np.int64)
+_NO_GOALS = np.zeros(0, np.int64)
 
 
 class _Arrays:
@@ -81,10 +82,9 @@ class GlobalPlanner:
         goal = costmap.free_near(*to_m, tolerance_m)
         if start < 0 or goal < 0:
             return None
-        if not self._settled(start, goal):
-            self._spread(_WALKING, start, goal, 0, 0, _NO_DISCS)
-            if not self._settled(start, goal):
-                return None
+        self._settle(start, np.array([goal]))
+        if arrays.search.distance[goal] == kernels.FAR:
+            return None
         spec = costmap.spec
         count = kernels.trace_back(costmap.flat, costmap.across, _WALKING, arrays.search.distance,
                                    goal, arrays.way)
@@ -97,19 +97,18 @@ class GlobalPlanner:
                   tolerance_m: float) -> np.ndarray:
         """[n] costs of the cheapest paths to ``places`` as lengths, as ``Frontier.path_m``; inf
         where there is none. A path ends as that of ``plan``."""
-        costmap, arrays = self.costmap, self._arrays
+        costmap = self.costmap
         costmap.update()
         lengths_m = np.full(len(places), np.inf)
         start = costmap.free_near(*from_m, START_REACH_M)
-        if start < 0:
+        goals = np.array([costmap.free_near(*place, tolerance_m) for place in places], np.int64)
+        is_free = goals >= 0
+        if start < 0 or not is_free.any():
             return lengths_m
-        if arrays.last != (costmap, costmap.seen, start, kernels.FAR - 1):
-            self._spread(_WALKING, start, -1, 0, 0, _NO_DISCS)
-        for k, place in enumerate(places):
-            goal = costmap.free_near(*place, tolerance_m)
-            if goal >= 0 and arrays.search.distance[goal] < kernels.FAR:
-                lengths_m[k] = (int(arrays.search.distance[goal]) / _STRAIGHT
-                                * costmap.spec.resolution_m)
+        self._settle(start, goals[is_free])
+        costs = self._arrays.search.distance[goals]
+        is_met = is_free & (costs < kernels.FAR)
+        lengths_m[is_met] = costs[is_met] / _STRAIGHT * costmap.spec.resolution_m
         return lengths_m
 
     def frontiers(self, from_m: tuple[float, float], limit: int | None, smallest: int,
@@ -154,28 +153,30 @@ class GlobalPlanner:
         start = self.costmap.free_near(*from_m, START_REACH_M)
         if start < 0:
             return []
-        count = self._spread(toll, start, -1, min(limit or MOST_FRONTIERS, MOST_FRONTIERS),
+        count = self._spread(toll, start, _NO_GOALS, min(limit or MOST_FRONTIERS, MOST_FRONTIERS),
                              smallest, discs)
         found = [self._read(toll, cell, cells)
                  for cell, cells in self._arrays.search.found[:count].tolist()]
         return sorted(found, key=lambda entry: entry[0].path_m)
 
-    def _spread(self, toll: np.ndarray, start: int, goal: int, limit: int, smallest: int,
+    def _spread(self, toll: np.ndarray, start: int, goals: np.ndarray, limit: int, smallest: int,
                 discs: np.ndarray) -> int:
         """Run ``kernels.spread``. Returns the number of clusters found."""
         arrays, costmap = self._arrays, self.costmap
         count, settled = kernels.spread(
-            costmap.flat, costmap.across, toll, start, goal, limit, smallest,
+            costmap.flat, costmap.across, toll, start, goals, limit, smallest,
             int(_INWARD_M / costmap.spec.resolution_m), discs, arrays.search)
         arrays.last = (costmap, costmap.seen, start, settled) if toll is _WALKING else None
         return count
 
-    def _settled(self, start: int, goal: int) -> bool:
-        """Whether the last search of all was this robot's from here, and got as far as ``goal``: as
-        when it has just searched for frontiers. The path is the same as a new search would find."""
-        last = self._arrays.last
-        return (last is not None and last[:3] == (self.costmap, self.costmap.seen, start)
-                and bool(self._arrays.search.distance[goal] <= last[3]))
+    def _settle(self, start: int, goals: np.ndarray) -> None:
+        """Make the last search of all one from here that has settled ``goals`` [k], as far as they
+        can be reached. It often is already, as when the robot has just searched for frontiers:
+        costs and paths are those that a new search would find."""
+        last, distance = self._arrays.last, self._arrays.search.distance
+        if last is None or last[:3] != (self.costmap, self.costmap.seen, start) or (
+                last[3] < kernels.FAR - 1 and (distance[goals] > last[3]).any()):
+            self._spread(_WALKING, start, goals, 0, 0, _NO_DISCS)
 
     def _read(self, toll: np.ndarray, cell: int, cells: int) -> tuple[Frontier, int]:
         """The frontier of a cluster just found, and the cell to drive to: back from its ``cell`` to

@@ -119,9 +119,10 @@ class Market:
         if robot.pose is None:
             return
         lots = [ports.Place(x_m, y_m) for x_m, y_m, _ in offer.content]
-        ways_m = robot.path_lengths_m(lots).tolist()
-        if robot.goal is not None:
-            rest_m = float(robot.path_lengths_m([robot.goal])[0])
+        if robot.goal is None:
+            ways_m = robot.path_lengths_m(lots).tolist()
+        else:
+            rest_m, *ways_m = robot.path_lengths_m([robot.goal, *lots]).tolist()
             beyond_m = robot.path_lengths_m(lots, robot.goal).tolist()
             ways_m = [way_m if way_m < rest_m else rest_m + more_m
                       for way_m, more_m in zip(ways_m, beyond_m, strict=True)]

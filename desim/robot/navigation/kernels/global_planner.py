@@ -65,14 +65,15 @@ def cluster(flat, across, toll, seed, discs, seen, queue):
     return size
 
 
-@kernel(types.UniTuple(_i8, 2)(types.uint8[::1], _i8, types.int32[:, ::1], *[_i8] * 5,
-                               types.int64[:, ::1], SEARCH))
-def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, search):
+@kernel(types.UniTuple(_i8, 2)(types.uint8[::1], _i8, types.int32[:, ::1], _i8, _i8[::1],
+                               *[_i8] * 3, types.int64[:, ::1], SEARCH))
+def spread(flat, across, toll, start, goals, limit, smallest, inward, discs, search):
     """Dijkstra from ``start`` with integer costs in circular buckets (Dial 1969), in order of cost
-    until ``goal`` is settled, or ``limit`` frontier clusters, or all there is.
+    until all ``goals`` [k] are settled, or ``limit`` frontier clusters, or all there is.
 
-    goal: -1 for none | limit: 0 = no frontiers wanted | smallest: cells of a cluster that counts |
-    inward: cells between the aim in a cluster and its cell met first, at most half way
+    goals: none where frontiers are wanted | limit: 0 = no frontiers wanted | smallest: cells of a
+    cluster that counts | inward: cells between the aim in a cluster and its cell met first, at most
+    half way
     Returns the number of clusters found, and the cost up to which all is settled.
     """
     distance, seen, queue, buckets, used, found = search
@@ -84,6 +85,12 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, sear
     around = -across, -1, 1, across, -across - 1, 1 - across, across - 1, across + 1
     distance[start], buckets[0, 0], filled[0] = 0, start, 1
     waiting, far, count, open_ = 1, 0, 0, 0
+    for goal in goals:
+        used[0], used[1] = min(used[0], goal), max(used[1], goal + 1)
+        if seen[goal] == 0:
+            seen[goal] = 2
+            open_ += 1
+    ends = limit > 0 or open_ > 0
     while waiting > 0:
         b = far % BUCKETS
         for k in range(filled[b]):  # no step is free, so nothing joins this bucket meanwhile
@@ -104,7 +111,7 @@ def spread(flat, across, toll, start, goal, limit, smallest, inward, discs, sear
                         open_ += 1
             if seen[cell] == 2:
                 open_ -= 1
-            if cell == goal or (limit > 0 and count == limit and open_ == 0):
+            if ends and count == limit and open_ == 0:
                 return count, far
             used[0], used[1] = min(used[0], cell - across - 1), max(used[1], cell + across + 2)
             for n in range(8):
