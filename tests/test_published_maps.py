@@ -53,7 +53,7 @@ def test_without_the_maps_it_says_so(monkeypatch, tmp_path):
 
 
 def test_an_unknown_terrain_is_refused(repository):
-    done = subprocess.run([sys.executable, repository / "tools" / "published_maps.py", "moon"],
-                          text=True, capture_output=True)
+    tool = repository / "tools" / "measurements" / "published_maps.py"
+    done = subprocess.run([sys.executable, tool, "moon"], text=True, capture_output=True)
     assert done.returncode == 2
     assert "unknown terrain moon; known: maze, loop, cross, zigzag" in done.stderr

@@ -15,7 +15,7 @@ def maps(reference):
 
 
 # Seed 1 takes 112, 122 and 371 s (seeds 2 to 8: 170 to 274 s), and 247 s; zigzag as a whole is
-# tools/acceptance.py's.
+# acceptance.py's.
 @pytest.mark.parametrize("terrain, share, within_s", [
     ("loop", 0.99, 200), ("cross", 0.99, 200), ("maze", 0.99, 450), ("zigzag", 0.5, 350)])
 def test_a_fleet_explores_it_in_time_and_keeps_out_of_its_walls(terrain, share, within_s):

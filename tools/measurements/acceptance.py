@@ -1,6 +1,6 @@
 """Do whole fleets explore as they should? Terrains, seeds, the paper's figure, range, real maps.
 
-    python tools/acceptance.py [--json] [--workers N] [part ...]
+    python tools/measurements/acceptance.py [--json] [--workers N] [part ...]
 
 Every run is watched tick by tick (no body deeper than 1 cm in a wall or in another). The exit code
 is 1 if something that must be shown is not.
@@ -26,7 +26,7 @@ from desim.monitor.summary import summarize
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 SCENARIOS = ROOT / "scenarios"
 MAPS = ROOT.parent / "shared" / "reference" / "mrs_testbed_maps"
 TERRAINS = ("loop", "cross", "zigzag", "maze")

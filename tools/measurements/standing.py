@@ -1,4 +1,6 @@
-"""Why do robots stand? `python tools/standing.py SCENARIO [--set KEY=VALUE ...] [--seed N ...]`.
+"""Why do robots stand? Their reasons, by stretches of time of a run.
+
+    python tools/measurements/standing.py SCENARIO [--set KEY=VALUE ...] [--seed N ...]
 
 Twice a simulated second it reads the state of bodies and of navigation, which changes no run. It
 prints, by stretches of time, the mean speed, the goals set and reached a second, and the share of

@@ -1,6 +1,6 @@
 """The maps that the paper's authors published beside ours, with the same error measure.
 
-    python tools/published_maps.py [--to FILE] [--json]
+    python tools/measurements/published_maps.py [--to FILE] [--json]
 
 Prints the error of four maps of each terrain: the authors' (yzrobot/mrs_testbed, of the reference
 data) and ours of ``maze_8``, seed 1, with true poses, with odometry alone and with gmapping. With
@@ -36,13 +36,13 @@ from desim.ports.tasks import Ground
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 MAPS = ROOT.parent / "shared" / "reference" / "mrs_testbed_maps"
 TERRAINS = ("maze", "loop", "cross", "zigzag")
 LOCALIZATIONS = ("ground_truth", "odometry", "gmapping")
 CELL_M, ORIGIN_M = 0.2, {"cross": (-30.0, -87.6), "zigzag": (-30.0, -87.6), "maze": (-30.0, -81.2),
                          "loop": (-30.0, -81.2)}  # as the YAML files beside the images have them
-NEAR = -36.0, 36.0  # m, from their frame to the paper's: roughly (tools/acceptance.py)
+NEAR = -36.0, 36.0  # m, from their frame to the paper's: roughly (acceptance.py)
 FARTHEST_M = 1.0
 # Steps and reaches of the search: m, rad; as many of each on both sides.
 STEPS = ((0.4, 0.01), (0.1, 0.0025), (0.025, 0.0006))

@@ -1,6 +1,6 @@
 """Does the radio's fidelity change the results of thirty robots? ``field_30`` on every rung.
 
-    python tools/fidelity.py [--seeds N] [--set KEY=VALUE ...]
+    python tools/measurements/fidelity.py [--seeds N] [--set KEY=VALUE ...]
 
 Prints the tables of docs/studies/ladder.md. The load is what the robots send, with headers and
 repetitions of the transport, but without those of the radio.
@@ -19,7 +19,7 @@ from desim.monitor.summary import summarize
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
 
-FILE = Path(__file__).resolve().parent.parent / "scenarios" / "field_30.yaml"
+FILE = Path(__file__).resolve().parents[2] / "scenarios" / "field_30.yaml"
 RUNGS = ("ideal", "disk", "walls", "mac", "multihop")
 SIZE = 30
 COLUMNS = ("rung", "explored after", "seeds", "delivered", "dropped messages", "lost frames",

@@ -1,6 +1,6 @@
 """How often do the intervals of desim/statistics hold the truth? Measured by simulation.
 
-    python tools/interval_coverage.py [--experiments 2000]
+    python tools/measurements/interval_coverage.py [--experiments 2000]
 
 One line for each interval: the distribution, the share of intervals (nominally 95 %) that contain
 the truth, the standard error of that share. This is the table of docs/statistics.md.
