@@ -20,7 +20,19 @@ OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
 ODOMETRY = "nav_msgs/msg/Odometry"
 PATH = "nav_msgs/msg/Path"
 POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
+RANGE = "sensor_msgs/msg/Range"
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"  # not among those of ROS 1 that rosbags brings along
+
+# The press or release of one of a Kobuki's three bumpers; its package by the version of ROS.
+_BUMPER_EVENT = {1: "kobuki_msgs/msg/BumperEvent", 2: "kobuki_ros_interfaces/msg/BumperEvent"}
+_BUMPER_FIELDS = """uint8 LEFT=0
+uint8 CENTER=1
+uint8 RIGHT=2
+uint8 RELEASED=0
+uint8 PRESSED=1
+uint8 bumper
+uint8 state
+"""
 
 _ZERO = {"string": "", "bool": False, "float32": 0.0, "float64": 0.0}
 
@@ -46,6 +58,8 @@ class RosTypes:
         if TF_MESSAGE not in self.store.types:
             self.store.register(get_types_from_msg(
                 "geometry_msgs/TransformStamped[] transforms", TF_MESSAGE))
+        self.bumper_event = _BUMPER_EVENT[version]
+        self.store.register(get_types_from_msg(_BUMPER_FIELDS, self.bumper_event))
         self._known = cache(self._looked_up)
 
     def make(self, kind: str, **given: object) -> Message:

@@ -6,7 +6,7 @@ import yaml
 
 from desim import colours
 from desim.export.extent import Extent, extent_of
-from desim.export.ros.laser_scans import scan_topics
+from desim.export.ros.laser_scans import scan_topics, sonar_size
 from desim.export.ros.markers import MAP_FRAME
 from desim.export.ros.topics import is_latched
 from desim.results.recording import Recording
@@ -37,6 +37,10 @@ def rviz_configuration(recording: Recording, version: int) -> str:
         displays += [display("LaserScan", topic, **{
             "Style": "Points", "Size (Pixels)": 2, "Color Transformer": "FlatColor",
             "Color": colour, "Alpha": 0.5}) for topic in scan_topics(recording, number)]
+        transducers = sonar_size(recording, number)
+        if transducers:  # each message is the range of one
+            displays.append(display("Range", f"/{robot}/sonar", **{
+                "Color": colour, "Alpha": 0.3, "Buffer Length": transducers}))
         displays += [
             display("Path", f"/{robot}/plan", **{
                 "Color": colour, "Line Style": "Billboards", "Line Width": 0.1}),

@@ -27,6 +27,7 @@ from desim.export.ros.message_types import (
     Timed,
     TopicMessage,
 )
+from desim.export.ros.near_by import bumps, sonar_frames, sonar_readings
 from desim.monitor.map_growth import MapGrowth
 from desim.monitor.recorder import ShownPlan
 from desim.results.file_names import SAMPLES
@@ -58,7 +59,8 @@ def topic_messages(recording: ReplaySource, types: RosTypes, scanner: Scanner | 
         _on(EXPLORED, FLOAT64, _explored(recording, types)),
     ]
     if scanner is not None:
-        streams.append(_scans(recording, types, scanner))
+        streams += [_scans(recording, types, scanner), sonar_readings(recording, types, scanner),
+                    bumps(recording, types, scanner)]
     for robot in recording.robots:
         own = [growth for growth in recording.growths if growth.robot == robot]
         if own:
@@ -85,14 +87,16 @@ def _transform(types: RosTypes, time_ns: int, parent: str, child: str,
 
 
 def _fixed(recording: ReplaySource, types: RosTypes, scanner: Scanner | None) -> Iterator[Timed]:
-    """The frames that do not move: odometry starts at the map's origin, lasers are where they are
-    mounted on their robot. Repeated for those who join late."""
+    """The frames that do not move: odometry starts at the map's origin, lasers and sonars are where
+    they are mounted on their robot. Repeated for those who join late."""
     frames: list[tuple[str, str, tuple[float, float, float]]] = []
     for number, robot in enumerate(recording.robots):
         frames.append((MAP_FRAME, f"{robot}/odom", (0.0, 0.0, 0.0)))
         for topic, laser in scanner.lasers[number].items() if scanner else ():
             frames.append((f"{robot}/base_link", _laser_frame(robot, topic),
                            (laser.x_m, laser.y_m, laser.yaw_rad)))
+        frames += [(f"{robot}/base_link", *frame) for frame in sonar_frames(
+            robot, scanner.sonars[number] if scanner else None)]
     for time_ns in repeated([0], recording):
         yield time_ns, types.make(TF_MESSAGE, transforms=[
             _transform(types, time_ns, *frame) for frame in frames])

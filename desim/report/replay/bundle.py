@@ -13,11 +13,12 @@ from desim.report.replay.events import listed_events
 from desim.report.replay.facts import facts
 from desim.report.replay.growth import add_growth
 from desim.report.replay.ledger import add_ledger
+from desim.report.replay.sensors import add_bumps, sensors_of
 from desim.report.replay.traffic import add_loads, add_messages, add_topics, traffic_of
 from desim.results.file_names import LEDGER, ROBOTS, SUMMARY
 from desim.results.source import ReplaySource
 from desim.results.status import is_imported
-from desim.scenario.robot_types import equipment_of, types_of
+from desim.scenario.robot_types import types_of
 from desim.units import MM_PER_M
 
 Description = dict[str, object]  # what JSON can hold
@@ -52,6 +53,8 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
     notes.append(reduced)
     _add_links(columns, recording)
     add_beliefs(columns, recording.events, hosts)
+    sensors = sensors_of(recording)
+    add_bumps(columns, recording, sensors["bumpers"] or ())
     _add_robots(columns, recording)
     partitions_s = metrics.get("partitions", {}).get("episodes_s", [])
     listed, reduced = listed_events(recording.events, traffic, hosts, partitions_s)
@@ -67,10 +70,7 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
         "places": {host.name: [host.x_m, host.y_m] for host in recording.hosts
                    if not math.isnan(host.x_m)},
         "radius_m": [body.radius_m for body in types_of(scenario.fleet)],
-        "lasers": None if is_imported(manifest) else [
-            [{"beams": laser.beams, "field_of_view_rad": laser.field_of_view_rad,
-              "range_m": laser.max_range_m, "mount": [laser.x_m, laser.y_m, laser.yaw_rad]}
-             for laser in own.lasers_by_topic.values()] for own in equipment_of(scenario)],
+        **sensors,
         "deployment": scenario.deployment, "middleware": scenario.middleware.model,
         "terrain": _add_terrain(columns, recording),
         "growth": grown, "load_s": load_s, "plan_kinds": shown[0], "marks": shown[1],

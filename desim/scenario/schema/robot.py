@@ -75,8 +75,8 @@ class Sonar(Params):
         """The view of each transducer, as a laser's."""
         return tuple(Laser().model_copy(update={
             "beams": self.rays, "field_of_view_rad": self.cone_rad,
-            "max_range_m": self.max_range_m, "height_m": self.height_m, "x_m": x_m, "y_m": y_m,
-            "yaw_rad": yaw_rad}) for x_m, y_m, yaw_rad in self.transducers)
+            "max_range_m": self.max_range_m, "height_m": self.height_m, "rate_hz": self.rate_hz,
+            "x_m": x_m, "y_m": y_m, "yaw_rad": yaw_rad}) for x_m, y_m, yaw_rad in self.transducers)
 
 
 class Odometry(Params):

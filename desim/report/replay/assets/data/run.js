@@ -22,14 +22,15 @@ class Run {
     this.partCount = new Table("part", ["count"]);
     this.link = new Table("link", ["ns", "host", "other", "linked"]);
     this.sees = new Table("sees", ["ns", "believer", "other", "state"]);
+    this.bump = new Table("bump", ["ns", "robot"]);
     this.plan = new Table("plan", ["ns", "host", "kind", "count"]);
     this.planPoint = new Table("plan", ["x_mm", "y_mm", "text"]);
     this.second = new Table("second", ["us", "union", "explored", "distance_m", "rx_bytes",
       "tx_bytes"], ["explored", "distance_m", "rx_bytes", "tx_bytes"]);
     this.topic = new Table("topic", ["bytes", "messages", "latency_us", "longest_us", "lost"],
       ["bytes", "messages", "latency_us", "longest_us", "lost"]);
-    this.tables = [this.pose, this.obstacle, this.message, this.load, this.link, this.sees, this.plan,
-      this.planPoint, this.second, this.topic];
+    this.tables = [this.pose, this.obstacle, this.message, this.load, this.link, this.sees, this.bump,
+      this.plan, this.planPoint, this.second, this.topic];
     this.events = [];
     this.growth = null;  // the last chunk with maps, which are decoded when they are shown
     this.hostOfRobot = this.robots.map((name) => this.hosts.indexOf(name));

@@ -25,6 +25,14 @@ const SYMBOLS = [
     context.closePath();
     fillFan(context, theme.hues[0], theme, true);
   }],
+  ["sonar: the nearest wall in each cone", (context, theme, x, y) => {
+    [[0.3, 40], [-0.3, 30]].forEach(([angle, range]) => sonarCone(context, x - 20, y, angle, 0.5, range,
+      alpha(theme.hues[0], 0.16), theme.hues[0]));
+  }],
+  ["bumper that has just been pressed", (context, theme, x, y) => {
+    bumperRing(context, x, y, 6, theme);
+    symbolRobot(context, theme, x, y);
+  }],
   ["explored map: the discoverer's colour, bright for 4 s", (context, theme, x, y) => {
     [[0, theme.tint], [2, theme.tint], [0, theme.glow]].forEach(([hue, share], k) => {
       context.fillStyle = `rgb(${mixed(theme.free, rgb(theme.hues[hue]), share)})`;

@@ -223,6 +223,11 @@ function interfaceOf(app) {
       const flat = run(which).posesAt(Math.min(app.player.timeS, run(which).endS));
       return run(which).robots.map((_, robot) => [...flat.slice(3 * robot, 3 * robot + 3)]);
     },
+    sonars: (which = 0) => {
+      const timeS = Math.min(app.player.timeS, run(which).endS), poses = run(which).posesAt(timeS);
+      return run(which).robots.map((_, robot) => run(which).about.sonars?.[robot]
+        ? app.scenes[which].nearBy.readings(timeS, poses, robot).map(([, , , range]) => range) : null);
+    },
     select: (selection) => app.select(selection),
     selection: () => ({ ...app.selection }),
     difference: () => app.difference,

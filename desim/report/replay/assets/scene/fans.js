@@ -11,7 +11,6 @@ class Fans {
   draw(context, camera, view) {
     const { lasers } = this.run.about, count = this.run.robots.length, { theme, chosen } = view;
     if (!lasers || (chosen < 0 && this.run.isLarge)) return;
-    this.rays = this.terrain.at(view.timeS).rays;
     const together = chosen < 0 && count > LIT_TOGETHER;
     if (together) context.beginPath();
     for (let robot = 0; robot < count; robot++) {
@@ -23,7 +22,7 @@ class Fans {
       }
       if (!together) context.beginPath();
       for (const laser of lasers[robot]) {
-        this.#fan(context, camera, view.poses, robot, laser,
+        this.#fan(context, camera, view, robot, laser,
           together ? Math.min(laser.beams, BEAMS_TOGETHER) : laser.beams);
       }
       if (!together) fillFan(context, robotColour(theme, robot), theme, robot === chosen);
@@ -33,7 +32,8 @@ class Fans {
     context.fill();
   }
 
-  #fan(path, camera, poses, robot, laser, beams) {
+  #fan(path, camera, { poses, timeS }, robot, laser, beams) {
+    const rays = this.terrain.raysAt(timeS, laser.height_m);
     const { field_of_view_rad: field, range_m: reach, mount: [ahead, left, turned] } = laser;
     const yaw = poses[3 * robot + 2], c = Math.cos(yaw), s = Math.sin(yaw);
     const x = poses[3 * robot] + c * ahead - s * left;
@@ -41,7 +41,7 @@ class Fans {
     path.moveTo(camera.sx(x), camera.sy(y));
     for (let beam = 0; beam < beams; beam++) {
       const angle = yaw + turned + field * (beam / (beams - 1) - 0.5);
-      const ux = Math.cos(angle), uy = Math.sin(angle), range = this.rays.cast(x, y, ux, uy, reach);
+      const ux = Math.cos(angle), uy = Math.sin(angle), range = rays.cast(x, y, ux, uy, reach);
       path.lineTo(camera.sx(x + ux * range), camera.sy(y + uy * range));
     }
     path.closePath();

@@ -4,6 +4,8 @@
 const LAYERS = {
   map: { words: "explored map", isIn: (run) => run.growth !== null },
   fans: { words: "laser fans", isIn: (run) => Boolean(run.about.lasers) },
+  nearby: { words: "sonars and bumpers",
+    isIn: ({ about }) => [about.sonars, about.bumpers].some((list) => list?.some(Boolean)) },
   paths: { words: "paths", isIn: () => true },
   plans: { words: "plans and goals", isIn: (run) => run.plan.length > 0 },
   slam: { words: "believed poses", isIn: (run) => run.plan.at.kind?.includes(POSE) },
@@ -29,6 +31,7 @@ class Scene {
     this.loads = new Loads(run, this.hosts, this.traffic);
     this.flights = new Flights(run, this.hosts, this.traffic);
     this.plans = new Plans(run);
+    this.nearBy = new NearBy(run, this.terrain);
     const links = new Links(run, this.hosts, this.beliefs);
     // From the ground up, sheet by sheet: the layer (null: always drawn), and what draws it.
     this.sheets = [
@@ -42,6 +45,7 @@ class Scene {
         [null, new Obstacles(run)],
         ["slam", new BelievedPoses(run, this.plans)],
         ["links", new Flashes(links)],
+        ["nearby", this.nearBy],
         [null, new Robots(run, SOLID)],
         [null, this.hosts],
         ["messages", this.flights],

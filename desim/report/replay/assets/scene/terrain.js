@@ -13,15 +13,22 @@ class Terrain {
     return [...new Set(this.run.walls.map((wall) => wall.material))];
   }
 
-  // The walls that stand at the time, and the beams' way through them.
+  // The walls that stand at the time.
   at(timeS) {
     const doors = this.run.doorsAt(timeS);
     if (doors !== this.doors) {
       this.doors = doors;
       this.walls = this.run.walls.filter((wall) => wall.fromS <= timeS && timeS < wall.untilS);
-      this.rays = new Rays(this.walls);
+      this.rays = new Map();  // by the number of walls that are high enough
     }
     return this;
+  }
+
+  // The way of beams at a height through the walls that stand at the time: lower ones are not met.
+  raysAt(timeS, heightM) {
+    const met = this.at(timeS).walls.filter((wall) => wall.heightM > heightM);
+    if (!this.rays.has(met.length)) this.rays.set(met.length, new Rays(met));
+    return this.rays.get(met.length);
   }
 
   key(view) {
