@@ -19,6 +19,8 @@ import numpy as np
 from desim.robot.kernels.registration import overlay
 from desim.robot.transforms import motion_between
 
+# All of these are ours, and were not tried one by one; docs/map-sharing.md has the trials of what a
+# scenario sets.
 _BINS = 360  # of a Hough spectrum, half a degree each
 _COARSE = 2  # cells of the map along one of the correlation: 0.4 m
 _ROTATIONS = 2  # peaks of the spectra's correlation, each also half a turn on

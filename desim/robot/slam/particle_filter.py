@@ -21,6 +21,9 @@ from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.shared_maps import SharedMaps
 from desim.robot.transforms import compose, motion_between, motion_to
 
+# Constants without a source are ours. docs/slam.md has what another value of one makes of a real
+# log's error.
+
 # Standard deviations of a return's residual: the sensor's noise in m, and what cells blur in cells.
 # From far away more is taken at first: at its own, a pose that is a cell off has no gradient.
 _SIGMA_M = 0.01

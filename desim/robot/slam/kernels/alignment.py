@@ -15,6 +15,7 @@ from desim.ports.kernels import cos, inner, kernel, log, sin, types
 from desim.robot.slam.kernels.points import NX, NY, X, Y
 from desim.robot.slam.kernels.tiles import MAPS, OCCUPIED, SIDE
 
+# All of these are ours. docs/slam.md has what another value of one makes of a real log's error.
 UNKNOWN = -2.0  # log-likelihood of a return in the unknown
 MISSED = -3.0  # the least of any return: where no surface is
 LOOSE = 0.25  # weight of a return without a normal, in each direction

@@ -8,6 +8,7 @@ from desim.ports.kernels import cos, inner, lean, sin, types
 
 X, Y, NX, NY = 0, 1, 2, 3  # columns of points
 
+# All of these are ours. docs/slam.md has what another value of one makes of a real log's error.
 NEIGHBOURS = 6  # beams on each side, at most, in which a normal is fitted
 LEAST = 3  # and at least so many returns
 # A normal is trusted if the spread across is less than this share of that along.
@@ -19,6 +20,7 @@ SPACINGS = 2.5
 EVEN = 2.0
 GRAZING = 2.5  # beams that are less than so many increments off a surface met its edge, perhaps
 
+# Not in that trial: a log has no teammates.
 STEP_M = 0.25  # between the ranges of beams next to each other: one surface ends there
 GONE_M = -1.0  # the range of a beam that met something in front
 
