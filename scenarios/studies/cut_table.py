@@ -8,27 +8,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-import numpy as np
 import pyarrow.parquet as parquet
+from localization_table import share, times_of  # beside this file
 
-from desim.statistics.comparisons import paired
 from desim.statistics.intervals import t_interval
 
 UNCUT, CUTS = "never", ("for a minute", "for good")
-
-
-def times_of(runs) -> dict[int, float]:
-    """The exploration time by seed; the time limit where the maze was not explored."""
-    return {run["seed"]: run["simulated_s"] if run["exploration_time_s"] is None
-            else run["exploration_time_s"] for run in runs}
-
-
-def share(cut: dict[int, float], whole: dict[int, float]) -> str:
-    """The geometric mean of the times of equal seeds, divided, with its 95 % interval."""
-    seeds = [seed for seed in cut if seed in whole]
-    pair = paired(*(np.log([times[seed] for seed in seeds]) for times in (cut, whole)))
-    low, mean, high = np.exp([pair.difference.low, pair.difference.mean, pair.difference.high])
-    return f"{mean:.2f} ({low:.2f} to {high:.2f})"
 
 
 def main(campaign: Path) -> None:
@@ -39,12 +24,12 @@ def main(campaign: Path) -> None:
     for name in dict.fromkeys(run["strategy"] for run in runs):
         mine = [run for run in runs if run["strategy"] == name]
         whole = times_of([run for run in mine if run["cut"] == UNCUT])
-        cells = [f"{t_interval(list(whole.values())).mean:.0f}"]
+        cells = [t_interval(list(whole.values())).text()]
         for cut in CUTS:
             hurt = [run for run in mine if run["cut"] == cut]
             times = times_of(hurt)
             late = sum(run["exploration_time_s"] is None for run in hurt)
-            cells += [f"{t_interval(list(times.values())).mean:.0f}", share(times, whole),
+            cells += [t_interval(list(times.values())).text(), share(times, whole),
                       str(late) if late else ""]
         print(f"| `{name}` |", " | ".join(cells), "|")
 

@@ -400,6 +400,7 @@ vectors: [{map: plan.yaml, start: a, when: 'stops_of_mine:one', net: {model: rep
 set: {network.media.lan.rules: [{rule: 'rules_of_mine:Rule'}], coordination.strategy: maze}
 stop: {when: $when}
 metrics: {own: 'stops_of_mine:one', maze: explored}
+report: {metrics: [explored]}
 """
 
 

@@ -60,10 +60,8 @@ def _data(loaded: LoadedDesign, folder: str) -> dict[str, object]:
         moved_to = _relative(value, os.path.realpath(loaded.folder(path)), folder)
         return moved_to if moved_to != value and paths.has(path, value) else value
 
-    # Without metrics of its own, a report shows those that lead the task.
-    unsaid = None if loaded.design.report.metrics else {"report": {"metrics"}}
     data = {key: moved(value, (key,)) for key, value in
-            loaded.design.model_dump(mode="json", by_alias=True, exclude=unsaid).items()}
+            loaded.design.model_dump(mode="json", by_alias=True).items()}
     base = os.path.join(os.path.realpath(loaded.folder(("base",))), loaded.design.base)
     return {**data, "base": os.path.relpath(base, folder)}
 

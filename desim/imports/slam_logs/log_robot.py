@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.engine.streams import Streams
-from desim.errors import ModelError, class_of
 from desim.ports import Pose2D
 from desim.ports.arguments import check_callback, check_period
 from desim.ports.localization import (
@@ -19,7 +18,12 @@ from desim.ports.localization import (
     OdometryErrors,
     ScanWithOdometry,
 )
-from desim.robot.localization.checks import checked_path, draws_map, is_pose
+from desim.robot.localization.checks import (
+    checked_path,
+    checked_pose,
+    drawable,
+    draws_map,
+)
 from desim.robot.slam.settings import SlamSettings
 from desim.units import NS_PER_S
 
@@ -72,10 +76,8 @@ class LogRobot:
         ranges = ranges.view()
         ranges.flags.writeable = False
         self._scan = scan = LogScan(place, ranges)
-        pose = self._localization.on_odometry(self, place, scan)
-        if not is_pose(pose):
-            raise ModelError(f"{class_of(self._localization)} returned {pose!r} in on_odometry; "
-                             "wanted: a Pose2D of three finite numbers")
+        pose = checked_pose(self._localization,
+                            self._localization.on_odometry(self, place, scan))
         if not self.draws_map and self._is_due(pose):
             self._enter(pose)
         self._scan = None
@@ -111,15 +113,7 @@ class LogRobot:
         return self._streams.key("slam", *name)
 
     def draw(self, scan: ScanWithOdometry, pose: Pose2D) -> None:
-        if not self.draws_map:
-            raise ModelError(f"{class_of(self._localization)} draws a scan; wanted: "
-                             "draws_map = True in its class")
-        if scan is not self._scan or scan is None:
-            raise ModelError(f"{class_of(self._localization)} draws something else than the scan "
-                             "that has just come, or that twice; wanted: that scan, once")
-        if not is_pose(pose):
-            raise ModelError(f"{class_of(self._localization)} draws a scan from {pose!r}; wanted: "
-                             "a Pose2D of three finite numbers")
+        drawable(self._localization, scan, self._scan, pose)
         self._scan = None
         self._enter(pose)
 

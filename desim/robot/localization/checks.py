@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TypeGuard, TypeVar
 
 import numpy as np
 
@@ -10,16 +11,41 @@ from desim.errors import ModelError, class_of
 from desim.ports import Pose2D
 from desim.ports.localization import Localization
 
+S = TypeVar("S")  # a scan with its odometry
+
 
 def draws_map(localization: Localization) -> bool:
     """Whether ``localization`` makes the robot's map, too."""
     return bool(getattr(localization, "draws_map", False))
 
 
-def is_pose(pose: object) -> bool:
+def is_pose(pose: object) -> TypeGuard[Pose2D]:
     """Whether ``pose`` is a ``Pose2D`` of finite numbers."""
     return isinstance(pose, Pose2D) and all(
         isinstance(number, float | int | np.floating) and math.isfinite(number) for number in pose)
+
+
+def checked_pose(localization: Localization, pose: object) -> Pose2D:
+    """``pose``, which ``localization`` returned. Raises ``ModelError`` if it is none."""
+    if not is_pose(pose):
+        raise ModelError(f"{class_of(localization)} returned {pose!r} in on_odometry; wanted: a "
+                         "Pose2D of three finite numbers")
+    return pose
+
+
+def drawable(localization: Localization, scan: object, last: S | None, pose: object) -> S:
+    """``scan``, if ``localization`` draws maps, and draws from a pose the ``last`` scan, which was
+    not drawn yet. Raises ``ModelError`` if not."""
+    if not draws_map(localization):
+        raise ModelError(f"{class_of(localization)} draws a scan; wanted: draws_map = True in its "
+                         "class")
+    if last is None or scan is not last:
+        raise ModelError(f"{class_of(localization)} draws something else than the scan that has "
+                         "just come, or that twice; wanted: that scan, once")
+    if not is_pose(pose):
+        raise ModelError(f"{class_of(localization)} draws a scan from {pose!r}; wanted: a Pose2D "
+                         "of three finite numbers")
+    return last
 
 
 def checked_path(localization: Localization, poses: object, drawn: int) -> np.ndarray:

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from desim.engine.trace import bits
-from desim.errors import ModelError, class_of
 from desim.middleware.contents import Empty, LaserScan, Pose
 from desim.middleware.host import Host
 from desim.middleware.message import Message
@@ -16,7 +15,12 @@ from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Pose2D
 from desim.ports.localization import Localization
-from desim.robot.localization.checks import checked_path, draws_map, is_pose
+from desim.robot.localization.checks import (
+    checked_path,
+    checked_pose,
+    drawable,
+    draws_map,
+)
 from desim.robot.localization.context import SensorContext
 from desim.robot.mapping import PATIENCE_NS
 from desim.robot.poses import between
@@ -86,10 +90,8 @@ class LocalizationNode(Node):
         at = None if scan is None else self._odometry_at(scan.born_ns, before, odometry)
         if scan is not None and at is not None:
             self._undrawn = UnreadScan(scan, Pose2D(*at[1:]))
-        pose = self.localization.on_odometry(self._context, Pose2D(*odometry[1:]), self._undrawn)
-        if not is_pose(pose):
-            raise ModelError(f"{class_of(self.localization)} returned {pose!r} in on_odometry; "
-                             "wanted: a Pose2D of three finite numbers")
+        pose = checked_pose(self.localization, self.localization.on_odometry(
+            self._context, Pose2D(*odometry[1:]), self._undrawn))
         x_m, y_m, yaw_rad = map(float, pose)
         if before is None or before.stamp_ns // NS_PER_S < odometry.stamp_ns // NS_PER_S:
             self.record("believed", bits(x_m), bits(y_m), bits(yaw_rad))
@@ -108,20 +110,12 @@ class LocalizationNode(Node):
 
     def draw(self, scan: object, pose: Pose2D) -> None:
         """See ``LocalizationContext.draw``."""
-        if not self.draws_map:
-            raise ModelError(f"{class_of(self.localization)} draws a scan; wanted: "
-                             "draws_map = True in its class")
-        if not isinstance(scan, UnreadScan) or scan is not self._undrawn:
-            raise ModelError(f"{class_of(self.localization)} draws {scan!r}; wanted: the scan "
-                             "that has just come, once")
-        if not is_pose(pose):
-            raise ModelError(f"{class_of(self.localization)} draws a scan from {pose!r}; wanted: a "
-                             "Pose2D of three finite numbers")
+        undrawn = drawable(self.localization, scan, self._undrawn, pose)
         self._undrawn = None
         x_m, y_m, yaw_rad = map(float, pose)
         self.record("localized", bits(x_m), bits(y_m), bits(yaw_rad))
         self._drawn.append(Pose2D(x_m, y_m, yaw_rad))
-        scans = scan.content, *self._companions(scan.content.stamp_ns)
+        scans = undrawn.content, *self._companions(undrawn.content.stamp_ns)
         self._scans.append(scans)
         version = self.robot_map.version
         for each in scans:
