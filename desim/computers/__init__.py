@@ -1,0 +1,1 @@
+"""Computers that get busy: processors, their scheduling, and what callbacks and messages cost."""

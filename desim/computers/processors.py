@@ -1,0 +1,149 @@
+"""The processors of a computer: several jobs are ready, each runs on one processor at most.
+
+Time is in whole nanoseconds; work is kept in parts of a nanosecond that are so small that shares of
+processors lose nothing that a result could show. A job leaves at the first whole nanosecond at
+which its work is done.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from fractions import Fraction
+
+from desim.computers.scheduling import Discipline
+from desim.engine.kernel import Call, Kernel, Phase
+from desim.errors import KernelError
+
+_PARTS = 1 << 32  # of a nanosecond: a thousand events a second round off 0.02 ns of work in a day
+
+
+class Job(ABC):
+    """A piece of work for one processor. How much it is shows when it first gets one."""
+
+    __slots__ = ("priority", "begun", "left")
+
+    def __init__(self, priority: int = 0) -> None:
+        self.priority = priority  # the highest first, where the discipline looks at it
+        self.begun = False
+        self.left = 0  # work to be done yet, in parts
+
+    @abstractmethod
+    def begin(self) -> int:
+        """The job gets a processor for the first time. Returns its work, ns at speed 1."""
+
+    @abstractmethod
+    def end(self) -> object:
+        """The work is done."""
+
+
+class Processors:
+    """``count`` processors of one ``speed``, which ``discipline`` gives to the jobs that are ready.
+
+    Jobs begin and end in phase CONTROL; ``entity`` is the computer's, for the order inside an
+    instant. Raises ``KernelError`` for other numbers than a count >= 1 and a speed > 0.
+    """
+
+    __slots__ = ("count", "_kernel", "_entity", "_discipline", "_work_a_ns", "_parts_a_ns",
+                 "_ready", "_running", "_share", "_done", "_since_ns", "_busy_ns", "_call",
+                 "_due_ns")
+
+    def __init__(self, kernel: Kernel, entity: int, count: int, speed: Fraction,
+                 discipline: Discipline) -> None:
+        if type(count) is not int or count < 1 or type(speed) is not Fraction or speed <= 0:
+            raise KernelError(f"processors have an int count >= 1 and a Fraction speed > 0, got "
+                              f"{count!r} and {speed!r}")
+        self.count = count
+        self._kernel, self._entity, self._discipline = kernel, entity, discipline
+        self._work_a_ns = speed.numerator * _PARTS  # parts that a processor does in a nanosecond
+        self._parts_a_ns = speed.denominator * _PARTS  # parts of a nanosecond of work
+        self._ready: list[Job] = []  # in the discipline's order
+        self._running = 0  # so many of them
+        self._share = 1, 1  # of a processor, that each of these has
+        self._done: list[Job] = []  # and ``end`` is still to be called
+        self._since_ns = kernel.now_ns  # of what has been accounted for
+        self._busy_ns = 0
+        self._call: Call | None = None
+        self._due_ns = -1  # of the call
+
+    @property
+    def ready(self) -> int:
+        """The number of jobs that run or wait."""
+        return len(self._ready)
+
+    def busy_ns(self) -> int:
+        """The time for which processors have been busy so far, summed over all of them."""
+        return (self._busy_ns
+                + (self._kernel.now_ns - self._since_ns) * min(self._running, self.count))
+
+    def submit(self, job: Job) -> None:
+        """``job`` is ready."""
+        self._advance()
+        job.begun = False
+        self._discipline.enqueue(self._ready, job)
+        self._dispatch()
+
+    def withdraw(self, job: Job) -> None:
+        """Forget ``job`` if it is ready, without its ``end``."""
+        self._advance()
+        for jobs in (self._ready, self._done):
+            if job in jobs:
+                jobs.remove(job)
+        self._dispatch()
+
+    def _advance(self) -> None:
+        """Account for the work that has been done since the last event."""
+        elapsed_ns = self._kernel.now_ns - self._since_ns
+        if not elapsed_ns:
+            return
+        self._busy_ns = self.busy_ns()
+        self._since_ns = self._kernel.now_ns
+        processors, sharers = self._share
+        work = elapsed_ns * self._work_a_ns * processors // sharers
+        for job in self._ready[:self._running]:
+            job.left -= work
+            if job.left <= 0:  # nothing can preempt it any more
+                self._ready.remove(job)
+                self._done.append(job)
+
+    def _dispatch(self) -> None:
+        """Let those jobs run that are the first now."""
+        ready = self._ready
+        while True:
+            self._running, *share = self._discipline.grant(len(ready), self.count)
+            fresh = next((job for job in ready[:self._running] if not job.begun), None)
+            if fresh is None:
+                break
+            fresh.begun = True
+            fresh.left = fresh.begin() * self._parts_a_ns
+            if not fresh.left:
+                ready.remove(fresh)
+                fresh.end()
+        self._share = share[0], share[1]
+        self._book()
+
+    def _book(self) -> None:
+        """Book the end of the job that will be done first."""
+        running, now_ns = self._ready[:self._running], self._kernel.now_ns
+        if self._done:
+            due_ns = now_ns
+        elif running:
+            processors, sharers = self._share
+            least = min(job.left for job in running)
+            due_ns = now_ns - -least * sharers // (self._work_a_ns * processors)
+        else:
+            due_ns = -1
+        if due_ns == self._due_ns:
+            return
+        if self._call is not None:
+            self._call.cancel()
+        self._due_ns = due_ns
+        self._call = None if due_ns < 0 else self._kernel.at(due_ns, Phase.CONTROL, self._entity,
+                                                             self._end)
+
+    def _end(self, _: object) -> None:
+        self._call, self._due_ns = None, -1
+        self._advance()
+        done, self._done = self._done, []
+        for job in done:
+            job.end()
+        self._dispatch()

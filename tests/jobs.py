@@ -1,0 +1,53 @@
+"""Jobs that need nothing but processors, and whole plays of them."""
+
+from fractions import Fraction
+
+from desim.computers.processors import Job, Processors
+from desim.computers.scheduling import DISCIPLINES
+from desim.engine.kernel import Kernel, Phase
+
+
+class Play:
+    """Jobs at given times on ``count`` processors. ``log`` has a line a begin and an end."""
+
+    def __init__(self, discipline, count=1, speed=Fraction(1)):
+        self.kernel = Kernel()
+        chosen = DISCIPLINES[discipline] if isinstance(discipline, str) else discipline
+        self.processors = Processors(self.kernel, 0, count, speed, chosen())
+        self.log = []
+        self.sojourn_ns = []
+        self.jobs = 0
+
+    def add(self, time_ns, name, work_ns, priority=0):
+        job = Named(self, name, work_ns, priority)
+        self.jobs += 1
+        self.kernel.at(time_ns, Phase.NETWORK, self.jobs, job.arrive)
+        return job
+
+    def run(self, until_ns=10**18):
+        self.kernel.run(until_ns)
+        return self.log
+
+
+class Named(Job):
+    def __init__(self, play, name, work_ns, priority):
+        super().__init__(priority)
+        self.play, self.name, self.work_ns = play, name, work_ns
+        self.arrived_ns = 0
+
+    def arrive(self, _):
+        self.arrived_ns = self.play.kernel.now_ns
+        self.play.processors.submit(self)
+
+    def begin(self):
+        self.play.log.append((self.play.kernel.now_ns, self.name, "begins"))
+        return self.work_ns
+
+    def end(self):
+        now_ns = self.play.kernel.now_ns
+        self.play.log.append((now_ns, self.name, "ends"))
+        self.play.sojourn_ns.append(now_ns - self.arrived_ns)
+
+
+def ends(log):
+    return [(time_ns, name) for time_ns, name, what in log if what == "ends"]
