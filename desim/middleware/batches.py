@@ -36,13 +36,14 @@ if TYPE_CHECKING:
 class Batch:
     """Messages that were born at ``born_ns``. Message i has number ``seq + i`` among its host's and
     ``number + i`` among the run's, and arrives at ``arrivals[i]`` ns; ``read(k)`` computes the
-    content of publisher k's. ``open`` are those that still have to be counted as delivered."""
+    content of publisher k's. ``open`` are those that still have to be counted as delivered; it is
+    the ``ordinal``-th batch of its publishers."""
 
-    __slots__ = ("born_ns", "seq", "number", "arrivals", "read", "sent", "open")
+    __slots__ = ("born_ns", "seq", "number", "ordinal", "arrivals", "read", "sent", "open")
 
-    def __init__(self, born_ns: int, seq: int, number: int, count: int,
+    def __init__(self, born_ns: int, seq: int, number: int, ordinal: int, count: int,
                  read: Callable[[int], object]) -> None:
-        self.born_ns, self.seq, self.number = born_ns, seq, number
+        self.born_ns, self.seq, self.number, self.ordinal = born_ns, seq, number, ordinal
         self.arrivals = [UNKNOWN_NS] * count
         self.read = read
         self.sent = False  # counted as sent
@@ -77,7 +78,7 @@ class Member(Carrier[Batch]):
 
     protocol = "tcp"
     __slots__ = ("publisher", "link", "host", "latest", "ahead", "index", "_batches", "_number",
-                 "_entity")
+                 "_entity", "_elsewhere")
 
     def __init__(self, batches: BatchPublisher, index: int, number: int, link: StreamLink,
                  publisher: Publisher, host: Host) -> None:
@@ -87,6 +88,7 @@ class Member(Carrier[Batch]):
         self.ahead = True
         self._batches, self.index, self._number = batches, index, number
         self._entity = pair(publisher.host.id, host.id)
+        self._elsewhere = batches.published  # batches of before, and messages that links have had
 
     @property
     def socket(self) -> object:
@@ -133,6 +135,15 @@ class Member(Carrier[Batch]):
             return None
         return self.message(batch)
 
+    def landed(self) -> int:
+        """The number of messages that have arrived in batches."""
+        batches = self._batches
+        batch = batches.last
+        if batch is not None and not batches.kernel.over(batch.arrivals[self.index],
+                                                         Phase.DELIVER):
+            batch = batches.before
+        return 0 if batch is None else batch.ordinal - self._elsewhere
+
     def give(self, batch: Batch) -> Message:
         """Hand the message, which is on its way, over to the link."""
         if self.latest is not None:
@@ -140,6 +151,7 @@ class Member(Carrier[Batch]):
         message = self.message(batch)
         del batch.open[self.index]
         batch.arrivals[self.index] = UNKNOWN_NS
+        self._elsewhere += 1
         self._batches.mixed = True
         self.link.take(message)
         return message
@@ -200,6 +212,7 @@ class BatchPublisher:
         self.kernel = self._graph.kernel
         self.size_bytes = size_bytes
         self.mixed = False  # links may have messages of their own
+        self.published = 0  # batches, so far
         self._frame = stream_frame(size_bytes)
         self._connections = -1  # of the graph, when the route was found
         self._route: _Route | None = None
@@ -220,7 +233,9 @@ class BatchPublisher:
             self._publish_singly(read)
             return
         count = len(route.members)
-        batch = Batch(self.kernel.now_ns, host.published + 1, graph.messages + 1, count, read)
+        self.published += 1
+        batch = Batch(self.kernel.now_ns, host.published + 1, graph.messages + 1, self.published,
+                      count, read)
         host.published += count
         graph.messages += count
         self._batches.append(batch)

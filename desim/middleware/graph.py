@@ -16,16 +16,18 @@ medium in common) or ``no_subscriber`` (it came to a host where nobody listens a
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from desim.computers.computer import Computer
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack, pack_each
 from desim.errors import InputError, below, did_you_mean
 from desim.middleware.batches import BatchPublisher, TakesArrivals
+from desim.middleware.busy_host import BusyHost
 from desim.middleware.context import GraphContext
 from desim.middleware.host import Host, receive_all
 from desim.middleware.message import Message
@@ -53,11 +55,13 @@ class Graph:
     called with each message's fate at each receiving host: ``reason`` None for delivered, the
     instants of its first and last frame, -1 for a message that never became a frame.
     If it ``TakesArrivals``, it gets those of a batch at once. ``passages`` are those of its media,
-    where there is a ledger."""
+    where there is a ledger. ``computers``: those of all hosts by name; None: callbacks take no
+    time."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
-                 on_fate: OnFate | None = None, passages: Passages | None = None) -> None:
+                 on_fate: OnFate | None = None, passages: Passages | None = None,
+                 computers: Mapping[str, Computer] | None = None) -> None:
         if payloads not in ("lazy", "birth", "delivery"):
             raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
         self.kernel, self.names, self.trace, self.streams = kernel, names, trace, streams
@@ -81,7 +85,8 @@ class Graph:
         self.batches: list[BatchPublisher] = []
         self.connections = 0  # grows when a publisher may have other receivers, or these wait
         self.messages = 0  # between hosts, so far
-        self.hosts = [Host(self, name, index)
+        self.hosts = [Host(self, name, index) if computers is None
+                      else BusyHost(self, name, index, computers[name])
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
         self.up = [False] * len(self.hosts)
         self._packed_ids = [host.packed_id for host in self.hosts]
@@ -98,6 +103,10 @@ class Graph:
             raise InputError(f"no host {name!r}{did_you_mean(name, self._by_name)}; known: "
                              f"{', '.join(self._by_name)}")
         return self._by_name[name]
+
+    def without_hosts(self, topic: str) -> str:
+        """The name of a topic without the names of hosts: ``scan`` of ``/robot_3/scan``."""
+        return "/".join(part for part in topic.split("/") if part and part not in self._by_name)
 
     def topic(self, name: str) -> Topic:
         """The topic of this absolute name."""

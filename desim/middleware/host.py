@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack, pack_each, pack_id
 from desim.errors import InputError, KernelError
 from desim.middleware.message import Message
-from desim.middleware.topics import Latest, Publisher, Subscription, WaitSet
+from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
 from desim.ports.middleware import Addressing, Endpoint, Offer, TransportKind
+from desim.ports.networks import Handle
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
@@ -132,7 +134,7 @@ class Host:
             raise InputError(f"topic {about.name}: no transport {transport!r} via {via!r}; "
                              "allowed: stream or datagram, unicast or broadcast") from None
         self.graph.connections += 1
-        publisher = Publisher(self, about, offer)
+        publisher = self._new_publisher(about, offer)
         about.publishers.append(publisher)
         self._publishers.append(publisher)
         self.graph.context.advertised(offer)
@@ -146,7 +148,7 @@ class Host:
         latest, subscriptions = self._ends_of(about.name)
         if latest is not None:
             latest.book()
-        subscriptions.append(Subscription(about, callback, queue))
+        subscriptions.append(self._new_subscription(node, about, callback, queue))
         about.listens(self.index, latest, subscriptions)
         self.graph.context.subscribed(Endpoint(self.index, node, about.name))
 
@@ -156,16 +158,39 @@ class Host:
         self.graph.connections += 1
         latest, subscriptions = self._ends_of(name)
         if latest is None:
-            latest = Latest(self, wait_set)
+            latest = self._new_latest(name, wait_set)
             self._ends[name] = latest, subscriptions
             self.graph.topic(name).listens(self.index, latest, subscriptions)
         self.graph.context.subscribed(Endpoint(self.index, node, name))
         return latest
 
+    def ticker(self, node: str, name: str, frequency_hz: Fraction | int,
+               callback: Callable[[int], object], start_ns: int) -> Handle:
+        """A timer of ``node``, called ``name``; the first tick at ``start_ns``."""
+        return self.graph.kernel.ticker(frequency_hz, _CONTROL, self.id, callback, start_ns)
+
+    def after(self, node: str, name: str, delay_ns: int, fn: Callable[..., object], arg: object
+              ) -> Handle:
+        """Call ``fn(arg)``, which is ``node``'s, once, ``delay_ns`` from now."""
+        return self.graph.kernel.after(delay_ns, _CONTROL, self.id, fn, arg)
+
+    def worked(self, node: str, quantities: Mapping[str, int]) -> None:
+        """See ``Node.worked``: here it takes no time."""
+
     def latest_without_callbacks(self, topic: str) -> Latest | None:
         """The ``Latest`` of ``topic``; None if there is none, or if callbacks wait for messages."""
         latest, subscriptions = self._ends.get(topic, _NOBODY)
         return None if subscriptions else latest
+
+    def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
+        return Publisher(self, topic, offer)
+
+    def _new_subscription(self, node: str, topic: Topic, callback: Callable[[Message], object],
+                          queue: int) -> Subscription:
+        return Subscription(topic, callback, queue)
+
+    def _new_latest(self, topic: str, wait_set: WaitSet | None) -> Latest:
+        return Latest(self, wait_set)
 
     def _ends_of(self, topic: str) -> Ends:
         return self._ends.setdefault(topic, (None, []))

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from desim.engine.kernel import Call, Phase, Ticker
 from desim.errors import InputError
 from desim.middleware.contents import Content
 from desim.middleware.message import Message
 from desim.middleware.topics import Latest, Publisher, WaitSet
+from desim.ports.networks import Handle
 from desim.units import NS_PER_S
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ class Node:
         self.name = name
         self._graph = host.graph
         self._publishers: dict[str, Publisher] = {}
-        self._tickers: list[Ticker] = []
+        self._tickers: list[Handle] = []
         self._alive = True
 
     def start(self) -> None:
@@ -78,9 +78,10 @@ class Node:
         return self.host.latest(self.name, topic, wait_set)
 
     def timer(self, frequency_hz: Fraction | int, callback: Callable[[int], object],
-              start: str = "random") -> Ticker:
+              start: str = "random", name: str = "timer") -> Handle:
         """Call ``callback(k)`` at tick k. The first tick is now (``zero``) or after a part of the
-        period that is drawn from the names of host, node and timer (``random``)."""
+        period that is drawn from the names of host, node and timer (``random``). Cost models know
+        it by ``name``."""
         offset_ns = 0
         if start == "random":
             period_ns = int(NS_PER_S / Fraction(frequency_hz))
@@ -88,15 +89,19 @@ class Node:
                                                     "timer", len(self._tickers))
         elif start != "zero":
             raise InputError(f"a timer starts at 'random' or 'zero', not {start!r}")
-        ticker = self._graph.kernel.ticker(frequency_hz, Phase.CONTROL, self.host.id, callback,
-                                           self.now_ns + offset_ns)
+        ticker = self.host.ticker(self.name, name, frequency_hz, callback, self.now_ns + offset_ns)
         self._tickers.append(ticker)
         return ticker
 
-    def after(self, delay_ns: int, callback: Callable[..., object], arg: object = None) -> Call:
-        """Call ``callback(arg)`` once, ``delay_ns`` from now."""
-        return self._graph.kernel.after(delay_ns, Phase.CONTROL, self.host.id, self._run,
-                                        (callback, arg))
+    def after(self, delay_ns: int, callback: Callable[..., object], arg: object = None,
+              name: str = "timer") -> Handle:
+        """Call ``callback(arg)`` once, ``delay_ns`` from now. Cost models know it by ``name``."""
+        return self.host.after(self.name, name, delay_ns, self._run, (callback, arg))
+
+    def worked(self, **quantities: int) -> None:
+        """Add to the work of the present callback, by the names of ``ports.computers.QUANTITIES``:
+        how much time it takes depends on that, where computers get busy."""
+        self.host.worked(self.name, quantities)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this node's own."""

@@ -74,6 +74,9 @@ class Feed(Protocol):
     def newer(self, known: Message | None) -> Message | None:
         """Its last message that has arrived, unless it is ``known`` or older."""
 
+    def landed(self) -> int:
+        """The number of messages that have arrived so far, about: it may be late by one."""
+
 
 class Latest:
     """A subscription without a callback: the newest message waits here until its node reads it, as

@@ -1,0 +1,40 @@
+"""A computer of a run: its processors, the priorities of its nodes, and what things cost there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from desim.computers.processors import Processors
+from desim.errors import ModelError, class_of
+from desim.ports.computers import CostModel, Work
+
+
+@dataclass(frozen=True, slots=True)
+class Computer:
+    """``priorities``: by node, the highest first where the scheduling looks at them; 0 for those
+    without one. Each cost is that of ``costs``, checked: ``ModelError`` for what is no int >= 0."""
+
+    processors: Processors
+    costs: CostModel
+    priorities: Mapping[str, int]
+
+    def callback_ns(self, work: Work) -> int:
+        """See ``CostModel.callback_ns``."""
+        return self._checked(self.costs.callback_ns(work), f"callback_ns({work})")
+
+    def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
+        """See ``CostModel.send_ns``."""
+        return self._checked(self.costs.send_ns(topic, size_bytes, links),
+                             f"send_ns({topic!r}, {size_bytes}, {links})")
+
+    def receive_ns(self, topic: str, size_bytes: int) -> int:
+        """See ``CostModel.receive_ns``."""
+        return self._checked(self.costs.receive_ns(topic, size_bytes),
+                             f"receive_ns({topic!r}, {size_bytes})")
+
+    def _checked(self, cost_ns: object, asked: str) -> int:
+        if type(cost_ns) is not int or cost_ns < 0:
+            raise ModelError(f"{class_of(self.costs)} answered {cost_ns!r} to {asked}; wanted: an "
+                             "int >= 0, in ns")
+        return cost_ns

@@ -1,0 +1,131 @@
+"""A computer on which callbacks take time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from desim.computers.computer import Computer
+from desim.engine.kernel import Phase
+from desim.errors import KernelError
+from desim.middleware.busy_ends import CountedLatest, HeldPublisher, QueuedSubscription
+from desim.middleware.busy_timers import BusyTimer, OneShot
+from desim.middleware.executor import Executor
+from desim.middleware.host import MAX_CALLBACKS, Host
+from desim.middleware.message import Message
+from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
+from desim.ports.middleware import Offer
+from desim.ports.networks import Handle
+
+if TYPE_CHECKING:
+    from desim.middleware.graph import Graph
+
+
+class BusyHost(Host):
+    """A host each of whose nodes runs one callback at a time, on the processors of ``computer``.
+
+    Nothing else takes time there: neither frames, nor the middleware's own messages, nor drivers,
+    which stand for sensors and motors.
+    """
+
+    __slots__ = ("computer", "missed_ticks", "_executors", "_subscriptions", "_awake", "_booked")
+
+    def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
+        super().__init__(graph, name, index)
+        self.computer = computer
+        self.missed_ticks = 0  # of timers, so far
+        self._executors: dict[str, Executor] = {}  # by node
+        self._subscriptions: list[QueuedSubscription] = []
+        self._awake: list[Executor] = []  # a turn for each callback that came
+        self._booked = False
+
+    def stop(self) -> None:
+        for executor in self._executors.values():
+            executor.stop()
+        for subscription in self._subscriptions:
+            subscription.discard()
+        self._executors.clear()
+        self._subscriptions.clear()
+        self._awake.clear()
+        super().stop()
+
+    def ticker(self, node: str, name: str, frequency_hz: Fraction | int,
+               callback: Callable[[int], object], start_ns: int) -> Handle:
+        return BusyTimer(self.graph.kernel, self.id, self._executor(node), name, frequency_hz,
+                         callback, start_ns, self._missed)
+
+    def after(self, node: str, name: str, delay_ns: int, fn: Callable[..., object], arg: object
+              ) -> Handle:
+        return OneShot(self.graph.kernel, self.id, self._executor(node), name, delay_ns, fn, arg)
+
+    def worked(self, node: str, quantities: Mapping[str, int]) -> None:
+        self._executor(node).worked(quantities)
+
+    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
+        latest = super().latest(node, topic, wait_set)
+        assert isinstance(latest, CountedLatest)  # ``_new_latest`` has made it
+        latest.readers += 1
+        self._executor(node).polls(latest)
+        return latest
+
+    def receive(self, message: Message) -> bool:
+        ends = self._ends.get(message.about.name)
+        if ends is None:
+            return False
+        latest, subscriptions = ends
+        if latest is not None:
+            latest.put(message)
+        for subscription in subscriptions:
+            assert isinstance(subscription, QueuedSubscription)  # ``_new_subscription`` made it
+            subscription.put(message)
+        return True
+
+    def overwritten(self, message: Message) -> None:
+        """``message`` has left a full queue."""
+        message.about.counts.overwritten += 1
+        graph = self.graph
+        graph.trace.row(graph.kernel.now_ns, graph.OVERWRITTEN, self.id, message.origin.id,
+                        message.seq, message.about.id)
+
+    def readers(self, topic: str) -> int:
+        """The number of times that nodes of this host subscribe to ``topic``."""
+        latest, subscriptions = self._ends_of(topic)
+        return len(subscriptions) + (latest.readers if isinstance(latest, CountedLatest) else 0)
+
+    def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
+        return HeldPublisher(self, self._executor(offer.publisher.node), topic, offer)
+
+    def _new_subscription(self, node: str, topic: Topic, callback: Callable[[Message], object],
+                          queue: int) -> Subscription:
+        subscription = QueuedSubscription(self, self._executor(node), topic, callback, queue)
+        self._subscriptions.append(subscription)
+        return subscription
+
+    def _new_latest(self, topic: str, wait_set: WaitSet | None) -> Latest:
+        return CountedLatest(self, topic, wait_set)
+
+    def _executor(self, node: str) -> Executor:
+        """The thread of the node called ``node``."""
+        if node not in self._executors:
+            self._executors[node] = Executor(node, self.computer, self._wake)
+        return self._executors[node]
+
+    def _missed(self, ticks: int) -> None:
+        self.missed_ticks += ticks
+
+    def _wake(self, executor: Executor) -> None:
+        """Let ``executor`` take its next turn in phase CONTROL, after those that came before."""
+        self._awake.append(executor)
+        if not self._booked:
+            self._booked = True
+            self.graph.kernel.after(0, Phase.CONTROL, self.id, self._take_turns)
+
+    def _take_turns(self, _: object) -> None:
+        for _ in range(MAX_CALLBACKS):
+            if not self._awake:
+                self._booked = False
+                return
+            self._awake.pop(0).step()
+        raise KernelError(f"more than {MAX_CALLBACKS} callbacks on {self.name} at "
+                          f"{self.graph.kernel.now_ns} ns: they cost nothing and wake each other")

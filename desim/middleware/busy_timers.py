@@ -1,0 +1,89 @@
+"""Timers of nodes whose callbacks take time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from desim.engine.kernel import Call, Kernel, Phase
+from desim.middleware.executor import Executor
+from desim.units import NS_PER_S
+
+
+class OneShot:
+    """One call of ``fn(arg)``, at ``due_ns`` or when its node is free after that."""
+
+    __slots__ = ("trigger", "_executor", "_fn", "_arg", "_call")
+
+    def __init__(self, kernel: Kernel, entity: int, executor: Executor, trigger: str,
+                 delay_ns: int, fn: Callable[..., object], arg: object) -> None:
+        self.trigger, self._executor = trigger, executor
+        self._fn, self._arg = fn, arg
+        self._call = kernel.after(delay_ns, Phase.CONTROL, entity, executor.add, self)
+
+    def cancel(self) -> None:
+        """Do nothing when the time comes."""
+        self._call.cancel()
+        self._executor.remove(self)
+
+    def run(self) -> int:
+        self._fn(self._arg)
+        return 0
+
+    def over(self) -> None:
+        """It is called once."""
+
+
+class BusyTimer:
+    """A timer whose callbacks do not pile up, by the rule of roscpp (ros_comm, timer_manager.h:
+    ``schedule`` and ``updateNext``).
+
+    When a callback's time is over, the next one is due a period after that one was. If that is past
+    by then, it is called at once; if it is past by more than a period, the timer starts anew from
+    now, and ``missed`` is told how many callbacks there were none of. Callback number k gets k.
+    """
+
+    __slots__ = ("trigger", "_kernel", "_entity", "_executor", "_callback", "_missed", "_num",
+                 "_step", "_start_ns", "_k", "_calls", "_call")
+
+    def __init__(self, kernel: Kernel, entity: int, executor: Executor, trigger: str,
+                 frequency_hz: Fraction | int, callback: Callable[[int], object], start_ns: int,
+                 missed: Callable[[int], object]) -> None:
+        self.trigger, self._executor, self._callback = trigger, executor, callback
+        self._kernel, self._entity, self._missed = kernel, entity, missed
+        self._num, self._step = frequency_hz.numerator, NS_PER_S * frequency_hz.denominator
+        self._start_ns = start_ns
+        self._k = 0  # of the next callback, since ``start_ns``
+        self._calls = 0
+        self._call: Call | None = None
+        self._book(start_ns)
+
+    def cancel(self) -> None:
+        """No further callback."""
+        if self._call is not None:
+            self._call.cancel()
+        self._call = None
+        self._executor.remove(self)
+
+    def run(self) -> int:
+        self._calls += 1
+        self._callback(self._calls - 1)
+        return 0
+
+    def over(self) -> None:
+        if self._call is None:  # cancelled
+            return
+        now_ns = self._kernel.now_ns
+        self._k += 1
+        due_ns = self._time_ns(self._k)
+        if self._time_ns(self._k + 1) < now_ns:
+            self._missed((now_ns - due_ns) * self._num // self._step)
+            self._start_ns, self._k = now_ns, 0
+            due_ns = now_ns
+        self._book(max(due_ns, now_ns))
+
+    def _time_ns(self, k: int) -> int:
+        return self._start_ns + k * self._step // self._num
+
+    def _book(self, due_ns: int) -> None:
+        self._call = self._kernel.at(due_ns, Phase.CONTROL, self._entity, self._executor.add, self)

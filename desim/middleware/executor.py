@@ -1,0 +1,161 @@
+"""The thread of a node: it runs callbacks one at a time (ros::spin, roscpp's single-threaded
+spinner).
+
+A callback is called when the thread first gets a processor: there it reads what has come by then,
+and computes. What it costs shows then, too. Its messages are held back until that time is over;
+meanwhile the thread calls nothing else, and queues fill.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Protocol
+
+from desim.computers.computer import Computer
+from desim.computers.processors import Job
+from desim.errors import ModelError, did_you_mean
+from desim.ports.computers import QUANTITIES, Work
+
+if TYPE_CHECKING:
+    from desim.middleware.contents import Content
+
+
+class Entry(Protocol):
+    """A callback in the queue of a node. ``trigger``: see ``Work``."""
+
+    trigger: str
+
+    def run(self) -> int:
+        """Call it. Returns the bytes of its message, 0 without one."""
+
+    def over(self) -> None:
+        """Its time is over."""
+
+
+class Holds(Protocol):
+    """A publisher whose messages leave later."""
+
+    def release(self, content: Content) -> None:
+        """Publish ``content`` now."""
+
+
+class Polled(Protocol):
+    """A subscription that is read without a callback. Counts what has come so far."""
+
+    trigger: str
+    arrived: int
+    arrived_bytes: int
+
+    def catch_up(self) -> None:
+        """Count what has come by now."""
+
+
+class Executor(Job):
+    """Runs the callbacks of ``node``; ``wake(executor)`` is called when it has something to do
+    and does nothing.
+
+    Messages cost receivers time when they have come, read or not. That of callbacks is spent
+    before the node's next callback. So is that of polled subscriptions: a node that spins at
+    its own rate takes out of the socket then what has come since (ros::spinOnce).
+    """
+
+    __slots__ = ("node", "_computer", "_wake", "_queue", "_current", "_work", "_held", "_owed_ns",
+                 "_polled", "_idle")
+
+    def __init__(self, node: str, computer: Computer, wake: Callable[[Executor], None]) -> None:
+        super().__init__(computer.priorities.get(node, 0))
+        self.node = node
+        self._computer, self._wake = computer, wake
+        self._queue: deque[Entry] = deque()
+        self._current: Entry | None = None  # was called, and its time is not over
+        self._work: dict[str, int] = {}  # of it, as far as the node has declared it
+        self._held: list[tuple[Holds, Content]] = []  # published by it
+        self._owed_ns = 0
+        self._polled: dict[Polled, tuple[int, int]] = {}  # messages and bytes that are paid for
+        self._idle = True
+
+    @property
+    def calls(self) -> bool:
+        """Whether a callback has been called whose time is not over."""
+        return self._current is not None
+
+    def add(self, entry: Entry) -> None:
+        """``entry`` waits for its turn."""
+        self._queue.append(entry)
+        self._wake(self)
+
+    def remove(self, entry: Entry) -> None:
+        """``entry``, if it waits, is not to be called."""
+        if entry in self._queue:
+            self._queue.remove(entry)
+
+    def step(self) -> None:
+        """Ask for a processor, if there is something to do and nothing is being done."""
+        if self._idle and self._queue:
+            self._idle = False
+            self._computer.processors.submit(self)
+
+    def stop(self) -> None:
+        """Forget everything: the process is gone."""
+        self._computer.processors.withdraw(self)
+        self._queue.clear()
+        self._held.clear()
+        self._current, self._idle = None, False
+
+    def receive(self, trigger: str, size_bytes: int) -> None:
+        """A message has come for a callback of the node."""
+        self._owed_ns += self._computer.receive_ns(trigger, size_bytes)
+
+    def polls(self, subscription: Polled) -> None:
+        """The node reads ``subscription`` from now on."""
+        self._polled.setdefault(subscription, (subscription.arrived, subscription.arrived_bytes))
+
+    def worked(self, quantities: Mapping[str, int]) -> None:
+        """See ``Node.worked``."""
+        for name, count in quantities.items():
+            if name not in QUANTITIES:
+                raise ModelError(f"node {self.node!r} worked {name}={count!r}; known: "
+                                 f"{', '.join(QUANTITIES)}{did_you_mean(name, QUANTITIES)}")
+            self._work[name] = self._work.get(name, 0) + int(count)
+
+    def hold(self, publisher: Holds, content: Content, topic: str, links: int) -> None:
+        """The callback publishes ``content`` on ``topic``, to so many ``links``."""
+        self._held.append((publisher, content))
+        if links:
+            self._owed_ns += self._computer.send_ns(topic, content.size_bytes, links)
+
+    def begin(self) -> int:
+        if not self._queue:  # what there was to do was cancelled while it waited for a processor
+            return 0
+        entry = self._current = self._queue.popleft()
+        self._work = {}
+        self._receive_polled()
+        size_bytes = entry.run()
+        if size_bytes:
+            self._work["bytes"] = size_bytes
+        cost_ns = self._owed_ns + self._computer.callback_ns(Work(self.node, entry.trigger,
+                                                                  self._work))
+        self._owed_ns = 0
+        return cost_ns
+
+    def _receive_polled(self) -> None:
+        """Owe the receipt of what has come since the last callback."""
+        for subscription, (messages, size_bytes) in self._polled.items():
+            subscription.catch_up()
+            fresh = subscription.arrived - messages
+            if fresh:
+                mean_bytes = (subscription.arrived_bytes - size_bytes) // fresh
+                self._owed_ns += fresh * self._computer.receive_ns(subscription.trigger, mean_bytes)
+                self._polled[subscription] = subscription.arrived, subscription.arrived_bytes
+
+    def end(self) -> None:
+        entry, self._current = self._current, None
+        held, self._held = self._held, []
+        self._idle = True
+        for publisher, content in held:
+            publisher.release(content)
+        if entry is not None:
+            entry.over()
+        if self._queue:
+            self._wake(self)
