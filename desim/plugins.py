@@ -19,6 +19,7 @@ from pydantic import ValidationError
 from desim import ports
 from desim.errors import InputError, did_you_mean, first_line
 from desim.ports.cases import Case, Validation
+from desim.ports.computers import CostModel
 from desim.ports.localization import Localization
 from desim.ports.middleware import Middleware
 from desim.ports.sharing import FollowsScans, Sharing
@@ -32,6 +33,7 @@ GROUPS = {
     "localization": "desim.localization",
     "task": "desim.tasks",
     "middleware": "desim.middleware",
+    "computers": "desim.computers",
     "world": "desim.worlds",
     "case": "desim.cases",
     "validation": "desim.validation",
@@ -46,6 +48,7 @@ CONTRACTS: dict[str, type] = {
     "localization": Localization,
     "task": Task,
     "middleware": Middleware,
+    "computers": CostModel,
     "world": ports.World,
     "case": Case,
     "validation": Validation,

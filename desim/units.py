@@ -160,6 +160,11 @@ PERIOD = Dimension("period", "ns", int, DURATION.units, "5 s", positive=True, ma
                    least=Fraction(1), aliases=DURATION.aliases)
 # Of what happens again and again: more often than this nothing would ever get done.
 PACE = replace(PERIOD, least=Fraction(10**6))
+# Of processors, for parts of a callback: a byte costs less than a nanosecond.
+COST = Dimension("processor time", "ps", int, {
+    "ms": Fraction(10**9), "us": Fraction(10**6), "ns": Fraction(1000), "ps": Fraction(1),
+    "s": Fraction(10**12), "µs": Fraction(10**6),
+}, "0.4 ns", maximum=10**18, least=Fraction(1), aliases=("µs", "s"))
 BIT_RATE = Dimension("bit rate", "b/s", int, {
     **{p + "b/s": Fraction(f) for p, f in _SI.items()},
     **{p + "bit/s": Fraction(f) for p, f in _SI.items()},
@@ -235,6 +240,7 @@ def _field(dimension: Dimension) -> Any:
 Duration = _field(DURATION)  # int ns
 Period = _field(PERIOD)  # int ns, above zero
 Pace = _field(PACE)  # int ns, at least 1 ms
+Cost = _field(COST)  # int ps
 BitRate = _field(BIT_RATE)  # int bit/s
 ByteSize = _field(BYTE_SIZE)  # int bytes
 Length = _field(LENGTH)  # float m, not negative

@@ -1,0 +1,1 @@
+"""Cost models: plug-ins of the key ``computers``."""

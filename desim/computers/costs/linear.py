@@ -1,0 +1,60 @@
+"""Linear costs: a fixed part, and so much for each of some quantity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from desim.ports.computers import Work
+
+ANY = "any"  # the trigger that stands for all that have no row of their own
+_PS_PER_NS = 1000
+
+
+class CallbackCost(NamedTuple):
+    """``fixed_ps`` a callback, and ``per_ps`` by the names of ``ports.computers.QUANTITIES``."""
+
+    fixed_ps: int = 0
+    per_ps: Mapping[str, int] = {}
+
+
+class MessageCost(NamedTuple):
+    """``message_ps`` a message, ``byte_ps`` a byte of it, ``link_ps`` a connection to which it is
+    written, and ``link_byte_ps`` a byte for each of these."""
+
+    message_ps: int = 0
+    byte_ps: int = 0
+    link_ps: int = 0
+    link_byte_ps: int = 0
+
+
+class LinearCosts:
+    """Costs of ``callbacks`` by node and trigger, ``ANY`` for other triggers of that node; what
+    has no row costs nothing. Sums are rounded to whole nanoseconds."""
+
+    def __init__(self, callbacks: Mapping[str, Mapping[str, CallbackCost]], send: MessageCost,
+                 receive: MessageCost) -> None:
+        self._callbacks, self._send, self._receive = callbacks, send, receive
+
+    def callback_ns(self, work: Work) -> int:
+        rows = self._callbacks.get(work.node)
+        if rows is None:
+            return 0
+        row = rows.get(work.trigger) or rows.get(ANY)
+        if row is None:
+            return 0
+        per_ps = row.per_ps
+        return _rounded(row.fixed_ps + sum(count * per_ps.get(name, 0)
+                                           for name, count in work.quantities.items()))
+
+    def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
+        cost = self._send
+        return _rounded(cost.message_ps + size_bytes * cost.byte_ps
+                        + links * (cost.link_ps + size_bytes * cost.link_byte_ps))
+
+    def receive_ns(self, topic: str, size_bytes: int) -> int:
+        return _rounded(self._receive.message_ps + size_bytes * self._receive.byte_ps)
+
+
+def _rounded(cost_ps: int) -> int:
+    return (cost_ps + _PS_PER_NS // 2) // _PS_PER_NS

@@ -1,0 +1,17 @@
+"""Costs of real robot software, as measured: see ``desim.computers.measured_costs``."""
+
+from __future__ import annotations
+
+from desim import ports
+from desim.computers.costs.linear import LinearCosts
+from desim.computers.measured_costs import CALLBACKS, RECEIVE, SEND
+
+
+class MeasuredCosts(LinearCosts):
+    """The software of ROS 1 on a processor of speed 1."""
+
+    class Params(ports.Params):
+        pass
+
+    def __init__(self, params: Params) -> None:
+        super().__init__(CALLBACKS, SEND, RECEIVE)

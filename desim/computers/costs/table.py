@@ -1,0 +1,64 @@
+"""A table of costs that the scenario writes down."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from desim import ports
+from desim.computers.costs.linear import CallbackCost, LinearCosts, MessageCost
+from desim.errors import did_you_mean
+from desim.ports.computers import QUANTITIES
+from desim.units import Cost
+
+
+def _quantity(name: str) -> str:
+    if name not in QUANTITIES:
+        raise ValueError(f"no quantity of work{did_you_mean(name, QUANTITIES)}; allowed: "
+                         f"{', '.join(QUANTITIES)}")
+    return name
+
+
+class CallbackRow(ports.Params):
+    """The cost of a callback."""
+
+    fixed_ps: Cost = Field("0 ns", description="each time")
+    per: dict[Annotated[str, AfterValidator(_quantity)], Cost] = Field({}, description=(
+        "for each of a quantity: bytes, scans, beams, particles, cells, candidates, plans"))
+
+
+class SendRow(ports.Params):
+    """The cost of a message for its publisher."""
+
+    message_ps: Cost = Field("0 ns", description="each time")
+    byte_ps: Cost = Field("0 ns", description="of a message: to serialize it")
+    link_ps: Cost = Field("0 ns", description="of each connection: a system call")
+    link_byte_ps: Cost = Field("0 ns", description="of each connection: to copy it")
+
+
+class ReceiveRow(ports.Params):
+    """The cost of a message for each node that subscribes to it."""
+
+    message_ps: Cost = Field("0 ns", description="each time")
+    byte_ps: Cost = Field("0 ns", description="of a message")
+
+
+class TableOfCosts(LinearCosts):
+    """Each node's callbacks by what calls them: a topic without its host's name, a timer, or
+    ``any``."""
+
+    class Params(ports.Params):
+        callbacks: dict[str, dict[str, CallbackRow]] = Field({}, description=(
+            "by node and trigger, e.g. {move_base: {control: {fixed: 1 ms}}}; any: all other "
+            "triggers of the node; what has no row costs nothing"))
+        send: SendRow = Field(default_factory=SendRow)
+        receive: ReceiveRow = Field(default_factory=ReceiveRow)
+
+    def __init__(self, params: Params) -> None:
+        send, receive = params.send, params.receive
+        super().__init__(
+            {node: {trigger: CallbackCost(row.fixed_ps, row.per) for trigger, row in rows.items()}
+             for node, rows in params.callbacks.items()},
+            MessageCost(send.message_ps, send.byte_ps, send.link_ps, send.link_byte_ps),
+            MessageCost(receive.message_ps, receive.byte_ps))
