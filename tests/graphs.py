@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import partial
 
+from desim.computers.computer import Computer
+from desim.computers.processors import Processors
+from desim.computers.scheduling import DISCIPLINES
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
@@ -40,10 +44,12 @@ class Life(Node):
 
 class Net:
     """A graph over one medium whose trace rows are kept. ``nodes``: host name to a function (or
-    several, by node name) that starts its node; ``ledger``: a ``MessageLedger``."""
+    several, by node name) that starts its node; ``ledger``: a ``MessageLedger``. ``costs``: a cost
+    model for all hosts, with ``processors``, ``speed``, ``discipline`` and ``priorities``."""
 
     def __init__(self, nodes, model=None, rules=(), *, place=None, middleware=None, seed=0,
-                 ledger=None, **options):
+                 ledger=None, costs=None, processors=1, speed=Fraction(1),
+                 discipline="processor_sharing", priorities=None, **options):
         new_medium = Medium
         if ledger is not None:
             options |= {"on_fate": ledger, "passages": ledger.passages}
@@ -53,6 +59,10 @@ class Net:
         self.trace = Trace(self.names, self._rows.append)
         streams = Streams(seed)
         options.setdefault("on_fate", self._fate)
+        if costs is not None:
+            options["computers"] = {host: Computer(
+                Processors(self.kernel, self.names.id(host), processors, speed,
+                           DISCIPLINES[discipline]()), costs, priorities or {}) for host in nodes}
         self.graph = Graph(self.kernel, self.names, self.trace, streams, middleware or Direct(),
                            nodes, **options)
         hosts = [host.name for host in self.graph.hosts]

@@ -19,7 +19,7 @@ class OneShot:
                  delay_ns: int, fn: Callable[..., object], arg: object) -> None:
         self.trigger, self._executor = trigger, executor
         self._fn, self._arg = fn, arg
-        self._call = kernel.after(delay_ns, Phase.CONTROL, entity, executor.add, self)
+        self._call = kernel.after(delay_ns, Phase.CONTROL, entity, executor.add_due, self)
 
     def cancel(self) -> None:
         """Do nothing when the time comes."""
@@ -86,4 +86,4 @@ class BusyTimer:
         return self._start_ns + k * self._step // self._num
 
     def _book(self, due_ns: int) -> None:
-        self._call = self._kernel.at(due_ns, Phase.CONTROL, self._entity, self._executor.add, self)
+        self._call = self._kernel.at(due_ns, Phase.CONTROL, self._entity, self._executor.add_due, self)

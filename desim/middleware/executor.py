@@ -85,6 +85,11 @@ class Executor(Job):
         self._queue.append(entry)
         self._wake(self)
 
+    def add_due(self, entry: Entry) -> None:
+        """``entry`` waits for its turn. It is the computer's turn in phase CONTROL now."""
+        self._queue.append(entry)
+        self.step()
+
     def remove(self, entry: Entry) -> None:
         """``entry``, if it waits, is not to be called."""
         if entry in self._queue:
@@ -115,8 +120,9 @@ class Executor(Job):
         """See ``Node.worked``."""
         for name, count in quantities.items():
             if name not in QUANTITIES:
-                raise ModelError(f"node {self.node!r} worked {name}={count!r}; known: "
-                                 f"{', '.join(QUANTITIES)}{did_you_mean(name, QUANTITIES)}")
+                raise ModelError(f"node {self.node!r} worked {name}={count!r}"
+                                 f"{did_you_mean(name, QUANTITIES)}; known: "
+                                 f"{', '.join(QUANTITIES)}")
             self._work[name] = self._work.get(name, 0) + int(count)
 
     def hold(self, publisher: Holds, content: Content, topic: str, links: int) -> None:

@@ -14,7 +14,7 @@ from site_pages.text import code, inline, prose, table
 
 _TITLES = {"network": "Network models", "rule": "Rules", "strategy": "Strategies",
            "sharing": "Map sharing", "localization": "Localization", "task": "Tasks",
-           "middleware": "Middleware", "world": "Worlds",
+           "middleware": "Middleware", "computers": "Computers", "world": "Worlds",
            "case": "Network cases", "validation": "Validation"}
 
 
