@@ -45,6 +45,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         network=_network(scenario),
         hosts={name: host.parsed() for name, host in _sorted(scenario.hosts).items()},
         middleware=scenario.middleware.parsed(),
+        computers=scenario.computers.parsed(),
         task=scenario.task.parsed(),
         coordination=_coordination(scenario).parsed(),
     )

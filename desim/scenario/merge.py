@@ -21,6 +21,7 @@ from desim.scenario.schema.communication import (
     PluginChoice,
     StrategyChoice,
 )
+from desim.scenario.schema.cost_model import ComputersChoice
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.experiment import TaskChoice
 from desim.scenario.schema.fleet import FleetParams
@@ -34,6 +35,7 @@ Document = tuple[Data, Places]
 CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
     ("network", "media", "*"): MediumChoice,
     ("middleware",): MiddlewareChoice,
+    ("computers",): ComputersChoice,
     ("coordination",): Coordination,
     ("coordination", "exchange"): Exchange,
     ("hosts", "*", "strategy"): StrategyChoice,

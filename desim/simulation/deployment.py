@@ -14,6 +14,7 @@ from desim.scenario.names import WORKSTATION, robot_names
 from desim.scenario.robot_types import equipment_of, types_of
 from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.communication import StrategyChoice
+from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.scenario import Scenario
 
 
@@ -24,7 +25,8 @@ class HostPlan(NamedTuple):
     ``x_m, y_m`` (NaN: nowhere, in reach of everybody). ``drives`` indices of the bodies whose
     sensors and motors are attached to it. ``software`` index of the robot that it controls.
     ``monitor`` whether robots send it their maps and distances. ``strategy`` of a host without a
-    body that coordinates. ``antenna`` with its height above the ground.
+    body that coordinates. ``antenna`` with its height above the ground. ``computer``: of a robot
+    its own, or its virtual machine.
     """
 
     name: str
@@ -36,6 +38,7 @@ class HostPlan(NamedTuple):
     monitor: bool
     strategy: StrategyChoice | None = None
     antenna: Antenna = Antenna()
+    computer: ComputerParams = ComputerParams()
 
 
 def plan(scenario: Scenario) -> list[HostPlan]:
@@ -43,16 +46,19 @@ def plan(scenario: Scenario) -> list[HostPlan]:
     testbed = scenario.deployment == "testbed"
     robots = robot_names(scenario)
     passive = frozenset(scenario.robot.passive)
+    equipment = equipment_of(scenario)
     antennas = [own.antenna.model_copy(update={
         "height_m": own.antenna.height_m + body.altitude_m})
-        for own, body in zip(equipment_of(scenario), types_of(scenario.fleet), strict=True)]
+        for own, body in zip(equipment, types_of(scenario.fleet), strict=True)]
     hosts = [HostPlan(name, i, nan, nan, () if testbed else (i,),
-                      None if name in passive else i, False, antenna=antennas[i])
+                      None if name in passive else i, False, antenna=antennas[i],
+                      computer=equipment[i].computer)
              for i, name in enumerate(robots)]
     if testbed:
-        hosts.append(HostPlan(WORKSTATION, None, nan, nan, tuple(range(len(robots))), None, True))
+        hosts.append(HostPlan(WORKSTATION, None, nan, nan, tuple(range(len(robots))), None, True,
+                              computer=scenario.testbed.computer))
     for name, stationary in scenario.hosts.items():
         x_m, y_m = stationary.at_m or (nan, nan)
         hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor,
-                              stationary.strategy, stationary.antenna))
+                              stationary.strategy, stationary.antenna, stationary.computer))
     return sorted(hosts, key=lambda host: natural_key(host.name))

@@ -38,7 +38,7 @@ from desim.simulation.deployment import HostPlan, plan
 from desim.simulation.drivers import Driver
 from desim.simulation.link_signals import LinkSignals
 from desim.simulation.monitor_node import MonitorNode
-from desim.simulation.wiring import HostPlaces, wired
+from desim.simulation.wiring import HostPlaces, computers, wired
 from desim.simulation.world_clock import WorldClock
 
 
@@ -83,7 +83,8 @@ class Simulation:
         self.graph = wired(scenario, places, self.kernel, self.trace, self.streams,
                            [host.name for host in self.plan], payloads=payloads,
                            on_fate=on_fate if ledger is None else ledger,
-                           passages=None if ledger is None else ledger.passages)
+                           passages=None if ledger is None else ledger.passages,
+                           computers=computers(scenario, self.plan, self.kernel, self.trace))
         self._signals = LinkSignals(self.graph, places)
         # The observer, and what drives sensors and motors.
         self._controlled = [host.software for host in self.plan if host.software is not None]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
 from functools import partial
 from math import nan
 from typing import Any
@@ -10,6 +11,10 @@ from typing import Any
 import numpy as np
 
 from desim import plugins
+from desim.computers.computer import Computer
+from desim.computers.costs.ideal import IdealComputers
+from desim.computers.processors import Processors
+from desim.computers.scheduling import DISCIPLINES
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Trace
@@ -69,14 +74,15 @@ def _rows(indices: np.ndarray) -> slice | np.ndarray:
 
 def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace, streams: Streams,
           hosts: Sequence[str], *, payloads: str = "lazy", on_fate: OnFate | None = None,
-          passages: Passages | None = None) -> Graph:
+          passages: Passages | None = None, computers: Mapping[str, Computer] | None = None
+          ) -> Graph:
     """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware and media;
-    ``payloads``, ``on_fate`` and ``passages`` as ``Graph`` takes them. Raises ``InputError``
-    that begins with the path of what does not fit."""
+    ``payloads``, ``on_fate``, ``passages`` and ``computers`` as ``Graph`` takes them. Raises
+    ``InputError`` that begins with the path of what does not fit."""
     with below("middleware"):
         middleware = _plugin(scenario.middleware)
     graph = Graph(kernel, trace.names, trace, streams, middleware, hosts,
-                  payloads=payloads, on_fate=on_fate, passages=passages)
+                  payloads=payloads, on_fate=on_fate, passages=passages, computers=computers)
     new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
     for name, choice in scenario.network.media.items():
         path = f"network.media.{name}"
@@ -90,6 +96,19 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
             graph.attach(new_medium(name, model, rules, kernel=kernel, names=trace.names,
                                     streams=streams, hosts=hosts, place=place), choice.hosts)
     return graph
+
+
+def computers(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel, trace: Trace
+              ) -> dict[str, Computer] | None:
+    """The computers of ``hosts`` by name; None where nothing takes time."""
+    with below("computers"):
+        costs = _plugin(scenario.computers)
+    if isinstance(costs, IdealComputers):
+        return None
+    return {host.name: Computer(
+        Processors(kernel, trace.names.id(host.name), host.computer.processors,
+                   Fraction(str(host.computer.speed)), DISCIPLINES[host.computer.scheduling]()),
+        costs, host.computer.priorities) for host in hosts}
 
 
 def _plugin(choice: PluginChoice) -> Any:

@@ -17,6 +17,7 @@ from pydantic import (
 from desim.ports import Params
 from desim.scenario.plugin_parameters import parse_parameters
 from desim.scenario.schema.antenna import Antenna
+from desim.scenario.schema.computer import ComputerParams
 from desim.units import Duration, Pace, Period, Position
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]  # as ROS names are
@@ -176,6 +177,7 @@ class StationaryHost(Params):
     at_m: tuple[Position, Position] | None = Field(None, description=(
         "where it stands; a host without a place is in reach of everybody"))
     antenna: Antenna = Field(default_factory=Antenna)
+    computer: ComputerParams = Field(default_factory=ComputerParams)
     monitor: bool = Field(False, description="it receives each robot's map and distance at 1 Hz")
     strategy: StrategyChoice | None = Field(None, description=(
         "a strategy that runs here: a central coordinator, which receives the robots' maps"))

@@ -9,6 +9,7 @@ from pydantic import Field
 from desim.ports import Params
 from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.communication import Name, PluginChoice
+from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Angle, Duration, Frequency, Length, Period, Position
@@ -145,6 +146,7 @@ class Equipment(Params):
         "senses contacts on all sides; navigation then stops and backs off (as Kobuki's "
         "safety_controller does)"))
     antenna: Antenna = Field(default_factory=Antenna)
+    computer: ComputerParams = Field(default_factory=ComputerParams)
     odometry: Odometry = Field(default_factory=Odometry)
     mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)

@@ -16,6 +16,8 @@ from desim.scenario.schema.communication import (
     Network,
     StationaryHost,
 )
+from desim.scenario.schema.computer import ComputerParams
+from desim.scenario.schema.cost_model import ComputersChoice
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.experiment import Measure, Stop, TaskChoice, TraceParams
 from desim.scenario.schema.fleet import FleetParams
@@ -31,6 +33,8 @@ class Testbed(Params):
 
     robots_per_node: int = Field(4, ge=1, description="virtual machines that share a node's "
                                                       "network port (the paper)")
+    computer: ComputerParams = Field(ComputerParams(processors=8), description=(
+        "the workstation (as many as a node of the paper's cluster has; our assumption)"))
     monitor_period_ns: Pace = Field("1 s", description="each robot's map and distance to the "
                                                         "monitor (the published code)")
 
@@ -59,6 +63,7 @@ class Scenario(Params):
     hosts: dict[Name, StationaryHost] = Field({}, description="computers without a body, by name")
     network: Network = Field(default_factory=Network)
     middleware: MiddlewareChoice = Field(default_factory=MiddlewareChoice)
+    computers: ComputersChoice = Field(default_factory=ComputersChoice)
     coordination: Coordination = Field(default_factory=Coordination)
     task: TaskChoice = Field(default_factory=TaskChoice)
     faults: tuple[Fault, ...] = ()

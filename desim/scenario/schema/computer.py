@@ -1,0 +1,24 @@
+"""The computer of a robot or of a stationary host."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from desim.ports import Params
+
+
+class ComputerParams(Params):
+    """A host's processors. They have no effect where ``computers`` is ideal."""
+
+    processors: int = Field(2, ge=1, le=1024, description=(
+        "a callback uses one of them (the paper, with four robots on a node of eight)"))
+    speed: float = Field(1.0, gt=0, le=1000, description=(
+        "of a processor; at 1, callbacks take as long as the cost model says"))
+    scheduling: Literal["processor_sharing", "fixed_priority", "fifo"] = Field(
+        "processor_sharing", description=(
+            "of nodes that are ready: equal shares (Linux's default); fixed_priority: the highest "
+            "of priorities, at once; fifo: in order, until it is done"))
+    priorities: dict[str, int] = Field({}, description=(
+        "of nodes by name, with fixed_priority; the highest first, 0 without one"))
