@@ -86,4 +86,5 @@ class BusyTimer:
         return self._start_ns + k * self._step // self._num
 
     def _book(self, due_ns: int) -> None:
-        self._call = self._kernel.at(due_ns, Phase.CONTROL, self._entity, self._executor.add_due, self)
+        self._call = self._kernel.at(due_ns, Phase.CONTROL, self._entity, self._executor.add_due,
+                                     self)

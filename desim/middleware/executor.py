@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from desim.computers.computer import Computer
 from desim.computers.processors import Job
-from desim.errors import ModelError, did_you_mean
-from desim.ports.computers import QUANTITIES, Work
+from desim.ports.arguments import check_work
+from desim.ports.computers import Work
 
 if TYPE_CHECKING:
     from desim.middleware.contents import Content
@@ -118,12 +118,9 @@ class Executor(Job):
 
     def worked(self, quantities: Mapping[str, int]) -> None:
         """See ``Node.worked``."""
+        check_work(f"node {self.node!r}", quantities)
         for name, count in quantities.items():
-            if name not in QUANTITIES:
-                raise ModelError(f"node {self.node!r} worked {name}={count!r}"
-                                 f"{did_you_mean(name, QUANTITIES)}; known: "
-                                 f"{', '.join(QUANTITIES)}")
-            self._work[name] = self._work.get(name, 0) + int(count)
+            self._work[name] = self._work.get(name, 0) + count
 
     def hold(self, publisher: Holds, content: Content, topic: str, links: int) -> None:
         """The callback publishes ``content`` on ``topic``, to so many ``links``."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from inspect import signature
 
-from desim.errors import ModelError
+from desim.errors import ModelError, did_you_mean
+from desim.ports.computers import QUANTITIES
 
 _TOPIC = re.compile(r"[A-Za-z]\w*(/\w+)*", re.ASCII)  # as ROS names are
 SHORTEST_NS = 1_000_000
@@ -41,3 +42,20 @@ def check_period(period_ns: object) -> None:
     if type(period_ns) is not int or period_ns < SHORTEST_NS:
         raise ModelError(f"a timer's period is an int >= {SHORTEST_NS} of ns (1 ms), not "
                          f"{period_ns!r}")
+
+
+def check_work(who: str, quantities: Mapping[str, int]) -> None:
+    """Quantities of work by their names."""
+    for name, count in quantities.items():
+        if name not in QUANTITIES:
+            raise ModelError(f"{who} worked {name}={count!r}{did_you_mean(name, QUANTITIES)}; "
+                             f"known: {', '.join(QUANTITIES)}")
+        if type(count) is not int or count < 0:
+            raise ModelError(f"{who} worked {name}={count!r}; a quantity is an int >= 0")
+
+
+def name_of(callback: Callable[..., object]) -> str:
+    """What cost models know a timer of a plug-in by: its function's name, without underscores in
+    front; ``timer`` of what has none."""
+    name = getattr(callback, "__name__", "timer").strip("_")
+    return name if name.isidentifier() else "timer"

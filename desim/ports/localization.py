@@ -112,6 +112,10 @@ class LocalizationContext(Protocol):
         """Call ``callback(context)`` every ``period_ns``, at least 1 ms, for the first time after a
         random part of a period."""
 
+    def worked(self, **quantities: int) -> None:
+        """Add to the work of the present callback, by the names of ``ports.computers.QUANTITIES``:
+        where computers get busy, how long it takes depends on that."""
+
 
 class Localization(Protocol):
     """Finds a robot's pose. Built as ``Localization(params)``, one for each life of a robot.

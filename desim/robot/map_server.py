@@ -34,7 +34,7 @@ class MapServer(Node):
         self.advertise("map")
         self.subscribe("costmap", self._on_costmap)
         self._map.receive([(_SOURCE, 0, self._terrain)])
-        self._ticker = self.timer(1, lambda _: self.publish("map", Empty()))
+        self._ticker = self.timer(1, lambda _: self.publish("map", Empty()), name="map")
 
     def _on_costmap(self, _: Message) -> None:
         self._ticker.cancel()

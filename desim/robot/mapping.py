@@ -81,6 +81,7 @@ class Mapping(Node):
 
     def _integrate(self, scan: LaserScan, pose: Pose) -> None:
         self._integrated = pose
+        self.worked(scans=1, beams=len(scan.ranges))
         version = self.robot_map.version
         self.robot_map.integrate_scan(pose.x_m, pose.y_m, pose.yaw_rad, scan,
                                    self._mapping.usable_range_m)

@@ -38,7 +38,7 @@ class MonitorFeed(Node):
         self.advertise("explored_map")
         self.advertise("distance")
         self.subscribe("pose", self._on_pose)
-        self.timer(Fraction(NS_PER_S, self._period_ns), self._on_period)
+        self.timer(Fraction(NS_PER_S, self._period_ns), self._on_period, name="period")
 
     def _on_pose(self, message: Message) -> None:
         before, pose = self._pose, message.content
@@ -48,6 +48,7 @@ class MonitorFeed(Node):
 
     def _on_period(self, _: int) -> None:
         if self.has_subscribers("explored_map"):
+            self.worked(cells=self.robot_map.spec.width * self.robot_map.spec.height)
             self.publish("explored_map", Lazy(self._size_bytes, partial(
                 _fused_occupancy, self.robot_map.spec, self.robot_map.fusion_of,
                 self.robot_map.layers())))

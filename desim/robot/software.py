@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from desim import plugins
 from desim.errors import below
+from desim.middleware.busy_host import BusyHost
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
@@ -11,7 +12,9 @@ from desim.ports.sharing import Sharing
 from desim.robot import mapping, monitor_feed, transform_broadcaster
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
+from desim.robot.localization.checks import draws_map
 from desim.robot.localization.node import LocalizationNode
+from desim.robot.localization.pose_publisher import CorrectionNode, PosePublisher
 from desim.robot.localization.sensor_pose import SENSORS, SensorPose
 from desim.robot.navigation import global_costmap, move_base
 from desim.robot.navigation.map_queries import MapQueries
@@ -88,11 +91,16 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
     with below("robot.localization"):
         localization = plugins.load("localization", choice.model)(choice.params)
     source = SENSORS.get(type(localization))
-    node = (LocalizationNode(host, localization, robot, robot_map, start, bodies_m)
-            if source is None else SensorPose(host, source))
-    if isinstance(node, LocalizationNode) and node.draws_map:
-        return [node]
-    return [node, *(mapping.Mapping(host, robot.mapping, robot_map, topic)
+    if source is not None:
+        nodes: list[Node] = [SensorPose(host, source)]
+    elif isinstance(host, BusyHost):
+        nodes = [CorrectionNode(host, localization, robot, robot_map, start, bodies_m),
+                 PosePublisher(host)]
+    else:
+        nodes = [LocalizationNode(host, localization, robot, robot_map, start, bodies_m)]
+    if draws_map(localization):
+        return nodes
+    return [*nodes, *(mapping.Mapping(host, robot.mapping, robot_map, topic)
                     for topic in robot.lasers_by_topic)]
 
 

@@ -52,7 +52,7 @@ class TeamStateNode(Node):
         self.subscribe("goal_result", self._on_result)
         with below("coordination.team_state"):
             self.advertise("team_state", transport=self._params.transport, via=self._params.via)
-        self.timer(Fraction(NS_PER_S, self._params.period_ns), self._on_period)
+        self.timer(Fraction(NS_PER_S, self._params.period_ns), self._on_period, name="period")
 
     def _on_goal(self, message: Message) -> None:
         goal: Goal = message.content

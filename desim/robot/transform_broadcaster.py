@@ -74,7 +74,7 @@ class TransformBroadcaster(Node):
         if self._listens is not None:
             self.latest(self._listens)
         for one in self._sent:
-            self.timer(one.rate_hz, partial(self._publish, one), one.start)
+            self.timer(one.rate_hz, partial(self._publish, one), one.start, name="tf")
 
     def _publish(self, sent: Sent, _: int) -> None:
         self.publish(sent.topic, Filler(sent.size_bytes))

@@ -9,6 +9,7 @@ import numpy as np
 
 from desim.engine.streams import Streams
 from desim.ports import Pose2D
+from desim.ports.arguments import check_work
 from desim.ports.localization import (
     LaserGeometry,
     Localization,
@@ -71,6 +72,9 @@ class LocalizationBench:
         self._need(type(period_ns) is int and period_ns >= 1_000_000,
                    f"call something every 1 ms or more, in ns, not {period_ns!r}")
         self._timers.append((period_ns, self.now_ns + period_ns // 2, callback))
+
+    def worked(self, **quantities: int) -> None:
+        check_work(self.name, quantities)
 
     # ------------------------------------------------------------------------------ for a check
 

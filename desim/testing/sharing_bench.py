@@ -9,7 +9,7 @@ import numpy as np
 from desim.engine.streams import Streams
 from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec, Peer, Pose2D
-from desim.ports.arguments import check_callback, check_period
+from desim.ports.arguments import check_callback, check_period, check_work
 from desim.ports.sharing import (
     Contribution,
     FollowsScans,
@@ -114,6 +114,9 @@ class SharingBench(MapAccess):
         check_period(period_ns)
         check_callback(callback, "context")
         self._timers.append((period_ns, self.now_ns + period_ns // 2, callback))
+
+    def worked(self, **quantities: int) -> None:
+        check_work(self.name, quantities)
 
     # ------------------------------------------------------------------------------ for a check
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from desim import ports
 from desim.engine.streams import Streams
-from desim.ports.arguments import check_callback, check_period, check_topic
+from desim.ports.arguments import check_callback, check_period, check_topic, check_work
 from desim.robot.coordination.strategy_messages import encoded
 from desim.units import NS_PER_S
 
@@ -114,6 +114,9 @@ class StrategyBench:
             callback(context)
 
         self.timers.append(again)
+
+    def worked(self, **quantities: int) -> None:
+        check_work(self.name, quantities)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return Streams(0)("view", *name)

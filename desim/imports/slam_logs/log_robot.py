@@ -128,3 +128,6 @@ class LogRobot:
         first_ns = self.now_ns + self._streams.integer(period_ns, "slam", "timer",
                                                        len(self._timers))
         self._timers.append((period_ns, first_ns, callback))
+
+    def worked(self, **quantities: int) -> None:
+        """Do nothing: nobody waits for a log's robot."""

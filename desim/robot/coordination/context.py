@@ -25,7 +25,7 @@ from desim.ports import (
     TeamArea,
     TeamLink,
 )
-from desim.ports.arguments import check_callback, check_period, check_topic
+from desim.ports.arguments import check_callback, check_period, check_topic, name_of
 from desim.robot.coordination.strategy_messages import Encoded, encoded
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team
@@ -109,15 +109,18 @@ class HostContext:
     def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
         discs = _NO_DISCS if self._body is None else self._body.discs()
         found = self._queries.frontiers(self._from(origin), limit, discs)
+        self._node.worked(plans=1, cells=self._queries.cells, candidates=len(found))
         if self._body is not None:
             self._body.show(found)
         return found
 
     def path_lengths_m(self, places: Sequence[tuple[float, float]], origin: Place | None = None
                        ) -> np.ndarray:
+        self._node.worked(plans=1, cells=self._queries.cells, candidates=len(places))
         return self._queries.path_lengths_m(self._from(origin), [place[:2] for place in places])
 
     def gain_m2(self, place: tuple[float, float]) -> float:
+        self._node.worked(candidates=1)
         return self._queries.gain_m2(*place[:2])
 
     @property
@@ -169,12 +172,16 @@ class HostContext:
 
     def after(self, delay_ns: int, callback: Callback) -> None:
         check_callback(callback, "context")
-        self._node.after(delay_ns, callback, self)
+        self._node.after(delay_ns, callback, self, name=name_of(callback))
 
     def every(self, period_ns: int, callback: Callback) -> None:
         check_period(period_ns)
         check_callback(callback, "context")
-        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
+        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self),
+                         name=name_of(callback))
+
+    def worked(self, **quantities: int) -> None:
+        self._node.worked(**quantities)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._node.stream("strategy", *name)

@@ -26,5 +26,5 @@ class Coordinate(Node):
 
     def start(self) -> None:
         self.timer(self._rate_hz, lambda _: self._events.tick(
-            self.now_ns, self._map.version))
+            self.now_ns, self._map.version), name="tick")
         self._events.started()

@@ -83,7 +83,7 @@ class Explore(Node):
         self.latest("peers")  # nothing waits for a new peer; the strategy reads them all
         self.subscribe("costmap", self._on_costmap)
         self.subscribe("goal_result", self._on_result)
-        self.timer(self._rate_hz, self._tick)
+        self.timer(self._rate_hz, self._tick, name="tick")
         self._events.started()
 
     # --------------------------------------------------------------- for the strategy's context

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from desim.ports import Pose2D
-from desim.ports.arguments import check_callback, check_period
+from desim.ports.arguments import check_callback, check_period, name_of
 from desim.ports.localization import (
     LaserGeometry,
     LocalizationContext,
@@ -63,4 +63,8 @@ class SensorContext:
     def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
         check_period(period_ns)
         check_callback(callback, "context")
-        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
+        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self),
+                         name=name_of(callback))
+
+    def worked(self, **quantities: int) -> None:
+        self._node.worked(**quantities)

@@ -58,6 +58,8 @@ class LocalizationNode(Node):
     teammate, 0 without one.
     """
 
+    _topic = "pose"
+
     def __init__(self, host: Host, localization: Localization, robot: Equipment,
                  robot_map: RobotMap, start: Pose2D | None, bodies_m: float) -> None:
         self.draws_map = draws_map(localization)
@@ -75,7 +77,7 @@ class LocalizationNode(Node):
         self._scans: list[tuple[LaserScan, ...]] = []  # of each pose, the first laser's first
 
     def start(self) -> None:
-        self.advertise("pose")
+        self.advertise(self._topic)
         if self.draws_map:
             self.advertise("map")
             self._others = [self.latest(topic) for topic in self._topics]
@@ -92,10 +94,11 @@ class LocalizationNode(Node):
             self._undrawn = UnreadScan(scan, Pose2D(*at[1:]))
         pose = checked_pose(self.localization, self.localization.on_odometry(
             self._context, Pose2D(*odometry[1:]), self._undrawn))
-        x_m, y_m, yaw_rad = map(float, pose)
-        if before is None or before.stamp_ns // NS_PER_S < odometry.stamp_ns // NS_PER_S:
-            self.record("believed", bits(x_m), bits(y_m), bits(yaw_rad))
-        self.publish("pose", Pose(odometry.stamp_ns, x_m, y_m, math.remainder(yaw_rad, math.tau)))
+        self._publish(before, odometry, Pose2D(*map(float, pose)))
+
+    def _publish(self, before: Pose | None, odometry: Pose, pose: Pose2D) -> None:
+        """Publish ``pose``, at the instant of ``odometry``; ``before``: the odometry before."""
+        publish_pose(self, before, odometry.stamp_ns, pose)
 
     def _odometry_at(self, stamp_ns: int, before: Pose | None, odometry: Pose) -> Pose | None:
         """The odometry of the instant of a scan, None if there is none of it (yet). As in
@@ -146,3 +149,12 @@ class LocalizationNode(Node):
             [(pose, scan) for pose, scans in zip(path, self._scans, strict=True)
              for scan in scans], self._usable_m)
         self.publish("map", Empty())
+
+
+def publish_pose(node: Node, before: Pose | None, stamp_ns: int, pose: Pose2D) -> None:
+    """Publish ``pose`` as the robot's, by ``node``, and record it once a second; ``before``: the
+    odometry of the pose before."""
+    x_m, y_m, yaw_rad = pose
+    if before is None or before.stamp_ns // NS_PER_S < stamp_ns // NS_PER_S:
+        node.record("believed", bits(x_m), bits(y_m), bits(yaw_rad))
+    node.publish("pose", Pose(stamp_ns, x_m, y_m, math.remainder(yaw_rad, math.tau)))

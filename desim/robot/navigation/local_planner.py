@@ -28,6 +28,7 @@ class LocalPlanner:
 
     def __init__(self, navigation: Navigation, body: BodyType, around: GlobalCostmap) -> None:
         period_s = float(1 / navigation.control_rate_hz)
+        self.candidates = navigation.speed_samples * navigation.turn_samples  # that ``steer`` rates
         self.speed_mps = 0.0
         self.turn_radps = 0.0
         self._path = np.zeros((1, 2))

@@ -33,6 +33,11 @@ class MapQueries:
         """The raster of the map."""
         return self.costmap.spec
 
+    @property
+    def cells(self) -> int:
+        """The cells of the costmap, which a search may all come to."""
+        return self.grid.width * self.grid.height
+
     def frontiers(self, from_m: tuple[float, float], limit: int | None, discs: np.ndarray
                   ) -> list[Frontier]:
         """Reachable frontiers in the order of their ways; if there are none, those too small or

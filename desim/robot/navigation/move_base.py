@@ -65,8 +65,8 @@ class MoveBase(Node):
             self._sonar = self.latest("sonar")
         if self._robot.bumper:
             self.subscribe("bumper", self._on_bump)
-        self.timer(self._navigation.control_rate_hz, self._control)
-        self.timer(self._navigation.local_rate_hz, self._observe)
+        self.timer(self._navigation.control_rate_hz, self._control, name="control")
+        self.timer(self._navigation.local_rate_hz, self._observe, name="observe")
 
     # ---------------------------------------------------------------------------- what comes in
 
@@ -107,6 +107,7 @@ class MoveBase(Node):
             sweeps = [scan.content for scan in scans if scan is not None]
             if self._sonar.message is not None:
                 sweeps += self._sonar.message.content.scans
+            self.worked(scans=len(sweeps), beams=sum(len(sweep.ranges) for sweep in sweeps))
             self._local.costmap.observe([
                 (sweep, self._local.extrapolate(pose.content, sweep.stamp_ns))
                 for sweep in sweeps])
@@ -143,6 +144,7 @@ class MoveBase(Node):
         if self._reached(goal, *here[:2]):
             self._finish(goal, True)
             return
+        self.worked(candidates=self._local.candidates)
         speed_mps, turn_radps, togo_m = self._local.steer(*here)
         self._patience.note(now_ns, *here[:2], togo_m, self._local.is_blocked)
         if self._patience.is_over(now_ns):
@@ -186,6 +188,7 @@ class MoveBase(Node):
         self._drive(0.0, 0.0)
 
     def _retreat(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
+        self.worked(candidates=self._local.candidates)
         speed_mps, turn_radps, togo_m = self._local.steer(*here)
         if togo_m > self._body.radius_m and now_ns < self._retreat_until_ns:
             self._drive(speed_mps, turn_radps)
@@ -201,6 +204,8 @@ class MoveBase(Node):
 
     def _plan(self, goal: Goal, pose: Pose) -> bool:
         """Plan a path to the goal and follow it; without one, wait for it or give the goal up."""
+        if self._mapped:
+            self.worked(plans=1, cells=self._costmap.spec.width * self._costmap.spec.height)
         path = self._planner.plan((pose.x_m, pose.y_m), (goal.x_m, goal.y_m),
                                   self._navigation.goal_tolerance_m) if self._mapped else None
         self._pathless = path is None

@@ -12,7 +12,7 @@ from desim.errors import below
 from desim.middleware.message import Message
 from desim.middleware.topics import WaitSet
 from desim.ports import Peer, Pose2D
-from desim.ports.arguments import check_callback, check_period
+from desim.ports.arguments import check_callback, check_period, name_of
 from desim.ports.sharing import Contribution, SharedMessage, SharingContext, Sized
 from desim.robot.sharing.map_access import MapAccess
 from desim.units import NS_PER_S
@@ -85,7 +85,11 @@ class MapContext(MapAccess):
     def every(self, period_ns: int, callback: Callable[[SharingContext], object]) -> None:
         check_period(period_ns)
         check_callback(callback, "context")
-        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self))
+        self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self),
+                         name=name_of(callback))
+
+    def worked(self, **quantities: int) -> None:
+        self._node.worked(**quantities)
 
 
 class TeamInbox:

@@ -22,7 +22,7 @@ from desim.ports.sharing import (
 from desim.robot.robot_map import RobotMap
 from desim.robot.sharing.context import MapContext
 from desim.robot.team import Team
-from desim.robot.tiles import LayerSnapshot
+from desim.robot.tiles import CELLS, LayerSnapshot
 
 
 class MapSharing(Node):
@@ -68,6 +68,7 @@ class MapSharing(Node):
             if pose is not None:
                 team.note_pose(source, *pose, version, now_ns)
             if isinstance(evidence, LayerSnapshot):
+                self.worked(cells=len(evidence.tiles) * CELLS)
                 updates.append((source, version, evidence))
             elif evidence is not None:
                 raise ModelError(f"evidence comes from a context, from own() or drawn(), not "

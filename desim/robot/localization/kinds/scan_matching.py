@@ -59,6 +59,8 @@ class ScanMatching:
             is_due = self.filter.advance(scan.odometry, self._readings)
             self._readings = 0
             if is_due:
+                context.worked(scans=1, particles=self.particles,
+                               beams=self.particles * len(scan.ranges))
                 self.filter.process(scan.ranges)
                 pose = Pose2D(*self._in_map(self.filter.pose).tolist())
                 self._processed = scan.odometry, pose
