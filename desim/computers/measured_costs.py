@@ -1,6 +1,7 @@
 """Measured processor times of robot software, in picoseconds at speed 1.
 
-FIRST VALUES. One of them is measured (gmapping); the others are estimates, to be replaced. Speed 1 is a core of the virtual machine of 2 cores on which gmapping was measured.
+FIRST VALUES. One of them is measured (gmapping); the others are estimates, to be replaced. Speed 1
+is a core of the virtual machine of 2 cores on which gmapping was measured.
 """
 
 from __future__ import annotations
