@@ -26,6 +26,7 @@ from desim.monitor.localization_errors import LocalizationErrors
 from desim.monitor.outdated_goals import MOVING_M, OutdatedGoals
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
+from desim.monitor.processor_load import ProcessorLoad
 from desim.monitor.reachability import SampledReachability
 from desim.monitor.relative_poses import RelativePoses
 from desim.monitor.task_view import TaskView
@@ -49,7 +50,8 @@ class StopReason(StrEnum):
 
 class Track(NamedTuple):
     """The fleet at one instant: cells of G that each robot knows and that some robot has known, and
-    by robot the way driven and the bytes heard and sent so far."""
+    by robot the way driven, the bytes heard and sent, and the time of processors and the missed
+    ticks so far, where computers get busy."""
 
     time_ns: int
     poses: np.ndarray
@@ -58,6 +60,8 @@ class Track(NamedTuple):
     distance_m: np.ndarray
     rx_bytes: list[int]
     tx_bytes: list[int]
+    busy_ns: list[int]
+    missed_ticks: list[int]
 
 
 class Monitor:
@@ -76,6 +80,7 @@ class Monitor:
         self.maps: dict[str, RobotMap | None] = dict.fromkeys(explorers)
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
+        self.processor_load = ProcessorLoad(self.hosts)
         self._own = [robots.index(name) for name in explorers]
         self.partitions = Partitions()
         self.overlap = Overlap(ground.grid, ground.reachable)
@@ -271,7 +276,8 @@ class Monitor:
             int(values["recoveries"]), bits(values["distance_m"]))
         self.samples.append({**values, "parts": self.partitions.parts,
                              "map_age_s": map_age_s(self.maps, now_ns),
-                             **self.belief_metrics.sample(), "cause": cause,
+                             **self.belief_metrics.sample(),
+                             **self.processor_load.sample(now_ns), "cause": cause,
                              "bytes": self.families.bytes()})
         self._judge(values)
 
@@ -301,7 +307,9 @@ class Monitor:
         self.tracks.append(Track(now_ns, poses, tuple(self.coverage.known),
                                  self.coverage.union_known, travelled_m,
                                  [host.rx_bytes for host in self.hosts],
-                                 [host.tx_bytes for host in self.hosts]))
+                                 [host.tx_bytes for host in self.hosts],
+                                 self.processor_load.busy_ns(),
+                                 self.processor_load.missed_ticks()))
         if self.links is not None:
             self.links.sample(now_ns)
         links = self._links()

@@ -65,6 +65,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         # Equation 8: the mean over the robots of their means over the run.
         **{f"mean_{key}": sum(robot[key] for robot in robots.values()) / len(robots)
            for key in ("rx_kBps", "tx_kBps")},
+        **monitor.processor_load.summary(now_ns),
         "robots": robots,
         "warnings": warnings(monitor),
     }
@@ -129,6 +130,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
         "recoveries": monitor.recoveries_of[i],
         "rx_kBps": host.rx_bytes / kilo_s,
         "tx_kBps": host.tx_bytes / kilo_s,
+        **monitor.processor_load.of(host, now_ns),
     } for i, (name, host) in enumerate(zip(monitor.robots, monitor.hosts, strict=True))}
 
 
@@ -149,13 +151,15 @@ def samples_table(monitor: Monitor) -> dict[str, list]:
 
 
 def robots_table(monitor: Monitor) -> Sample:
-    """One row per second and robot: where it was, what it knew, what it sent and heard."""
+    """One row per second and robot: where it was, what it knew, what it sent and heard, and what
+    its processors did where computers get busy."""
     tracks, count = monitor.tracks, len(monitor.robots)
     poses = np.concatenate([track.poses for track in tracks]) if tracks else np.zeros((0, 3))
     known = np.full((len(tracks), count), np.nan)
     columns = [monitor.robots.index(name) for name in monitor.explorers]
     for k, track in enumerate(tracks):
         known[k, columns] = [monitor.coverage.share(cells) for cells in track.known]
+    busy_ns = np.array([track.busy_ns for track in tracks]).ravel()
     union = [monitor.coverage.share(track.union_known) for track in tracks]
     return {
         "time_s": np.repeat([track.time_ns / NS_PER_S for track in tracks], count),
@@ -165,4 +169,6 @@ def robots_table(monitor: Monitor) -> Sample:
         "explored_union": np.repeat(union, count),
         **{name: np.array([getattr(track, name) for track in tracks]).ravel()
            for name in ("distance_m", "rx_bytes", "tx_bytes")},
+        **({"cpu_s": busy_ns / NS_PER_S, "missed_ticks": np.array(
+            [track.missed_ticks for track in tracks]).ravel()} if len(busy_ns) else {}),
     }
