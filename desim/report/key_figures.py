@@ -19,7 +19,8 @@ def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str
     speed = ("speed", f"{manifest['real_time_factor']:.1f} x real time",
              f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
              f"{manifest['peak_memory_mb']:.0f} MB")
-    return [*_task(metrics), *_map_and_way(metrics), *_network(metrics), speed]
+    return [*_task(metrics), *_map_and_way(metrics), *_network(metrics), *_processors(metrics),
+            speed]
 
 
 def headline(metrics: Summary, manifest: Summary) -> str:
@@ -109,6 +110,15 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
         rows.append(("partitions", str(apart["count"]), f"{apart['total_s']:.0f} s in all, the "
                                                         f"longest {apart['longest_s']:.0f} s"))
     return rows + _awareness(m)
+
+
+def _processors(m: Summary) -> list[tuple[str, str, str]]:
+    if "mean_cpu_percent" not in m:
+        return []
+    busiest = max(robot["cpu_percent"] for robot in m["robots"].values())
+    return [("processors", f"{m['mean_cpu_percent']:.1f} % busy",
+             f"of the robots', on average; at most {busiest:.1f} %"),
+            ("", _counted(m["missed_ticks"], "missed tick"), "of timers whose nodes were busy")]
 
 
 def _awareness(m: Summary) -> list[tuple[str, str, str]]:

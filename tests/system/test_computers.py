@@ -1,0 +1,100 @@
+"""Whole runs on computers that get busy."""
+
+import pytest
+from runs import HELLO, MAZE_8, ROUGH, built, finished, outcome_of
+
+from desim.monitor.summary import robots_table, samples_table, summarize
+
+SHORT = "stop.elapsed=20 s"
+SLAM = "robot.localization=gmapping"
+# A beam of a particle as in openslam's gmapping, rounded, and some more.
+COSTS = ("computers={model: table, callbacks: {slam: {odom: {fixed: 20 us, per: {beams: 27 us}}}, "
+         "move_base: {any: {fixed: 1 ms}}, explore: {tick: {fixed: 5 ms}}}, "
+         "send: {link: 20 us}, receive: {message: 20 us, byte: 1 ns}}")
+
+
+@pytest.mark.parametrize(("file", "overrides"), [
+    (HELLO, ()), (HELLO, ("deployment=field",)), (ROUGH, ()), (MAZE_8, ("stop.elapsed=10 s",)),
+    (HELLO, ("deployment=field", "middleware=ros1"))])
+def test_callbacks_without_a_cost_change_no_digest(file, overrides):
+    """The same rows and the same events, although each node has a queue and waits for its turn."""
+    ideal = outcome_of(file, SHORT, *overrides)
+    assert outcome_of(file, SHORT, *overrides, "computers=table") == ideal
+    assert outcome_of(file, SHORT, *overrides, "computers=ideal", "robot.computer.speed=0.05"
+                      ) == ideal
+
+
+def explored_s(*overrides):
+    simulation = built(HELLO, SLAM, *overrides)
+    finished(simulation)
+    return summarize(simulation.monitor, simulation.kernel.now_ns)
+
+
+def test_slow_computers_delay_a_fleet():
+    ideal, usual = explored_s(), explored_s(COSTS)
+    slow = explored_s(COSTS, "robot.computer.speed=0.05")
+    assert usual["exploration_time_s"] < 1.2 * ideal["exploration_time_s"]
+    assert slow["exploration_time_s"] > 1.1 * ideal["exploration_time_s"]
+    assert usual["mean_cpu_percent"] < 15 < 50 < slow["mean_cpu_percent"]
+    assert "mean_cpu_percent" not in ideal
+
+
+def test_a_computer_that_cannot_keep_up_misses_ticks_and_replaces_messages():
+    simulation = built(HELLO, SLAM, COSTS, "robot.computer={processors: 1, speed: 0.01}", SHORT)
+    finished(simulation)
+    found = summarize(simulation.monitor, simulation.kernel.now_ns)
+    assert found["mean_cpu_percent"] > 95
+    assert found["missed_ticks"] > 100
+    assert simulation.graph.topics["/robot_0/odom"].counts.overwritten > 50
+
+
+def driven_m(**costs):
+    rows = ", ".join(f"{node}: {{any: {{fixed: {cost} ms}}}}" for node, cost in costs.items())
+    simulation = built(HELLO, f"computers={{model: table, callbacks: {{{rows}}}}}",
+                       "robot.computer.processors=4", SHORT)
+    finished(simulation)
+    commands = sum(simulation.graph.topics[f"/robot_{i}/cmd_vel"].counts.delivered
+                   for i in range(3))
+    return sum(simulation.world.travelled_m()), commands
+
+
+def test_a_robot_stops_when_its_pose_is_old_and_drives_on_old_commands():
+    usual_m, commands = driven_m()
+    blind_m, _ = driven_m(localization=1500)
+    assert blind_m < 0.2 * usual_m
+    busy_m, few = driven_m(move_base=400)
+    assert few < 0.5 * commands
+    assert blind_m < 0.2 * busy_m < 0.2 * usual_m
+
+
+@pytest.mark.parametrize("payloads", ["birth", "delivery"])
+def test_it_does_not_matter_when_a_content_is_computed(payloads):
+    busy = (HELLO, SLAM, COSTS, SHORT, "robot.computer.speed=0.1")
+    assert outcome_of(*busy, payloads=payloads).digest == outcome_of(*busy).digest
+
+
+@pytest.mark.parametrize("scheduling", ["fifo", "fixed_priority", "processor_sharing"])
+def test_hosts_that_stop_and_start_keep_the_books_balanced(scheduling):
+    faults = "faults=[{at: 5 s, host: robot_1, down_for: 5 s}, {at: 7 s, host: robot_2}]"
+    simulation = built(HELLO, COSTS, faults, SHORT, "robot.computer.speed=0.02",
+                       f"robot.computer.scheduling={scheduling}",
+                       "robot.computer.priorities={move_base: 2, localization: 1}")
+    finished(simulation)
+
+
+def test_the_load_of_processors_is_measured():
+    simulation = built(HELLO, COSTS, "robot.computer={processors: 3, speed: 0.1}", SHORT)
+    simulation.run()
+    monitor, now_ns = simulation.monitor, simulation.kernel.now_ns
+    found, samples, robots = summarize(monitor, now_ns), samples_table(monitor), robots_table(
+        monitor)
+    own = list(found["robots"].values())
+    assert [robot["cpu_percent"] for robot in own] == pytest.approx(
+        [100 * robot["cpu_s"] / (3 * 20) for robot in own])
+    assert found["mean_cpu_percent"] == pytest.approx(
+        sum(robot["cpu_percent"] for robot in own) / 3)
+    assert samples["time_s"] == [0, 5, 10, 15, 20, 20]
+    assert samples["cpu_percent"][0] is None and samples["cpu_percent"][-1] is None
+    assert found["mean_cpu_percent"] == pytest.approx(sum(samples["cpu_percent"][1:5]) / 4)
+    assert list(robots["cpu_s"][-3:]) == [robot["cpu_s"] for robot in own]
+    assert list(robots["missed_ticks"][-3:]) == [robot["missed_ticks"] for robot in own]
