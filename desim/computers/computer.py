@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NoReturn
 
 from desim.computers.processors import Processors
 from desim.errors import ModelError, class_of
@@ -21,20 +22,25 @@ class Computer:
 
     def callback_ns(self, work: Work) -> int:
         """See ``CostModel.callback_ns``."""
-        return self._checked(self.costs.callback_ns(work), f"callback_ns({work})")
+        cost_ns = self.costs.callback_ns(work)
+        return cost_ns if _is_cost(cost_ns) else self._refuse(cost_ns, f"callback_ns({work})")
 
     def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
         """See ``CostModel.send_ns``."""
-        return self._checked(self.costs.send_ns(topic, size_bytes, links),
-                             f"send_ns({topic!r}, {size_bytes}, {links})")
+        cost_ns = self.costs.send_ns(topic, size_bytes, links)
+        return cost_ns if _is_cost(cost_ns) else self._refuse(
+            cost_ns, f"send_ns({topic!r}, {size_bytes}, {links})")
 
     def receive_ns(self, topic: str, size_bytes: int) -> int:
         """See ``CostModel.receive_ns``."""
-        return self._checked(self.costs.receive_ns(topic, size_bytes),
-                             f"receive_ns({topic!r}, {size_bytes})")
+        cost_ns = self.costs.receive_ns(topic, size_bytes)
+        return cost_ns if _is_cost(cost_ns) else self._refuse(
+            cost_ns, f"receive_ns({topic!r}, {size_bytes})")
 
-    def _checked(self, cost_ns: object, asked: str) -> int:
-        if type(cost_ns) is not int or cost_ns < 0:
-            raise ModelError(f"{class_of(self.costs)} answered {cost_ns!r} to {asked}; wanted: an "
-                             "int >= 0, in ns")
-        return cost_ns
+    def _refuse(self, cost_ns: object, asked: str) -> NoReturn:
+        raise ModelError(f"{class_of(self.costs)} answered {cost_ns!r} to {asked}; wanted: an int "
+                         ">= 0, in ns")
+
+
+def _is_cost(cost_ns: object) -> bool:
+    return type(cost_ns) is int and cost_ns >= 0

@@ -73,6 +73,11 @@ class CountedLatest(Latest):
         super().put(message)
         self._count(1, message.size_bytes)
 
+    @property
+    def is_behind(self) -> bool:
+        """Whether something may have come that is not counted."""
+        return self.feed is not None or bool(self._expected)
+
     def catch_up(self) -> None:
         waiting, feed = len(self._expected), self.feed
         super().catch_up()

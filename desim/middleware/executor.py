@@ -47,6 +47,10 @@ class Polled(Protocol):
     arrived: int
     arrived_bytes: int
 
+    @property
+    def is_behind(self) -> bool:
+        """Whether something may have come that is not counted."""
+
     def catch_up(self) -> None:
         """Count what has come by now."""
 
@@ -145,7 +149,8 @@ class Executor(Job):
     def _receive_polled(self) -> None:
         """Owe the receipt of what has come since the last callback."""
         for subscription, (messages, size_bytes) in self._polled.items():
-            subscription.catch_up()
+            if subscription.is_behind:
+                subscription.catch_up()
             fresh = subscription.arrived - messages
             if fresh:
                 mean_bytes = (subscription.arrived_bytes - size_bytes) // fresh
