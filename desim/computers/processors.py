@@ -20,16 +20,18 @@ _PARTS = 1 << 32  # of a nanosecond: a thousand events a second round off 0.02 n
 class Job(ABC):
     """A piece of work for one processor. How much it is shows when it first gets one."""
 
-    __slots__ = ("priority", "begun", "left")
+    __slots__ = ("priority", "awaited", "begun", "left")
 
     def __init__(self, priority: int = 0) -> None:
         self.priority = priority  # the highest first, where the discipline looks at it
+        self.awaited = True  # else ``end`` may be called later, when the computer has an event
         self.begun = False
         self.left = 0  # work to be done yet, in parts
 
     @abstractmethod
     def begin(self) -> int:
-        """The job gets a processor for the first time. Returns its work, ns at speed 1."""
+        """The job gets a processor for the first time. Returns its work, ns at speed 1; from now on
+        it is ``awaited`` or not."""
 
     @abstractmethod
     def end(self) -> object:
@@ -58,8 +60,8 @@ class Processors:
         self._parts_a_ns = speed.denominator * _PARTS  # parts of a nanosecond of work
         self._ready: list[Job] = []  # in the discipline's order
         self._running = 0  # so many of them
-        self._share = 1, 1  # of a processor, that each of these has
-        self._done: list[Job] = []  # and ``end`` is still to be called
+        self._share: tuple[int, int] | None = None  # of a processor, each; None: a whole one
+        self._done: list[Job] = []  # awaited ones, and ``end`` is still to be called
         self._since_ns = kernel.now_ns  # of what has been accounted for
         self._busy_ns = 0
         self._call: Call | None = None
@@ -72,15 +74,24 @@ class Processors:
 
     def busy_ns(self) -> int:
         """The time for which processors have been busy so far, summed over all of them."""
-        return (self._busy_ns
-                + (self._kernel.now_ns - self._since_ns) * min(self._running, self.count))
+        elapsed_ns = self._kernel.now_ns - self._since_ns
+        if self._share is not None:
+            return self._busy_ns + elapsed_ns * min(self._running, self.count)
+        return self._busy_ns + sum(min(elapsed_ns, -(-job.left // self._work_a_ns))
+                                   for job in self._ready[:self._running])
 
     def submit(self, job: Job) -> None:
         """``job`` is ready."""
         self._advance()
-        job.begun = False
+        job.begun, job.awaited = False, True
         self._discipline.enqueue(self._ready, job)
         self._dispatch()
+
+    def attend(self, job: Job) -> None:
+        """``job``, which was not awaited, is awaited now. If its work is done already, it ends."""
+        self._advance()
+        job.awaited = True
+        self._book()
 
     def withdraw(self, job: Job) -> None:
         """Forget ``job`` if it is ready, without its ``end``."""
@@ -97,41 +108,56 @@ class Processors:
             return
         self._busy_ns = self.busy_ns()
         self._since_ns = self._kernel.now_ns
-        processors, sharers = self._share
-        work = elapsed_ns * self._work_a_ns * processors // sharers
+        if not self._running:
+            return
+        work = elapsed_ns * self._work_a_ns
+        if self._share is not None:
+            work = work * self._share[0] // self._share[1]
         for job in self._ready[:self._running]:
             job.left -= work
             if job.left <= 0:  # nothing can preempt it any more
                 self._ready.remove(job)
-                self._done.append(job)
+                self._running -= 1
+                if job.awaited:
+                    self._done.append(job)
+                else:
+                    job.end()
 
     def _dispatch(self) -> None:
         """Let those jobs run that are the first now."""
         ready = self._ready
         while True:
-            self._running, *share = self._discipline.grant(len(ready), self.count)
-            fresh = next((job for job in ready[:self._running] if not job.begun), None)
-            if fresh is None:
+            if len(ready) <= self.count:
+                self._running, self._share = len(ready), None
+            else:
+                self._running, *share = self._discipline.grant(len(ready), self.count)
+                self._share = share[0], share[1]
+            for job in ready[:self._running]:
+                if not job.begun:
+                    break
+            else:
                 break
-            fresh.begun = True
-            fresh.left = fresh.begin() * self._parts_a_ns
-            if not fresh.left:
-                ready.remove(fresh)
-                fresh.end()
-        self._share = share[0], share[1]
+            job.begun = True
+            job.left = job.begin() * self._parts_a_ns
+            if not job.left:
+                ready.remove(job)
+                job.end()
         self._book()
 
     def _book(self) -> None:
-        """Book the end of the job that will be done first."""
-        running, now_ns = self._ready[:self._running], self._kernel.now_ns
+        """Book the end of the job that will be done first: an awaited one, or any where a
+        processor that gets free is wanted."""
+        running = self._ready[:self._running]
+        if self._share is None:
+            running = [job for job in running if job.awaited]
         if self._done:
-            due_ns = now_ns
-        elif running:
-            processors, sharers = self._share
-            least = min(job.left for job in running)
-            due_ns = now_ns - -least * sharers // (self._work_a_ns * processors)
-        else:
+            due_ns = self._kernel.now_ns
+        elif not running:
             due_ns = -1
+        else:
+            least = min([job.left for job in running])
+            processors, sharers = self._share or (1, 1)
+            due_ns = self._kernel.now_ns - -least * sharers // (self._work_a_ns * processors)
         if due_ns == self._due_ns:
             return
         if self._call is not None:

@@ -20,13 +20,14 @@ class Grant(NamedTuple):
 
 
 class Discipline(Protocol):
-    """An order of the jobs that are ready, and how many of them run."""
+    """An order of the jobs that are ready, and how many of them run where there are more than
+    processors. Otherwise each has one."""
 
     def enqueue(self, ready: list[Job], job: Job) -> None:
         """Put ``job``, which arrives now, into its place among those that are ``ready``."""
 
     def grant(self, ready: int, processors: int) -> Grant:
-        """Shares of ``processors`` for so many ready jobs."""
+        """Shares of ``processors`` for so many ``ready`` jobs, which are more."""
 
 
 class FirstInFirstOut:
@@ -36,7 +37,7 @@ class FirstInFirstOut:
         ready.append(job)
 
     def grant(self, ready: int, processors: int) -> Grant:
-        return Grant(min(ready, processors))
+        return Grant(processors)
 
 
 class FixedPriority:
@@ -47,7 +48,7 @@ class FixedPriority:
         insort(ready, job, key=lambda each: -each.priority)  # after its equals
 
     def grant(self, ready: int, processors: int) -> Grant:
-        return Grant(min(ready, processors))
+        return Grant(processors)
 
 
 class ProcessorSharing:
@@ -58,7 +59,7 @@ class ProcessorSharing:
         ready.append(job)
 
     def grant(self, ready: int, processors: int) -> Grant:
-        return Grant(ready, processors, ready) if ready > processors else Grant(ready)
+        return Grant(ready, processors, ready)
 
 
 DISCIPLINES: dict[str, type[Discipline]] = {

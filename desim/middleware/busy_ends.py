@@ -45,6 +45,10 @@ class QueuedSubscription(Subscription):
         self.topic.counts.discarded += len(self._messages)
         self._messages.clear()
 
+    @property
+    def waits(self) -> bool:
+        return False
+
     def run(self) -> int:
         message, graph = self._messages.popleft(), self._host.graph
         self.topic.counts.called += 1
@@ -103,18 +107,19 @@ class HeldPublisher(Publisher):
     """A publisher whose messages leave when the time of the callback is over that publishes
     them."""
 
-    __slots__ = ("_executor", "_name", "_readers")
+    __slots__ = ("_busy_host", "_name")
 
-    def __init__(self, host: BusyHost, executor: Executor, topic: Topic, offer: Offer) -> None:
+    def __init__(self, host: BusyHost, topic: Topic, offer: Offer) -> None:
         super().__init__(host, topic, offer)
-        self._executor, self._readers = executor, host.readers
+        self._busy_host = host
         self._name = host.graph.without_hosts(topic.name)
 
     def publish(self, content: Content) -> None:
-        if self._executor.calls:
-            self._executor.hold(self, content, self._name, self._links())
-        else:  # the node starts, or is a driver
+        calling = self._busy_host.calling
+        if calling is None:  # the node starts, or is a driver
             super().publish(content)
+        else:
+            calling.hold(self, content, self._name, self._links())
 
     def release(self, content: Content) -> None:
         super().publish(content)
@@ -123,6 +128,6 @@ class HeldPublisher(Publisher):
         """The number of connections over which a message would go now."""
         if not self.has_subscribers():
             return 0
-        local = self._readers(self.topic.name) if self._local else 0
+        local = self._busy_host.readers(self.topic.name) if self._local else 0
         remote = len(self._receivers)
         return local + (min(remote, 1) if self.offer.via is Addressing.BROADCAST else remote)

@@ -29,11 +29,13 @@ class BusyHost(Host):
     which stand for sensors and motors.
     """
 
-    __slots__ = ("computer", "missed_ticks", "_executors", "_subscriptions", "_awake", "_booked")
+    __slots__ = ("computer", "calling", "missed_ticks", "_executors", "_subscriptions", "_awake",
+                 "_booked")
 
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
         super().__init__(graph, name, index)
         self.computer = computer
+        self.calling: Executor | None = None  # its callback is being called now
         self.missed_ticks = 0  # of timers, so far
         self._executors: dict[str, Executor] = {}  # by node
         self._subscriptions: list[QueuedSubscription] = []
@@ -60,7 +62,8 @@ class BusyHost(Host):
         return OneShot(self.graph.kernel, self.id, self._executor(node), name, delay_ns, fn, arg)
 
     def worked(self, node: str, quantities: Mapping[str, int]) -> None:
-        self._executor(node).worked(quantities)
+        if self.calling is not None:
+            self.calling.worked(quantities)
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         latest = super().latest(node, topic, wait_set)
@@ -81,6 +84,13 @@ class BusyHost(Host):
             subscription.put(message)
         return True
 
+    def wake(self, executor: Executor) -> None:
+        """Let ``executor`` take its next turn in phase CONTROL, after those that came before."""
+        self._awake.append(executor)
+        if not self._booked:
+            self._booked = True
+            self.graph.kernel.after(0, Phase.CONTROL, self.id, self._take_turns)
+
     def overwritten(self, message: Message) -> None:
         """``message`` has left a full queue."""
         message.about.counts.overwritten += 1
@@ -94,7 +104,7 @@ class BusyHost(Host):
         return len(subscriptions) + (latest.readers if isinstance(latest, CountedLatest) else 0)
 
     def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
-        return HeldPublisher(self, self._executor(offer.publisher.node), topic, offer)
+        return HeldPublisher(self, topic, offer)
 
     def _new_subscription(self, node: str, topic: Topic, callback: Callable[[Message], object],
                           queue: int) -> Subscription:
@@ -108,18 +118,11 @@ class BusyHost(Host):
     def _executor(self, node: str) -> Executor:
         """The thread of the node called ``node``."""
         if node not in self._executors:
-            self._executors[node] = Executor(node, self.computer, self._wake)
+            self._executors[node] = Executor(node, self)
         return self._executors[node]
 
     def _missed(self, ticks: int) -> None:
         self.missed_ticks += ticks
-
-    def _wake(self, executor: Executor) -> None:
-        """Let ``executor`` take its next turn in phase CONTROL, after those that came before."""
-        self._awake.append(executor)
-        if not self._booked:
-            self._booked = True
-            self.graph.kernel.after(0, Phase.CONTROL, self.id, self._take_turns)
 
     def _take_turns(self, _: object) -> None:
         for _ in range(MAX_CALLBACKS):

@@ -26,6 +26,10 @@ class OneShot:
         self._call.cancel()
         self._executor.remove(self)
 
+    @property
+    def waits(self) -> bool:
+        return False
+
     def run(self) -> int:
         self._fn(self._arg)
         return 0
@@ -44,7 +48,7 @@ class BusyTimer:
     """
 
     __slots__ = ("trigger", "_kernel", "_entity", "_executor", "_callback", "_missed", "_num",
-                 "_step", "_start_ns", "_k", "_calls", "_call")
+                 "_step", "_start_ns", "_k", "_calls", "_call", "waits")
 
     def __init__(self, kernel: Kernel, entity: int, executor: Executor, trigger: str,
                  frequency_hz: Fraction | int, callback: Callable[[int], object], start_ns: int,
@@ -55,6 +59,7 @@ class BusyTimer:
         self._start_ns = start_ns
         self._k = 0  # of the next callback, since ``start_ns``
         self._calls = 0
+        self.waits = False  # the next one is due, and the present one is not over
         self._call: Call | None = None
         self._book(start_ns)
 
@@ -66,25 +71,32 @@ class BusyTimer:
         self._executor.remove(self)
 
     def run(self) -> int:
+        self._k += 1
+        due_ns = self._time_ns(self._k)
+        self.waits = due_ns < self._kernel.now_ns
+        if not self.waits:
+            self._book(due_ns)
         self._calls += 1
         self._callback(self._calls - 1)
         return 0
 
     def over(self) -> None:
-        if self._call is None:  # cancelled
+        if not self.waits or self._call is None:  # it is not due yet, or cancelled
             return
-        now_ns = self._kernel.now_ns
-        self._k += 1
-        due_ns = self._time_ns(self._k)
+        self.waits, now_ns = False, self._kernel.now_ns
         if self._time_ns(self._k + 1) < now_ns:
-            self._missed((now_ns - due_ns) * self._num // self._step)
+            self._missed((now_ns - self._time_ns(self._k)) * self._num // self._step)
             self._start_ns, self._k = now_ns, 0
-            due_ns = now_ns
-        self._book(max(due_ns, now_ns))
+        self._book(now_ns)
 
     def _time_ns(self, k: int) -> int:
         return self._start_ns + k * self._step // self._num
 
     def _book(self, due_ns: int) -> None:
-        self._call = self._kernel.at(due_ns, Phase.CONTROL, self._entity, self._executor.add_due,
-                                     self)
+        self._call = self._kernel.at(due_ns, Phase.CONTROL, self._entity, self._fall_due)
+
+    def _fall_due(self, _: object) -> None:
+        if self._executor.runs(self):
+            self.waits = True
+        else:
+            self._executor.add_due(self)
