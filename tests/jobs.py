@@ -18,8 +18,8 @@ class Play:
         self.sojourn_ns = []
         self.jobs = 0
 
-    def add(self, time_ns, name, work_ns, priority=0):
-        job = Named(self, name, work_ns, priority)
+    def add(self, time_ns, name, work_ns, priority=0, awaited=True):
+        job = Named(self, name, work_ns, priority, awaited)
         self.jobs += 1
         self.kernel.at(time_ns, Phase.NETWORK, self.jobs, job.arrive)
         return job
@@ -30,9 +30,10 @@ class Play:
 
 
 class Named(Job):
-    def __init__(self, play, name, work_ns, priority):
+    def __init__(self, play, name, work_ns, priority, is_awaited):
         super().__init__(priority)
         self.play, self.name, self.work_ns = play, name, work_ns
+        self.is_awaited = is_awaited
         self.arrived_ns = 0
 
     def arrive(self, _):
@@ -41,6 +42,7 @@ class Named(Job):
 
     def begin(self):
         self.play.log.append((self.play.kernel.now_ns, self.name, "begins"))
+        self.awaited = self.is_awaited
         return self.work_ns
 
     def end(self):

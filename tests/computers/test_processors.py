@@ -220,6 +220,38 @@ def test_disciplines_of_one_processor_differ_in_order_alone(jobs, speed):
     assert max(last_ns) - min(last_ns) <= len(jobs)
 
 
+@given(plays, st.sets(st.integers(0, 24)), st.sampled_from(sorted(DISCIPLINES)), st.integers(1, 3),
+       speeds, st.lists(st.integers(0, 3000), max_size=5))
+def test_jobs_that_nobody_waits_for_change_nothing_but_when_their_ends_are_told(
+        jobs, silent, discipline, count, speed, looks):
+    """Those that are awaited end as ever, processors are as busy, whenever one looks, and there are
+    no more events."""
+    logs, busy, events = [], [], []
+    for unawaited in (set(), silent):
+        play = Play(discipline, count, speed)
+        for number, (time_ns, work_ns, priority) in enumerate(jobs):
+            play.add(time_ns, number, work_ns, priority, awaited=number not in unawaited)
+        seen = []
+        for time_ns in looks:
+            play.kernel.at(time_ns, 5 << 64, 0,
+                           lambda _, play=play, seen=seen: seen.append(play.processors.busy_ns()))
+        play.run()
+        logs.append([line for line in play.log if line[1] not in silent or line[2] == "begins"])
+        busy.append([*seen, play.processors.busy_ns()])
+        events.append(play.kernel.events)
+    assert logs[0] == logs[1]
+    assert busy[0] == busy[1]
+    assert events[1] <= events[0]
+
+
+def test_a_job_that_is_awaited_late_ends_at_its_time_or_at_once():
+    play = Play("fifo", count=2)
+    early, late = play.add(0, "early", 10, awaited=False), play.add(0, "late", 50, awaited=False)
+    for job in (early, late):
+        play.kernel.at(30, 0, 0, play.processors.attend, job)
+    assert ends(play.run()) == [(30, "early"), (50, "late")]
+
+
 class Generous(ProcessorSharing):
     """A twin that gives away more than there is: each of several jobs has a processor."""
 

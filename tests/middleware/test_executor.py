@@ -96,6 +96,22 @@ def test_a_message_is_born_when_it_leaves(log):
         (30, "a"), (60, "b")]
 
 
+def test_a_message_leaves_with_the_callback_that_publishes_it_whosever_it_is(log):
+    """Nodes of one host share objects: what one does may make another one speak."""
+    def first(node):
+        node.advertise("/said", queue=0)
+        first.speak = lambda: node.publish("/said", Words("as asked"))
+
+    def second(node):
+        node.subscribe("/talk", lambda message: (node.worked(cells=7), first.speak()))
+    costs = Fixed(second=40)
+    net = Net(robot(first=first, second=second, mouth=says(WORDS[:1]), ear=log.hears("/said")),
+              costs=costs)
+    net.run(S)
+    assert log == [(40, "ear", "as asked")]
+    assert costs.asked[1].quantities == {"cells": 7, "bytes": 100}
+
+
 def test_a_busy_node_takes_the_newest_message_and_loses_those_between(log):
     net = Net(robot(mouth=says(WORDS), mind=log.hears("/talk")), costs=Fixed(mind=25))
     net.run(S)

@@ -42,6 +42,7 @@ class MoveBase(Node):
         self._sensor_timeout_ns = max(navigation.sensor_timeout_ns,
                                       *(int(2 * NS_PER_S / laser.rate_hz)
                                         for laser in lasers.values()))
+        self._beams = sum(laser.beams for laser in lasers.values())
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._local = LocalPlanner(navigation, body, costmap)
         self._patience = patience(navigation)
@@ -107,7 +108,7 @@ class MoveBase(Node):
             sweeps = [scan.content for scan in scans if scan is not None]
             if self._sonar.message is not None:
                 sweeps += self._sonar.message.content.scans
-            self.worked(scans=len(sweeps), beams=sum(len(sweep.ranges) for sweep in sweeps))
+            self.worked(scans=len(sweeps), beams=self._beams)
             self._local.costmap.observe([
                 (sweep, self._local.extrapolate(pose.content, sweep.stamp_ns))
                 for sweep in sweeps])
