@@ -8,6 +8,7 @@ theirs.
 """
 
 from desim.testing.checks import check_case, check_network, check_rule
+from desim.testing.computers_checks import check_computers
 from desim.testing.fleet import Fleet
 from desim.testing.localization_bench import LocalizationBench
 from desim.testing.localization_checks import check_localization
@@ -21,6 +22,6 @@ from desim.testing.task_bench import TaskBench
 from desim.testing.task_checks import check_task
 
 __all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "LocalizationBench", "Patience",
-           "SharingBench", "StrategyBench", "TaskBench", "check_case", "check_discovery",
-           "check_localization", "check_middleware", "check_network", "check_rule", "check_sharing",
-           "check_strategy", "check_task"]
+           "SharingBench", "StrategyBench", "TaskBench", "check_case", "check_computers",
+           "check_discovery", "check_localization", "check_middleware", "check_network",
+           "check_rule", "check_sharing", "check_strategy", "check_task"]

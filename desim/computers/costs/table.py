@@ -52,8 +52,10 @@ class TableOfCosts(LinearCosts):
         callbacks: dict[str, dict[str, CallbackRow]] = Field({}, description=(
             "by node and trigger, e.g. {move_base: {control: {fixed: 1 ms}}}; any: all other "
             "triggers of the node; what has no row costs nothing"))
-        send: SendRow = Field(default_factory=SendRow)
-        receive: ReceiveRow = Field(default_factory=ReceiveRow)
+        send: SendRow = Field(default_factory=SendRow, description=(
+            "a message, for its publisher (nothing, where nothing is said)"))
+        receive: ReceiveRow = Field(default_factory=ReceiveRow, description=(
+            "a message, for each node that subscribes (likewise)"))
 
     def __init__(self, params: Params) -> None:
         send, receive = params.send, params.receive

@@ -1,0 +1,45 @@
+"""Checks of cost models: does a class keep its contract?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+from desim.computers.computer import Computer
+from desim.computers.processors import Processors
+from desim.computers.scheduling import ProcessorSharing
+from desim.engine.kernel import Kernel
+from desim.ports.computers import QUANTITIES, CostModel, Work
+from desim.testing.advice import PluginClass, check_form, made, need
+from desim.testing.checks import own_streams
+
+_NODES = ("slam", "localization", "mapping", "map_sharing", "move_base", "explore", "monitor_feed",
+          "a_node_that_nobody_knows")
+_TRIGGERS = ("odom", "pose", "control", "tick", "a_trigger_that_nobody_knows")
+_SIZES = (0, 1, 1448, 1_000_000)
+
+
+def check_computers(cls: PluginClass[CostModel], **params: object) -> None:
+    """Check a ``ports.computers.CostModel``: each answer is an int >= 0 of nanoseconds, for any
+    node, trigger, quantities and topic, and the same questions have the same answers in the next
+    run."""
+    check_form("computers", cls, params)
+    with own_streams(cls):
+        first = list(_answers(made(cls, params)))
+        again = list(_answers(made(cls, params)))
+    need(first == again, cls, "give the same costs in each run: keep state in self, and read no "
+                              "clock")
+
+
+def _answers(costs: CostModel) -> Iterator[int]:
+    """The costs of all sorts of things. Raises ``ModelError`` for what is none."""
+    computer = Computer(Processors(Kernel(), 0, 1, Fraction(1), ProcessorSharing()), costs, {})
+    for node in _NODES:
+        for trigger in _TRIGGERS:
+            for count in (0, 1, 10_000):
+                yield computer.callback_ns(Work(node, trigger, dict.fromkeys(QUANTITIES, count)))
+            yield computer.callback_ns(Work(node, trigger, {}))
+    for size_bytes in _SIZES:
+        yield computer.receive_ns("scan", size_bytes)
+        for links in (1, 30):
+            yield computer.send_ns("map_exchange", size_bytes, links)
