@@ -21,6 +21,7 @@ WANTED = ("it is not a plug-in for this place; wanted: a class with all methods 
 STRATEGIES = ", ".join(plugins.available("strategy"))  # other packages may bring their own
 NETWORKS = ", ".join(plugins.available("network"))
 RULES = ", ".join(plugins.available("rule"))
+COMPUTERS = ", ".join(plugins.available("computers"))
 
 # What follows "name: x\n", and the complaints without "case.yaml:" in front.
 WRONG = {
@@ -60,11 +61,11 @@ WRONG = {
         "messages_dropped, bytes_on_air, distance_m, partitions, robots_moving"]),
     "unknown family": ("networks: {}", [
         "2:1: networks: unknown key (did you mean 'network'?); allowed: name, seed, deployment, "
-        "testbed, physics, environment, fleet, robot, hosts, network, middleware, coordination, "
-        "task, faults, stop, measure, trace"]),
+        "testbed, physics, environment, fleet, robot, hosts, network, middleware, computers, "
+        "coordination, task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
         "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, sonar, bumper, antenna, "
-        "odometry, mapping, navigation, exploration, tf, passive"]),
+        "computer, odometry, mapping, navigation, exploration, tf, passive"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
         "model, fusion, content, encoding, period, via"]),
@@ -277,6 +278,30 @@ WRONG = {
     "unknown strategy": ("coordination: {strategy: nearest_frontiers}", [
         "2:26: coordination.strategy: unknown strategy 'nearest_frontiers' (did you mean "
         f"'nearest_frontier'?); known: {STRATEGIES}, {DOTTED}"]),
+    "unknown computers": ("computers: tabel", [
+        "2:12: computers.model: unknown computers 'tabel' (did you mean 'table'?); known: "
+        f"{COMPUTERS}, {DOTTED}"]),
+    "wrong costs": (
+        "computers: {model: table, callbacks: {slam: {odom: {fixed: 1, per: {beam: 1 us}}}},\n"
+        "            send: {bytes: 1 ns}}", [
+            "2:60: computers.callbacks.slam.odom.fixed: 1 has no unit; allowed: ms, us, ns, ps, s, "
+            "µs, e.g. '0.4 ns'",
+            "2:75: computers.callbacks.slam.odom.per.beam: no quantity of work (did you mean "
+            "'beams'?); allowed: bytes, scans, beams, particles, cells, candidates, plans",
+            "3:20: computers.send.bytes: unknown key (did you mean 'byte'?); allowed: message, "
+            "byte, link, link_byte"]),
+    "costs where there are none": ("computers: {model: ideal, send: {link: 1 us}}", [
+        "2:27: computers.send: unknown key; allowed: model"]),
+    "a computer that cannot be": (
+        "robot: {computer: {processors: 0, speed: 0, scheduling: edf, priorities: {slam: 0.5}}}\n"
+        "hosts: {base: {computer: {cores: 2}}}", [
+            "2:32: robot.computer.processors: must be at least 1, got 0",
+            "2:42: robot.computer.speed: must be above 0, got 0",
+            "2:57: robot.computer.scheduling: 'edf' is not allowed; allowed: processor_sharing, "
+            "fixed_priority, fifo",
+            "2:81: robot.computer.priorities.slam: must be a whole number, got 0.5",
+            "3:27: hosts.base.computer.cores: unknown key; allowed: processors, speed, "
+            "scheduling, priorities"]),
     "unknown middleware": ("middleware: {model: ros}", [
         "2:21: middleware.model: unknown middleware 'ros' (did you mean 'ros1'?); known: dds, "
         f"direct, multimaster, ros1, zenoh, {DOTTED}"]),
@@ -376,7 +401,7 @@ WRONG = {
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
         "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, lasers, "
-        "sonar, bumper, antenna, odometry, mapping, navigation, exploration"]),
+        "sonar, bumper, antenna, computer, odometry, mapping, navigation, exploration"]),
     "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
         "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "
         "other, got 0 m with drive: aerial"]),

@@ -135,6 +135,8 @@ class LocalizationNode(Node):
     def redraw(self, poses: np.ndarray) -> None:
         """See ``LocalizationContext.redraw``."""
         path = checked_path(self.localization, poses, len(self._drawn))
+        spec = self.robot_map.spec  # gmapping makes its map anew each time, moved or not
+        self.worked(scans=len(path), cells=spec.width * spec.height)
         if not self._drawn:
             return
         drawn = np.array(self._drawn)
