@@ -1,7 +1,8 @@
-"""Measured processor times of robot software, in picoseconds at speed 1.
+"""Measured processor times of robot software, in picoseconds at speed 1, and its memory.
 
-FIRST VALUES. One of them is measured (gmapping); the others are estimates, to be replaced. Speed 1
-is a core of the virtual machine of 2 cores on which gmapping was measured.
+Speed 1 is one core of an AMD EPYC 7003 (Zen 3, 2.45 GHz) in a virtual machine, gcc 12 -O2. How each
+value was measured, how far it may be off, and which are estimates: docs/computer_costs.md, section
+by section in this order. A map here is that of the paper's launch files, 800 x 800 cells of 0.2 m.
 """
 
 from __future__ import annotations
@@ -10,25 +11,95 @@ from collections.abc import Mapping
 
 from desim.computers.costs.linear import ANY, CallbackCost, MessageCost
 
-_US = 10**6  # ps
+_NS = 1000  # ps
+_US = 10**6
 _MS = 10**9
 
-# openslam gmapping, 30 particles, 361 beams, 5 cm cells, MIT CSAIL: 295 ms of processor time a
-# processed scan, about 10 ms a particle: 27.2 us a beam and particle.
-_GMAPPING_BEAM_PS = 295 * _MS // (30 * 361)
+# slam_gmapping: a scan that is not matched (30 particles are moved); for each particle and usable
+# beam of one that is (optimize, likelihoodAndScore: 143 scores of 150 ns); for each particle
+# (registration, weights, the tree of trajectories after 150 scans).
+GMAPPING_SCAN = 20 * _US
+GMAPPING_BEAM = 21_500 * _NS
+GMAPPING_PARTICLE = 190 * _US
+# Its map (updateMap): for each scan matched so far, which it draws anew (191 beams of 8.7 m in the
+# mean, 41 ns a cell of a ray), and for each cell of the map.
+GMAPPING_REDRAWN_SCAN = 360 * _US
+GMAPPING_REDRAWN_BEAM = GMAPPING_REDRAWN_SCAN // 191
+GMAPPING_MAP_CELL = 3_200
+
+# costmap_2d at 5 Hz: all but the rays of the global (0.2 m, 800 x 800) and the local (0.1 m, 60 x
+# 60) costmap, and the rays of both for a beam; a scan that an observation buffer takes in (estimate
+# in parts), for each costmap.
+COSTMAPS_UPDATE = 90 * _US
+COSTMAPS_BEAM = 140 * _NS
+OBSERVED_SCAN = 20 * _US
+SCANS_PER_UPDATE = 5  # 25 Hz over 5 Hz
+# TrajectoryPlannerROS: distances to path and goal on the local map, and the transforms of plan and
+# pose (50 us, an estimate); a velocity, rolled out for 1 s (33 poses of 400 ns in the mean).
+LOCAL_PLAN = 150 * _US
+LOCAL_CANDIDATE = 13_300 * _NS
+# navfn: its arrays of 800 x 800 cells, and a cell that is taken from its queue.
+NAVFN_PLAN = 4 * _MS
+NAVFN_CELL = 25 * _NS
+
+# explore, for each cell of its map each second: two whole potentials (2 x 45 ns), the search for
+# frontiers and the copy that it publishes; for each cell of a frontier; a map that it is handed.
+EXPLORE_CELL = 98 * _NS
+EXPLORE_FRONTIER_CELL = 180 * _NS
+EXPLORE_MAP_CELL = 10 * _NS
+EXPLORE_COSTMAP = 5 * 62 * _US + 25 * OBSERVED_SCAN  # its own costmap, for a second
+
+# map_merging: a call of getPublishedTopics, for each byte of the reply (162 a topic); a getParam; a
+# cell that is merged.
+POLL_CALL = 165 * _US
+POLL_BYTE = 16_700
+PARAMETER_CALL = 183 * _US
+MERGED_CELL = 2_300
+
+# tf: a transform that is stored, a look-up over three frames.
+STORED_TRANSFORM = 400 * _NS
+TRANSFORM_LOOKUP = 800 * _NS
+
+# Each roscpp process with nothing to do, and log_robot_performance.sh, which starts twelve programs
+# each 5 s: time for a second.
+IDLE_PROCESS_PER_S = 1_400 * _US
+PERFORMANCE_LOG_PER_S = 5_600 * _US
 
 CALLBACKS: Mapping[str, Mapping[str, CallbackCost]] = {
-    "slam": {"odom": CallbackCost(20 * _US, {"beams": _GMAPPING_BEAM_PS})},  # fixed: estimate
-    "localization": {ANY: CallbackCost(20 * _US)},  # estimate
-    "mapping": {ANY: CallbackCost(20 * _US, {"beams": 5 * _US})},  # estimate
-    "map_sharing": {ANY: CallbackCost(20 * _US, {"cells": 5000})},  # estimate
-    "move_base": {  # estimates
-        "control": CallbackCost(100 * _US, {"candidates": 20 * _US, "cells": 50_000}),
-        "observe": CallbackCost(100 * _US, {"beams": 1 * _US}),
-        ANY: CallbackCost(50 * _US, {"cells": 50_000}),
+    "slam": {ANY: CallbackCost(GMAPPING_SCAN, {
+        "beams": GMAPPING_BEAM, "particles": GMAPPING_PARTICLE, "scans": GMAPPING_REDRAWN_SCAN,
+        "cells": GMAPPING_MAP_CELL})},
+    "localization": {ANY: CallbackCost(GMAPPING_SCAN)},
+    "mapping": {ANY: CallbackCost(GMAPPING_SCAN, {
+        "beams": GMAPPING_REDRAWN_BEAM, "cells": GMAPPING_MAP_CELL})},
+    "map_sharing": {ANY: CallbackCost(0, {"bytes": POLL_BYTE, "cells": MERGED_CELL})},
+    "move_base": {
+        "control": CallbackCost(LOCAL_PLAN, {
+            "candidates": LOCAL_CANDIDATE, "plans": NAVFN_PLAN, "cells": NAVFN_CELL}),
+        "observe": CallbackCost(COSTMAPS_UPDATE + 2 * SCANS_PER_UPDATE * OBSERVED_SCAN,
+                                {"beams": COSTMAPS_BEAM}),
+        ANY: CallbackCost(0, {"plans": NAVFN_PLAN, "cells": NAVFN_CELL}),
     },
-    "explore": {ANY: CallbackCost(100 * _US, {"cells": 50_000})},  # estimate
-    "monitor_feed": {ANY: CallbackCost(50 * _US, {"cells": 5000})},  # estimate
+    "explore": {
+        "tick": CallbackCost(EXPLORE_COSTMAP, {
+            "cells": EXPLORE_CELL, "candidates": EXPLORE_FRONTIER_CELL}),
+        ANY: CallbackCost(0, {"cells": EXPLORE_MAP_CELL}),
+    },
+    "monitor_feed": {ANY: CallbackCost(0, {"cells": GMAPPING_MAP_CELL})},
+    "pose_publisher": {ANY: CallbackCost(TRANSFORM_LOOKUP)},
 }
-SEND = MessageCost(message_ps=10 * _US, byte_ps=300, link_ps=10 * _US, link_byte_ps=200)  # estimate
-RECEIVE = MessageCost(message_ps=15 * _US, byte_ps=500)  # estimate
+# roscpp over Ethernet of 1500 B: it serializes a message once, and writes it to each link; over
+# loopback a byte costs 0.1 ns a link to write, and 0.37 ns to read.
+SEND = MessageCost(message_ps=85 * _US, byte_ps=200, link_ps=13 * _US, link_byte_ps=900)
+RECEIVE = MessageCost(message_ps=75 * _US, byte_ps=1150)
+
+# Memory, bytes. A process of roscpp or of rospy; slam_gmapping: a patch of 32 x 32 cells of a
+# particle's map, which a particle has to itself from its first write to it on; costmap_2d and navfn:
+# for each cell; a map message.
+ROSCPP_PROCESS_BYTES = 12_500_000
+ROSPY_PROCESS_BYTES = 34_500_000
+GMAPPING_PATCH_BYTES = 16_700
+GMAPPING_PATCHES_PER_PARTICLE = 70  # after 110 scans in the maze; 97 after 420
+COSTMAP_CELL_BYTES = 3
+NAVFN_CELL_BYTES = 14
+MAP_CELL_BYTES = 1
