@@ -57,6 +57,8 @@ docs/statistics
 docs/defaults
 docs/validation
 docs/performance
+docs/computer_costs
+docs/energy_sources
 ```
 
 ```{toctree}

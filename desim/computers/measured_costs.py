@@ -94,8 +94,8 @@ SEND = MessageCost(message_ps=85 * _US, byte_ps=200, link_ps=13 * _US, link_byte
 RECEIVE = MessageCost(message_ps=75 * _US, byte_ps=1150)
 
 # Memory, bytes. A process of roscpp or of rospy; slam_gmapping: a patch of 32 x 32 cells of a
-# particle's map, which a particle has to itself from its first write to it on; costmap_2d and navfn:
-# for each cell; a map message.
+# particle's map, which a particle has to itself from its first write to it on; for each cell:
+# costmap_2d, navfn, a map message.
 ROSCPP_PROCESS_BYTES = 12_500_000
 ROSPY_PROCESS_BYTES = 34_500_000
 GMAPPING_PATCH_BYTES = 16_700
