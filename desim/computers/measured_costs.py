@@ -15,11 +15,11 @@ _NS = 1000  # ps
 _US = 10**6
 _MS = 10**9
 
-# slam_gmapping: a scan that is not matched (30 particles are moved); for each particle and usable
-# beam of one that is (optimize, likelihoodAndScore: 143 scores of 150 ns); for each particle
-# (registration, weights, the tree of trajectories after 150 scans).
+# slam_gmapping: a scan that is not matched (30 particles are moved); for each particle and beam of
+# one that is (optimize, likelihoodAndScore: 143 scores of 150 ns for each of 178 usable beams of
+# 191); for each particle (registration, weights, the tree of trajectories after 150 scans).
 GMAPPING_SCAN = 20 * _US
-GMAPPING_BEAM = 21_500 * _NS
+GMAPPING_BEAM = 20 * _US
 GMAPPING_PARTICLE = 190 * _US
 # Its map (updateMap): for each scan matched so far, which it draws anew (191 beams of 8.7 m in the
 # mean, 41 ns a cell of a ray), and for each cell of the map.
@@ -35,58 +35,64 @@ COSTMAPS_BEAM = 140 * _NS
 OBSERVED_SCAN = 20 * _US
 SCANS_PER_UPDATE = 5  # 25 Hz over 5 Hz
 # TrajectoryPlannerROS: distances to path and goal on the local map, and the transforms of plan and
-# pose (50 us, an estimate); a velocity, rolled out for 1 s (33 poses of 400 ns in the mean).
+# pose (50 us, an estimate); 80 velocities, rolled out for 1 s (33 poses of 400 ns in the mean), of
+# which 3 x 20 are rated here, the others turn on the spot.
 LOCAL_PLAN = 150 * _US
-LOCAL_CANDIDATE = 13_300 * _NS
-# navfn: its arrays of 800 x 800 cells, and a cell that is taken from its queue.
-NAVFN_PLAN = 4 * _MS
-NAVFN_CELL = 25 * _NS
+LOCAL_CANDIDATE = 80 * 13_300 * _NS // 60
+# navfn: its arrays and costs for each cell of the map, and a way of 20 m (25 000 cells taken from
+# its queue, 25 ns each).
+NAVFN_CELL = 6_300
+NAVFN_WAY = 25_000 * 25 * _NS
 
-# explore, for each cell of its map each second: two whole potentials (2 x 45 ns), the search for
-# frontiers and the copy that it publishes; for each cell of a frontier; a map that it is handed.
+# explore, for each cell of its map and each look: two whole potentials (2 x 45 ns), the search for
+# frontiers and the copy that it publishes; for each frontier (500 cells of 180 ns); each second,
+# its own costmap.
 EXPLORE_CELL = 98 * _NS
-EXPLORE_FRONTIER_CELL = 180 * _NS
-EXPLORE_MAP_CELL = 10 * _NS
-EXPLORE_COSTMAP = 5 * 62 * _US + 25 * OBSERVED_SCAN  # its own costmap, for a second
+EXPLORE_FRONTIER = 500 * 180 * _NS
+EXPLORE_COSTMAP = 5 * 62 * _US + 25 * OBSERVED_SCAN
 
-# map_merging: a call of getPublishedTopics, for each byte of the reply (162 a topic); a getParam; a
-# cell that is merged.
+# map_merging: a call of getPublishedTopics, for each byte of the reply (162 a topic); a cell that
+# is merged.
 POLL_CALL = 165 * _US
 POLL_BYTE = 16_700
-PARAMETER_CALL = 183 * _US
 MERGED_CELL = 2_300
-
-# tf: a transform that is stored, a look-up over three frames.
-STORED_TRANSFORM = 400 * _NS
-TRANSFORM_LOOKUP = 800 * _NS
 
 # Each roscpp process with nothing to do, and log_robot_performance.sh, which starts twelve programs
 # each 5 s: time for a second.
 IDLE_PROCESS_PER_S = 1_400 * _US
 PERFORMANCE_LOG_PER_S = 5_600 * _US
 
+# The paper's maps are 160 m wide; nodes here declare the cells of an 80 m terrain.
+_PUBLISHED = 4
+_SCANS_PER_ODOMETRY = 2.5  # 25 Hz over 10 Hz
+_TOPICS_OF_EIGHT = 8 * 20  # that rosmaster knows
+
 CALLBACKS: Mapping[str, Mapping[str, CallbackCost]] = {
-    "slam": {ANY: CallbackCost(GMAPPING_SCAN, {
-        "beams": GMAPPING_BEAM, "particles": GMAPPING_PARTICLE, "scans": GMAPPING_REDRAWN_SCAN,
-        "cells": GMAPPING_MAP_CELL})},
-    "localization": {ANY: CallbackCost(GMAPPING_SCAN)},
-    "mapping": {ANY: CallbackCost(GMAPPING_SCAN, {
-        "beams": GMAPPING_REDRAWN_BEAM, "cells": GMAPPING_MAP_CELL})},
-    "map_sharing": {ANY: CallbackCost(0, {"bytes": POLL_BYTE, "cells": MERGED_CELL})},
+    "slam": {
+        "odom": CallbackCost(int(_SCANS_PER_ODOMETRY * GMAPPING_SCAN), {
+            "beams": GMAPPING_BEAM, "particles": GMAPPING_PARTICLE}),
+        ANY: CallbackCost(0, {
+            "scans": GMAPPING_REDRAWN_SCAN, "cells": _PUBLISHED * GMAPPING_MAP_CELL}),
+    },
+    "mapping": {ANY: CallbackCost(0, {"beams": GMAPPING_REDRAWN_BEAM})},
+    "map_sharing": {
+        "loop": CallbackCost(POLL_CALL + 162 * _TOPICS_OF_EIGHT * POLL_BYTE, {
+            "cells": _PUBLISHED * MERGED_CELL}),
+        ANY: CallbackCost(0, {"cells": _PUBLISHED * MERGED_CELL}),
+    },
     "move_base": {
         "control": CallbackCost(LOCAL_PLAN, {
-            "candidates": LOCAL_CANDIDATE, "plans": NAVFN_PLAN, "cells": NAVFN_CELL}),
+            "candidates": LOCAL_CANDIDATE, "plans": NAVFN_WAY, "cells": _PUBLISHED * NAVFN_CELL}),
         "observe": CallbackCost(COSTMAPS_UPDATE + 2 * SCANS_PER_UPDATE * OBSERVED_SCAN,
                                 {"beams": COSTMAPS_BEAM}),
-        ANY: CallbackCost(0, {"plans": NAVFN_PLAN, "cells": NAVFN_CELL}),
+        ANY: CallbackCost(0, {"plans": NAVFN_WAY, "cells": _PUBLISHED * NAVFN_CELL}),
     },
     "explore": {
-        "tick": CallbackCost(EXPLORE_COSTMAP, {
-            "cells": EXPLORE_CELL, "candidates": EXPLORE_FRONTIER_CELL}),
-        ANY: CallbackCost(0, {"cells": EXPLORE_MAP_CELL}),
+        "watch": CallbackCost(EXPLORE_COSTMAP, {
+            "cells": _PUBLISHED * EXPLORE_CELL, "candidates": EXPLORE_FRONTIER}),
+        ANY: CallbackCost(0, {
+            "cells": _PUBLISHED * EXPLORE_CELL, "candidates": EXPLORE_FRONTIER}),
     },
-    "monitor_feed": {ANY: CallbackCost(0, {"cells": GMAPPING_MAP_CELL})},
-    "pose_publisher": {ANY: CallbackCost(TRANSFORM_LOOKUP)},
 }
 # roscpp over Ethernet of 1500 B: it serializes a message once, and writes it to each link; over
 # loopback a byte costs 0.1 ns a link to write, and 0.37 ns to read.

@@ -1,0 +1,73 @@
+"""Are the measured costs those of docs/computer_costs.md, and do they hold beside other numbers?"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from desim.computers import measured_costs
+from desim.computers.costs.measured import MeasuredCosts
+from desim.ports.computers import Work
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "computer_costs.md"
+CELLS = 401 * 401  # that nodes declare in the paper's terrains
+COSTS = MeasuredCosts(MeasuredCosts.Params())
+
+
+def ms(node: str, trigger: str, **quantities: int) -> float:
+    return COSTS.callback_ns(Work(node, trigger, quantities)) / 1e6
+
+
+def matched_scan_ms(beams: int, costs: Callable[..., float] = ms) -> float:
+    return costs("slam", "odom", scans=1, particles=30, beams=30 * beams)
+
+
+def is_near_the_whole_program(costs: Callable[..., float]) -> bool:
+    """openslam_gmapping on MIT CSAIL: 295 ms of processor a matched scan of 361 beams, 30
+    particles, measured as a whole and on another machine (a third apart at most)."""
+    return abs(matched_scan_ms(361, costs) / 295 - 1) < 1 / 3
+
+
+def test_gmapping_s_parts_are_near_the_whole_program() -> None:
+    assert is_near_the_whole_program(ms)
+    assert not is_near_the_whole_program(lambda *work, **quantities: ms(*work, **quantities) / 2)
+
+
+def test_callbacks_of_the_paper_s_robot_take_milliseconds() -> None:
+    assert [round(time, 2) for time in (
+        matched_scan_ms(180), ms("slam", "odom"), ms("slam", "redraw", scans=200, cells=CELLS),
+        ms("move_base", "control", candidates=60), ms("move_base", "goal", plans=1, cells=CELLS),
+        ms("explore", "costmap", plans=1, cells=CELLS, candidates=11), ms("explore", "watch"),
+        ms("map_sharing", "loop"),
+    )] == [113.75, 0.05, 74.06, 1.21, 4.68, 64.02, 0.81, 0.6]
+
+
+def test_a_large_map_costs_its_sender_each_link_and_its_receiver_milliseconds() -> None:
+    alone, nine = (COSTS.send_ns("map", 640_113, links) / 1e6 for links in (1, 9))
+    assert (round(alone, 2), round(nine, 2)) == (0.8, 5.51)
+    assert round(COSTS.receive_ns("map", 640_113) / 1e6, 2) == 0.81
+    assert round(COSTS.send_ns("scan", 845, 3) / 1e3) == 126
+
+
+@pytest.mark.parametrize(("row", "constant_ps"), [
+    ("laserCallback, a scan that is not matched", measured_costs.GMAPPING_SCAN),
+    ("a scan that is matched, each particle and beam", measured_costs.GMAPPING_BEAM),
+    ("the same, each particle", measured_costs.GMAPPING_PARTICLE),
+    ("updateMap, each scan of the trajectory", measured_costs.GMAPPING_REDRAWN_SCAN),
+    ("updateMap, each cell of the map", measured_costs.GMAPPING_MAP_CELL),
+    ("control at 10 Hz, fixed", measured_costs.LOCAL_PLAN),
+    ("navfn, a plan, each cell of the map", measured_costs.NAVFN_CELL),
+    ("each second, a cell of its map", measured_costs.EXPLORE_CELL),
+    ("getPublishedTopics at 10 Hz, for the caller", measured_costs.POLL_CALL),
+    ("merge of a map, each cell", measured_costs.MERGED_CELL),
+    ("publish, a message", measured_costs.SEND.message_ps),
+    ("publish, a link", measured_costs.SEND.link_ps),
+    ("receive", measured_costs.RECEIVE.message_ps),
+])
+def test_the_page_has_the_constant(row: str, constant_ps: int) -> None:
+    found = re.search(rf"^\| {re.escape(row)} \| ([\d.]+) (ns|us|ms)\b", PAGE.read_text(), re.M)
+    assert found is not None
+    assert float(found[1]) * {"ns": 1e3, "us": 1e6, "ms": 1e9}[found[2]] == constant_ps
