@@ -175,6 +175,9 @@ BYTE_SIZE = Dimension("size", "B", int, {
     **{p + "B": Fraction(f) for p, f in _SI.items()},
     "KiB": Fraction(2**10), "MiB": Fraction(2**20),
 }, "1500 B", whole=True)
+# Of a message: roscpp takes a longer one for a loss of synchronization (1 GB, transport_publisher_
+# link.cpp).
+MESSAGE_SIZE = replace(BYTE_SIZE, maximum=10**9, example="640 kB")
 LENGTH = Dimension("length", "m", float, {
     "m": Fraction(1), "km": Fraction(1000), "cm": Fraction(1, 100), "mm": Fraction(1, 1000),
 }, "200 m", maximum=10**9, aliases=("cm", "mm", "km"))
@@ -243,6 +246,7 @@ Pace = _field(PACE)  # int ns, at least 1 ms
 Cost = _field(COST)  # int ps
 BitRate = _field(BIT_RATE)  # int bit/s
 ByteSize = _field(BYTE_SIZE)  # int bytes
+MessageSize = _field(MESSAGE_SIZE)  # int bytes, at most 1 GB
 Length = _field(LENGTH)  # float m, not negative
 Position = _field(POSITION)  # float m, any sign
 Angle = _field(ANGLE)  # float rad

@@ -12,9 +12,10 @@ from desim.middleware.counts import EDGES_NS
 from desim.middleware.graph import Graph
 from desim.units import NS_PER_S
 
-KINDS = ("coordination", "monitoring", "simulation")
+KINDS = ("coordination", "monitoring", "simulation", "other")
 SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel", "tf", "bumper",
                      "sonar"})
+MONITORING = frozenset({"explored_map", "distance", "cost", "gain"})
 
 
 class Totals(NamedTuple):
@@ -52,14 +53,15 @@ def family(topic: str, hosts: frozenset[str]) -> str:
 
 def kind(topic: str) -> str:
     """The paper's three kinds of traffic: between simulator and controllers, among controllers,
-    and from controllers to the monitor. A fleet's common ``/tf`` is among controllers."""
-    if topic == "/tf":
+    and from controllers to the monitor; and what a scenario adds. A fleet's common ``/tf`` is among
+    controllers."""
+    last = topic.rpartition("/")[2]
+    if topic == "/tf" or topic.startswith("/map_exchange/") or "/strategy/" in topic \
+            or last == "team_state":
         return "coordination"
-    if topic.rpartition("/")[2] in SENSORS:
+    if last in SENSORS:
         return "simulation"
-    is_coordination = (topic.startswith("/map_exchange/") or "/strategy/" in topic
-                       or topic.endswith("/team_state"))
-    return "coordination" if is_coordination else "monitoring"
+    return "monitoring" if last in MONITORING else "other"
 
 
 class Families:

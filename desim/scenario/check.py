@@ -10,11 +10,10 @@ from itertools import pairwise
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.scenario import expression, generated_terrain, plugin_choices
-from desim.scenario.complaints import Complaint, validated
-from desim.scenario.complete import media
-from desim.scenario.names import WORKSTATION, host_names, robot_names
-from desim.scenario.robot_types import filled_in, used_types
+from desim.scenario import expression, generated_terrain, network_checks
+from desim.scenario.complaints import Complaint
+from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
+from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.schema.experiment import QUANTITIES
@@ -151,11 +150,11 @@ def _known_names(scenario: Scenario, _: Folder) -> Found:
     hosts = host_names(scenario) if scenario.faults else ()
     for i, fault in enumerate(scenario.faults):
         if fault.host not in hosts:
-            yield ("faults", i, "host"), _unknown("host", fault.host, hosts)
+            yield ("faults", i, "host"), unknown("host", fault.host, hosts)
     robots = robot_names(scenario) if scenario.robot.passive else ()
     for i, name in enumerate(scenario.robot.passive):
         if name not in robots:
-            yield ("robot", "passive", i), _unknown("robot", name, robots)
+            yield ("robot", "passive", i), unknown("robot", name, robots)
 
 
 def _faults(scenario: Scenario, _: Folder) -> Found:
@@ -180,21 +179,8 @@ def _over(fault: Fault, time_ns: int) -> bool:
     return fault.down_for_ns is not None and fault.at_ns + fault.down_for_ns < time_ns
 
 
-def _unknown(kind: str, name: str, known: tuple[str, ...]) -> str:
-    allowed = ", ".join(known if len(known) <= 8 else (*known[:3], "...", known[-1]))
-    return f"unknown {kind} {name!r}{did_you_mean(name, known)}; allowed: {allowed}"
-
-
-def _equipments(scenario: Scenario) -> Iterator[tuple[Path, Equipment]]:
-    """The equipment of the fleet, and of each type that has its own."""
-    yield ("robot",), scenario.robot
-    for name, kind in scenario.fleet.types.items():
-        if kind.robot is not None:
-            yield ("fleet", "types", name, "robot"), kind.robot
-
-
 def _laser(scenario: Scenario, _: Folder) -> Found:
-    for path, equipment in _equipments(scenario):
+    for path, equipment in equipment_by_path(scenario):
         if equipment.lasers and "laser" in equipment.model_fields_set and equipment.laser:
             yield (*path, "laser"), "must be null, or left out, beside lasers"
         if not equipment.lasers and equipment.laser is None:
@@ -242,7 +228,7 @@ def _mounts(scenario: Scenario, _: Folder) -> Found:
 
 
 def _local_window(scenario: Scenario, _: Folder) -> Found:
-    for path, equipment in _equipments(scenario):
+    for path, equipment in equipment_by_path(scenario):
         navigation = filled_in(equipment.navigation, scenario.robot.navigation)
         side = navigation.local_size_m / navigation.local_resolution_m
         if side > MAX_LOCAL_SIDE:
@@ -252,7 +238,7 @@ def _local_window(scenario: Scenario, _: Folder) -> Found:
 
 def _one_raster(scenario: Scenario, _: Folder) -> Found:
     shared_m = scenario.robot.mapping.resolution_m
-    for path, equipment in _equipments(scenario):
+    for path, equipment in equipment_by_path(scenario):
         own_m = filled_in(equipment.mapping, scenario.robot.mapping).resolution_m
         if own_m != shared_m:
             yield (*path, "mapping", "resolution"), (
@@ -271,36 +257,6 @@ def _condition(scenario: Scenario, _: Folder) -> Found:
         expression.condition(scenario.stop.when, (*QUANTITIES, *own))
     except InputError as error:
         yield ("stop", "when"), str(error)
-
-
-def _attached(scenario: Scenario, _: Folder) -> Found:
-    own = scenario.network.media
-    hosts = host_names(scenario) if any(choice.hosts for choice in own.values()) else ()
-    for medium, choice in own.items():
-        for i, name in enumerate(choice.hosts or ()):
-            if name not in hosts:
-                yield ("network", "media", medium, "hosts", i), _unknown("host", name, hosts)
-
-
-def _fidelity(scenario: Scenario, _: Folder) -> Found:
-    path, fidelity = ("network", "fidelity"), scenario.network.fidelity
-    if fidelity is None:
-        return
-    chosen = media(scenario)
-    try:
-        rungs = [medium for medium in chosen.values() if plugin_choices.has_fidelity(medium)]
-    except InputError:
-        return  # there is no such model, which is complained of where it is named
-    if not rungs:
-        models = ", ".join(f"{name} is a {medium.model}" for name, medium in chosen.items())
-        yield path, (f"no medium has one to choose: {models}; allowed with a model that has a "
-                     "parameter fidelity, as radio has")
-    for medium in rungs:
-        result = validated(plugins.parameters("network", medium.model),
-                           {**medium.written, "fidelity": fidelity})
-        if isinstance(result, list):
-            yield from ((path, complaint.text) for complaint in result
-                        if complaint.path == ("fidelity",))
 
 
 def _briefed(scenario: Scenario, _: Folder) -> Found:
@@ -391,8 +347,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("stop", "when"), ("task",)), _condition),
-    ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
-    ((("network",), ("deployment",)), _fidelity),
+    *network_checks.CHECKS,
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), _briefed),
     ((("coordination",), ("hosts",), ("fleet", "types")), _frames),
     ((("coordination", "exchange"), ("hosts",)), _coordinators),

@@ -9,6 +9,7 @@ from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import plugin_choices
 from desim.scenario.names import fleet_size, robot_names
+from desim.scenario.recipients import monitors, words_of
 from desim.scenario.robot_types import filled_in, strategies_of, used_types
 from desim.scenario.schema.communication import (
     Coordination,
@@ -36,12 +37,13 @@ _EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},  # where it has 
 
 def complete(scenario: Scenario, folder: Folder) -> Scenario:
     """The scenario with nothing left to be decided. It must have passed all checks."""
+    receivers = monitors(scenario)
+    robot = _equipment(scenario.robot, receivers)
     return _changed(
         scenario,
         environment=_environment(scenario.environment, folder),
-        fleet=_fleet(scenario.fleet, _equipment(scenario.robot)),
-        robot=_changed(_equipment(scenario.robot),
-                       passive=tuple(sorted(scenario.robot.passive, key=natural_key))),
+        fleet=_fleet(scenario.fleet, robot, receivers),
+        robot=_changed(robot, passive=tuple(sorted(scenario.robot.passive, key=natural_key))),
         network=_network(scenario),
         hosts={name: host.parsed() for name, host in _sorted(scenario.hosts).items()},
         middleware=scenario.middleware.parsed(),
@@ -62,12 +64,12 @@ def _environment(environment: Environment, folder: Folder) -> Environment:
     return _changed(environment, terrain=terrain)
 
 
-def _fleet(fleet: FleetParams, equipment: Equipment) -> FleetParams:
+def _fleet(fleet: FleetParams, equipment: Equipment, receivers: tuple[str, ...]) -> FleetParams:
     """The size, and all types that are used, with what they carry and run; named start poses in the
     order of their names."""
     types = {**{name: BUILT_IN_TYPES[name] for name in used_types(fleet)
                 if name in BUILT_IN_TYPES},
-             **{name: _type(kind, equipment) for name, kind in fleet.types.items()}}
+             **{name: _type(kind, equipment, receivers) for name, kind in fleet.types.items()}}
     start = fleet.start
     if isinstance(start, StartList) and start.poses[0].name:
         start = _changed(start, poses=tuple(sorted(start.poses,
@@ -76,16 +78,20 @@ def _fleet(fleet: FleetParams, equipment: Equipment) -> FleetParams:
                     types=_sorted(types))
 
 
-def _type(kind: RobotType, equipment: Equipment) -> RobotType:
+def _type(kind: RobotType, equipment: Equipment, receivers: tuple[str, ...]) -> RobotType:
     if kind.robot is not None:
-        kind = _changed(kind, robot=filled_in(_equipment(kind.robot), equipment))
+        kind = _changed(kind, robot=filled_in(_equipment(kind.robot, receivers), equipment))
     return kind.parsed()
 
 
-def _equipment(robot: E) -> E:
+def _equipment(robot: E, receivers: tuple[str, ...]) -> E:
     """Lasers by their parameters, and the values of those of localization. Who has several lasers
-    has not the only one, and the other way round."""
+    has not the only one, and the other way round. What is published goes to ``receivers``, where
+    nothing is said."""
     robot = _changed(robot, localization=robot.localization.parsed())
+    if robot.publishes:
+        robot = _changed(robot, publishes=tuple(
+            _changed(one, to=words_of(one) or receivers) for one in robot.publishes))
     if robot.lasers:
         return _changed(robot, laser=None, lasers={name: laser_of(laser) for name, laser
                                                    in robot.lasers.items()})

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from desim.errors import did_you_mean
 from desim.ports import natural_key
 from desim.scenario.schema.fleet import FleetParams, StartList
 from desim.scenario.schema.scenario import Scenario
@@ -32,3 +35,9 @@ def host_names(scenario: Scenario) -> tuple[str, ...]:
     if scenario.deployment == "testbed":
         names.append(WORKSTATION)
     return tuple(sorted(names, key=natural_key))
+
+
+def unknown(kind: str, name: str, known: Sequence[str]) -> str:
+    """The complaint about a ``name`` that is none of the ``known`` ones of its ``kind``."""
+    allowed = ", ".join(known if len(known) <= 8 else (*known[:3], "...", known[-1]))
+    return f"unknown {kind} {name!r}{did_you_mean(name, known)}; allowed: {allowed}"

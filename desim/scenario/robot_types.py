@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TypeVar
 
 from desim.ports import Params
@@ -10,6 +11,7 @@ from desim.scenario.schema.communication import PluginChoice, StrategyChoice
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType
 from desim.scenario.schema.robot import Equipment
 from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Path
 
 P = TypeVar("P", bound=Params)
 
@@ -31,6 +33,14 @@ def used_types(fleet: FleetParams) -> tuple[str, ...]:
 def equipment_of(scenario: Scenario) -> tuple[Equipment, ...]:
     """The equipment of each robot of a complete scenario."""
     return tuple(kind.robot or scenario.robot for kind in types_of(scenario.fleet))
+
+
+def equipment_by_path(scenario: Scenario) -> Iterator[tuple[Path, Equipment]]:
+    """The equipment of the fleet, and of each type that has its own, with their paths."""
+    yield ("robot",), scenario.robot
+    for name, kind in scenario.fleet.types.items():
+        if kind.robot is not None:
+            yield ("fleet", "types", name, "robot"), kind.robot
 
 
 def strategies_of(scenario: Scenario) -> tuple[StrategyChoice, ...]:

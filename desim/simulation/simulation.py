@@ -24,6 +24,7 @@ from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.ports import Pose2D, World
 from desim.ports.tasks import Briefs, GivesMap, Ground
+from desim.robot.declared_traffic import Listener, PeriodicPublisher
 from desim.robot.fusion import robot_map_of
 from desim.robot.map_server import MapServer, map_of_terrain
 from desim.robot.robot_map import RobotMap
@@ -31,6 +32,7 @@ from desim.robot.software import coordinator_software, robot_software
 from desim.robot.team import Team
 from desim.robot.tiles import TilePool
 from desim.robot.transform_broadcaster import TransformBroadcaster, of_odometry
+from desim.scenario.recipients import topics_for
 from desim.scenario.robot_types import equipment_of, strategies_of
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario
@@ -89,6 +91,8 @@ class Simulation:
         # The observer, and what drives sensors and motors.
         self._controlled = [host.software for host in self.plan if host.software is not None]
         self._explorers = tuple(self.world.robots[robot] for robot in self._controlled)
+        self._publications = [(self.world.robots[robot], publication) for robot in self._controlled
+                              for publication in self._equipment[robot].publishes]
         self.monitor = self._watching()
         self._watchers: list[Monitor | Recorder] = [self.monitor]
         if recorder is not None:
@@ -167,7 +171,14 @@ class Simulation:
                                           self._team(host.name), self._briefing)
         if robot_map is not None and self._terrain_map is not None:
             nodes.append(MapServer(host, robot_map, self._terrain_map))
-        return nodes
+        return [*nodes, *self._declared_traffic(host)]
+
+    def _declared_traffic(self, host: Host) -> list[Node]:
+        """The nodes that publish and receive what the scenario declares."""
+        own = [PeriodicPublisher(host, publication) for robot, publication in self._publications
+               if robot == host.name]
+        topics = topics_for(host.name, self.scenario, self._publications)
+        return [*own, Listener(host, topics)] if topics else [*own]
 
     def _odometry_transforms(self, host: Host, host_plan: HostPlan) -> list[Node]:
         """The node that publishes odometry as tf, if the scenario has that."""

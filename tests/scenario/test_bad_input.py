@@ -65,7 +65,35 @@ WRONG = {
         "coordination, task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
         "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, sonar, bumper, antenna, "
-        "computer, odometry, mapping, navigation, exploration, tf, passive"]),
+        "computer, odometry, mapping, navigation, exploration, publishes, tf, passive"]),
+    "what robots publish": (
+        "fleet: {size: 2}\n"
+        "robot: {publishes: [{topic: low/scan, size: 1 kB, rate: 1 Hz},\n"
+        "  {topic: strategy/bid, size: 1 kB, rate: 1 Hz}]}", [
+            "3:29: robot.publishes.0.topic: 'low/scan' is a topic of the robot's own; choose "
+            "another",
+            "4:11: robot.publishes.1.topic: 'strategy/bid' is a topic of the robot's own; choose "
+            "another"]),
+    "receivers of what robots publish": (
+        "fleet: {size: 2}\n"
+        "robot: {publishes: [{topic: a, size: 1 kB, rate: 1 Hz, to: other},\n"
+        "  {topic: a, size: 1 kB, rate: 1 Hz, to: [base, 'robot_*']}]}", [
+            "3:60: robot.publishes.0.to: unknown host 'other' (did you mean 'others'?); allowed: "
+            "others, robot_0, robot_1, workstation",
+            "4:11: robot.publishes.1.topic: 'a' is published already, by another of this list",
+            "4:43: robot.publishes.1.to.0: unknown host 'base'; allowed: others, robot_0, robot_1, "
+            "workstation"]),
+    "nobody to receive what a type publishes": (
+        "deployment: field\nfleet: {types: {a: {robot: {publishes: [{topic: a, size: 1 kB, "
+        "rate: 1 Hz}]}}}}", [
+            "3:41: fleet.types.a.robot.publishes.0: the key 'to' is missing: its default are the "
+            "hosts that collect maps and distances, and there is none (hosts.<name>.monitor)"]),
+    "a topic, and a size": (
+        "robot: {publishes: [{topic: /a, size: 2 GB, rate: 1 Hz}, {topic: b, rate: 1 Hz}]}", [
+            "2:29: robot.publishes.0.topic: '/a' is not allowed; allowed: text that matches "
+            "^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$",
+            "2:39: robot.publishes.0.size: '2 GB' is too large; at most 1 GB",
+            "2:58: robot.publishes.1: the key 'size' is missing: of a message, without headers"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
         "model, fusion, content, encoding, period, via"]),
@@ -401,7 +429,7 @@ WRONG = {
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
         "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, lasers, "
-        "sonar, bumper, antenna, computer, odometry, mapping, navigation, exploration"]),
+        "sonar, bumper, antenna, odometry, mapping, navigation, exploration, publishes"]),
     "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
         "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "
         "other, got 0 m with drive: aerial"]),

@@ -12,7 +12,7 @@ from desim.scenario.schema.communication import Name, PluginChoice
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.shapes import BY_SHAPE
-from desim.units import Angle, Duration, Frequency, Length, Period, Position
+from desim.units import Angle, Duration, Frequency, Length, MessageSize, Period, Position
 
 
 class Laser(Params):
@@ -133,6 +133,30 @@ class LocalizationChoice(PluginChoice):
         "gmapping)"))
 
 
+# The last parts of the topics that a robot's own software uses.
+OWN_TOPICS = (SCAN, "odom", "true_pose", "sonar", "bumper", "cmd_vel", "pose", "map", "costmap",
+              "peers", "goal", "goal_result", "cost", "gain", "explored_map", "distance",
+              "team_state", "tf")
+OTHERS = "others"  # as a receiver: all robots but the sender
+
+
+class Publication(Params):
+    """Messages of a declared size that a robot publishes at a rate: of a camera, say. Nothing reads
+    them."""
+
+    topic: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$", description=(
+        "below the robot's name: camera of robot_3 is /robot_3/camera"))
+    size_bytes: MessageSize = Field(description="of a message, without headers")
+    rate_hz: Frequency = Field(description=(
+        "of messages; the first one goes out after a part of the period that is drawn by name"))
+    to: Annotated[str | tuple[str, ...], BY_SHAPE] | None = Field(None, description=(
+        "hosts by name or by patterns with * and ?, or others: all robots but the sender (default: "
+        "the hosts that collect maps and distances)"))
+    transport: Literal["stream", "datagram"] = Field("stream", description="(TCPROS)")
+    queue: int = Field(1, ge=0, description=(
+        "messages that may wait for a receiver, then the oldest goes (0: any number)"))
+
+
 class Equipment(Params):
     """The equipment and software of a robot."""
 
@@ -151,6 +175,8 @@ class Equipment(Params):
     mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)
     exploration: ExplorationParams = Field(default_factory=ExplorationParams)
+    publishes: tuple[Publication, ...] = Field((), description=(
+        "traffic beside that of its software: messages of a declared size at a rate"))
 
     @property
     def first_laser(self) -> Laser:

@@ -1,7 +1,7 @@
 // The colours of theme.css for canvases, and the signs and names of what is drawn in them.
 
 const HUES = 9;  // of robots and topics
-const KINDS = ["coordination", "monitoring", "sensors and commands"];
+const KINDS = ["coordination", "monitoring", "sensors and commands", "other"];
 // Signs that every common font has.
 const EVENT_GLYPHS = { collision: "×", recovery: "↻", partition: "∥", host_stopped: "▼",
   host_started: "▲", late: "◆", saturation: "■", stop: "□", difference: "≠" };

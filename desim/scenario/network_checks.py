@@ -1,0 +1,85 @@
+"""The checks of a scenario's media, and of the traffic that it declares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from fnmatch import fnmatchcase
+
+from desim import plugins
+from desim.errors import InputError
+from desim.scenario import plugin_choices
+from desim.scenario.complaints import validated
+from desim.scenario.complete import media
+from desim.scenario.names import host_names, unknown
+from desim.scenario.recipients import listeners, monitors, words_of
+from desim.scenario.robot_types import equipment_by_path
+from desim.scenario.schema.robot import OTHERS, OWN_TOPICS, Publication
+from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Folder, Path
+
+Found = Iterator[tuple[Path, str]]
+
+
+def _attached(scenario: Scenario, _: Folder) -> Found:
+    own = scenario.network.media
+    hosts = host_names(scenario) if any(choice.hosts for choice in own.values()) else ()
+    for medium, choice in own.items():
+        for i, name in enumerate(choice.hosts or ()):
+            if name not in hosts:
+                yield ("network", "media", medium, "hosts", i), unknown("host", name, hosts)
+
+
+def _fidelity(scenario: Scenario, _: Folder) -> Found:
+    path, fidelity = ("network", "fidelity"), scenario.network.fidelity
+    if fidelity is None:
+        return
+    chosen = media(scenario)
+    try:
+        rungs = [medium for medium in chosen.values() if plugin_choices.has_fidelity(medium)]
+    except InputError:
+        return  # there is no such model, which is complained of where it is named
+    if not rungs:
+        models = ", ".join(f"{name} is a {medium.model}" for name, medium in chosen.items())
+        yield path, (f"no medium has one to choose: {models}; allowed with a model that has a "
+                     "parameter fidelity, as radio has")
+    for medium in rungs:
+        result = validated(plugins.parameters("network", medium.model),
+                           {**medium.written, "fidelity": fidelity})
+        if isinstance(result, list):
+            yield from ((path, complaint.text) for complaint in result
+                        if complaint.path == ("fidelity",))
+
+
+def _publications(scenario: Scenario, _: Folder) -> Found:
+    for path, equipment in equipment_by_path(scenario):
+        topics = [publication.topic for publication in equipment.publishes]
+        for i, publication in enumerate(equipment.publishes):
+            at: Path = (*path, "publishes", i)
+            topic = publication.topic
+            if topic.rpartition("/")[2] in OWN_TOPICS or topic.startswith("strategy/"):
+                yield (*at, "topic"), f"{topic!r} is a topic of the robot's own; choose another"
+            elif topic in topics[:i]:
+                yield (*at, "topic"), f"{topic!r} is published already, by another of this list"
+            yield from _receivers(at, publication, scenario)
+
+
+def _receivers(at: Path, publication: Publication, scenario: Scenario) -> Found:
+    """Words of ``to`` that mean nobody."""
+    if publication.to is None:
+        if not monitors(scenario):
+            yield at, ("the key 'to' is missing: its default are the hosts that collect maps and "
+                       "distances, and there is none (hosts.<name>.monitor)")
+        return
+    hosts = listeners(scenario)
+    for i, word in enumerate(words_of(publication)):
+        if word != OTHERS and not any(fnmatchcase(host, word) for host in hosts):
+            yield (*at, "to") if isinstance(publication.to, str) else (*at, "to", i), (
+                unknown("host", word, (OTHERS, *hosts)))
+
+
+CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...] = (
+    ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
+    ((("network",), ("deployment",)), _fidelity),
+    ((("robot", "publishes"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),
+     _publications),
+)
