@@ -27,7 +27,7 @@ class PeriodicPublisher(Node):
         self.publish(own.topic, Filler(own.size_bytes))
 
 
-class Listener(Node):
+class PassiveListener(Node):
     """Subscribes to ``topics``, and does nothing with what arrives."""
 
     def __init__(self, host: Host, topics: Sequence[str]) -> None:

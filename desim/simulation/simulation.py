@@ -24,7 +24,7 @@ from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.ports import Pose2D, World
 from desim.ports.tasks import Briefs, GivesMap, Ground
-from desim.robot.declared_traffic import Listener, PeriodicPublisher
+from desim.robot.declared_traffic import PassiveListener, PeriodicPublisher
 from desim.robot.fusion import robot_map_of
 from desim.robot.map_server import MapServer, map_of_terrain
 from desim.robot.robot_map import RobotMap
@@ -178,7 +178,7 @@ class Simulation:
         own = [PeriodicPublisher(host, publication) for robot, publication in self._publications
                if robot == host.name]
         topics = topics_for(host.name, self.scenario, self._publications)
-        return [*own, Listener(host, topics)] if topics else [*own]
+        return [*own, PassiveListener(host, topics)] if topics else [*own]
 
     def _odometry_transforms(self, host: Host, host_plan: HostPlan) -> list[Node]:
         """The node that publishes odometry as tf, if the scenario has that."""
