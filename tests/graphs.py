@@ -45,11 +45,14 @@ class Life(Node):
 class Net:
     """A graph over one medium whose trace rows are kept. ``nodes``: host name to a function (or
     several, by node name) that starts its node; ``ledger``: a ``MessageLedger``. ``costs``: a cost
-    model for all hosts, with ``processors``, ``speed``, ``discipline`` and ``priorities``."""
+    model for all hosts, with ``processors``, ``speed``, ``discipline`` and ``priorities``.
+    ``further`` media: model, rules and hosts (None: all) by name. ``routes(graph, media)`` is
+    called before anybody starts; ``on``: the hosts on the first medium."""
 
     def __init__(self, nodes, model=None, rules=(), *, place=None, middleware=None, seed=0,
                  ledger=None, costs=None, processors=1, speed=Fraction(1),
-                 discipline="processor_sharing", priorities=None, **options):
+                 discipline="processor_sharing", priorities=None, further=None, routes=None,
+                 on=None, **options):
         new_medium = Medium
         if ledger is not None:
             options |= {"on_fate": ledger, "passages": ledger.passages}
@@ -66,10 +69,16 @@ class Net:
         self.graph = Graph(self.kernel, self.names, self.trace, streams, middleware or Direct(),
                            nodes, **options)
         hosts = [host.name for host in self.graph.hosts]
-        self.medium = new_medium("lan", model or Ideal(Ideal.Params()), rules, kernel=self.kernel,
-                                 names=self.names, streams=streams, hosts=hosts,
-                                 place=place or Nowhere(len(hosts)))
-        self.graph.attach(self.medium)
+        self.media = {}
+        for name, (own, its_rules, attached) in {"lan": (model or Ideal(Ideal.Params()), rules, on),
+                                                 **(further or {})}.items():
+            self.media[name] = new_medium(
+                name, own, its_rules, kernel=self.kernel, names=self.names, streams=streams,
+                hosts=hosts, place=place or Nowhere(len(hosts)))
+            self.graph.attach(self.media[name], attached)
+        self.medium = self.media["lan"]
+        if routes is not None:
+            routes(self.graph, self.media)
         for host, begin in nodes.items():
             lives = begin if isinstance(begin, dict) else {"node": begin}
             self.graph.host(host).software = lambda host, lives=lives: [

@@ -40,6 +40,7 @@ reference/commands
 docs/scenarios
 reference/keys
 docs/network-models
+docs/several-networks
 docs/networks-alone
 docs/strategies
 docs/map-sharing

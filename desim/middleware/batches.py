@@ -25,12 +25,11 @@ from desim.middleware.contents import Lazy
 from desim.middleware.message import Message
 from desim.middleware.transports import StreamLink, stream_frame
 from desim.network.carrier import Carrier
-from desim.network.medium import UNKNOWN_NS
+from desim.network.medium import UNKNOWN_NS, Medium
 
 if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.topics import Publisher
-    from desim.network.medium import Medium
 
 
 class Batch:
@@ -291,9 +290,10 @@ class BatchPublisher:
         self._connections = self._graph.connections
         if not members:
             return
-        media = [self._graph.route(self.host, member.host.index) for member in members]
+        media = [self._graph.routes.of(self.host, member.host.index, member.publisher.topic.name)
+                 for member in members]
         medium = media[0]
-        if medium is None or any(other is not medium for other in media):
+        if not isinstance(medium, Medium) or any(other is not medium for other in media):
             return
         self._route = _Route(
             members, medium, tuple(member.host.index for member in members),

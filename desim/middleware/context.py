@@ -37,6 +37,7 @@ from desim.ports.middleware import (
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
     from desim.network.medium import Medium
+    from desim.network.ways import Way
 
 ACKS = "ack"  # the kind of TCP's acknowledgements, of which those of messages are no discovery
 
@@ -117,11 +118,13 @@ class GraphContext:
     def default_transport(self, offer: Offer) -> Transport:
         host = self._graph.hosts[offer.publisher.host]
         if (offer.transport, offer.via) == (TransportKind.STREAM, Addressing.UNICAST):
-            return Stream(host, offer.queue)
-        return Datagram(host, offer.via == Addressing.BROADCAST)
+            return Stream(host, offer.queue, offer.publisher.topic)
+        return Datagram(host, offer.via == Addressing.BROADCAST, offer.publisher.topic)
 
-    def route(self, source: int, receiver: int) -> Medium | None:
-        return self._graph.route(self._graph.hosts[source], receiver)
+    def route(self, source: int, receiver: int, topic: str = "", *, at_present: bool = False
+              ) -> Medium | Way | None:
+        routes, host = self._graph.routes, self._graph.hosts[source]
+        return (routes.at_present if at_present else routes.of)(host, receiver, topic)
 
     def resolve_addresses(self, tick_ns: int) -> Neighbours:
         self._neighbours = Neighbours(self, tick_ns, self._graph.passages)
@@ -151,9 +154,9 @@ class GraphContext:
              multicast: bool = False, in_part: Callable[..., object] | None = None,
              in_advance: Callable[[int], InAdvance | None] | None = None) -> None:
         graph, ids = self._graph, self.host_ids
-        by_medium: dict[Medium, list[int]] = {}
+        by_medium: dict[Medium | Way, list[int]] = {}
         for receiver in sorted(receivers):
-            medium = self.route(source, receiver)
+            medium = self.route(source, receiver, at_present=multicast)
             if medium is not None:
                 by_medium.setdefault(medium, []).append(receiver)
         carrier = _Arrivals(arrived, in_part)
@@ -176,7 +179,7 @@ class GraphContext:
                     note(arrival_ns, arrived, token)
         graph.trace.flush_if_full()
 
-    def way(self, medium: Medium, source: int, receivers: Sequence[int]
+    def way(self, medium: Medium | Way, source: int, receivers: Sequence[int]
             ) -> Callable[..., int | None]:
         """The ``transmit`` for a datagram of ``source``: one for a single host needs its address.
         """

@@ -13,29 +13,33 @@ if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.message import Message
     from desim.network.medium import Medium
+    from desim.network.ways import Way
 
 
 class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
     """Fire and forget: a frame per receiving host, or one broadcast frame per medium. Any lost
     datagram of a message loses the message."""
 
-    __slots__ = ("_graph", "_source", "_broadcast", "_routes", "_known", "_unrouted", "_flying")
+    __slots__ = ("_graph", "_source", "_topic", "_broadcast", "_routes", "_known", "_unrouted",
+                 "_flying")
 
-    def __init__(self, source: Host, broadcast: bool) -> None:
+    def __init__(self, source: Host, broadcast: bool, topic: str = "") -> None:
         self._graph = source.graph
-        self._source = source
+        self._source, self._topic = source, topic
         self._broadcast = broadcast
-        self._routes: list[tuple[Medium, tuple[int, ...]]] = []
+        self._routes: list[tuple[Medium | Way, tuple[int, ...]]] = []
         self._known: list[int] = []
         self._unrouted: list[int] = []
         self._flying = 0
 
     def connect(self, receivers: list[int]) -> list[int]:
         """Send to ``receivers`` from now on. Returns the new ones among those that have a way."""
-        by_medium: dict[Medium, list[int]] = {}
+        by_medium: dict[Medium | Way, list[int]] = {}
+        routes = self._graph.routes
+        route = routes.at_present if self._broadcast else routes.of
         self._unrouted = []
         for receiver in receivers:
-            medium = self._graph.route(self._source, receiver)
+            medium = route(self._source, receiver, self._topic)
             if medium is None:
                 self._unrouted.append(receiver)
             else:
@@ -45,7 +49,8 @@ class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
         self._known = [receiver for group in by_medium.values() for receiver in group]
         return [receiver for receiver in self._known if receiver not in old]
 
-    def _frames(self, by_medium: dict[Medium, list[int]]) -> list[tuple[Medium, tuple[int, ...]]]:
+    def _frames(self, by_medium: dict[Medium | Way, list[int]]
+                ) -> list[tuple[Medium | Way, tuple[int, ...]]]:
         if self._broadcast:
             return [(medium, tuple(sorted(group))) for medium, group in by_medium.items()]
         return [(medium, (receiver,)) for medium, group in by_medium.items() for receiver in group]

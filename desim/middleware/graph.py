@@ -31,6 +31,7 @@ from desim.middleware.busy_host import BusyHost
 from desim.middleware.context import GraphContext
 from desim.middleware.host import Host, receive_all
 from desim.middleware.message import Message
+from desim.middleware.routes import Routing
 from desim.middleware.topics import Latest, Topic
 from desim.ports import natural_key
 from desim.ports.middleware import Middleware
@@ -81,6 +82,7 @@ class Graph:
         self.on_display: OnDisplay | None = None
         self.topics: dict[str, Topic] = {}
         self.media: list[Medium] = []
+        self.routes = Routing(self)
         self.expecting: dict[Latest, None] = {}  # with messages on their way
         self.batches: list[BatchPublisher] = []
         self.connections = 0  # grows when a publisher may have other receivers, or these wait
@@ -124,16 +126,10 @@ class Graph:
         for host in attached:
             host.media.append(medium)
 
-    def route(self, source: Host, receiver: int) -> Medium | None:
-        """The first of the source's media that the receiver is attached to as well."""
-        others = self.hosts[receiver].media
-        for medium in source.media:
-            if medium in others:
-                return medium
-        return None
-
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
-        """``Medium.linked`` of ``hosts``, each pair over the medium that its messages take."""
+        """``Medium.linked`` of ``hosts``, each pair over the way that its messages take."""
+        if self.routes.detours:
+            return self._linked_by_ways(hosts)
         links = np.zeros((len(hosts), len(hosts)), bool)
         open_ = np.ones_like(links)  # pairs that have no medium yet
         for medium in self.media:
@@ -144,6 +140,19 @@ class Graph:
                 return None
             links |= pairs if reached is None else pairs & reached
             open_ &= ~pairs
+        return links
+
+    def _linked_by_ways(self, hosts: np.ndarray) -> np.ndarray:
+        """The same where a pair has a way of its own."""
+        everybody = np.arange(len(self.hosts))
+        reached = {medium: medium.linked(everybody) for medium in self.media}
+        links = np.zeros((len(hosts), len(hosts)), bool)
+        for i, j in np.ndindex(links.shape):
+            legs = self.routes.legs(int(hosts[i]), int(hosts[j])) if i != j else ()
+            begins = [int(hosts[i]), *(host for _, host in legs)]
+            links[i, j] = i == j or bool(legs) and all(
+                (matrix := reached[medium]) is None or matrix[begin, end]
+                for begin, (medium, end) in zip(begins, legs, strict=False))
         return links
 
     def start(self) -> None:

@@ -82,25 +82,26 @@ def parts_of(message: Message, receiver: int, passage: Passage | None, passages:
     ``receiver``, in order."""
     if passage is None:
         return []
-    if passage.source == message.origin.index:
+    sender = passage.first.source
+    if sender == message.origin.index:
         return _hop(message.born_ns, TimePart.SENDER, receiver, passage)
-    before = passages.relays.get((message, passage.source))
+    before = passages.relays.get((message, sender))
     if before is None:  # a frame that another host sent: it has asked for what was missing
         return _hop(message.born_ns, TimePart.RETRANSMISSION, receiver, passage)
     came, came_ns = before
-    return [*parts_of(message, passage.source, came, passages),
+    return [*parts_of(message, sender, came, passages),
             *_hop(came_ns, TimePart.RELAY, receiver, passage)]
 
 
 def _hop(since_ns: int, queue: TimePart, receiver: int, passage: Passage) -> list[Stamp]:
     """The parts of a message's time on one hop, from ``since_ns``, when the host that sends it had
     it. ``queue``: the part until its first transmission."""
-    source, handed_ns = passage.source, passage.handed_ns
-    after = [Stamp(passage.held, -1, source, passage.sent_ns - handed_ns),
-             *passage.stamps(receiver)]
+    first = passage.first
+    source, handed_ns = first.source, first.handed_ns
+    after = [Stamp(first.held, -1, source, first.sent_ns - handed_ns), *passage.stamps(receiver)]
     if handed_ns < since_ns:
         return _since(since_ns - handed_ns, after)
-    first_ns = max(passage.first_ns, since_ns)
+    first_ns = max(first.first_ns, since_ns)
     return [stamp for stamp in (Stamp(queue, -1, source, first_ns - since_ns),
                                 Stamp(TimePart.RETRANSMISSION, -1, source, handed_ns - first_ns),
                                 *after) if stamp.time_ns]

@@ -16,6 +16,7 @@ from desim.engine.kernel import Phase, pair
 from desim.engine.trace import pack
 from desim.middleware.jiffies import TICK_NS, fires_ns
 from desim.network.carrier import Carrier
+from desim.network.ways import Way
 from desim.ports import packet_sizes
 
 if TYPE_CHECKING:
@@ -124,11 +125,11 @@ class LinkedTransport(Generic[L]):
 class Stream(LinkedTransport["StreamLink"]):
     """In order and reliable."""
 
-    def __init__(self, source: Host, limit: int) -> None:
+    def __init__(self, source: Host, limit: int, topic: str = "") -> None:
         graph = source.graph
 
         def link_to(receiver: int, link: StreamLink | None) -> StreamLink | None:
-            medium = graph.route(source, receiver)
+            medium = graph.routes.of(source, receiver, topic)
             return None if medium is None else link or StreamLink(
                 source, graph.hosts[receiver], medium, limit)
 
@@ -151,12 +152,14 @@ class StreamLink(Carrier["Message"]):
                  "_record_loss", "_limit", "_outbox", "_wire", "_train", "_trip_ns", "_tries",
                  "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead", "_latest")
 
-    def __init__(self, source: Host, destination: Host, medium: Medium, limit: int) -> None:
+    def __init__(self, source: Host, destination: Host, medium: Medium | Way, limit: int) -> None:
         self._graph = source.graph
         self._from, self._from_id = source.index, source.id
         self._host = destination
         self._to, self._to_id = (destination.index,), destination.id
-        self._flights, self._send = medium.flights, medium.transmit
+        # Over a way that may change, nothing is expected ahead of time.
+        self._flights = None if isinstance(medium, Way) else medium.flights
+        self._send = medium.transmit
         self._record_loss = source.graph.context.record_loss
         self._limit = limit
         self._outbox: deque[Message] = deque()
@@ -218,14 +221,16 @@ class StreamLink(Carrier["Message"]):
 
     def land(self, message: Message, due_ns: int) -> None:
         """The message arrived at ``due_ns``."""
-        host = self._host
+        host, flights = self._host, self._flights
+        assert flights is not None
         self._latest = self._wire = None
-        self._flights.landed(host.index, *self._train)
+        flights.landed(host.index, *self._train)
         self.note_trip(due_ns - self._sent_ns)
         self._graph.land(message, host, due_ns, self._first_ns, self._sent_ns)
 
     def await_(self, message: Message, due_ns: int) -> None:
         """The arrival of the message on the wire shall be an event."""
+        assert self._flights is not None
         self._latest = None
         self._flights.book(self._from, self._host.index, *self._train, self, message, due_ns)
 
@@ -323,5 +328,6 @@ class StreamLink(Carrier["Message"]):
         self._sent_ns = now_ns
         size_bytes, segments = self._train
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
-        self.ahead = self._host.latest_without_callbacks(message.about.name) is not None
+        self.ahead = (self._flights is not None and self._host.latest_without_callbacks(
+            message.about.name) is not None)
         self._send(self._from, self._to, size_bytes, segments, False, self, message)

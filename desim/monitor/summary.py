@@ -101,6 +101,8 @@ def warnings(monitor: Monitor) -> list[str]:
         if waiting >= (_MANY_FRAMES if settles else 1) and 2 * waiting > medium.intended:
             said.append(f"medium {medium.name}: {waiting} of {medium.intended} frames are neither "
                         "delivered nor dropped at the end: does its model settle every frame?")
+    said += [f"topics: no topic of the run has matched {pattern!r}"
+             for pattern in monitor.graph.routes.unmatched()]
     if monitor.explorers and not monitor.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said

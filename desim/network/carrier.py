@@ -32,6 +32,9 @@ class Carrier(Generic[T_contra]):
         ``Medium.flights.landed``. If somebody begins to wait for it before, the carrier calls
         ``Medium.flights.book``, and its ``arrived`` is called at that time."""
 
+    continues = False
+    """Whether its frame goes on with what has just arrived: a host forwards it."""
+
     protocol = "udp"
     """The protocol whose headers its packets bear: udp, tcp or arp."""
 

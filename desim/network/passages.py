@@ -33,14 +33,16 @@ class Passage:
 
     ``first_ns``: the first transmission of the data that it carries. ``handed_ns``: its carrier
     sends this frame. ``sent_ns``: the medium takes it; until then it waited for ``held`` (for
-    ``RESOLUTION``, if the receiver's address was not known).
+    ``RESOLUTION``, if the receiver's address was not known). ``before``: the passage over which a
+    frame came to ``source``, which forwards it.
     """
 
-    __slots__ = ("medium", "source", "first_ns", "handed_ns", "held", "sent_ns", "left", "_common",
-                 "_own", "_model_ns", "_rules_ns", "_lost_at")
+    __slots__ = ("medium", "source", "first_ns", "handed_ns", "held", "sent_ns", "left", "before",
+                 "_common", "_own", "_model_ns", "_rules_ns", "_lost_at")
 
     def __init__(self, medium: int, source: int, first_ns: int, handed_ns: int, held: TimePart,
-                 sent_ns: int, receivers: int) -> None:
+                 sent_ns: int, receivers: int, before: Passage | None = None) -> None:
+        self.before = before
         self.medium, self.source = medium, source
         self.first_ns, self.handed_ns, self.held, self.sent_ns = first_ns, handed_ns, held, sent_ns
         self.left = receivers  # that it has no fate at yet
@@ -49,6 +51,11 @@ class Passage:
         self._model_ns: dict[int, int] = {}
         self._rules_ns: dict[int, int] = {}
         self._lost_at: dict[int | None, int] = {}
+
+    @property
+    def first(self) -> Passage:
+        """The passage with which the frame set out at its sender."""
+        return self if self.before is None else self.before.first
 
     def spent(self, part: TimePart, time_ns: int, receiver: int | None, host: int | None) -> None:
         """See ``ports.Ledger``."""
@@ -69,14 +76,14 @@ class Passage:
             self._rules_ns[receiver] = rules_ns
 
     def stamps(self, receiver: int) -> list[Stamp]:
-        """Its parts from ``sent_ns`` to its arrival at ``receiver``, in order of time."""
+        """The parts from ``first.sent_ns`` to its arrival at ``receiver``, in order of time."""
         stamps = self._common + self._own.get(receiver, [])
         if not stamps and (model_ns := self._model_ns.get(receiver, 0)):
             stamps = [Stamp(TimePart.MEDIUM, self.medium, self.source, model_ns)]
         if receiver in self._rules_ns:
             stamps = [*stamps, Stamp(TimePart.RULES, self.medium, self.source,
                                      self._rules_ns[receiver])]
-        return stamps
+        return stamps if self.before is None else [*self.before.stamps(self.source), *stamps]
 
     def place_of_loss(self, receiver: int) -> int:
         """The host at which it was lost on the way to ``receiver``."""
@@ -117,7 +124,8 @@ class Passages:
         held, handed_ns = self._wait or (TimePart.RESOLUTION, now_ns)
         self._wait = None
         first_ns = min(carrier.first_sent(token, now_ns), handed_ns)
-        return Passage(medium, source, first_ns, handed_ns, held, now_ns, receivers)
+        return Passage(medium, source, first_ns, handed_ns, held, now_ns, receivers,
+                       self.arriving if carrier.continues else None)
 
 
 class ItemizedCarrier(BroadcastCarrier[Any]):

@@ -209,8 +209,12 @@ class MiddlewareContext(Protocol):
     def default_transport(self, offer: Offer) -> Transport:
         """The transport that desim takes where the middleware has none of its own."""
 
-    def route(self, source: int, receiver: int) -> Route | None:
-        """The medium for frames from ``source`` to ``receiver``; None: they have none in common."""
+    def route(self, source: int, receiver: int, topic: str = "", *, at_present: bool = False
+              ) -> Route | None:
+        """The way for frames from ``source`` to ``receiver``, with messages of ``topic`` (absolute)
+        if they carry some; None: there is none. It may lead over another medium later, or through
+        hosts that forward. ``at_present``: the medium that it leads over now, to group the
+        receivers of a multicast by."""
 
     def resolve_addresses(self, tick_ns: int) -> AddressTables:
         """Switch on ARP: hosts resolve each other's addresses. ``tick_ns`` is the granularity of
@@ -296,6 +300,16 @@ class CarriesMessages(Protocol):
     def transport(self, offer: Offer) -> Transport:
         """A transport for a publisher's messages. Raises ``InputError``, ``.via: ...``, for an
         offer that it cannot meet."""
+
+
+@runtime_checkable
+class SharesLinks(Protocol):
+    """A middleware that carries all topics between two hosts over one link, if ``shares_links`` is
+    True. Under it no topic can choose its medium (``topics`` of a scenario)."""
+
+    @property
+    def shares_links(self) -> bool:
+        """Whether it does, known as soon as the middleware is made."""
 
 
 @runtime_checkable

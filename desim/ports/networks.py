@@ -208,6 +208,16 @@ class Separates(Protocol):
 
 
 @runtime_checkable
+class CutsCarrier(Protocol):
+    """A rule that takes the carrier from interfaces, as an unplugged cable does. Where hosts fall
+    back to another medium (``network.failover``), they notice."""
+
+    def carrier(self, host: int) -> tuple[bool, int | None]:
+        """Whether the interface of ``host`` has a carrier now, and when (ns) that changes next;
+        None: never."""
+
+
+@runtime_checkable
 class JudgesTransmissions(Protocol):
     """A rule that judges transmissions. If ``per_transmission`` is True and the model
     ``Retransmits``, the rule is asked for each transmission of each packet, and not once per frame.

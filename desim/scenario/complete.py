@@ -45,6 +45,8 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         fleet=_fleet(scenario.fleet, robot, receivers),
         robot=_changed(robot, passive=tuple(sorted(scenario.robot.passive, key=natural_key))),
         network=_network(scenario),
+        topics={pattern: _changed(choice, medium=choice.media)
+                for pattern, choice in scenario.topics.items()},
         hosts={name: host.parsed() for name, host in _sorted(scenario.hosts).items()},
         middleware=scenario.middleware.parsed(),
         computers=scenario.computers.parsed(),
@@ -110,7 +112,8 @@ def _network(scenario: Scenario) -> Network:
     fidelity = scenario.network.fidelity
     own = {name: medium if fidelity is None or not plugin_choices.has_fidelity(medium)
            else _changed(medium, fidelity=fidelity)
-           for name, medium in _sorted(media(scenario)).items()}
+           for name, medium in sorted(media(scenario).items(), key=lambda item: (
+               item[1].metric, natural_key(item[0])))}
     if scenario.deployment == "testbed":
         own = {name: _in_testbed(medium, scenario) for name, medium in own.items()}
     return _changed(scenario.network, media={

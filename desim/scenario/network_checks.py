@@ -29,6 +29,31 @@ def _attached(scenario: Scenario, _: Folder) -> Found:
                 yield ("network", "media", medium, "hosts", i), unknown("host", name, hosts)
 
 
+def _topics(scenario: Scenario, _: Folder) -> Found:
+    known = tuple(media(scenario))
+    for pattern, choice in scenario.topics.items():
+        path: Path = ("topics", pattern, "medium")
+        if not choice.media:
+            yield path, f"must name at least one medium; allowed: {', '.join(known)}"
+        for i, name in enumerate(choice.media):
+            if name not in known:
+                yield (path if isinstance(choice.medium, str) else (*path, i)), unknown(
+                    "medium", name, known)
+
+
+def _forwarding(scenario: Scenario, _: Folder) -> Found:
+    own = media(scenario)
+    for host, stationary in scenario.hosts.items():
+        path: Path = ("hosts", host, "forwards")
+        if len(stationary.forwards) == 1:
+            yield path, "must be at least two media, or none"
+        for i, name in enumerate(stationary.forwards):
+            if name not in own:
+                yield (*path, i), unknown("medium", name, tuple(own))
+            elif host not in (own[name].hosts or (host,)):
+                yield (*path, i), f"{host} is not attached to {name} (network.media.{name}.hosts)"
+
+
 def _fidelity(scenario: Scenario, _: Folder) -> Found:
     path, fidelity = ("network", "fidelity"), scenario.network.fidelity
     if fidelity is None:
@@ -80,6 +105,8 @@ def _receivers(at: Path, publication: Publication, scenario: Scenario) -> Found:
 CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...] = (
     ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
     ((("network",), ("deployment",)), _fidelity),
+    ((("topics",), ("network",), ("deployment",)), _topics),
+    ((("hosts",), ("network",), ("deployment",)), _forwarding),
     ((("robot", "publishes"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),
      _publications),
 )

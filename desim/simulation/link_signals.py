@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from desim.middleware.graph import Graph
+from desim.network.medium import Medium
 from desim.network.surroundings import Surroundings
 from desim.ports import HearsAntennas, PredictsSignal
 
@@ -15,11 +16,11 @@ class LinkSignals:
 
     def power_dbm(self, receiver: str, sender: str) -> float | None:
         """The power at which ``receiver`` hears ``sender`` now; None where nothing gets through,
-        or the network model tells no signals."""
+        others forward between them, or the network model tells no signals."""
         graph = self._graph
         to, from_ = graph.host(receiver), graph.host(sender)
-        medium = graph.route(to, from_.index)
-        if medium is None or not graph.up[from_.index]:
+        medium = graph.routes.at_present(to, from_.index)
+        if not isinstance(medium, Medium) or not graph.up[from_.index]:
             return None
         if isinstance(medium.model, HearsAntennas):
             signal = medium.model.link_signal(from_.index, to.index)

@@ -18,13 +18,15 @@ from desim.computers.scheduling import DISCIPLINES
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Trace
-from desim.errors import below
+from desim.errors import InputError, below
 from desim.middleware.graph import Graph, OnFate
+from desim.middleware.link_states import LinkStates
 from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
 from desim.network.passages import Passages
 from desim.network.surroundings import Surroundings
 from desim.ports import Antennas, Obstacles, Snapshot, World
+from desim.ports.middleware import SharesLinks
 from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.communication import PluginChoice
 from desim.scenario.schema.scenario import Scenario
@@ -95,6 +97,7 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
         with below(path):
             graph.attach(new_medium(name, model, rules, kernel=kernel, names=trace.names,
                                     streams=streams, hosts=hosts, place=place), choice.hosts)
+    _route(graph, scenario)
     return graph
 
 
@@ -109,6 +112,25 @@ def computers(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel, tra
         Processors(kernel, trace.names.id(host.name), host.computer.processors,
                    Fraction(str(host.computer.speed)), DISCIPLINES[host.computer.scheduling]()),
         costs, host.computer.priorities) for host in hosts}
+
+
+def _route(graph: Graph, scenario: Scenario) -> None:
+    """Give the graph the routes of the scenario: by topic, through hosts that forward, and past
+    interfaces without a carrier."""
+    media, routes = {medium.name: medium for medium in graph.media}, graph.routes
+    if scenario.topics and isinstance(graph.middleware, SharesLinks) \
+            and graph.middleware.shares_links:
+        raise InputError(f"topics: {plugins.bare(scenario.middleware.model)} carries all topics "
+                         "between two hosts over one link; none can choose its medium")
+    for pattern, choice in scenario.topics.items():
+        routes.choose(pattern, [media[name] for name in choice.media])
+    for name, host in scenario.hosts.items():
+        if host.forwards:
+            routes.forward(name, [media[medium] for medium in host.forwards])
+    failover = scenario.network.failover
+    if failover is not None:
+        routes.link_states = LinkStates(graph, failover.noticed_after_ns,
+                                        failover.announce_every_ns)
 
 
 def _plugin(choice: PluginChoice) -> Any:

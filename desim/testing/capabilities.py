@@ -72,6 +72,17 @@ def check_claims(cls: PluginClass[object], bench: Bench) -> None:
             answer: object = part.separates(0, 1)
             need(isinstance(answer, bool | np.bool_), cls,
                  f"give a bool for separates, not {answer!r}")
+        if isinstance(part, ports.CutsCarrier):
+            _check_carrier(cls, part.carrier(0), now_ns)
+
+
+def _check_carrier(cls: PluginClass[object], carrier: object, now_ns: int) -> None:
+    is_pair = isinstance(carrier, tuple) and len(carrier) == 2
+    up, at_ns = carrier if isinstance(carrier, tuple) and is_pair else (None, None)
+    need(isinstance(up, bool | np.bool_) and (at_ns is None or type(at_ns) is int
+                                              and at_ns > now_ns), cls,
+         f"give for carrier a bool and a later whole nanosecond than now ({now_ns}), or None, not "
+         f"{carrier!r}")
 
 
 def check_switching(cls: PluginClass[object], bench: Bench,

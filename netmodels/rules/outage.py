@@ -16,7 +16,7 @@ class Outage:
     """From ``from`` until ``until`` nothing gets out of or into the ``hosts``, and nothing over the
     ``links``. The hosts themselves go on; ``faults`` stop them.
 
-    Capabilities: Separates.
+    Capabilities: CutsCarrier, Separates.
     """
 
     class Params(TimeWindow, Targets):
@@ -41,6 +41,13 @@ class Outage:
     def separates(self, host: int, other: int) -> bool:
         """Whether no frame gets between the two now."""
         return self._params.holds(self._context.now_ns) and self._cuts(host, other)
+
+    def carrier(self, host: int) -> tuple[bool, int | None]:
+        """``hosts`` have no carrier meanwhile; ``links`` take none away."""
+        if host not in self._hosts:
+            return True, None
+        now_ns = self._context.now_ns
+        return not self._params.holds(now_ns), self._params.changes_ns(now_ns)
 
     def _cuts(self, one: int, other: int) -> bool:
         return (one in self._hosts or other in self._hosts
@@ -74,7 +81,7 @@ class Flapping:
     times. Each draws them from its own stream, and is available for up / (up + down) of the time. A
     link is down in both directions at once.
 
-    Capabilities: Separates.
+    Capabilities: CutsCarrier, Separates.
     """
 
     class Params(Targets):
@@ -106,3 +113,8 @@ class Flapping:
         spells = (hosts.get(host), hosts.get(other),
                   self._links.get((min(host, other), max(host, other))))
         return not all(spell is None or spell.up(now_ns) for spell in spells)
+
+    def carrier(self, host: int) -> tuple[bool, int | None]:
+        """``hosts`` have no carrier while they are down; ``links`` take none away."""
+        spell = self._hosts.get(host)
+        return (True, None) if spell is None else (spell.up(self._context.now_ns), spell.until_ns)

@@ -80,3 +80,16 @@ class TimeWindow(ports.Params):
         if self.every_ns is not None:
             since_ns %= self.every_ns
         return self.until_ns is None or since_ns < self.until_ns - self.start_ns
+
+    def changes_ns(self, now_ns: int) -> int | None:
+        """The time when it begins or ends to act next; None: never again."""
+        if now_ns < self.start_ns:
+            return self.start_ns
+        if self.until_ns is None:
+            return None
+        begun_ns = self.start_ns
+        if self.every_ns is not None:
+            begun_ns += (now_ns - begun_ns) // self.every_ns * self.every_ns
+        if self.holds(now_ns):
+            return begun_ns + self.until_ns - self.start_ns
+        return None if self.every_ns is None else begun_ns + self.every_ns

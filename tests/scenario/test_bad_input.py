@@ -61,7 +61,7 @@ WRONG = {
         "messages_dropped, bytes_on_air, distance_m, partitions, robots_moving"]),
     "unknown family": ("networks: {}", [
         "2:1: networks: unknown key (did you mean 'network'?); allowed: name, seed, deployment, "
-        "testbed, physics, environment, fleet, robot, hosts, network, middleware, computers, "
+        "testbed, physics, environment, fleet, robot, hosts, network, topics, middleware, computers, "
         "coordination, task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
         "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, sonar, bumper, antenna, "
@@ -94,6 +94,27 @@ WRONG = {
             "^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z][A-Za-z0-9_]*)*$",
             "2:39: robot.publishes.0.size: '2 GB' is too large; at most 1 GB",
             "2:58: robot.publishes.1: the key 'size' is missing: of a message, without headers"]),
+    "the media of topics": (
+        "topics: {scan: {medium: lann}, /map_exchange/*: {medium: [lan, wifi]}, tf: {medium: []}}",
+        ["2:25: topics.scan.medium: unknown medium 'lann' (did you mean 'lan'?); allowed: lan",
+         "2:64: topics./map_exchange/*.medium.1: unknown medium 'wifi'; allowed: lan",
+         "2:85: topics.tf.medium: must name at least one medium; allowed: lan"]),
+    "patterns of topics": ("topics: {'a b': {medium: lan}, odom: {}}", [
+        "2:10: topics.a b: 'a b' is not allowed; allowed: text that matches "
+        "^/?[A-Za-z0-9_*?]+(/[A-Za-z0-9_*?]+)*$",
+        "2:32: topics.odom: the key 'medium' is missing: the medium of their messages, or several "
+        "in order of preference: no other is taken"]),
+    "media to forward between": (
+        "network: {media: {lan: {model: switch, hosts: [workstation, robot_0]}, air: {model: disk, "
+        "range: 9 m}}}\nhosts: {a: {forwards: [lan, air]}, b: {forwards: [ari, air]}, "
+        "c: {forwards: [air]}}", [
+            "3:24: hosts.a.forwards.0: a is not attached to lan (network.media.lan.hosts)",
+            "3:51: hosts.b.forwards.0: unknown medium 'ari' (did you mean 'air'?); allowed: lan, "
+            "air",
+            "3:77: hosts.c.forwards: must be at least two media, or none"]),
+    "failover": ("network: {failover: {announce_every: 0 s, metric: -1}}", [
+        "2:38: network.failover.announce_every: '0 s' must be above zero",
+        "2:43: network.failover.metric: unknown key; allowed: noticed_after, announce_every"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
         "model, fusion, content, encoding, period, via"]),
@@ -132,7 +153,7 @@ WRONG = {
     "mapping for a list": ("faults: {at: 5 s, host: robot_0}", [
         "2:9: faults: must be a list, got a mapping"]),
     "text for a mapping": ("network: lan", [
-        "2:10: network: must be a mapping with fidelity, media, got 'lan'"]),
+        "2:10: network: must be a mapping with fidelity, media, failover, got 'lan'"]),
     "not of the allowed words": ("robot: {odometry: {model: random_wlk}}", [
         "2:27: robot.odometry.model: 'random_wlk' is not allowed (did you mean 'random_walk'?); "
         "allowed: independent, random_walk"]),
@@ -242,7 +263,7 @@ WRONG = {
         f"{NETWORKS}, {DOTTED}"]),
     "unknown parameter of a model": ("network: {media: {air: {model: disk, rang: 5 m}}}", [
         "2:38: network.media.air.rang: unknown key (did you mean 'range'?); allowed: model, rules, "
-        "hosts, range, rate"]),
+        "hosts, metric, range, rate"]),
     "a medium of nobody": ("network: {media: {air: {model: disk, hosts: [robot_0, robot_9]}}}", [
         "2:55: network.media.air.hosts.1: unknown host 'robot_9' (did you mean 'robot_0'?); "
         "allowed: robot_0, workstation"]),

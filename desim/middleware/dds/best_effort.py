@@ -53,7 +53,9 @@ class BestEffort(BroadcastCarrier[BestEffortSample]):
         old = self._known
         by_medium: dict[Route | None, list[int]] = {}
         for receiver in sorted(receivers):
-            by_medium.setdefault(self._context.route(self._host, receiver), []).append(receiver)
+            medium = self._context.route(self._host, receiver, self._topic,
+                                         at_present=self._multicast)
+            by_medium.setdefault(medium, []).append(receiver)
         self._unrouted = by_medium.pop(None, [])
         self._routes = [(medium, tuple(part)) for medium, group in by_medium.items() if medium
                         for part in ([group] if self._multicast else [[one] for one in group])]

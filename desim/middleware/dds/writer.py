@@ -66,7 +66,7 @@ class Reliable(LinkedTransport[ReliableLink]):
         """The link to the reader on ``receiver``. A new participant, as after a host's restart,
         gets a new link."""
         dds = self._dds
-        medium = dds.context.route(self._host, receiver)
+        medium = dds.context.route(self._host, receiver, self._topic)
         if medium is None:
             return None
         guid = dds.reader(self._host, receiver, self._topic)

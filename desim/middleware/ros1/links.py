@@ -94,7 +94,8 @@ class RosLink:
             self._set_timer(all_.context.now_ns + timeout_ns, self._hang_up)
         self._connection = all_.tcp.connect(
             self.process.host, self.uri.host, self.uri.tcpros, "tcpros",
-            opened=self._opened, closed=self._closed, nodelay=all_.params.tcp_nodelay)
+            opened=self._opened, closed=self._closed, nodelay=all_.params.tcp_nodelay,
+            topic=self.topic)
 
     def _opened(self, connection: Connection) -> None:
         self._cancel_timer()

@@ -49,15 +49,16 @@ class Tcp:
 
     def connect(self, client: int, server: int, service: str, kind: str, *,
                 opened: Callable[[Connection], object], closed: Closed, nodelay: bool = False,
-                keepalive: bool = True) -> Connection:
+                keepalive: bool = True, topic: str = "") -> Connection:
         """Connect to ``service`` on ``server``. ``opened(connection)`` is called when it has
         answered, ``closed(connection, reason)`` when it has not, or later: see
         ``Connection.on_closed``.
 
         The bytes of control segments are counted under ``kind``. ``nodelay``: both ends
-        do without Nagle's algorithm. ``keepalive``: both ends probe a silent peer.
+        do without Nagle's algorithm. ``keepalive``: both ends probe a silent peer. ``topic``: the
+        one whose messages it carries, if it carries those of one.
         """
-        medium = self.context.route(client, server)
+        medium = self.context.route(client, server, topic)
         self._calls += 1
         connection = Connection(self, self._calls, client, server, service, kind,
                                 medium, nodelay, keepalive)

@@ -23,6 +23,7 @@ class Zenoh:
 
     Params = ZenohParams
     informed = "publisher"
+    shares_links = True
 
     def __init__(self, params: ZenohParams | None = None) -> None:
         self._params = params or ZenohParams()

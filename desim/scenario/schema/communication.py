@@ -18,6 +18,7 @@ from desim.ports import Params
 from desim.scenario.plugin_parameters import parse_parameters
 from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.computer import ComputerParams
+from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Duration, Pace, Period, Position
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]  # as ROS names are
@@ -95,11 +96,26 @@ class MediumChoice(PluginChoice):
     rules: tuple[RuleChoice, ...] = Field((), description="asked in this order")
     hosts: tuple[str, ...] | None = Field(None, min_length=2, description="who is attached to it "
                                                                           "(null: all)")
+    metric: int = Field(0, ge=0, le=2**32 - 1, description=(
+        "of its routes, as Linux has it: of the media that two hosts have in common they take that "
+        "with the least, and of equal ones the first by name (NetworkManager: 100 for a cable, 600 "
+        "for Wi-Fi)"))
 
     def parsed(self) -> Self:
         """The medium and its rules with values in place of what was written."""
         return super().parsed().model_copy(update={
             "rules": tuple(rule.parsed() for rule in self.rules)})
+
+
+class Failover(Params):
+    """The fallback to another medium where an interface has no carrier."""
+
+    noticed_after_ns: Duration = Field("100 ms", description=(
+        "a host notices that an interface of its own has lost its carrier, or has it back (bonding."
+        "txt: a miimon of 100 ms is a good starting point)"))
+    announce_every_ns: Pace | None = Field("1 s", description=(
+        "while an interface has no carrier its host tells all others, at once and so often (our "
+        "choice; null: never, as with Linux's static routes alone)"))
 
 
 class Network(Params):
@@ -112,6 +128,21 @@ class Network(Params):
         "media by name; two hosts take the first by name that both are attached to (default: in "
         "testbed one switched Gigabit LAN called lan, in field one air of 200 m range; the paper. "
         "In field with a fidelity: one air of radios)"))
+    failover: Failover | None = Field(None, description=(
+        "hosts take another medium while one has no carrier; a rule takes it away, as outage and "
+        "flapping of hosts do (null: they do not look)"))
+
+
+class TopicChoice(Params):
+    """The network of some topics."""
+
+    medium: Annotated[str | tuple[str, ...], BY_SHAPE] = Field(description=(
+        "the medium of their messages, or several in order of preference: no other is taken"))
+
+    @property
+    def media(self) -> tuple[str, ...]:
+        """The names, in order of preference."""
+        return (self.medium,) if isinstance(self.medium, str) else self.medium
 
 
 class MiddlewareChoice(PluginChoice):
@@ -179,6 +210,8 @@ class StationaryHost(Params):
     antenna: Antenna = Field(default_factory=Antenna)
     computer: ComputerParams = Field(default_factory=ComputerParams)
     monitor: bool = Field(False, description="it receives each robot's map and distance at 1 Hz")
+    forwards: tuple[str, ...] = Field((), description=(
+        "media between which it forwards frames (IP forwarding with static routes)"))
     strategy: StrategyChoice | None = Field(None, description=(
         "a strategy that runs here: a central coordinator, which receives the robots' maps"))
 

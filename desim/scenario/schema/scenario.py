@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -15,6 +15,7 @@ from desim.scenario.schema.communication import (
     Name,
     Network,
     StationaryHost,
+    TopicChoice,
 )
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.cost_model import ComputersChoice
@@ -23,6 +24,8 @@ from desim.scenario.schema.experiment import Measure, Stop, TaskChoice, TracePar
 from desim.scenario.schema.fleet import FleetParams
 from desim.scenario.schema.robot import Robot
 from desim.units import Frequency, Pace
+
+Pattern = Annotated[str, Field(pattern=r"^/?[A-Za-z0-9_*?]+(/[A-Za-z0-9_*?]+)*$")]
 
 
 class Testbed(Params):
@@ -62,6 +65,9 @@ class Scenario(Params):
     robot: Robot = Field(default_factory=Robot)
     hosts: dict[Name, StationaryHost] = Field({}, description="computers without a body, by name")
     network: Network = Field(default_factory=Network)
+    topics: dict[Pattern, TopicChoice] = Field({}, description=(
+        "networks of topics, by patterns with * and ?, which stand for slashes, too: scan is that "
+        "of every host, /map_exchange/* is absolute; the first that matches counts"))
     middleware: MiddlewareChoice = Field(default_factory=MiddlewareChoice)
     computers: ComputersChoice = Field(default_factory=ComputersChoice)
     coordination: Coordination = Field(default_factory=Coordination)
