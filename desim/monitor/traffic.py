@@ -55,6 +55,7 @@ def kind(topic: str) -> str:
     """The paper's three kinds of traffic: between simulator and controllers, among controllers,
     and from controllers to the monitor; and what a scenario adds. A fleet's common ``/tf`` is among
     controllers."""
+    topic = topic.partition("/copy_")[0]  # for another process of a host
     last = topic.rpartition("/")[2]
     if topic == "/tf" or topic.startswith("/map_exchange/") or "/strategy/" in topic \
             or last == "team_state":

@@ -33,7 +33,8 @@ def whole_map_bytes(parts: Simulation, exchange: OwnMaps.Params, streams: Stream
             if np.count_nonzero(known & ground.reachable) >= wanted:
                 break
         _scan(parts, robot_map, streams, number)
-    return MapFormat(ground.grid, exchange.content, exchange.encoding).size_bytes(
+    padding = parts.scenario.robot.mapping.padding(ground.grid.width * ground.grid.height)
+    return MapFormat(ground.grid, exchange.content, exchange.encoding, padding).size_bytes(
         robot_map.own.snapshot())
 
 

@@ -80,8 +80,10 @@ def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str
         "odom": pose,
         "true_pose": pose,
         "cmd_vel": Pace(robot.navigation.control_rate_hz, TWIST_BYTES),
-        "explored_map": Pace(monitor_hz, occupancy_grid_bytes(grid.width * grid.height)),
+        "explored_map": Pace(monitor_hz, occupancy_grid_bytes(
+            grid.width * grid.height + robot.mapping.padding(grid.width * grid.height))),
         "distance": Pace(monitor_hz, FLOAT64_BYTES),
+        **{one.topic: Pace(one.rate_hz, one.size_bytes) for one in robot.publishes},
     }
     if maps is not None and map_bytes is not None:
         known["map_exchange"] = Pace(Fraction(NS_PER_S, maps.period_ns), map_bytes)

@@ -134,6 +134,11 @@ class SharingContext(Protocol):
     def grid(self) -> GridSpec:
         """The raster of the map, which the fleet has in common."""
 
+    @property
+    def padding(self) -> int:
+        """Unknown cells that a whole map in a message has beside those of ``grid``
+        (``robot.mapping.published_size``)."""
+
     def own(self) -> Evidence:
         """The robot's own evidence as it is now: the same object until it changes."""
 

@@ -1,9 +1,17 @@
-"""Declared traffic: messages of a size at a rate, which no node reads (``robot.publishes``)."""
+"""Declared traffic: messages of a size at a rate, which no node reads.
+
+A robot's own (``robot.publishes``), and the messages of topics that several processes of a machine
+subscribe to (``testbed.processes``).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
+from functools import partial
+from typing import NamedTuple
 
+from desim.middleware.batches import BatchPublisher
 from desim.middleware.contents import Filler
 from desim.middleware.host import Host
 from desim.middleware.node import Node
@@ -37,3 +45,38 @@ class PassiveListener(Node):
     def start(self) -> None:
         for topic in self._topics:
             self.latest(topic)
+
+
+def with_copies(topic: str, processes: int) -> list[str]:
+    """``topic``, and one for each further process on a host that subscribes to it."""
+    return [topic, *(f"{topic}/copy_{number}" for number in range(2, processes + 1))]
+
+
+class Copied(NamedTuple):
+    """Messages of ``size_bytes`` that a sensor's driver publishes at a rate, for so many
+    ``processes``."""
+
+    topic: str
+    size_bytes: int
+    rate_hz: Fraction
+    processes: int
+
+
+class CopyPublisher(Node):
+    """Publishes what a host's driver does, at the same instants, for all processes but the first.
+    """
+
+    def __init__(self, host: Host, copied: Sequence[Copied]) -> None:
+        super().__init__(host, "copies")
+        self._copied = tuple(copied)
+
+    def start(self) -> None:
+        together: dict[tuple[Fraction, int], list[str]] = {}
+        for topic, size_bytes, rate_hz, processes in self._copied:
+            together.setdefault((rate_hz, size_bytes), []).extend(with_copies(topic, processes)[1:])
+        for (rate_hz, size_bytes), topics in together.items():
+            publisher = BatchPublisher([self.advertise(topic) for topic in topics], size_bytes)
+            self.timer(rate_hz, partial(self._publish_all, publisher), "zero")
+
+    def _publish_all(self, publisher: BatchPublisher, _: int) -> None:
+        publisher.publish(lambda _: None)

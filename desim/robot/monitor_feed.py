@@ -30,7 +30,8 @@ class MonitorFeed(Node):
         super().__init__(host, "monitor_feed")
         self.robot_map = robot_map
         self._period_ns = period_ns
-        self._size_bytes = occupancy_grid_bytes(robot_map.spec.width * robot_map.spec.height)
+        self._size_bytes = occupancy_grid_bytes(
+            robot_map.spec.width * robot_map.spec.height + robot_map.padding)
         self._pose: Pose | None = None
         self._travelled_m = 0.0
 

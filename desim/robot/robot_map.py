@@ -74,11 +74,13 @@ class RobotMap:
     each tile's last change, ``row_version`` [tiles, 32] that of each of its rows of cells. After a
     change ``observer(robot_map, changed_tiles)`` of all ``observers`` are called, after each own
     scan ``observer(pose, scan, usable_range_m)`` of all ``scan_observers``, after a new drawing
-    ``observer(poses)`` of all ``redraw_observers``.
+    ``observer(poses)`` of all ``redraw_observers``. ``padding``: cells that the map has in messages
+    beside its own.
     """
 
     def __init__(self, spec: GridSpec, pool: TilePool) -> None:
         self.spec, self.pool = spec, pool
+        self.padding = 0
         self.tiles_x, self.tiles_y = tiles_across(spec)
         self.tiles = np.arange(self.tiles_x * self.tiles_y, dtype=np.int32)
         self.fused = np.zeros((len(self.tiles), CELLS), np.int16)

@@ -59,7 +59,8 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
         nodes.append(transform_broadcaster.TransformBroadcaster(
             host, "tf", transform_broadcaster.of_software(
                 host.name, scenario.robot.tf, len(robot.lasers_by_topic)),
-            transform_broadcaster.topic_of(host.name, scenario.robot.tf)))
+            transform_broadcaster.topic_of(host.name, scenario.robot.tf),
+            scenario.tf_processes))
     if monitored:
         nodes.append(monitor_feed.MonitorFeed(host, robot_map, scenario.testbed.monitor_period_ns))
     return nodes

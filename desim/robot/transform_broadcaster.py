@@ -24,6 +24,7 @@ from desim.middleware.contents import (
 )
 from desim.middleware.host import Host
 from desim.middleware.node import Node
+from desim.robot.declared_traffic import with_copies
 
 _QUEUE = 100  # of tf's broadcaster and listener
 _RATE_HZ = 10  # gmapping's transform_publish_period in the paper's launch file: 0.1 s
@@ -62,19 +63,23 @@ def of_software(robot: str, audience: Audience, lasers: int) -> list[Sent]:
 
 
 class TransformBroadcaster(Node):
-    """Publishes messages of tf; ``listens`` to a topic of it, or None."""
+    """Publishes messages of tf for so many ``processes`` on each receiving host; ``listens`` to a
+    topic of it, or None."""
 
-    def __init__(self, host: Host, name: str, sent: Sequence[Sent], listens: str | None) -> None:
+    def __init__(self, host: Host, name: str, sent: Sequence[Sent], listens: str | None,
+                 processes: int = 1) -> None:
         super().__init__(host, name)
-        self._sent, self._listens = tuple(sent), listens
+        self._sent, self._listens, self._processes = tuple(sent), listens, processes
 
     def start(self) -> None:
         for topic in dict.fromkeys(one.topic for one in self._sent):
-            self.advertise(topic, queue=_QUEUE)
-        if self._listens is not None:
-            self.latest(self._listens)
+            for copy in with_copies(topic, self._processes):
+                self.advertise(copy, queue=_QUEUE)
+        for topic in with_copies(self._listens, self._processes) if self._listens else ():
+            self.latest(topic)
         for one in self._sent:
             self.timer(one.rate_hz, partial(self._publish, one), one.start, name="tf")
 
     def _publish(self, sent: Sent, _: int) -> None:
-        self.publish(sent.topic, Filler(sent.size_bytes))
+        for topic in with_copies(sent.topic, self._processes):
+            self.publish(topic, Filler(sent.size_bytes))

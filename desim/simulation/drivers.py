@@ -27,7 +27,9 @@ from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import Snapshot, World
+from desim.robot.declared_traffic import Copied
 from desim.scenario.schema.robot import Equipment, Laser, Sonar
+from desim.scenario.schema.scenario import Processes
 
 Sensor = tuple[int, int]  # a robot, and the number of its sensor of one sort
 
@@ -54,6 +56,14 @@ def kinds_of_lasers(equipment: Iterable[Equipment]) -> tuple[Laser, ...]:
 def kinds_of_sonars(equipment: Iterable[Equipment]) -> tuple[Sonar, ...]:
     """The different sonars of a fleet, whose numbers ``sense_sonar`` takes."""
     return tuple(dict.fromkeys(own.sonar for own in equipment if own.sonar is not None))
+
+
+def copied_by_processes(prefix: str, own: Equipment, processes: Processes) -> list[Copied]:
+    """The messages of the sensors of one robot, with the number of processes that get each of them;
+    its topics begin with ``prefix``."""
+    scans = [Copied(f"{prefix}/{topic}", laser_scan_bytes(laser.beams), laser.rate_hz,
+                    processes.scan) for topic, laser in own.lasers_by_topic.items()]
+    return [*scans, Copied(f"{prefix}/odom", ODOMETRY_BYTES, own.odometry.rate_hz, processes.odom)]
 
 
 class Driver(Node):

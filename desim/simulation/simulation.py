@@ -7,7 +7,7 @@ Nothing is computed here.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -24,7 +24,13 @@ from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.ports import Pose2D, World
 from desim.ports.tasks import Briefs, GivesMap, Ground
-from desim.robot.declared_traffic import PassiveListener, PeriodicPublisher
+from desim.robot.declared_traffic import (
+    Copied,
+    CopyPublisher,
+    PassiveListener,
+    PeriodicPublisher,
+    with_copies,
+)
 from desim.robot.fusion import robot_map_of
 from desim.robot.map_server import MapServer, map_of_terrain
 from desim.robot.robot_map import RobotMap
@@ -37,7 +43,7 @@ from desim.scenario.robot_types import equipment_of, strategies_of
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan, plan
-from desim.simulation.drivers import Driver
+from desim.simulation.drivers import Driver, copied_by_processes
 from desim.simulation.link_signals import LinkSignals
 from desim.simulation.monitor_node import MonitorNode
 from desim.simulation.wiring import HostPlaces, computers, wired
@@ -151,6 +157,8 @@ class Simulation:
             self._drivers[host.name] = driver
             nodes.append(driver)
             nodes += self._odometry_transforms(host, host_plan)
+            copied = self._copied(host_plan.drives)
+            nodes += [CopyPublisher(host, copied)] if copied else []
         if host_plan.monitor:
             nodes.append(MonitorNode(host, self._explorers,
                                      scenario.robot.exploration.publishes_cost))
@@ -178,6 +186,9 @@ class Simulation:
         own = [PeriodicPublisher(host, publication) for robot, publication in self._publications
                if robot == host.name]
         topics = topics_for(host.name, self.scenario, self._publications)
+        driven = [robot for robot in self._controlled if self.world.robots[robot] == host.name]
+        topics += [topic for one in self._copied(driven)
+                   for topic in with_copies(one.topic, one.processes)[1:]]
         return [*own, PassiveListener(host, topics)] if topics else [*own]
 
     def _odometry_transforms(self, host: Host, host_plan: HostPlan) -> list[Node]:
@@ -187,7 +198,17 @@ class Simulation:
             return []
         names = [self.world.robots[driven] for driven in host_plan.drives]
         return [TransformBroadcaster(host, "odometry_tf", of_odometry(
-            names, robot.odometry.rate_hz, robot.tf), None)]
+            names, robot.odometry.rate_hz, robot.tf), None, self.scenario.tf_processes)]
+
+    def _copied(self, robots: Sequence[int]) -> list[Copied]:
+        """The messages of the sensors of ``robots`` that go to several processes over the network.
+        """
+        scenario, processes = self.scenario, self.scenario.testbed.processes
+        if scenario.deployment != "testbed":
+            return []
+        return [one for robot in robots for one in copied_by_processes(
+            f"/{self.world.robots[robot]}", self._equipment[robot], processes)
+            if one.processes > 1 and robot in self._controlled]
 
     def _known_start(self, robot: int) -> Pose2D | None:
         """The pose of ``robot`` at the start of the run, which its launch file has; None later."""
@@ -197,8 +218,9 @@ class Simulation:
 
     def _map(self) -> RobotMap:
         exchange = self.scenario.coordination.exchange
-        return robot_map_of(self.grid, self._pool,
-                            None if exchange is None else exchange.fusion)
+        own = robot_map_of(self.grid, self._pool, None if exchange is None else exchange.fusion)
+        own.padding = self.scenario.robot.mapping.padding(self.grid.width * self.grid.height)
+        return own
 
     def _team(self, own: str) -> Team:
         """The other hosts with a strategy, in natural order; fresh, as their software is."""

@@ -1,5 +1,7 @@
 """ROS 1 with one master: whole logs of how it starts, tells of changes and is asked."""
 
+from itertools import pairwise
+
 import pytest
 from graphs import S, listener, silent, talker
 from ros_networks import GIVEN_UP_S, SYNS_S, apart, beliefs, control, seen, stop
@@ -39,6 +41,32 @@ def test_the_whole_log_of_a_cold_start():
     assert sorted(rows, key=lambda row: row[0]) == COLD
     assert beliefs(cold) == [(0.06, "b", "a", "/talk", 1)]
     assert seen(cold) == [(0.14, "a", "online")]
+
+
+def test_the_whole_log_of_a_poll():
+    """a and b ask for all topics once a second: 306 B there; back, 385 B and 160 B for each of two
+    topics of two processes; on the connection of their registrations."""
+    rows = control(net({"a": talker([]), "b": talker([]), "m": silent}, polling="1 s",
+                       polled_topics=2).run(4 * S), "getPublishedTopics")
+    first_s = {host: next(row[0] for row in rows if row[1] == host) for host in "ab"}
+    assert all(0.0 <= time_s < 1.0 for time_s in first_s.values())
+    expected = [(first_s[host] + k + late_s, *ends, "getPublishedTopics", size_bytes + 70)
+                for k in range(4) for host in "ab" for late_s, ends, size_bytes in (
+                    (0.0, (host, "m"), 306), (0.01, ("m", host), 385 + 2 * 2 * 160))]
+    assert sorted(rows) == [(pytest.approx(time_s), *rest) for time_s, *rest in sorted(expected)]
+
+
+def test_a_poll_waits_for_the_answer_to_the_one_before():
+    """The master is cut off from 1.0 to 1.3 s: the question that falls into it comes 0.2 s and a
+    round trip late, or 0.6 s, and the next one when it is answered."""
+    cut = Outage(Outage.Params(hosts=["m"], **{"from": "1 s", "until": "1.3 s"}))
+    rows = control(net({"a": talker([]), "m": silent}, [cut], polling="100 ms",
+                       polled_topics=0).run(3 * S), "getPublishedTopics")
+    answered = [row[0] for row in rows if row[1:3] == ("m", "a")]
+    at_once_s, *gaps_s, late_s = sorted(after - before for before, after in pairwise(answered))
+    assert at_once_s == pytest.approx(0.02)  # a round trip
+    assert gaps_s == pytest.approx([0.1] * len(gaps_s))
+    assert 0.3 < late_s < 0.8
 
 
 def test_sizes_matter(monkeypatch):

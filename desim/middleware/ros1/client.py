@@ -60,6 +60,11 @@ class Process:
         self.xmlrpc_thread = XmlrpcThread(params.poll_ns, context.now_ns - started_ns)
         self._links_up: dict[int, int] = {}  # links that are up, by publishing host
         processes.rpc.serve(self.host, uri.slave, self._serve)
+        if params.polling_ns is not None and self.host != master:
+            period_ns = params.polling_ns
+            context.at(context.now_ns + int(context.stream(
+                "ros", context.hosts[self.host], uri.life, "polling").integers(period_ns)),
+                self.host, self._poll, period_ns)
         # The subscriber sends first.
         processes.tcp.listen(self.host, uri.tcpros, lambda connection: None)
 
@@ -135,6 +140,21 @@ class Process:
                 self._serve(call)
         if self._calls:
             self._call()
+
+    def _poll(self, period_ns: int) -> None:
+        """Ask the master for all topics, and again when the period is over or the answer has come,
+        whichever is later (ros::Rate)."""
+        context = self.all.context
+        due_ns = context.now_ns + period_ns
+
+        def answered(ok: bool, topics: object) -> None:
+            context.at(max(due_ns, context.now_ns), self.host, self._poll, period_ns)
+
+        if self.alive:
+            self.all.rpc.call(self.host, self.master, "master", "getPublishedTopics",
+                              CALLS["getPublishedTopics"].call,
+                              ("getPublishedTopics", self.all.params.polled_topics,
+                               self.master), answered)
 
     # Calls of others.
 

@@ -173,6 +173,13 @@ class Master:
         """None has been set."""
         return ()
 
+    def published_topics(self, per_process: int | None, own: int) -> tuple[object, ...]:
+        """All topics with a publisher; or so many for each process that has registered from another
+        host than ``own``."""
+        if per_process is not None:
+            return (None,) * per_process * sum(host != own for host in self.registry.nodes)
+        return tuple(topic for topic, known in self.registry.publishers.items() if known)
+
     def register_publisher(self, topic: str, uri: Uri) -> tuple[Uri, ...]:
         """Returns the subscribers; each of them gets all publishers."""
         registry = self.registry

@@ -70,6 +70,12 @@ class RosParams(ports.Params):
         "do (rosmaster threadpool.py)"))
     local_call_ns: Duration = Field("1 ms", description=(
         "an XML-RPC call within a host (ours)"))
+    polling_ns: Pace | None = Field(None, description=(
+        "each process asks a master on another host for all published topics so often, as "
+        "yzrobot/map_merging does ten times a second (null: never)"))
+    polled_topics: int | None = Field(None, ge=0, description=(
+        "that its answer has for each polling process (20 on a robot of the paper's; null: those "
+        "that are registered)"))
     tcp_nodelay: bool = Field(False, description=(
         "subscribers ask for links without Nagle's algorithm (roscpp default)"))
     tcp: TcpParams = Field(default_factory=TcpParams, description="see docs/middleware/tcp.md")

@@ -23,11 +23,12 @@ from desim.ports.middleware import (
     TransportKind,
 )
 
-Method = Callable[..., tuple[Uri, ...]]  # of a master: the addresses that it answers with
+Method = Callable[..., tuple[object, ...]]  # of a master: the addresses or topics of its answer
 
 _METHODS: dict[str, Method] = {"registerPublisher": Master.register_publisher,
                                "registerSubscriber": Master.register_subscriber,
-                               "hasParam": Master.has_parameter}
+                               "hasParam": Master.has_parameter,
+                               "getPublishedTopics": Master.published_topics}
 
 
 class Processes:

@@ -25,6 +25,10 @@ class MapAccess:
     def grid(self) -> GridSpec:
         return self._map.spec
 
+    @property
+    def padding(self) -> int:
+        return self._map.padding
+
     def own(self) -> LayerSnapshot:
         return self._drawn.own.snapshot()
 

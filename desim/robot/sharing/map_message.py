@@ -4,8 +4,9 @@ A ``MapUpdate`` carries its sender's own evidence by reference: in the simulatio
 encode and decode it, but its size is that of the encoded form. All numbers are little-endian.
 
 ``full``: a nav_msgs/OccupancyGrid, byte for byte. Its cells are log-odds in the place of percents,
-row by row from the lower left; its stamp is the version; its info.origin, which is common to the
-fleet, holds the sender's pose: x, y, and the yaw in the place of z. ``zlib`` compresses the cells.
+row by row from the lower left, padded with unknown ones. Its stamp is the version. Its info.origin,
+which is common to the fleet, holds the sender's pose: x, y, and the yaw in the place of z. ``zlib``
+compresses the cells.
 
 ``changed_tiles``: a header (version i64; x, y, yaw f64; number of tiles u16; whether these are all
 that the sender knows, u8), then for each tile its number, u16, and its 1024 cells, i8. ``zlib``
@@ -54,11 +55,12 @@ class MapUpdate(NamedTuple):
 
 class MapFormat(NamedTuple):
     """One form of map updates on the wire: ``content`` full or changed_tiles, ``encoding`` raw or
-    zlib, on a grid that both sides know."""
+    zlib, on a grid that both sides know. ``padding``: unknown cells behind those of a full one."""
 
     spec: GridSpec
     content: str
     encoding: str
+    padding: int = 0
 
     def size_bytes(self, layer: Evidence) -> int:
         """The length of ``encode`` for an update with this layer."""
@@ -67,7 +69,7 @@ class MapFormat(NamedTuple):
         if self.encoding == "zlib":
             return header_bytes + len(zlib.compress(self._body(layer), ZLIB_LEVEL))
         if full:
-            return header_bytes + self.spec.width * self.spec.height
+            return header_bytes + self.spec.width * self.spec.height + self.padding
         return header_bytes + len(_named(layer)) * _TILE.itemsize
 
     def encode(self, update: MapUpdate) -> bytes:
@@ -85,7 +87,7 @@ class MapFormat(NamedTuple):
 
     def _body(self, layer: Evidence) -> bytes:
         if self.content == "full":
-            return raster(self.spec, layer.cells()).tobytes()
+            return raster(self.spec, layer.cells()).tobytes() + bytes(self.padding)
         named = _named(layer)
         entries = np.empty(len(named), _TILE)
         entries["number"] = named

@@ -101,8 +101,20 @@ class MappingParams(Params):
     temporal_update_ns: Period | None = Field(None, description=(
         "or when the last one is so old: with this a robot that stands still sees doors open and "
         "close (null: never; gmapping temporalUpdate)"))
+    published_size_m: tuple[Length, Length] | None = Field(None, description=(
+        "width and height of whole maps in messages, which are padded with unknown cells up to it "
+        "(gmapping's xmin to ymax: 160 m x 160 m in the published launch file; null: the terrain's)"
+        ))
     usable_range_m: Length = Field("25 m", gt=0, description=(
         "a longer beam clears space up to here and marks nothing (the published code's maxUrange)"))
+
+
+    def padding(self, cells: int) -> int:
+        """The cells that a message of a map of ``cells`` has beside these."""
+        if self.published_size_m is None:
+            return 0
+        width, height = (round(side_m / self.resolution_m) for side_m in self.published_size_m)
+        return max(0, width * height - cells)
 
 
 class ExplorationParams(Params):

@@ -28,6 +28,17 @@ from desim.units import Frequency, Pace
 Pattern = Annotated[str, Field(pattern=r"^/?[A-Za-z0-9_*?]+(/[A-Za-z0-9_*?]+)*$")]
 
 
+class Processes(Params):
+    """The processes on a robot's machine that subscribe to topics of the simulator. In ROS 1 each
+    has a connection of its own, and gets each message."""
+
+    scan: int = Field(1, ge=1, le=20, description="of each laser (the published launch file has 3: "
+                                               "slam_gmapping, move_base, explore)")
+    odom: int = Field(1, ge=1, le=20, description="(1: move_base)")
+    tf: int = Field(1, ge=1, le=20, description=(
+        "where robot.tf is not none (4: slam_gmapping, move_base, explore, robot_pose_publisher)"))
+
+
 class Testbed(Params):
     """The paper's cluster: simulator and monitor on a workstation, controllers in virtual machines
     on cluster nodes."""
@@ -40,6 +51,7 @@ class Testbed(Params):
         "the workstation (as many as a node of the paper's cluster has; our assumption)"))
     monitor_period_ns: Pace = Field("1 s", description="each robot's map and distance to the "
                                                         "monitor (the published code)")
+    processes: Processes = Field(default_factory=Processes)
 
 
 class Physics(Params):
@@ -76,6 +88,11 @@ class Scenario(Params):
     stop: Stop = Field(default_factory=Stop)
     measure: Measure = Field(default_factory=Measure)
     trace: TraceParams = Field(default_factory=TraceParams)
+
+    @property
+    def tf_processes(self) -> int:
+        """The processes of a host that listen to tf over the network."""
+        return self.testbed.processes.tf if self.deployment == "testbed" else 1
 
     def __hash__(self) -> int:
         # Mappings have no hash of their own, and Python's hash of text differs between processes.

@@ -44,7 +44,8 @@ class MrsTestbed:
     explore does; alone, it never gets it. ``partners`` and ``hand_over`` each take away one
     mechanism, to see what it does.
 
-    Not modelled: the node asks the master ten times a second which robots there are.
+    The node also asks the master ten times a second which robots there are: ``polling`` of the
+    middleware ``ros1``.
     """
 
     fusion = "greedy"  # greedyMerging: its own evidence, then partners fill in what is unknown
@@ -82,7 +83,7 @@ class MrsTestbed:
         return self._params.raytrace_range_m
 
     def start(self, context: SharingContext) -> None:
-        self._codec = MapFormat(context.grid, "full", "raw")
+        self._codec = MapFormat(context.grid, "full", "raw", context.padding)
         context.advertise(latch=True)
         context.advertise("pose")
         self._inbox, self._heard = context.latest(), context.latest("pose")

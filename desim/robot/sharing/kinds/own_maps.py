@@ -40,7 +40,8 @@ class OwnMaps:
         self._complete_at = 0  # the period in which everything was sent last
 
     def start(self, context: SharingContext) -> None:
-        self._codec = MapFormat(context.grid, self._params.content, self._params.encoding)
+        self._codec = MapFormat(context.grid, self._params.content, self._params.encoding,
+                                context.padding)
         context.advertise(latch=True, via=self._params.via)
         self._updates = context.latest()
         context.every(self._params.period_ns, self._on_period)
