@@ -10,7 +10,7 @@ from itertools import pairwise
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.scenario import expression, generated_terrain, network_checks
+from desim.scenario import bodies, expression, generated_terrain, network_checks
 from desim.scenario.complaints import Complaint
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
 from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
@@ -19,7 +19,7 @@ from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
-from desim.scenario.schema.robot import BUILT_IN_LASERS, Equipment, Laser
+from desim.scenario.schema.robot import BUILT_IN_LASERS
 from desim.scenario.schema.scenario import Physics, Scenario
 from desim.scenario.source_places import Folder, Path
 from desim.units import DURATION, LENGTH
@@ -63,10 +63,10 @@ def _passages(scenario: Scenario, _: Folder) -> Found:
         return
     types = {**BUILT_IN_TYPES, **fleet.types}
     widest = max((name for name in used_types(fleet) if name in types),
-                 key=lambda name: types[name].radius_m, default=None)
+                 key=lambda name: types[name].inscribed_radius_m, default=None)
     if widest is not None:
         yield from generated_terrain.narrow(("environment", "terrain"), terrain,
-                                            2 * types[widest].radius_m, widest)
+                                            2 * types[widest].inscribed_radius_m, widest)
 
 
 def _shape(path: Path, shape: Shape) -> Found:
@@ -116,6 +116,7 @@ def _fleet(scenario: Scenario, _: Folder) -> Found:
             yield ("fleet", "types", name, "altitude"), (
                 f"must be above 0 m with drive: aerial, and 0 m with any other, got "
                 f"{LENGTH.format(kind.altitude_m)} with drive: {kind.drive}")
+        yield from bodies.outline(("fleet", "types", name), kind)
     if isinstance(fleet.start, StartList):
         yield from _start_list(fleet.start, count or fleet.size)
 
@@ -185,7 +186,7 @@ def _laser(scenario: Scenario, _: Folder) -> Found:
             yield (*path, "laser"), "must be null, or left out, beside lasers"
         if not equipment.lasers and equipment.laser is None:
             yield (*path, "laser"), "null is allowed beside lasers alone: a robot has at least one"
-        for at, laser in _lasers(equipment):
+        for at, laser in bodies.lasers(equipment):
             if isinstance(laser, str):
                 if laser not in BUILT_IN_LASERS:
                     yield (*path, *at), (
@@ -197,34 +198,6 @@ def _laser(scenario: Scenario, _: Folder) -> Found:
                 if angle_rad > 2.0 * math.pi + 1e-9:
                     yield (*path, *at, key), (
                         f"must be at most 360 deg, got {math.degrees(angle_rad):g} deg")
-
-
-def _lasers(equipment: Equipment) -> Iterator[tuple[Path, str | Laser]]:
-    """The lasers as they are written, with their paths."""
-    if equipment.laser is not None and not equipment.lasers:
-        yield ("laser",), equipment.laser
-    for name, laser in equipment.lasers.items():
-        yield ("lasers", name), laser
-
-
-def _mounts(scenario: Scenario, _: Folder) -> Found:
-    """Lasers and sonars that are not on the body that carries them."""
-    for name, kind in {**BUILT_IN_TYPES, **scenario.fleet.types}.items():
-        path: Path = ("fleet", "types", name, "robot") if kind.robot else ("robot",)
-        if name not in used_types(scenario.fleet) and not kind.robot:
-            continue
-        for at, laser in _lasers(kind.robot or scenario.robot):
-            if isinstance(laser, Laser) and math.hypot(laser.x_m, laser.y_m) > kind.radius_m:
-                yield (*path, *at), (
-                    f"is mounted {LENGTH.format(math.hypot(laser.x_m, laser.y_m))} from the middle "
-                    f"of a {name}, whose radius is {LENGTH.format(kind.radius_m)}; allowed: on the "
-                    "body")
-        sonar = (kind.robot or scenario.robot).sonar
-        for i, (x_m, y_m, _) in enumerate(sonar.transducers if sonar else ()):
-            if math.hypot(x_m, y_m) > kind.radius_m:
-                yield (*path, "sonar"), (
-                    f"transducer {i} is not on the body of a {name}, whose radius is "
-                    f"{LENGTH.format(kind.radius_m)}; allowed: on the body")
 
 
 def _local_window(scenario: Scenario, _: Folder) -> Found:
@@ -343,7 +316,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
     ((("faults",),), _faults),
     ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types")), _laser),
-    ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), _mounts),
+    ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("stop", "when"), ("task",)), _condition),

@@ -19,6 +19,7 @@ from desim.scenario.schema.communication import (
 )
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType, StartList
+from desim.scenario.schema.footprint import radii_m
 from desim.scenario.schema.robot import Equipment, laser_of
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder
@@ -81,6 +82,8 @@ def _fleet(fleet: FleetParams, equipment: Equipment, receivers: tuple[str, ...])
 
 
 def _type(kind: RobotType, equipment: Equipment, receivers: tuple[str, ...]) -> RobotType:
+    if kind.footprint:
+        kind = _changed(kind, radius_m=radii_m(kind.footprint)[1])
     if kind.robot is not None:
         kind = _changed(kind, robot=filled_in(_equipment(kind.robot, receivers), equipment))
     return kind.parsed()

@@ -450,7 +450,7 @@ WRONG = {
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
         "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, lasers, "
-        "sonar, bumper, antenna, odometry, mapping, navigation, exploration, publishes"]),
+        "sonar, bumper, antenna, computer, odometry, mapping, navigation, exploration, publishes"]),
     "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
         "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "
         "other, got 0 m with drive: aerial"]),

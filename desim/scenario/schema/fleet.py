@@ -8,6 +8,7 @@ from pydantic import Field
 
 from desim.ports import Params
 from desim.scenario.schema.communication import Name, StrategyChoice
+from desim.scenario.schema.footprint import Corner, anticlockwise, radii_m
 from desim.scenario.schema.robot import Equipment
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import (
@@ -22,6 +23,7 @@ from desim.units import (
 )
 
 MAX_ROBOTS = 1000  # some thirty times the paper's largest fleet
+MAX_CORNERS = 100  # of a footprint: far more than one that is measured has
 
 
 class BodyType(Params):
@@ -33,7 +35,12 @@ class BodyType(Params):
         "of the underside of an aerial body, above 0: it flies over walls that are not higher, and "
         "carries laser and antenna so much higher; 0 of all others"))
     radius_m: Length = Field("0.26 m", gt=0, description=(
-        "circle around the footprint (Pioneer 3-DX: 0.455 m x 0.381 m, circumscribed 0.26 m)"))
+        "circle around the footprint, which a footprint gives by itself (Pioneer 3-DX: 0.455 m x "
+        "0.381 m, circumscribed 0.26 m)"))
+    footprint: tuple[tuple[Position, Position], ...] | None = Field(
+        None, min_length=3, max_length=MAX_CORNERS, description=(
+            "the outline of the body, a convex polygon: x ahead and y to the left of the point "
+            "around which it turns, of each corner (null: a disc of the radius)"))
     height_m: Length = Field("0.24 m", gt=0, description="(Pioneer 3-DX data sheet: 23.7 cm)")
     clearance_m: Length = Field("0 m", description=(
         "between the ground and the body: it drives over walls that are not higher (0: over none)"))
@@ -51,6 +58,16 @@ class BodyType(Params):
     def passes_m(self) -> float:
         """The height of the highest walls that it gets over."""
         return max(self.altitude_m, self.clearance_m)
+
+    @property
+    def corners_m(self) -> tuple[Corner, ...]:
+        """The corners of the footprint anticlockwise; a disc has none."""
+        return anticlockwise(self.footprint) if self.footprint else ()
+
+    @property
+    def inscribed_radius_m(self) -> float:
+        """The radius of the largest circle around its middle that lies within the body."""
+        return radii_m(self.footprint)[0] if self.footprint else self.radius_m
 
 
 class RobotType(BodyType):

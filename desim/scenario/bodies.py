@@ -1,0 +1,74 @@
+"""The checks of bodies: their footprints, and whether what they carry is on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from desim.scenario.robot_types import used_types
+from desim.scenario.schema import footprint
+from desim.scenario.schema.fleet import BUILT_IN_TYPES, RobotType
+from desim.scenario.schema.robot import Equipment, Laser
+from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Folder, Path
+from desim.units import LENGTH
+
+Found = Iterator[tuple[Path, str]]
+
+_ROUNDED_M = 1e-3  # to which a radius may be written beside a footprint
+
+
+def outline(path: Path, kind: RobotType) -> Found:
+    """What is wrong with the footprint of a type, which stands at ``path``."""
+    corners = kind.footprint
+    if corners is None:
+        return
+    wrong = list(footprint.complaints(corners))
+    for corner, text in wrong:
+        yield (*path, "footprint", *(() if corner is None else (corner,))), text
+    around_m = footprint.radii_m(corners)[1]
+    given = "radius_m" in kind.model_fields_set
+    if given and not wrong and abs(kind.radius_m - around_m) > _ROUNDED_M:
+        yield (*path, "radius"), (
+            f"must be that of the circle around the footprint, {around_m:g} m, or left out, got "
+            f"{LENGTH.format(kind.radius_m)}")
+
+
+def lasers(equipment: Equipment) -> Iterator[tuple[Path, str | Laser]]:
+    """The lasers as they are written, with their paths."""
+    if equipment.laser is not None and not equipment.lasers:
+        yield ("laser",), equipment.laser
+    for name, laser in equipment.lasers.items():
+        yield ("lasers", name), laser
+
+
+def mounts(scenario: Scenario, _: Folder) -> Found:
+    """Lasers and sonars that are not on the body that carries them."""
+    for name, kind in {**BUILT_IN_TYPES, **scenario.fleet.types}.items():
+        path: Path = ("fleet", "types", name, "robot") if kind.robot else ("robot",)
+        if name not in used_types(scenario.fleet) and not kind.robot:
+            continue
+        for at, laser in lasers(kind.robot or scenario.robot):
+            if isinstance(laser, Laser) and not _carries(kind, laser.x_m, laser.y_m):
+                yield (*path, *at), (
+                    f"is mounted {LENGTH.format(math.hypot(laser.x_m, laser.y_m))} from the middle "
+                    f"of a {name}, {_extent(kind)}; allowed: on the body")
+        sonar = (kind.robot or scenario.robot).sonar
+        for i, (x_m, y_m, _) in enumerate(sonar.transducers if sonar else ()):
+            if not _carries(kind, x_m, y_m):
+                yield (*path, "sonar"), (
+                    f"transducer {i} is not on the body of a {name}, {_extent(kind)}; allowed: on "
+                    "the body")
+
+
+def _carries(kind: RobotType, x_m: float, y_m: float) -> bool:
+    """Whether a place is on the body; on one whose footprint is wrong, any is."""
+    if kind.footprint:
+        return (footprint.holds(kind.footprint, x_m, y_m)
+                or any(footprint.complaints(kind.footprint)))
+    return math.hypot(x_m, y_m) <= kind.radius_m
+
+
+def _extent(kind: RobotType) -> str:
+    return ("outside of its footprint" if kind.footprint else
+            f"whose radius is {LENGTH.format(kind.radius_m)}")
