@@ -9,6 +9,8 @@ from desim.errors import InputError
 from desim.units import NS_PER_S
 from desim.world.fleet import RobotSpec
 from desim.world.kernels import bodies as kernels
+from desim.world.kernels import outlined_bodies
+from desim.world.outlines import Outlines
 from desim.world.terrain import Raster, Terrain
 from desim.world.wall_index import tile_index
 
@@ -23,18 +25,24 @@ class Bodies:
     """Poses and velocities of robots, in the order of ``specs``.
 
     ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s;
-    ``radii_m``, ``travelled_m`` [n] the distance that each has driven.
+    ``radii_m`` [n], of polygons the circumscribed one; ``outlines``; ``travelled_m`` [n] the
+    distance that each has driven.
     """
 
     def __init__(self, specs: list[RobotSpec], terrain: Terrain, tick_s: float) -> None:
         n = len(specs)
         for spec in specs:
             body = spec.body
-            if body.max_speed_mps * tick_s > body.radius_m / 2.0:
+            # A corner of a polygon goes round, too; the rim of a disc stays what it is.
+            round_mps = body.max_turn_radps * body.radius_m if body.footprint else 0.0
+            fastest_mps, most_m = body.max_speed_mps + round_mps, body.inscribed_radius_m / 2.0
+            if fastest_mps * tick_s > most_m:
+                who, least = (f"a corner of {spec.name}", "inscribed radius") if body.footprint \
+                    else (spec.name, "radius")
                 raise InputError(
-                    f"physics.rate: at {body.max_speed_mps:g} m/s {spec.name} covers "
-                    f"{body.max_speed_mps * tick_s:g} m in a tick and could pass through walls; "
-                    f"allowed: half its radius ({body.radius_m / 2.0:g} m)")
+                    f"physics.rate: at {fastest_mps:g} m/s {who} covers {fastest_mps * tick_s:g} m "
+                    f"in a tick and could pass through walls; allowed: half its {least} "
+                    f"({most_m:g} m)")
             if terrain.raster is not None and (terrain.tops_m <= body.passes_m).any():
                 raise InputError(f"environment.terrain.height: {spec.name} would get over all "
                                  f"that the map shows; allowed: more than its clearance or "
@@ -58,6 +66,12 @@ class Bodies:
         self._last = np.full((n, n), _NEVER_NS, dtype=np.int64)
         self._episodes = np.zeros((n + n * (n - 1) // 2, 2), dtype=np.int64)
         widest = float(self.radii_m.max())
+        self.outlines = Outlines([spec.body for spec in specs])
+        # Discs alone have a kernel of their own, which is faster.
+        discs_only = bool(self.outlines.is_disc.all())
+        self._advance = _advance if discs_only else compiled_function(outlined_bodies.advance)
+        self._shapes = () if discs_only else (self.outlines.corners, self.outlines.first,
+                                              self.outlines.placed(self.poses))
         self._matter = (len(terrain.lines), tile_index(terrain.lines, terrain.bounds, TILE_M,
                                                        widest + kernels.NEAR_M),
                         _field(terrain.raster))
@@ -79,10 +93,10 @@ class Bodies:
         """Make one tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors')
         of these heights and ``discs``. Returns the contact episodes that began: (robot, other or
         -1)."""
-        began = _advance(self.poses, self.velocities, self._commands, self._limits, self._clocks,
-                         self._order, self._pairs, self._before, self._last, self.travelled_m,
-                         walls, tops_m, *self._matter, discs, now_ns, dt_s, EPISODE_NS,
-                         self._episodes)
+        began = self._advance(self.poses, self.velocities, self._commands, self._limits,
+                              self._clocks, self._order, self._pairs, self._before, self._last,
+                              self.travelled_m, walls, tops_m, *self._matter, discs, now_ns, dt_s,
+                              EPISODE_NS, self._episodes, *self._shapes)
         return [tuple(row) for row in self._episodes[:began].tolist()] if began else []
 
 

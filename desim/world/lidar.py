@@ -9,6 +9,7 @@ import numpy as np
 from desim.ports.kernels import cos, sin
 from desim.scenario.schema.robot import Laser
 from desim.world.kernels import lidar as kernels
+from desim.world.outlines import Outlines
 from desim.world.scene import Scene
 from desim.world.terrain import Raster, Terrain
 from desim.world.wall_index import tile_index
@@ -18,13 +19,14 @@ TILE_M = 8.0  # a road of the paper; smaller tiles list fewer walls and cost mem
 
 class Lidar:
     """Casts sweeps of a kind of laser, ``height_m`` above the ground, among ``terrain``, doors that
-    are ``doors_m`` [d] high, and robots of these ``radii_m`` [n], which reach from the first to the
-    second height of ``extents_m`` [n, 2]. Beam i points to ``angle_min_rad + i * increment_rad``
-    from the laser's own heading.
+    are ``doors_m`` [d] high, and robots of these ``radii_m`` [n] and ``outlines``, which reach from
+    the first to the second height of ``extents_m`` [n, 2]. Beam i points to
+    ``angle_min_rad + i * increment_rad`` from the laser's own heading.
     """
 
     def __init__(self, laser: Laser, height_m: float, terrain: Terrain, doors_m: np.ndarray,
-                 radii_m: np.ndarray, extents_m: np.ndarray, keys: np.ndarray) -> None:
+                 radii_m: np.ndarray, outlines: Outlines, extents_m: np.ndarray, keys: np.ndarray
+                 ) -> None:
         self.beams, self._height_m = laser.beams, height_m
         self.angle_min_rad = -laser.field_of_view_rad / 2.0
         self.increment_rad = laser.increment_rad
@@ -36,9 +38,11 @@ class Lidar:
         tiles = tile_index(terrain.lines, terrain.bounds, TILE_M, laser.max_range_m)
         self._fixed = (np.array([[cos(a) for a in angles], [sin(a) for a in angles]]), *tiles,
                        *_squares(terrain.raster))
-        # A robot that is lower or higher has no disc: no beam meets an infinite one from inside.
+        # Who is lower, higher or a polygon has no disc: no beam meets an infinite one from inside.
         level = (extents_m[:, 0] <= height_m) & (height_m <= extents_m[:, 1])
-        self._radii_m = np.where(level, radii_m, np.inf)
+        self._radii_m = np.where(level & outlines.is_disc, radii_m, np.inf)
+        self._outlines = outlines
+        self._seen = np.repeat(level, np.diff(outlines.first))  # [sides of outlines] bool
         self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
                                 laser.noise_m, float(len(terrain.lines)),
                                 laser.x_m, laser.y_m, laser.yaw_rad])
@@ -52,9 +56,23 @@ class Lidar:
             doors, doors_m = walls[scene.fixed:], scene.tops_m[scene.fixed:]
             walls = np.concatenate([self._lines, doors[doors_m > self._height_m]])
         out = np.empty((len(robots), self.beams), dtype=np.float32)
-        kernels.scan(poses, robots, tick, self._radii_m, walls, *self._fixed, scene.discs,
-                     self._laser, self._keys, self._inverse, out)
+        if not self._seen.any():
+            self._cast(poses, robots, tick, walls, scene.discs, out)
+            return out
+        # A polygon's sides are walls to all but the robot itself.
+        sides, first = self._outlines.sides(poses), self._outlines.first
+        for k, robot in enumerate(robots.tolist()):
+            others = self._seen.copy()
+            others[first[robot]:first[robot + 1]] = False
+            self._cast(poses, robots[k:k + 1], tick, np.concatenate([walls, sides[others]]),
+                       scene.discs, out[k:k + 1])
         return out
+
+    def _cast(self, poses: np.ndarray, robots: np.ndarray, tick: int, walls: np.ndarray,
+              discs: np.ndarray, out: np.ndarray) -> None:
+        """Cast the sweeps of ``robots`` [k] into ``out`` [k, beams]."""
+        kernels.scan(poses, robots, tick, self._radii_m, walls, *self._fixed, discs, self._laser,
+                     self._keys, self._inverse, out)
 
 
 @lru_cache(maxsize=4)  # the lasers of a robot are among the same cells

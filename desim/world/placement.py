@@ -10,6 +10,7 @@ from desim.errors import InputError
 from desim.scenario.schema.fleet import BodyType, StartRandom
 from desim.world.fleet import RobotSpec
 from desim.world.geometry import point_distance
+from desim.world.outlines import Outlines, disc_gap_m, gaps_m
 from desim.world.terrain import Terrain
 
 SNAP_STEP_M = 0.1  # half a cell of the paper's maps: places to snap to lie on such a lattice
@@ -21,7 +22,8 @@ _SLACK_M = 1e-6
 
 class Site:
     """Finds free starts, clear of the terrain, closed doors, discs and the robots placed before.
-    ``stream(name)`` gives the random numbers of a robot's start."""
+    ``stream(name)`` gives the random numbers of a robot's start. Where it is drawn or moved, the
+    whole circle around its body is free, so that it can turn."""
 
     def __init__(self, terrain: Terrain, doors: np.ndarray, discs: np.ndarray,
                  stream: Callable[[str], np.random.Generator]) -> None:
@@ -57,22 +59,39 @@ class Site:
         return x0 < spec.x_m < x1 and y0 < spec.y_m < y1
 
     def _trouble(self, spec: RobotSpec) -> str | None:
-        radius, point = spec.body.radius_m, np.array([[spec.x_m, spec.y_m]])
         if not self._within(spec):
             x0, y0, x1, y1 = self._terrain.bounds
             return (f"lies outside the terrain; allowed: x between {x0:g} and {x1:g} m, y between "
                     f"{y0:g} and {y1:g} m, the edges themselves left out")
-        if self._clearance(point, spec.body)[0] < radius - _SLACK_M:
-            return (f"lies in a wall or closer to one than its radius of {radius:g} m; allowed: a "
-                    "free place, or start.snap: true to move it to the nearest one")
+        outline = _outline(spec)
+        if self._is_in_matter(spec, outline):
+            what = ("or its footprint reaches into one" if len(outline) else
+                    f"or closer to one than its radius of {spec.body.radius_m:g} m")
+            return (f"lies in a wall {what}; allowed: a free place, or start.snap: true to move it "
+                    "to the nearest one")
         for other in self._placed.values():
             apart = float(np.hypot(other.x_m - spec.x_m, other.y_m - spec.y_m))
-            needed = radius + other.body.radius_m
-            if apart < needed - _SLACK_M:
-                return (f"is {apart:g} m from that of {other.name} at ({other.x_m:g}, "
-                        f"{other.y_m:g}) m; allowed: at least {needed:g} m apart, or start.snap: "
-                        "true to move it to the nearest free place")
+            needed = spec.body.radius_m + other.body.radius_m
+            if apart >= needed - _SLACK_M or _gap_m(spec, outline, other) >= -_SLACK_M:
+                continue
+            allowed = ("footprints that do not overlap" if spec.body.footprint
+                       or other.body.footprint else f"at least {needed:g} m apart")
+            return (f"is {apart:g} m from that of {other.name} at ({other.x_m:g}, {other.y_m:g}) "
+                    f"m; allowed: {allowed}, or start.snap: true to move it to the nearest free "
+                    "place")
         return None
+
+    def _is_in_matter(self, spec: RobotSpec, outline: np.ndarray) -> bool:
+        """Whether something that is in the way of it overlaps its body."""
+        body = spec.body
+        clear_m = self._clearance(np.array([[spec.x_m, spec.y_m]]), body)[0]
+        if clear_m >= body.radius_m - _SLACK_M:
+            return False
+        if clear_m < 0.0 or not len(outline):
+            return True
+        walls = np.concatenate([self._terrain.above(body.passes_m).walls, self._doors])
+        return bool((gaps_m(outline, walls.reshape(-1, 2, 2)) < -_SLACK_M).any()) or any(
+            disc_gap_m(outline, *disc) < -_SLACK_M for disc in self._discs.tolist())
 
     def _drawn(self, spec: RobotSpec, drawn: StartRandom) -> RobotSpec:
         """The first free place among random ones."""
@@ -133,6 +152,26 @@ class Site:
         for x, y, radius in self._discs.tolist():
             clear = np.minimum(clear, np.hypot(points[:, 0] - x, points[:, 1] - y) - radius)
         return clear
+
+
+def _outline(spec: RobotSpec) -> np.ndarray:
+    """[k, 2] m the corners of its body at its start; a disc has none."""
+    pose = np.array([(spec.x_m, spec.y_m, spec.yaw_rad)])
+    return Outlines([spec.body]).placed(pose) if spec.body.footprint else np.zeros((0, 2))
+
+
+def _gap_m(spec: RobotSpec, outline: np.ndarray, other: RobotSpec) -> float:
+    """The distance in m between two bodies of which that of ``spec`` has this ``outline``; negative
+    where they overlap."""
+    theirs = _outline(other)
+    if len(outline) and len(theirs):
+        return float(gaps_m(outline, theirs[None])[0])
+    if len(outline):
+        return disc_gap_m(outline, other.x_m, other.y_m, other.body.radius_m)
+    if len(theirs):
+        return disc_gap_m(theirs, spec.x_m, spec.y_m, spec.body.radius_m)
+    return (float(np.hypot(other.x_m - spec.x_m, other.y_m - spec.y_m))
+            - spec.body.radius_m - other.body.radius_m)
 
 
 def _lattice(reach_m: float) -> np.ndarray:

@@ -73,7 +73,8 @@ class Plane:
                                        *(("sonar", cone) for cone in spec.cones))]
                  for spec in specs]
         made = {kind: lidar.Lidar(kind[0], kind[1], self.terrain, self._doors.height_m,
-                                  self._bodies.radii_m, extents_m, self._keys(streams, kind[2]))
+                                  self._bodies.radii_m, self._bodies.outlines, extents_m,
+                                  self._keys(streams, kind[2]))
                 for kind in dict.fromkeys(kind for own in kinds for kind in own)}
         return [[made[kind] for kind in own] for own in kinds]
 

@@ -14,10 +14,12 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Laser
 from desim.world.fleet import RobotSpec
 from desim.world.lidar import Lidar
+from desim.world.outlines import Outlines
 from desim.world.plane import Plane
 from desim.world.scene import Scene
 from desim.world.terrain import Raster, from_raster
 
+DISC = Outlines([BodyType()])
 EXACT_M = 1e-4  # float32 of 26 m; the promise is 1 cm
 
 
@@ -138,8 +140,8 @@ def test_beams_over_a_raster_meet_the_sides_of_its_solid_cells(seed, yaw, densit
     terrain = from_raster("raster", Raster(solid, 0.25, -7.0, 3.0), 0, 2.0)
     x, y = -7.0 + 30.37 * 0.25, 3.0 + 20.61 * 0.25
     laser = Laser(beams=91, max_range="9 m")
-    lidar = Lidar(laser, 0.35, terrain, np.zeros(0), np.array([0.2]), np.array([[0.0, 0.35]]),
-                  np.array([1], dtype=np.uint64))
+    lidar = Lidar(laser, 0.35, terrain, np.zeros(0), np.array([0.2]), DISC,
+                  np.array([[0.0, 0.35]]), np.array([1], dtype=np.uint64))
     found = lidar.scan(np.array([[x, y, yaw]]), bare(terrain), np.array([0]), 0)
     ux, uy = directions(laser, yaw)
     agree(found[0], to_walls(x, y, ux, uy, terrain.walls, 9.0).astype(np.float32), share=0.02)
@@ -150,8 +152,8 @@ def test_beams_along_the_axes_of_a_raster_are_exact():
     solid[1:8, 1:8] = False
     terrain = from_raster("box", Raster(solid, 1.0, 0.0, 0.0), 0, 2.0)
     laser = Laser(beams=5, field_of_view="360 deg", max_range="20 m")
-    lidar = Lidar(laser, 0.35, terrain, np.zeros(0), np.array([0.2]), np.array([[0.0, 0.35]]),
-                  np.array([1], dtype=np.uint64))
+    lidar = Lidar(laser, 0.35, terrain, np.zeros(0), np.array([0.2]), DISC,
+                  np.array([[0.0, 0.35]]), np.array([1], dtype=np.uint64))
     for x, y in ((4.5, 4.5), (4.0, 5.0), (1.25, 7.75)):
         found = lidar.scan(np.array([[x, y, 0.0]]), bare(terrain), np.array([0]), 0)[0]
         np.testing.assert_allclose(found, [x - 1, y - 1, 8 - x, 8 - y, x - 1], atol=1e-5)

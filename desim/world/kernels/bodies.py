@@ -12,7 +12,7 @@ _ROWS = types.Array(types.float64, 2, "C", readonly=True)
 COMMANDED, TIMEOUT, WALL_CONTACT = range(3)
 # Columns of ``before`` [n, 4]: the pose at the start of the tick, and what happened to it since.
 X, Y, YAW, MARK = range(4)
-_UNTOUCHED, _PUSHED, _PUT_BACK = 0.0, 1.0, 2.0
+UNTOUCHED, PUSHED, PUT_BACK = 0.0, 1.0, 2.0
 
 SLOP_M = 1e-6  # a smaller overlap is none: far above rounding, far below a pose's noise
 # Tuned: 20 % less or more of all three changes no run of 60 s of scenarios/maze_8.yaml and
@@ -20,7 +20,7 @@ SLOP_M = 1e-6  # a smaller overlap is none: far above rounding, far below a pose
 TOLERANCE_M = 0.005  # a larger overlap after ROUNDS: both bodies go back to where the tick began
 ROUNDS = 24  # of pushing overlapping bodies apart
 NEAR_M = 0.2  # the gap up to which two bodies may be pushed into each other within a tick
-_PUSHES = 3  # away from walls, in a round: one for each wall of a corner, and one to spare
+PUSHES = 3  # away from walls, in a round: one for each wall of a corner, and one to spare
 _STRAIGHT_RAD = 1e-6  # a smaller turn in a tick is none: sin and 1 - cos would lose digits
 
 
@@ -132,7 +132,7 @@ def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, ep
         poses[a, 1] -= share * dy
         poses[b, 0] += share * dx
         poses[b, 1] += share * dy
-        before[a, MARK] = before[b, MARK] = _PUSHED
+        before[a, MARK] = before[b, MARK] = PUSHED
         if now_ns - last[a, b] > episode_ns:
             episodes[found, 0], episodes[found, 1] = a, b
             found += 1
@@ -144,7 +144,7 @@ def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, ep
 def put_back(poses, before, robot):
     """Put a robot back to where the tick began: a place that was free."""
     poses[robot, 0], poses[robot, 1] = before[robot, X], before[robot, Y]
-    before[robot, MARK] = _PUT_BACK
+    before[robot, MARK] = PUT_BACK
 
 
 @inner("void(f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8)")
@@ -156,7 +156,7 @@ def settle(poses, velocities, before, travelled, dt_s):
     for r in range(poses.shape[0]):
         x, y = (poses[r, 0] - before[r, X]) / dt_s, (poses[r, 1] - before[r, Y]) / dt_s
         travelled[r] += math.sqrt(x * x + y * y) * dt_s
-        if before[r, MARK] != _UNTOUCHED:
+        if before[r, MARK] != UNTOUCHED:
             heading = before[r, YAW] + 0.5 * velocities[r, 2] * dt_s
             c, s = cos(heading), sin(heading)
             v, u = velocities[r, 0], velocities[r, 1]
@@ -179,7 +179,7 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
     n = poses.shape[0]
     for r in range(n):
         before[r, X], before[r, Y], before[r, YAW] = poses[r, 0], poses[r, 1], poses[r, 2]
-        before[r, MARK] = _UNTOUCHED
+        before[r, MARK] = UNTOUCHED
     drive(velocities, commands, limits, clocks, now_ns, dt_s)
     move_all(poses, velocities, dt_s)
     count = near_pairs(poses, limits, order, pairs)
@@ -192,7 +192,7 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
         acted = found >= 0
         found = found if acted else -1 - found
         for r in range(n):
-            for _ in range(_PUSHES):
+            for _ in range(PUSHES):
                 depth, nx, ny = deepest(poses[r, 0], poses[r, 1], limits[r, RADIUS],
                                         limits[r, CLEARANCE], walls, tops, indexed, tiles, raster,
                                         discs)
@@ -201,7 +201,7 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
                 acted = True
                 poses[r, 0] += depth * nx
                 poses[r, 1] += depth * ny
-                before[r, MARK] = _PUSHED
+                before[r, MARK] = PUSHED
                 if now_ns - clocks[r, WALL_CONTACT] > episode_ns:
                     episodes[found, 0], episodes[found, 1] = r, -1
                     found += 1
@@ -209,7 +209,7 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
     while acted:
         acted = False
         for r in range(n):
-            if before[r, MARK] == _PUSHED and deepest(
+            if before[r, MARK] == PUSHED and deepest(
                     poses[r, 0], poses[r, 1], limits[r, RADIUS], limits[r, CLEARANCE], walls, tops,
                     indexed, tiles, raster, discs)[0] > TOLERANCE_M:
                 put_back(poses, before, r)
@@ -219,7 +219,7 @@ def advance(poses, velocities, commands, limits, clocks, order, pairs, before, l
             dx, dy = poses[b, 0] - poses[a, 0], poses[b, 1] - poses[a, 1]
             touch = limits[a, RADIUS] + limits[b, RADIUS] - TOLERANCE_M
             if dx * dx + dy * dy < touch * touch and (
-                    before[a, MARK] != _PUT_BACK or before[b, MARK] != _PUT_BACK):
+                    before[a, MARK] != PUT_BACK or before[b, MARK] != PUT_BACK):
                 put_back(poses, before, a)
                 put_back(poses, before, b)
                 acted = True
