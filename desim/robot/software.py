@@ -41,12 +41,13 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     says that the object of that name has changed or can be used, and carries nothing.
     """
     coordination = scenario.coordination
-    queries = _queries(robot, robot_map, body.radius_m)
+    queries = _queries(robot, robot_map, body.inscribed_radius_m)
     with below("coordination"):
         strategy = _strategy(choice)
     sharing = _sharing(coordination.exchange)
     drawn = drawn_beside(robot_map, sharing)
-    bodies_m = 2.0 * _widest_radius_m(scenario) if peers else 0.0
+    widest_m = max(kind.radius_m for kind in scenario.fleet.types.values())
+    bodies_m = 2.0 * widest_m if peers else 0.0
     nodes: list[Node] = [
         *_localization(host, robot, drawn, start, bodies_m),
         MapSharing(host, sharing, robot_map, peers, team, drawn),
@@ -71,7 +72,8 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
                          task: object) -> list[Node]:
     """The nodes of a host without a body that runs a strategy. It plans for the widest robot of the
     fleet."""
-    queries = _queries(scenario.robot, robot_map, _widest_radius_m(scenario))
+    queries = _queries(scenario.robot, robot_map, max(
+        body.inscribed_radius_m for body in scenario.fleet.types.values()))
     with below(f"hosts.{host.name}.strategy"):
         strategy = _strategy(choice)
     nodes: list[Node] = [
@@ -111,11 +113,6 @@ def _strategy(choice: StrategyChoice) -> Strategy:
 
 def _sharing(choice: Exchange | None) -> Sharing | None:
     return None if choice is None else plugins.load("sharing", choice.model)(choice.params)
-
-
-def _widest_radius_m(scenario: Scenario) -> float:
-    """The radius of the widest body of the fleet."""
-    return max(body.radius_m for body in scenario.fleet.types.values())
 
 
 def _queries(robot: Equipment, robot_map: RobotMap, radius_m: float) -> MapQueries:

@@ -60,7 +60,7 @@ class Explore(Node):
         self._rate_hz, self._strategy, self._queries = exploration.rate_hz, strategy, queries
         self._publishes_cost = exploration.publishes_cost
         self._costmap, self._planner = queries.costmap, queries.planner
-        self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.radius_m
+        self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.inscribed_radius_m
         self._context = HostContext(self, team, queries, self, task)
         self._events = StrategyEvents(strategy, self._context, team)
         self._pose = Latest(host)

@@ -8,6 +8,7 @@ import numpy as np
 
 from desim.compiler.kernel import compiled_function
 from desim.middleware.contents import Pose
+from desim.robot.navigation.footprint_cover import cover
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_planner as kernels
 from desim.robot.navigation.local_costmap import LocalCostmap
@@ -36,11 +37,14 @@ class LocalPlanner:
         self._speed_step_mps = body.acceleration_mps2 * period_s
         self._turn_step_radps = body.turn_acceleration_radps2 * period_s
         rollout_s = seconds(navigation.sim_time_ns)
+        inscribed_m, around_m = body.inscribed_radius_m, body.radius_m
         self._setup = np.zeros(1, kernels.SETUP)
         self._setup[0] = (
             body.max_speed_mps, body.max_turn_radps, body.turn_acceleration_radps2,
             self._speed_step_mps, self._turn_step_radps,
-            rollout_s, body.radius_m, body.radius_m + navigation.clearance_m,
+            rollout_s, inscribed_m, inscribed_m + navigation.clearance_m,
+            around_m, around_m + navigation.clearance_m,
+            -min((x_m for x_m, _ in body.corners_m), default=-around_m) - inscribed_m,
             navigation.inflation_radius_m, navigation.inflation_scaling,
             navigation.local_resolution_m,
             rollout_s * body.max_speed_mps + _MARGIN_M, navigation.keep_right_m,
@@ -48,9 +52,11 @@ class LocalPlanner:
             navigation.speed_samples, navigation.turn_samples)
         self.costmap = LocalCostmap(
             navigation.local_size_m, navigation.local_resolution_m,
-            max(navigation.inflation_radius_m, body.radius_m + navigation.clearance_m), around)
-        self._seen = (self._setup, self.costmap.near2, self.costmap.layer, self.costmap.scan,
-                      around.flat, around.frame)
+            around_m - inscribed_m + max(navigation.inflation_radius_m,
+                                         inscribed_m + navigation.clearance_m), around)
+        self._cover = cover(body, navigation.local_resolution_m)
+        self._seen = (self._setup, self._cover, self.costmap.near2, self.costmap.layer,
+                      self.costmap.scan, around.flat, around.frame)
 
     def follow(self, path: np.ndarray) -> None:
         """Follow the way points ``path`` [n, 2] in m from now on."""
@@ -62,6 +68,12 @@ class LocalPlanner:
         the path."""
         return _steer(x_m, y_m, yaw_rad, self.speed_mps, self.turn_radps, self._state, self._path,
                       *self._seen)
+
+    def can_turn(self, x_m: float, y_m: float, yaw_rad: float, by_rad: float) -> bool:
+        """Whether the robot can turn on the spot ``by_rad`` to the left. A disc can."""
+        return not len(self._cover) or kernels.can_turn(
+            x_m, y_m, yaw_rad, by_rad, self._setup, self._cover, self.costmap.near2,
+            self.costmap.scan)
 
     @property
     def is_blocked(self) -> bool:

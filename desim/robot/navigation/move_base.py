@@ -127,7 +127,8 @@ class MoveBase(Node):
         here = self._local.extrapolate(pose.content, now_ns)
         if self._spin is not None:
             turn_radps = self._spin.turn_radps(here[2], now_ns)
-            if turn_radps is not None:
+            # As rotate_recovery, it does not turn where its footprint would meet something.
+            if turn_radps is not None and self._local.can_turn(*here, self._spin.left_rad):
                 self._drive(0.0, turn_radps)
                 return
             self._spin = None

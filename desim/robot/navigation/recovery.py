@@ -28,28 +28,29 @@ class Recovery(IntEnum):
 
 
 class Spin:
-    """A full turn on the spot, to see what is around (move_base's rotate_recovery)."""
+    """A full turn on the spot, to see what is around (move_base's rotate_recovery). ``left_rad`` of
+    it is still to come."""
 
     def __init__(self, turn_radps: float, acceleration_radps2: float, yaw_rad: float,
                  now_ns: int) -> None:
         self._fastest_radps = turn_radps
         self._acceleration_radps2 = acceleration_radps2
         self._yaw_rad = yaw_rad
-        self._left_rad = 2.0 * math.pi
+        self.left_rad = 2.0 * math.pi
         # Twice the time of an unhindered turn, plus a second: something holds the robot then.
         self._end_ns = now_ns + round(1e9 * (1.0 + 4.0 * math.sqrt(
-            self._left_rad / acceleration_radps2) + 2.0 * self._left_rad / turn_radps))
+            self.left_rad / acceleration_radps2) + 2.0 * self.left_rad / turn_radps))
 
     def turn_radps(self, yaw_rad: float, now_ns: int) -> float | None:
         """The next turn rate, None when done: w^2 = 2 a left, as in rotate_recovery, with less than
         the full deceleration, as a command takes a control period to take effect."""
         turned_rad = math.remainder(yaw_rad - self._yaw_rad, 2.0 * math.pi)
         self._yaw_rad = yaw_rad
-        self._left_rad -= turned_rad
-        if self._left_rad < 0.1 or now_ns > self._end_ns:
+        self.left_rad -= turned_rad
+        if self.left_rad < 0.1 or now_ns > self._end_ns:
             return None
         return min(self._fastest_radps,
-                   math.sqrt(2.0 * _GENTLE * self._acceleration_radps2 * self._left_rad))
+                   math.sqrt(2.0 * _GENTLE * self._acceleration_radps2 * self.left_rad))
 
 
 def retreat(costmap: GlobalCostmap, x_m: float, y_m: float, yaw_rad: float,

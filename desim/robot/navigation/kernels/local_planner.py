@@ -1,8 +1,9 @@
 """Loops of the local planner: the dynamic window.
 
-``near2``, ``layer`` and ``scan`` are the local costmap, ``flat`` and ``frame`` the global one; the
-loops of both say more. ``setup`` and ``state`` are one record each. A pose is in the local
-costmap's frame where nothing else is said. Arrays are plain arguments for the reason given there.
+``near2``, ``layer`` and ``scan`` are the local costmap, ``flat`` and ``frame`` the global one, and
+``cover`` the footprint; the loops of each say more. ``setup`` and ``state`` are one record each. A
+pose is in the local costmap's frame where nothing else is said. Arrays are plain arguments for the
+reason given there.
 """
 
 import math
@@ -10,13 +11,17 @@ import math
 import numpy as np
 
 from desim.ports.kernels import atan2, cos, exp, from_dtype, inner, kernel, lean, sin, types
+from desim.robot.navigation.kernels.footprint import least_room2, room2, turn_is_clear
 from desim.robot.navigation.kernels.global_costmap import FRAME_ARRAY, INSCRIBED, LETHAL, place
 from desim.robot.navigation.kernels.local_costmap import LAYER_ARRAY, SCAN_ARRAY, clearance2
 
 SETUP = np.dtype([(name, "f8") for name in (
     "max_speed_mps", "max_turn_radps", "turn_acceleration_radps2",
     "speed_step_mps", "turn_step_radps",  # the most that changes in one control period
-    "rollout_s", "radius_m", "safe_m", "inflation_m", "inflation_scaling",
+    "rollout_s", "radius_m", "safe_m",  # the inscribed radius, and what is kept clear around it
+    "around_m", "yield_m",  # the same of the circumscribed one
+    "behind_m",  # how far the body reaches back beyond its inscribed circle
+    "inflation_m", "inflation_scaling",
     "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")]
     + [("speeds", "i8"), ("turns", "i8")])  # numbers of samples
 # In: the pose on the map and the velocity. In and out: the present leg of the path. Out: the
@@ -47,6 +52,7 @@ _YIELD_S = 0.55
 _CREEP_MPS = 0.15
 _TURN_FIRST_RAD = 1.0  # least angle of the way ahead to turn on the spot; maze_8: 194, 200 s
 _SLOW_MPS = 0.3  # highest speed at which such a turn begins; maze_8: 186, 206 s
+_BACK_MPS = 0.1  # of a polygon that cannot turn (TrajectoryPlannerROS, escape_vel)
 _GENTLE = 0.8  # share of the deceleration that turning on the spot counts on; maze_8: 187, 183 s
 
 _setup, _state = types.Array(from_dtype(SETUP), 1, "C"), types.Array(from_dtype(STATE), 1, "C")
@@ -117,41 +123,43 @@ def aim(way, state, setup, flat, frame):
     return px, py, togo
 
 
-@inner("f8(f4[:,::1], f8, f8, f8, f8, f8)")
-def bar2(near2, cell_m, safe_m, radius_m, x, y):
-    """The squared distance that a robot at (x, y) has to keep for a start. Where it is too near to
-    something already, it may come no nearer than the layer resolves, half a cell, in each period;
-    and no nearer at all where half a cell more would be a touch."""
-    near_m, slack_m = math.sqrt(clearance2(near2, cell_m, x, y)), 0.5 * cell_m
-    return min(safe_m, max(near_m - slack_m, min(near_m, radius_m + slack_m)))**2
+@inner(_f8(_f4x2, _setup, _f8x2, *[_f8] * 3))
+def bar2(near2, setup, cover, x, y, yaw):
+    """The squared distance that a robot at this pose has to keep for a start. Where it is too near
+    to something already, it may come no nearer than the layer resolves, half a cell, in each
+    period; and no nearer at all where half a cell more would be a touch."""
+    s, slack_m = setup[0], 0.5 * setup[0].cell_m
+    near_m = math.sqrt(room2(near2, s.cell_m, cover, x, y, yaw))
+    return min(s.safe_m, max(near_m - slack_m, min(near_m, s.radius_m + slack_m)))**2
 
 
-@inner("f8(f4[:,::1], f8, f8, f8, f8, f8, f8, f8, f8)")
-def free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, length_m):
-    """The distance that the robot could go straight, up to ``length_m``, keeping the root of
+@inner("f8(f4[:,::1], f8[:,::1], f8, f8, f8, f8, f8, f8, f8, f8, f8)")
+def free_m(near2, cover, cell_m, safe_m, first2, x, y, ux, uy, yaw, length_m):
+    """The distance that the robot could go straight ahead, up to ``length_m``, keeping the root of
     ``first2`` at first and ``safe_m`` from there on."""
     for k in range(1, int(length_m / cell_m) + 1):
         bar = first2 if k * cell_m <= _ESCAPE_M else safe_m**2
-        if clearance2(near2, cell_m, x + k * cell_m * ux, y + k * cell_m * uy) < bar:
+        if room2(near2, cell_m, cover, x + k * cell_m * ux, y + k * cell_m * uy, yaw) < bar:
             return (k - 1) * cell_m
     return length_m
 
 
-@inner("UniTuple(f8, 3)(f4[:,::1], f8, f8, f8, f8, f8, f8, f8)")
-def around(near2, cell_m, safe_m, radius_m, x, y, dx, dy):
+@inner(types.UniTuple(_f8, 3)(_f4x2, _setup, _f8x2, *[_f8] * 5))
+def around(near2, setup, cover, x, y, yaw, dx, dy):
     """The offset (dx, dy) from the robot to its aim, or where something is in the way, the straight
     move that brings it forward most, on the right side rather than on the left; if none does, the
     longest there is. And 1.0 if it is shut in."""
-    length = math.sqrt(dx * dx + dy * dy)
+    length, cell_m, safe_m = math.sqrt(dx * dx + dy * dy), setup[0].cell_m, setup[0].safe_m
     if length < cell_m:
         return dx, dy, 0.0
-    first2, reach = bar2(near2, cell_m, safe_m, radius_m, x, y), min(length, _FAN_M)
+    first2, reach = bar2(near2, setup, cover, x, y, yaw), min(length, _FAN_M)
+    aim_yaw = atan2(dy, dx) if len(cover) > 0 else 0.0  # a disc does not mind
     best, best_x, best_y = 0.0, dx, dy
     for k in range(2 * _FAN + 1):
         angle = (k + 1) // 2 * _FAN_RAD * (-1.0 if k % 2 == 1 else 1.0)
         c, s = cos(angle), sin(angle)
         ux, uy = (c * dx - s * dy) / length, (s * dx + c * dy) / length
-        free = free_m(near2, cell_m, safe_m, first2, x, y, ux, uy, reach)
+        free = free_m(near2, cover, cell_m, safe_m, first2, x, y, ux, uy, aim_yaw + angle, reach)
         if k == 0 and free == reach:
             return dx, dy, 0.0
         forward = free * c * (_RIGHT if angle < 0.0 else 1.0)
@@ -190,9 +198,9 @@ def detour(setup, v, arc, lx, ly):
 
 @inner(_f8(_f4x2, _setup, *[_f8] * 6))
 def danger(near2, setup, x, y, yaw, v, w, first2):
-    """The cost of an arc's nearness to obstacles, as in costmap_2d's inflation, and of the robot's
-    own place with it, as in TrajectoryPlannerROS: who stands too near does not stand for nothing.
-    Infinite if it comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
+    """The cost of a disc's arc by its nearness to obstacles, and of the robot's own place with it,
+    as in TrajectoryPlannerROS: who stands too near does not stand for nothing. Infinite if it
+    comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
     s = setup[0]
     steps = int(v * s.rollout_s / _STEP_M) + 1
     turn, step_m = w * s.rollout_s / steps, v * s.rollout_s / steps
@@ -205,14 +213,36 @@ def danger(near2, setup, x, y, yaw, v, w, first2):
         if d2 < (first2 if (k + 1) * step_m <= _ESCAPE_M else s.safe_m**2):
             return np.inf
         low2 = min(low2, d2)
+    return inflated(setup, low2)
+
+
+@inner(_f8(_f4x2, _setup, _f8x2, *[_f8] * 6))
+def footprint_danger(near2, setup, cover, x, y, yaw, v, w, first2):
+    """``danger`` of a polygon, which turns on its way and on the spot: poses are so near to each
+    other that no corner goes farther than a disc between them."""
+    s = setup[0]
+    way_m = max(abs(v), abs(w) * s.around_m) * s.rollout_s
+    steps = int(way_m / _STEP_M) + 1
+    low2 = least_room2(near2, s.cell_m, cover, x, y, yaw, v, w, s.rollout_s, steps,
+                       int(_ESCAPE_M * steps / (way_m + 1e-9)), first2, s.safe_m**2)
+    if low2 < 0.0:
+        return np.inf
+    return inflated(setup, min(low2, s.inflation_m**2, room2(near2, s.cell_m, cover, x, y, yaw)))
+
+
+@inner(_f8(_setup, _f8))
+def inflated(setup, low2):
+    """The cost of coming as near to an obstacle as the root of ``low2``, as in costmap_2d's
+    inflation."""
+    s = setup[0]
     if low2 >= s.inflation_m**2:
         return 0.0
     near = exp(-s.inflation_scaling * (math.sqrt(low2) - s.safe_m))
     return s.obstacle_weight * 252.0 * min(near, 1.0)
 
 
-@kernel(types.void(_f4x2, _setup, _state, *[_f8] * 6), inner=True)
-def window(near2, setup, state, x, y, yaw, top_v, aim_x, aim_y):
+@kernel(types.void(_f4x2, _setup, _f8x2, _state, *[_f8] * 6), inner=True)
+def window(near2, setup, cover, state, x, y, yaw, top_v, aim_x, aim_y):
     """The dynamic window (Fox, Burgard, Thrun 1997): of the velocities within reach in one control
     period the one with the cheapest rollout; braking straight ahead if none is clear."""
     s, out, v, w = setup[0], state[0], state[0].speed_mps, state[0].turn_radps
@@ -220,7 +250,7 @@ def window(near2, setup, state, x, y, yaw, top_v, aim_x, aim_y):
     high_v = max(min(high_v, top_v), low_v)
     low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
     high_w = min(w + s.turn_step_radps, s.max_turn_radps)
-    first2 = bar2(near2, s.cell_m, s.safe_m, s.radius_m, x, y)
+    first2 = bar2(near2, setup, cover, x, y, yaw)
     best, arcs = np.inf, np.empty((s.turns + 1, 6))
     fan(setup, yaw, low_w, high_w, arcs)
     out.next_mps, out.next_radps, out.blocked = low_v, min(max(0.0, low_w), high_w), 1.0
@@ -230,13 +260,32 @@ def window(near2, setup, state, x, y, yaw, top_v, aim_x, aim_y):
             turn, cost = arcs[j, 0], detour(setup, speed, arcs[j], aim_x - x, aim_y - y)
             if cost >= best:
                 continue  # obstacles cannot make it any better
-            cost += danger(near2, setup, x, y, yaw, speed, turn, first2)
+            if len(cover) == 0:
+                cost += danger(near2, setup, x, y, yaw, speed, turn, first2)
+            else:
+                cost += footprint_danger(near2, setup, cover, x, y, yaw, speed, turn, first2)
             if cost < best:
                 best, out.next_mps, out.next_radps, out.blocked = cost, speed, turn, 0.0
 
 
-@inner(types.void(_state, _f8x2, _setup, _f4x2, LAYER_ARRAY, SCAN_ARRAY, _u1x1, FRAME_ARRAY))
-def find_velocity(state, way, setup, near2, layer, scan, flat, frame):
+@inner(types.void(_state, *[_f8] * 3, _setup, _f8x2, _f4x2, _u1x1, FRAME_ARRAY))
+def back_off(state, x, y, yaw, setup, cover, near2, flat, frame):
+    """Back straight off, where what is known behind is clear, as TrajectoryPlannerROS does when
+    nothing else is left; else be blocked."""
+    s, out = setup[0], state[0]
+    far_m = s.behind_m + _BACK_MPS * s.rollout_s
+    first2 = bar2(near2, setup, cover, x, y, yaw)
+    clear = footprint_danger(near2, setup, cover, x, y, yaw, -_BACK_MPS, 0.0, first2) < np.inf
+    clear = clear and clear_line(flat, frame, out.x_m, out.y_m,
+                                 out.x_m - far_m * cos(out.yaw_rad),
+                                 out.y_m - far_m * sin(out.yaw_rad))
+    out.next_mps, out.next_radps = -_BACK_MPS if clear else 0.0, 0.0
+    out.blocked = 0.0 if clear else 1.0
+
+
+@inner(types.void(_state, _f8x2, _setup, _f8x2, _f4x2, LAYER_ARRAY, SCAN_ARRAY, _u1x1,
+                  FRAME_ARRAY))
+def find_velocity(state, way, setup, cover, near2, layer, scan, flat, frame):
     """Find the next velocity on ``way``."""
     s, out, seen, v = setup[0], state[0], scan[0], state[0].speed_mps
     px, py, out.togo_m = aim(way, state, setup, flat, frame)
@@ -244,14 +293,16 @@ def find_velocity(state, way, setup, near2, layer, scan, flat, frame):
     dx, dy = out.x_m - seen.x_m, out.y_m - seen.y_m
     x, y, yaw = c * dx + si * dy, c * dy - si * dx, out.yaw_rad - seen.yaw_rad
     dx, dy = px - out.x_m, py - out.y_m
-    dx, dy, out.blocked = around(near2, s.cell_m, s.safe_m, s.radius_m, x, y,
-                                 c * dx + si * dy, c * dy - si * dx)
+    dx, dy, out.blocked = around(near2, setup, cover, x, y, yaw, c * dx + si * dy,
+                                 c * dy - si * dx)
     if out.blocked > 0.0:
         out.next_mps, out.next_radps = max(v - s.speed_step_mps, 0.0), 0.0
         return
     off = atan2(dy, dx) - yaw
     off -= 2.0 * math.pi * np.floor(off / (2.0 * math.pi) + 0.5)
-    if abs(off) > _TURN_FIRST_RAD and v < _SLOW_MPS:
+    turns = abs(off) > _TURN_FIRST_RAD and v < _SLOW_MPS
+    if turns and turn_is_clear(near2, s.cell_m, cover, x, y, yaw, off, _STEP_M / s.around_m,
+                               bar2(near2, setup, cover, x, y, yaw)):
         # The fastest turn that can still stop in time: w^2 = 2 a off.
         turn = min(math.sqrt(2.0 * _GENTLE * s.turn_acceleration_radps2 * abs(off)),
                    s.max_turn_radps)
@@ -263,18 +314,31 @@ def find_velocity(state, way, setup, near2, layer, scan, flat, frame):
     arc_v = _ARC_RADPS * math.sqrt(dx * dx + dy * dy) / (2.0 * abs(sin(off)) + 1e-9)
     # What comes takes its part of the gap; it is no faster than a robot.
     come_v = min(layer[0].come_mps, s.max_speed_mps)
-    yield_v = (layer[0].yield_m - s.safe_m) / _YIELD_S - come_v
+    yield_v = (layer[0].yield_m - s.yield_m) / _YIELD_S - come_v
     top_v = max(min(arc_v, yield_v), _CREEP_MPS)
-    window(near2, setup, state, x, y, yaw, top_v, x + beyond * dx, y + beyond * dy)
+    window(near2, setup, cover, state, x, y, yaw, top_v, x + beyond * dx, y + beyond * dy)
+    if turns and out.next_mps <= 0.0:
+        back_off(state, x, y, yaw, setup, cover, near2, flat, frame)
 
 
-@lean(types.UniTuple(_f8, 3)(*[_f8] * 5, _state, _f8x2, _setup, _f4x2, LAYER_ARRAY, SCAN_ARRAY,
-                             _u1x1, FRAME_ARRAY))
-def steer(x, y, yaw, speed, turn, state, way, setup, near2, layer, scan, flat, frame):
+@lean(types.boolean(*[_f8] * 4, _setup, _f8x2, _f4x2, SCAN_ARRAY))
+def can_turn(x, y, yaw, by, setup, cover, near2, scan):
+    """Whether the robot at this pose on the map can turn on the spot ``by`` so much."""
+    s, seen = setup[0], scan[0]
+    c, si = cos(seen.yaw_rad), sin(seen.yaw_rad)
+    dx, dy = x - seen.x_m, y - seen.y_m
+    x, y, yaw = c * dx + si * dy, c * dy - si * dx, yaw - seen.yaw_rad
+    return turn_is_clear(near2, s.cell_m, cover, x, y, yaw, by, _STEP_M / s.around_m,
+                         bar2(near2, setup, cover, x, y, yaw))
+
+
+@lean(types.UniTuple(_f8, 3)(*[_f8] * 5, _state, _f8x2, _setup, _f8x2, _f4x2, LAYER_ARRAY,
+                             SCAN_ARRAY, _u1x1, FRAME_ARRAY))
+def steer(x, y, yaw, speed, turn, state, way, setup, cover, near2, layer, scan, flat, frame):
     """The next velocity on ``way`` for a robot at this pose on the map and this velocity, and the
     length of the rest of the path. Numbers as arguments and results: to write and read a record
     from Python takes 1 us."""
     s = state[0]
     s.x_m, s.y_m, s.yaw_rad, s.speed_mps, s.turn_radps = x, y, yaw, speed, turn
-    find_velocity(state, way, setup, near2, layer, scan, flat, frame)
+    find_velocity(state, way, setup, cover, near2, layer, scan, flat, frame)
     return s.next_mps, s.next_radps, s.togo_m
