@@ -52,7 +52,7 @@ _YIELD_S = 0.55
 _CREEP_MPS = 0.15
 _TURN_FIRST_RAD = 1.0  # least angle of the way ahead to turn on the spot; maze_8: 194, 200 s
 _SLOW_MPS = 0.3  # highest speed at which such a turn begins; maze_8: 186, 206 s
-_BACK_MPS = 0.1  # of a polygon that cannot turn (TrajectoryPlannerROS, escape_vel)
+_BACK_MPS = 0.1  # of a polygon that can do nothing else (TrajectoryPlannerROS, escape_vel)
 _GENTLE = 0.8  # share of the deceleration that turning on the spot counts on; maze_8: 187, 183 s
 
 _setup, _state = types.Array(from_dtype(SETUP), 1, "C"), types.Array(from_dtype(STATE), 1, "C")
@@ -270,9 +270,11 @@ def window(near2, setup, cover, state, x, y, yaw, top_v, aim_x, aim_y):
 
 @inner(types.void(_state, *[_f8] * 3, _setup, _f8x2, _f4x2, _u1x1, FRAME_ARRAY))
 def back_off(state, x, y, yaw, setup, cover, near2, flat, frame):
-    """Back straight off, where what is known behind is clear, as TrajectoryPlannerROS does when
-    nothing else is left; else be blocked."""
+    """Have a polygon that stands back straight off, where what is known behind is clear, as
+    TrajectoryPlannerROS does when nothing else is left; else it is blocked."""
     s, out = setup[0], state[0]
+    if len(cover) == 0 or out.next_mps > 0.0:
+        return
     far_m = s.behind_m + _BACK_MPS * s.rollout_s
     first2 = bar2(near2, setup, cover, x, y, yaw)
     clear = footprint_danger(near2, setup, cover, x, y, yaw, -_BACK_MPS, 0.0, first2) < np.inf
@@ -297,6 +299,7 @@ def find_velocity(state, way, setup, cover, near2, layer, scan, flat, frame):
                                  c * dy - si * dx)
     if out.blocked > 0.0:
         out.next_mps, out.next_radps = max(v - s.speed_step_mps, 0.0), 0.0
+        back_off(state, x, y, yaw, setup, cover, near2, flat, frame)
         return
     off = atan2(dy, dx) - yaw
     off -= 2.0 * math.pi * np.floor(off / (2.0 * math.pi) + 0.5)
@@ -317,7 +320,7 @@ def find_velocity(state, way, setup, cover, near2, layer, scan, flat, frame):
     yield_v = (layer[0].yield_m - s.yield_m) / _YIELD_S - come_v
     top_v = max(min(arc_v, yield_v), _CREEP_MPS)
     window(near2, setup, cover, state, x, y, yaw, top_v, x + beyond * dx, y + beyond * dy)
-    if turns and out.next_mps <= 0.0:
+    if turns or out.blocked > 0.0:
         back_off(state, x, y, yaw, setup, cover, near2, flat, frame)
 
 
