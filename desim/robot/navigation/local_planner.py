@@ -44,7 +44,7 @@ class LocalPlanner:
             self._speed_step_mps, self._turn_step_radps,
             rollout_s, inscribed_m, inscribed_m + navigation.clearance_m,
             around_m, around_m + navigation.clearance_m,
-            -min((x_m for x_m, _ in body.corners_m), default=-around_m) - inscribed_m,
+            -min((x_m for x_m, _ in body.corners_m), default=-around_m),
             navigation.inflation_radius_m, navigation.inflation_scaling,
             navigation.local_resolution_m,
             rollout_s * body.max_speed_mps + _MARGIN_M, navigation.keep_right_m,

@@ -20,7 +20,7 @@ SETUP = np.dtype([(name, "f8") for name in (
     "speed_step_mps", "turn_step_radps",  # the most that changes in one control period
     "rollout_s", "radius_m", "safe_m",  # the inscribed radius, and what is kept clear around it
     "around_m", "yield_m",  # the same of the circumscribed one
-    "behind_m",  # how far the body reaches back beyond its inscribed circle
+    "behind_m",  # how far the body reaches back
     "inflation_m", "inflation_scaling",
     "cell_m", "look_ahead_m", "keep_right_m", "path_weight", "goal_weight", "obstacle_weight")]
     + [("speeds", "i8"), ("turns", "i8")])  # numbers of samples
@@ -100,7 +100,13 @@ def clear_line(flat, frame, x, y, px, py):
     """Whether no known obstacle is on the line from one point of the map to another, nor its
     margin, unless the line begins in one."""
     start = place(x, y, frame)
-    bar = LETHAL if start >= 0 and flat[start] == INSCRIBED else INSCRIBED
+    in_margin = start >= 0 and flat[start] == INSCRIBED
+    return line_below(flat, frame, x, y, px, py, LETHAL if in_margin else INSCRIBED)
+
+
+@inner(types.boolean(_u1x1, FRAME_ARRAY, _f8, _f8, _f8, _f8, types.int64))
+def line_below(flat, frame, x, y, px, py, bar):
+    """Whether no cell on the line has a cost from ``bar`` to that of an obstacle."""
     steps = int(2.0 * math.sqrt((px - x)**2 + (py - y)**2) / frame[0].cell_m) + 1
     for k in range(1, steps + 1):
         cell = place(x + (px - x) * k / steps, y + (py - y) * k / steps, frame)
@@ -275,12 +281,12 @@ def back_off(state, x, y, yaw, setup, cover, near2, flat, frame):
     s, out = setup[0], state[0]
     if len(cover) == 0 or out.next_mps > 0.0:
         return
-    far_m = s.behind_m + _BACK_MPS * s.rollout_s
+    far_m = s.behind_m + s.safe_m - s.radius_m + _BACK_MPS * s.rollout_s
     first2 = bar2(near2, setup, cover, x, y, yaw)
     clear = footprint_danger(near2, setup, cover, x, y, yaw, -_BACK_MPS, 0.0, first2) < np.inf
-    clear = clear and clear_line(flat, frame, out.x_m, out.y_m,
+    clear = clear and line_below(flat, frame, out.x_m, out.y_m,
                                  out.x_m - far_m * cos(out.yaw_rad),
-                                 out.y_m - far_m * sin(out.yaw_rad))
+                                 out.y_m - far_m * sin(out.yaw_rad), LETHAL)
     out.next_mps, out.next_radps = -_BACK_MPS if clear else 0.0, 0.0
     out.blocked = 0.0 if clear else 1.0
 
