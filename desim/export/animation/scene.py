@@ -19,6 +19,8 @@ from desim.monitor.recorder import StandingWall
 from desim.results.file_names import SAMPLES
 from desim.results.merged_map import merged
 from desim.results.recording import Recording
+from desim.scenario.robot_types import types_of
+from desim.scenario.schema.fleet import BodyType
 from desim.units import MM_PER_M, NS_PER_S
 
 _SIDE_PX, _BAR_PX, _MARGIN_PX = 600, 44, 10
@@ -43,6 +45,7 @@ class AnimationScene:
         self._obstacles = recording.moving_obstacles
         count = len(recording.robots)
         self._colours = [colours.of_robot(number) for number in range(count)]
+        self._bodies = types_of(recording.run.scenario.fleet)
         self._numbers = {name: number for number, name in enumerate(recording.robots)}
         self._frame()
         self._territory()
@@ -163,11 +166,12 @@ class AnimationScene:
 
     def _draw_robots(self, draw: ImageDraw.ImageDraw, time_ns: int) -> None:
         poses = self._poses.at(time_ns)
-        radius = max(_ROBOT_M * self._px_per_m, _LEAST_PX * _FINE)
-        for (x, y), yaw, colour in zip(self._px(poses[:, :2]).tolist(), poses[:, 2].tolist(),
-                                       self._colours, strict=True):
+        least = max(_ROBOT_M * self._px_per_m, _LEAST_PX * _FINE)
+        for (x, y), yaw, colour, body in zip(self._px(poses[:, :2]).tolist(), poses[:, 2].tolist(),
+                                             self._colours, self._bodies, strict=True):
+            radius = max(least, body.radius_m * self._px_per_m) if body.footprint else least
             for size, fill in ((radius + 1.5 * _FINE, _PAPER), (radius, colour)):
-                draw.ellipse((x - size, y - size, x + size, y + size), fill=_bytes(fill))
+                _draw_body(draw, (x, y, yaw), size, body, _bytes(fill))
             tip = x + 0.85 * radius * np.cos(yaw), y - 0.85 * radius * np.sin(yaw)
             draw.line((x, y, *tip), fill=_bytes(_PAPER), width=max(2, round(radius / 3)))
 
@@ -186,6 +190,18 @@ class AnimationScene:
         draw.text((left, text_y), f"{run.manifest['name']}: {len(self._colours)} robots",
                   fill=_bytes(_INK), font=_font(15))
         draw.text((right, text_y), news, fill=_bytes(_INK), font=_font(15), anchor="ra")
+
+
+def _draw_body(draw: ImageDraw.ImageDraw, at: tuple[float, float, float], size: float,
+               body: BodyType, fill: tuple[int, int, int]) -> None:
+    """A body that goes ``size`` pixels around the pose ``at``: x, y in pixels, yaw in rad."""
+    x, y, yaw = at
+    if not body.footprint:
+        draw.ellipse((x - size, y - size, x + size, y + size), fill=fill)
+        return
+    c, s, scale = np.cos(yaw), np.sin(yaw), size / body.radius_m
+    draw.polygon([(x + scale * (c * ahead - s * left), y - scale * (s * ahead + c * left))
+                  for ahead, left in body.corners_m], fill=fill)
 
 
 def _smoothed(discoverer: np.ndarray, robots: int) -> np.ndarray:

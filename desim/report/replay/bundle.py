@@ -70,6 +70,7 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
         "places": {host.name: [host.x_m, host.y_m] for host in recording.hosts
                    if not math.isnan(host.x_m)},
         "radius_m": [body.radius_m for body in types_of(scenario.fleet)],
+        "footprints": [body.corners_m or None for body in types_of(scenario.fleet)],
         **sensors,
         "deployment": scenario.deployment, "middleware": scenario.middleware.model,
         "terrain": _add_terrain(columns, recording),

@@ -15,13 +15,34 @@ function line(path, x1, y1, x2, y2) {
   path.lineTo(x2, y2);
 }
 
-// A disc with its nose in front.
-function robotOutline(path, x, y, yaw, radius) {
+// A body with its nose in front: a disc, or a polygon whose corners are given for a radius of 1.
+function robotOutline(path, x, y, yaw, radius, corners = null) {
+  if (corners) return polygonOutline(path, x, y, yaw, radius, corners);
   const nose = radius * 1.75, cheek = 0.62;
   path.moveTo(x + nose * Math.cos(yaw), y - nose * Math.sin(yaw));
   path.lineTo(x + radius * Math.cos(yaw + cheek), y - radius * Math.sin(yaw + cheek));
   path.arc(x, y, radius, -(yaw + cheek), -(yaw - cheek), true);
   path.closePath();
+}
+
+function polygonOutline(path, x, y, yaw, radius, corners) {
+  const c = radius * Math.cos(yaw), s = radius * Math.sin(yaw), bow = bowOf(corners);
+  for (const part of [corners, [[bow - 0.2, -0.2], [bow + 0.3, 0], [bow - 0.2, 0.2]]]) {
+    part.forEach(([ahead, left], i) => {
+      const px = x + c * ahead - s * left, py = y - s * ahead - c * left;
+      if (i) path.lineTo(px, py); else path.moveTo(px, py);
+    });
+    path.closePath();
+  }
+}
+
+// How far a polygon around the origin reaches straight ahead.
+function bowOf(corners) {
+  for (let i = 0; i < corners.length; i++) {
+    const [x1, y1] = corners[i], [x2, y2] = corners[(i + 1) % corners.length];
+    if (y1 <= 0 && y2 > 0) return x1 - y1 * (x2 - x1) / (y2 - y1);
+  }
+  return 0;
 }
 
 function distanceToLine(px, py, x1, y1, x2, y2) {

@@ -135,6 +135,12 @@ class Run {
     return countUpTo(this.doorTimes, timeS);
   }
 
+  // The corners of a robot's footprint, for a radius of 1; null for a disc.
+  cornersOf(robot) {
+    const { footprints, radius_m: radii } = this.about;
+    return footprints?.[robot]?.map(([x, y]) => [x / radii[robot], y / radii[robot]]) ?? null;
+  }
+
   // Discs that move by themselves: x [m], y [m], radius [m].
   obstaclesAt(timeS) {
     const [at, share] = this.poseIndex(timeS), { x_mm: xs, y_mm: ys, radius_mm: radii } = this.obstacle.at;

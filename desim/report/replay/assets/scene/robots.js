@@ -1,4 +1,4 @@
-// Robots: discs of their size with their noses in front; people and carts: discs of the walls' colour.
+// Robots: discs or polygons of their size with their noses in front; people and carts: discs of the walls' colour.
 
 const LEAST_RADIUS_PX = { few: 3, many: 2.4 };
 
@@ -28,7 +28,7 @@ class Robots {
     context.globalAlpha = view.chosen >= 0 && robot !== view.chosen ? 0.55 : 1;
     drawRobot(context, camera.sx(view.poses[3 * robot]), camera.sy(view.poses[3 * robot + 1]),
       view.poses[3 * robot + 2], robotRadius(this.run, camera, robot), {
-        colour: robotColour(view.theme, robot), theme: view.theme, hollow: this.style.hollow,
+        corners: this.run.cornersOf(robot), colour: robotColour(view.theme, robot), theme: view.theme, hollow: this.style.hollow,
         up: view.up.robots[robot], chosen: robot === view.chosen });
   }
 
@@ -41,7 +41,8 @@ class Robots {
       context.beginPath();
       for (const robot of list) {
         robotOutline(context, camera.sx(view.poses[3 * robot]), camera.sy(view.poses[3 * robot + 1]),
-          view.poses[3 * robot + 2], robotRadius(this.run, camera, robot));
+          view.poses[3 * robot + 2], robotRadius(this.run, camera, robot),
+          this.run.cornersOf(robot));
       }
       context.stroke();
       context.fillStyle = view.theme.hues[hue];
@@ -77,9 +78,9 @@ function robotRadius(run, camera, robot) {
 }
 
 // A ghost is hollow, a robot whose host is down is crossed out, the selected one has a wide rim.
-function drawRobot(context, x, y, yaw, radius, { colour, theme, hollow, chosen, up }) {
+function drawRobot(context, x, y, yaw, radius, { corners, colour, theme, hollow, chosen, up }) {
   context.beginPath();
-  robotOutline(context, x, y, yaw, radius);
+  robotOutline(context, x, y, yaw, radius, corners);
   if (chosen) {
     context.strokeStyle = alpha(theme.accent, 0.4);
     context.lineWidth = 10;
