@@ -43,6 +43,7 @@ class Lidar:
         self._radii_m = np.where(level & outlines.is_disc, radii_m, np.inf)
         self._outlines = outlines
         self._seen = np.repeat(level, np.diff(outlines.first))  # [sides of outlines] bool
+        self._sees_outlines = bool(self._seen.any())
         self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
                                 laser.noise_m, float(len(terrain.lines)),
                                 laser.x_m, laser.y_m, laser.yaw_rad])
@@ -56,7 +57,7 @@ class Lidar:
             doors, doors_m = walls[scene.fixed:], scene.tops_m[scene.fixed:]
             walls = np.concatenate([self._lines, doors[doors_m > self._height_m]])
         out = np.empty((len(robots), self.beams), dtype=np.float32)
-        if not self._seen.any():
+        if not self._sees_outlines:
             self._cast(poses, robots, tick, walls, scene.discs, out)
             return out
         # A polygon's sides are walls to all but the robot itself.

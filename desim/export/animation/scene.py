@@ -173,7 +173,8 @@ class AnimationScene:
             for size, fill in ((radius + 1.5 * _FINE, _PAPER), (radius, colour)):
                 _draw_body(draw, (x, y, yaw), size, body, _bytes(fill))
             tip = x + 0.85 * radius * np.cos(yaw), y - 0.85 * radius * np.sin(yaw)
-            draw.line((x, y, *tip), fill=_bytes(_PAPER), width=max(2, round(radius / 3)))
+            slim = radius * body.inscribed_radius_m / body.radius_m
+            draw.line((x, y, *tip), fill=_bytes(_PAPER), width=max(2, round(slim / 3)))
 
     def _draw_bar(self, draw: ImageDraw.ImageDraw, time_ns: int) -> None:
         """Below the scene: the time, the share that is explored, and both as a line."""
