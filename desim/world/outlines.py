@@ -1,4 +1,4 @@
-"""Outlines of bodies that are polygons: their corners on the ground, and what they overlap."""
+"""Outlines of bodies that are polygons: their corners and sides on the ground."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from desim.scenario.schema.fleet import BodyType
-from desim.world.geometry import point_distance
 from desim.world.kernels import outline as kernels
 
 
@@ -36,28 +35,3 @@ class Outlines:
         """[k, 4] m the sides, from each corner to the next one."""
         placed = self.placed(poses)
         return np.hstack([placed, placed[self._next]])
-
-
-def gaps_m(polygon: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """[n] m by which convex ``others`` [n, m, 2] (lines too, m = 2) lie beside ``polygon`` [k, 2],
-    along the normal of a side where that is most; negative where they overlap. All corners are
-    anticlockwise."""
-    between = _beyond(polygon[None], others)
-    return np.maximum(between, _beyond(others, polygon[None]))
-
-
-def _beyond(polygons: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """[n] the same along normals of sides of ``polygons`` alone."""
-    sides = np.roll(polygons, -1, axis=1) - polygons
-    normals = np.stack([sides[..., 1], -sides[..., 0]], axis=2)
-    normals /= np.hypot(sides[..., 0], sides[..., 1])[..., None]
-    ends = (normals * polygons).sum(axis=2)
-    return ((normals @ others.transpose(0, 2, 1)).min(axis=2) - ends).max(axis=1)
-
-
-def disc_gap_m(polygon: np.ndarray, x_m: float, y_m: float, radius_m: float) -> float:
-    """The distance in m of a disc from ``polygon`` [k, 2]; negative where they overlap."""
-    centre = np.array([[x_m, y_m]])
-    sides = np.hstack([polygon, np.roll(polygon, -1, axis=0)])
-    inside = _beyond(polygon[None], centre[None])[0] <= 0.0
-    return float(-radius_m if inside else point_distance(centre, sides).min() - radius_m)

@@ -10,7 +10,8 @@ from desim.errors import InputError
 from desim.scenario.schema.fleet import BodyType, StartRandom
 from desim.world.fleet import RobotSpec
 from desim.world.geometry import point_distance
-from desim.world.outlines import Outlines, disc_gap_m, gaps_m
+from desim.world.kernels import outline as contacts
+from desim.world.outlines import Outlines
 from desim.world.terrain import Terrain
 
 SNAP_STEP_M = 0.1  # half a cell of the paper's maps: places to snap to lie on such a lattice
@@ -72,7 +73,7 @@ class Site:
         for other in self._placed.values():
             apart = float(np.hypot(other.x_m - spec.x_m, other.y_m - spec.y_m))
             needed = spec.body.radius_m + other.body.radius_m
-            if apart >= needed - _SLACK_M or _gap_m(spec, outline, other) >= -_SLACK_M:
+            if apart >= needed - _SLACK_M or not _overlap(spec, outline, other):
                 continue
             allowed = ("footprints that do not overlap" if spec.body.footprint
                        or other.body.footprint else f"at least {needed:g} m apart")
@@ -90,8 +91,11 @@ class Site:
         if clear_m < 0.0 or not len(outline):
             return True
         walls = np.concatenate([self._terrain.above(body.passes_m).walls, self._doors])
-        return bool((gaps_m(outline, walls.reshape(-1, 2, 2)) < -_SLACK_M).any()) or any(
-            disc_gap_m(outline, *disc) < -_SLACK_M for disc in self._discs.tolist())
+        near = point_distance(np.array([[spec.x_m, spec.y_m]]), walls)[0] < body.radius_m
+        return any(contacts.overlap(outline, line, contacts.NONE)[0] > _SLACK_M
+                   for line in walls[near].reshape(-1, 2, 2)) or any(
+            contacts.against_disc(outline, *disc, contacts.NONE)[0] > _SLACK_M
+            for disc in self._discs.tolist())
 
     def _drawn(self, spec: RobotSpec, drawn: StartRandom) -> RobotSpec:
         """The first free place among random ones."""
@@ -160,18 +164,16 @@ def _outline(spec: RobotSpec) -> np.ndarray:
     return Outlines([spec.body]).placed(pose) if spec.body.footprint else np.zeros((0, 2))
 
 
-def _gap_m(spec: RobotSpec, outline: np.ndarray, other: RobotSpec) -> float:
-    """The distance in m between two bodies of which that of ``spec`` has this ``outline``; negative
-    where they overlap."""
+def _overlap(spec: RobotSpec, outline: np.ndarray, other: RobotSpec) -> bool:
+    """Whether two bodies overlap of which the circles do; that of ``spec`` has this ``outline``."""
     theirs = _outline(other)
     if len(outline) and len(theirs):
-        return float(gaps_m(outline, theirs[None])[0])
-    if len(outline):
-        return disc_gap_m(outline, other.x_m, other.y_m, other.body.radius_m)
-    if len(theirs):
-        return disc_gap_m(theirs, spec.x_m, spec.y_m, spec.body.radius_m)
-    return (float(np.hypot(other.x_m - spec.x_m, other.y_m - spec.y_m))
-            - spec.body.radius_m - other.body.radius_m)
+        return contacts.overlap(outline, theirs, contacts.NONE)[0] > _SLACK_M
+    if not len(outline) and not len(theirs):
+        return True
+    polygon, disc = (outline, other) if len(outline) else (theirs, spec)
+    return contacts.against_disc(polygon, disc.x_m, disc.y_m, disc.body.radius_m,
+                                 contacts.NONE)[0] > _SLACK_M
 
 
 def _lattice(reach_m: float) -> np.ndarray:

@@ -40,7 +40,7 @@ def place_all(poses, corners, first, placed):
         place(poses, r, corners, first, placed)
 
 
-@inner(_CONTACT(_f8x2, _f8x2, _f8))
+@inner(_CONTACT(_ROWS, _ROWS, _f8))
 def shortest_exit(p, q, least):
     """The least depth below ``least`` by which q reaches behind a side of p, and the side's normal
     to the outside; not above 0 where a side has all of q before it."""
@@ -61,7 +61,7 @@ def shortest_exit(p, q, least):
     return least, nx, ny
 
 
-@inner(_CONTACT(_f8x2, _f8x2, _CONTACT))
+@lean(_CONTACT(_ROWS, _ROWS, _CONTACT))
 def overlap(p, q, worst):
     """The deeper of ``worst`` and the contact of polygon p with polygon q."""
     depth, nx, ny = shortest_exit(p, q, np.inf)
@@ -73,7 +73,7 @@ def overlap(p, q, worst):
     return (depth, -nx, -ny) if depth > worst[0] else worst
 
 
-@inner(_CONTACT(_f8x2, _f8, _f8, _f8, _CONTACT))
+@lean(_CONTACT(_f8x2, _f8, _f8, _f8, _CONTACT))
 def against_disc(p, x, y, radius, worst):
     """The deeper of ``worst`` and the contact of polygon p with a disc around (x, y)."""
     near_x, near_y, near2 = 0.0, 0.0, np.inf
