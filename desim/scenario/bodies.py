@@ -19,7 +19,7 @@ _ROUNDED_M = 1e-3  # to which a radius may be written beside a footprint
 
 
 def outline(path: Path, kind: RobotType) -> Found:
-    """What is wrong with the footprint of a type, which stands at ``path``."""
+    """The complaints about the footprint of a type, which stands at ``path``."""
     corners = kind.footprint
     if corners is None:
         return

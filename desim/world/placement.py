@@ -94,8 +94,8 @@ class Site:
         near = point_distance(np.array([[spec.x_m, spec.y_m]]), walls)[0] < body.radius_m
         return any(contacts.overlap(outline, line, contacts.NONE)[0] > _SLACK_M
                    for line in walls[near].reshape(-1, 2, 2)) or any(
-            contacts.against_disc(outline, *disc, contacts.NONE)[0] > _SLACK_M
-            for disc in self._discs.tolist())
+            contacts.against_disc(outline, x, y, radius, contacts.NONE)[0] > _SLACK_M
+            for x, y, radius in self._discs.tolist())
 
     def _drawn(self, spec: RobotSpec, drawn: StartRandom) -> RobotSpec:
         """The first free place among random ones."""
