@@ -29,7 +29,7 @@ from desim.middleware.topics import Latest, Publisher, WaitSet
 from desim.ports import Snapshot, World
 from desim.robot.declared_traffic import Copied
 from desim.scenario.schema.robot import Equipment, Laser, Sonar
-from desim.scenario.schema.scenario import Processes
+from desim.scenario.schema.scenario import SubscribingProcesses
 
 Sensor = tuple[int, int]  # a robot, and the number of its sensor of one sort
 
@@ -58,7 +58,7 @@ def kinds_of_sonars(equipment: Iterable[Equipment]) -> tuple[Sonar, ...]:
     return tuple(dict.fromkeys(own.sonar for own in equipment if own.sonar is not None))
 
 
-def copied_by_processes(prefix: str, own: Equipment, processes: Processes) -> list[Copied]:
+def copied_by_processes(prefix: str, own: Equipment, processes: SubscribingProcesses) -> list[Copied]:
     """The messages of the sensors of one robot, with the number of processes that get each of them;
     its topics begin with ``prefix``."""
     scans = [Copied(f"{prefix}/{topic}", laser_scan_bytes(laser.beams), laser.rate_hz,

@@ -28,7 +28,7 @@ from desim.units import Frequency, Pace
 Pattern = Annotated[str, Field(pattern=r"^/?[A-Za-z0-9_*?]+(/[A-Za-z0-9_*?]+)*$")]
 
 
-class Processes(Params):
+class SubscribingProcesses(Params):
     """The processes on a robot's machine that subscribe to topics of the simulator. In ROS 1 each
     has a connection of its own, and gets each message."""
 
@@ -51,7 +51,7 @@ class Testbed(Params):
         "the workstation (as many as a node of the paper's cluster has; our assumption)"))
     monitor_period_ns: Pace = Field("1 s", description="each robot's map and distance to the "
                                                         "monitor (the published code)")
-    processes: Processes = Field(default_factory=Processes)
+    processes: SubscribingProcesses = Field(default_factory=SubscribingProcesses)
 
 
 class Physics(Params):
