@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from desim.middleware.contents import Content
 
 
-class Entry(Protocol):
+class PendingCallback(Protocol):
     """A callback in the queue of a node. ``trigger``: see ``Work``."""
 
     trigger: str
@@ -85,31 +85,31 @@ class Executor(Job):
         super().__init__(host.computer.priorities.get(node, 0))
         self.node = node
         self._host, self._computer = host, host.computer
-        self._queue: deque[Entry] = deque()
-        self._current: Entry | None = None  # was called, and its time is not over
+        self._queue: deque[PendingCallback] = deque()
+        self._current: PendingCallback | None = None  # was called, and its time is not over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
         self._held: list[tuple[Holds, Content]] = []  # published by it
         self._owed_ns = 0
         self._polled: dict[Polled, tuple[int, int]] = {}  # messages and bytes that are paid for
         self._idle = True
 
-    def runs(self, entry: Entry) -> bool:
+    def runs(self, entry: PendingCallback) -> bool:
         """Whether ``entry`` has been called and its time is not over. If so, its end is an event
         from now on."""
         self._attend()
         return self._current is entry
 
-    def add(self, entry: Entry) -> None:
+    def add(self, entry: PendingCallback) -> None:
         """``entry`` waits for its turn."""
         self._queue.append(entry)
         self._host.wake(self)
 
-    def add_due(self, entry: Entry) -> None:
+    def add_due(self, entry: PendingCallback) -> None:
         """``entry`` waits for its turn. It is the computer's turn in phase CONTROL now."""
         self._queue.append(entry)
         self.step()
 
-    def remove(self, entry: Entry) -> None:
+    def remove(self, entry: PendingCallback) -> None:
         """``entry``, if it waits, is not to be called."""
         if entry in self._queue:
             self._queue.remove(entry)

@@ -58,7 +58,8 @@ def kinds_of_sonars(equipment: Iterable[Equipment]) -> tuple[Sonar, ...]:
     return tuple(dict.fromkeys(own.sonar for own in equipment if own.sonar is not None))
 
 
-def copied_by_processes(prefix: str, own: Equipment, processes: SubscribingProcesses) -> list[Copied]:
+def copied_by_processes(prefix: str, own: Equipment, processes: SubscribingProcesses
+                        ) -> list[Copied]:
     """The messages of the sensors of one robot, with the number of processes that get each of them;
     its topics begin with ``prefix``."""
     scans = [Copied(f"{prefix}/{topic}", laser_scan_bytes(laser.beams), laser.rate_hz,
