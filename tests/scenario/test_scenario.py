@@ -130,11 +130,10 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     undecided = re.findall(r"^ *(\w+): null$", resolved(scenario()), re.MULTILINE)
     # each medium says itself what it is, and has all hosts; no condition, no such update; robots
     # that go to the nearest frontier announce no goals; their type has nothing of its own; their
-    # antennas send as the medium says
-    # maps in messages are as large as the terrain's; robots have no sonar, and move_base's
-    # oscillation timeout is off; no host looks at carriers
-    assert undecided == ["robot", "strategy", "sonar", "power", "temporal_update",
-                         "published_size", "oscillation_timeout", "fidelity", "hosts", "failover",
+    # antennas send as the medium says; maps in messages are as large as the terrain's; robots are
+    # round and have no sonar, and move_base's oscillation timeout is off; no host looks at carriers
+    assert undecided == ["footprint", "robot", "strategy", "sonar", "power",
+                         "temporal_update", "published_size", "oscillation_timeout", "fidelity", "hosts", "failover",
                          "team_state", "when"]
 
 
