@@ -133,8 +133,8 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     # antennas send as the medium says; maps in messages are as large as the terrain's; robots are
     # round and have no sonar, and move_base's oscillation timeout is off; no host looks at carriers
     assert undecided == ["footprint", "robot", "strategy", "sonar", "power",
-                         "temporal_update", "published_size", "oscillation_timeout", "fidelity", "hosts", "failover",
-                         "team_state", "when"]
+                         "temporal_update", "published_size", "oscillation_timeout", "fidelity",
+                         "hosts", "failover", "team_state", "when"]
 
 
 def test_maze_30_is_table_4():
