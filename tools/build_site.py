@@ -45,6 +45,7 @@ docs/networks-alone
 docs/strategies
 docs/map-sharing
 docs/slam
+docs/computers
 docs/navigation
 docs/results
 docs/replay

@@ -1,5 +1,4 @@
-"""The thread of a node: it runs callbacks one at a time (ros::spin, roscpp's single-threaded
-spinner).
+"""The thread of a node, which runs callbacks one at a time (roscpp's single-threaded spinner).
 
 A callback is called when the thread first gets a processor: there it reads what has come by then,
 and computes. What it costs shows then, too. Its messages are held back until that time is over;
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from desim.middleware.contents import Content
 
 
-class PendingCallback(Protocol):
+class QueuedCallback(Protocol):
     """A callback in the queue of a node. ``trigger``: see ``Work``."""
 
     trigger: str
@@ -85,31 +84,31 @@ class Executor(Job):
         super().__init__(host.computer.priorities.get(node, 0))
         self.node = node
         self._host, self._computer = host, host.computer
-        self._queue: deque[PendingCallback] = deque()
-        self._current: PendingCallback | None = None  # was called, and its time is not over
+        self._queue: deque[QueuedCallback] = deque()
+        self._current: QueuedCallback | None = None  # was called, and its time is not over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
         self._held: list[tuple[Holds, Content]] = []  # published by it
         self._owed_ns = 0
         self._polled: dict[Polled, tuple[int, int]] = {}  # messages and bytes that are paid for
         self._idle = True
 
-    def runs(self, entry: PendingCallback) -> bool:
+    def runs(self, entry: QueuedCallback) -> bool:
         """Whether ``entry`` has been called and its time is not over. If so, its end is an event
         from now on."""
         self._attend()
         return self._current is entry
 
-    def add(self, entry: PendingCallback) -> None:
+    def add(self, entry: QueuedCallback) -> None:
         """``entry`` waits for its turn."""
         self._queue.append(entry)
         self._host.wake(self)
 
-    def add_due(self, entry: PendingCallback) -> None:
+    def add_due(self, entry: QueuedCallback) -> None:
         """``entry`` waits for its turn. It is the computer's turn in phase CONTROL now."""
         self._queue.append(entry)
         self.step()
 
-    def remove(self, entry: PendingCallback) -> None:
+    def remove(self, entry: QueuedCallback) -> None:
         """``entry``, if it waits, is not to be called."""
         if entry in self._queue:
             self._queue.remove(entry)

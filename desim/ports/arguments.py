@@ -55,7 +55,7 @@ def check_work(who: str, quantities: Mapping[str, int]) -> None:
 
 
 def name_of(callback: Callable[..., object]) -> str:
-    """What cost models know a timer of a plug-in by: its function's name, without underscores in
-    front; ``timer`` of what has none."""
+    """The name of a plug-in's timer for cost models: that of its function, without underscores in
+    front, or ``timer`` where it has none."""
     name = getattr(callback, "__name__", "timer").strip("_")
     return name if name.isidentifier() else "timer"

@@ -222,9 +222,9 @@ def test_disciplines_of_one_processor_differ_in_order_alone(jobs, speed):
 
 @given(plays, st.sets(st.integers(0, 24)), st.sampled_from(sorted(DISCIPLINES)), st.integers(1, 3),
        speeds, st.lists(st.integers(0, 3000), max_size=5))
-def test_jobs_that_nobody_waits_for_change_nothing_but_when_their_ends_are_told(
-        jobs, silent, discipline, count, speed, looks):
-    """Those that are awaited end as ever, processors are as busy, whenever one looks, and there are
+def test_jobs_that_nobody_waits_for_change_no_other_job(
+        jobs, silent, discipline, count, speed, samples_ns):
+    """Those that are awaited end as ever, processors are as busy, at any time, and there are
     no more events."""
     logs, busy, events = [], [], []
     for unawaited in (set(), silent):
@@ -232,7 +232,7 @@ def test_jobs_that_nobody_waits_for_change_nothing_but_when_their_ends_are_told(
         for number, (time_ns, work_ns, priority) in enumerate(jobs):
             play.add(time_ns, number, work_ns, priority, awaited=number not in unawaited)
         seen = []
-        for time_ns in looks:
+        for time_ns in samples_ns:
             play.kernel.at(time_ns, 5 << 64, 0,
                            lambda _, play=play, seen=seen: seen.append(play.processors.busy_ns()))
         play.run()

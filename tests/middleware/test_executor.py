@@ -1,5 +1,6 @@
-"""Nodes whose callbacks take time, shown by small whole logs. Times are in ms where nothing else is
-said; messages between hosts arrive at once."""
+"""Nodes whose callbacks take time, shown by small whole logs.
+
+Times are in ms where nothing else is said; messages between hosts arrive at once."""
 
 from fractions import Fraction
 

@@ -1,8 +1,8 @@
 """The pose of a robot whose localization takes time: ROS's transforms.
 
-Localization publishes ``map -> odom``, when the time of its callback is over. Whoever wants the
-robot's pose applies that to the odometry of now, which comes as often as ever: while SLAM is busy
-with a scan, the robot goes on by its wheels from the last correction (as tf does it).
+Localization publishes ``map -> odom`` when the time of its callback is over. The pose is that
+transform of the odometry, which comes as often as ever: while SLAM is busy with a scan, the robot
+goes on by its wheels from the last correction (as with tf).
 """
 
 from __future__ import annotations
