@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from desim import plugins
 from desim.engine.kernel import Kernel
-from desim.errors import DesimError, ModelError, first_line, place_of
+from desim.errors import DesimError, ModelError, described, first_line, place_of
 from desim.units import NS_PER_S
 
 _ROOT = Path(__file__).resolve().parent.parent  # where other packages may be installed, too
@@ -35,13 +35,13 @@ def blame(error: BaseException) -> Blame:
     frames = list(walk_tb(error.__traceback__))
     plugin, line = _plugin(frames)
     when = _place(frames)
-    kind, text = type(error).__name__, first_line(error)
-    words = text if isinstance(error, DesimError) else kind if text == kind else f"{kind}: {text}"
+    said = described(error)
+    words = first_line(error) if isinstance(error, DesimError) else said
     if plugin is None:
         where = "" if isinstance(error, DesimError) else f" at {_line(*frames[-1])}"
         return Blame(f"{words}{where}{when}", isinstance(error, ModelError))
     named = f"{place_of(inspect.unwrap(plugin))} "  # as complaints about what it returned begin
-    does = words.removeprefix(named) if words.startswith(named) else f"raised {words}"
+    does = words.removeprefix(named) if words.startswith(named) else f"raised {said}"
     return Blame(f"{plugins.LOADED[plugin]} {does} at {line}{when}",
                  not _is_ours(Path(inspect.getfile(plugin))))
 

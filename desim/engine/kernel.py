@@ -229,6 +229,12 @@ class Kernel:
             end.cancel()
         self._complete_ns = self.now_ns
 
+    @property
+    def round(self) -> int:
+        """The round that runs now: how often this instant has begun anew."""
+        time_ns, order = self._fired[:2]
+        return order >> _ROUND_BIT if time_ns == self.now_ns else 0
+
     def over(self, time_ns: int, phase: Phase) -> bool:
         """Whether what was booked for ``phase`` of the instant ``time_ns`` has fired: it is no
         later than now, and what runs now belongs to a later phase."""

@@ -47,6 +47,11 @@ class Node:
         """The host's clock."""
         return self._graph.kernel.now_ns
 
+    @property
+    def round(self) -> int:
+        """How long the chain is of events of this instant that led to the present one."""
+        return self._graph.kernel.round
+
     def advertise(self, topic: str, *, transport: str = "stream", latch: bool = False,
                   queue: int = 1, via: str = "unicast") -> Publisher:
         """``topic`` may be published from now on. ``transport``: stream or datagram; ``via``:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from inspect import signature
 
-from desim.errors import ModelError, did_you_mean
+from desim.errors import ModelError, class_of, did_you_mean
 from desim.ports.computers import QUANTITIES
+from desim.ports.strategies import Frontier, Place, Pose2D, Strategy
 
 _TOPIC = re.compile(r"[A-Za-z]\w*(/\w+)*", re.ASCII)  # as ROS names are
 SHORTEST_NS = 1_000_000
+MOST_TIMERS = 10_000  # of a strategy on one host; those that come with desim have three at most
 
 
 def check_topic(topic: object, queue: object) -> None:
@@ -59,3 +62,96 @@ def name_of(callback: Callable[..., object]) -> str:
     front, or ``timer`` where it has none."""
     name = getattr(callback, "__name__", "timer").strip("_")
     return name if name.isidentifier() else "timer"
+
+
+def check_delay(delay_ns: object, waiting: int) -> None:
+    """A time from now on, for one more timer beside those that are ``waiting``."""
+    if type(delay_ns) is not int or delay_ns < 0:
+        raise ModelError(f"a timer's delay is an int >= 0 of ns, not {delay_ns!r}")
+    check_timers(waiting)
+
+
+def check_timers(waiting: int) -> None:
+    """Room for one more timer beside those that are ``waiting``."""
+    if waiting >= MOST_TIMERS:
+        raise ModelError(f"{MOST_TIMERS} timers of this strategy wait on this host: do they set "
+                         "more than one new timer each?")
+
+
+def check_advertised(topic: str, advertised: Collection[str]) -> None:
+    """A topic that is advertised."""
+    if topic not in advertised:
+        raise ModelError(f"topic {topic!r} is published but not advertised; advertised: "
+                         f"{', '.join(sorted(advertised)) or 'nothing'}")
+
+
+def check_new_topic(topic: str, advertised: Collection[str]) -> None:
+    """A topic that is not advertised yet."""
+    if topic in advertised:
+        raise ModelError(f"topic {topic!r} is advertised a second time")
+
+
+def is_place(place: object) -> bool:
+    """Whether it begins with two finite numbers."""
+    return (isinstance(place, tuple) and len(place) >= 2
+            and all(isinstance(at, float | int) and math.isfinite(at) for at in place[:2]))
+
+
+def check_goal(place: object) -> None:
+    """A place to drive to."""
+    if not is_place(place):
+        raise ModelError(f"a robot drives to a place of two finite numbers, not to {place!r}")
+
+
+def checked_places(places: Sequence[Sequence[float]]) -> list[tuple[float, float]]:
+    """The places alone, of what may have more numbers behind: frontiers, poses, rows of arrays."""
+    try:
+        found = [(float(place[0]), float(place[1])) for place in places]
+    except (TypeError, ValueError, LookupError):
+        found = [(math.nan, math.nan)]
+    if not all(math.isfinite(x_m) and math.isfinite(y_m) for x_m, y_m in found):
+        raise ModelError(f"places are pairs of finite numbers, x and y in m, not {places!r}")
+    return found
+
+
+def checked_place(place: Sequence[float]) -> tuple[float, float]:
+    """The place alone, as ``checked_places``."""
+    try:
+        return checked_places([place])[0]
+    except ModelError:
+        raise ModelError(f"a place is a pair of finite numbers, x and y in m, not {place!r}"
+                         ) from None
+
+
+def check_limit(limit: object) -> None:
+    """A number of frontiers, or None for all."""
+    if limit is not None and (type(limit) is not int or limit < 1):
+        raise ModelError(f"a limit is an int >= 1 of frontiers, or None, not {limit!r}")
+
+
+def start_of_ways(origin: Sequence[float] | None, pose: Pose2D | None, has_body: bool
+                  ) -> tuple[float, float]:
+    """``origin``, or the robot's place."""
+    if origin is not None:
+        return checked_place(origin)
+    if pose is None:
+        raise ModelError("ways begin somewhere: this host has no pose"
+                         + (" yet" if has_body else "; give an origin"))
+    return pose.x_m, pose.y_m
+
+
+def check_body(host: str, has_body: bool) -> None:
+    """A host that can drive."""
+    if not has_body:
+        raise ModelError(f"{host} has no body that could drive")
+
+
+def check_choice(strategy: Strategy, chosen: object, shown: Sequence[Frontier],
+                 is_free: Callable[[float, float], bool]) -> None:
+    """A strategy's choice: a frontier that it was ``shown``, a place where the robot can be as far
+    as is known, or None."""
+    if not (chosen is None or isinstance(chosen, Frontier | Place)
+            and (chosen in shown or is_place(chosen) and is_free(chosen.x_m, chosen.y_m))):
+        what = f"a list of {len(chosen)}" if isinstance(chosen, list) else repr(chosen)
+        raise ModelError(f"{class_of(strategy)} chose {what}; wanted: one of frontiers(), a Place "
+                         "that is free in the robot's map, or None")

@@ -16,6 +16,7 @@ from desim.robot.transforms import compose, motion_between, wrapped
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 from desim.testing.localization_bench import DRIFT, LASER, BenchScan, LocalizationBench
+from desim.testing.shared_state import own_state
 
 _PERIOD_NS = 100_000_000  # of the odometer and the laser
 _STEP_M, _STEP_RAD = 0.08, 0.1  # a period
@@ -50,7 +51,7 @@ def check_localization(cls: PluginClass[Localization], **params: object) -> None
     true = _way()
     odometry = _odometry(true)
     fine, rough = _fine(true, odometry), _rough(true, odometry)
-    with own_streams(cls):
+    with own_streams(cls), own_state(cls):
         played = [_play(cls, params, fine, rough) for _ in range(2)]
     need(played[0][0] == played[1][0], cls, "come to the same poses of the same readings: keep "
                                             "state in self, and iterate over no set")

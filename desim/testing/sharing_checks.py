@@ -9,6 +9,7 @@ from desim.ports.sharing import SharedMessage, Sharing
 from desim.robot.tiles import LayerSnapshot, TilePool
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
+from desim.testing.shared_state import own_state
 from desim.testing.sharing_bench import SharingBench
 from desim.units import NS_PER_S
 
@@ -25,7 +26,7 @@ def check_sharing(cls: PluginClass[Sharing], **params: object) -> None:
     the same must happen again. A coordinator without a body, which hears what is carried, must get
     a map as well, unless the class says ``needs_body``."""
     check_form("sharing", cls, params)
-    with own_streams(cls):
+    with own_streams(cls), own_state(cls):
         played = [_Play(cls, params).played() for _ in range(2)]
     need(played[0] == played[1], cls, "share alike in like situations: keep state in self, and "
                                       "iterate over no set")

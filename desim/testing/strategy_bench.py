@@ -7,15 +7,31 @@ part of the team: it delivers messages, or loses them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from desim import ports
 from desim.engine.streams import Streams
-from desim.ports.arguments import check_callback, check_period, check_topic, check_work
-from desim.robot.coordination.strategy_messages import encoded
+from desim.ports.arguments import (
+    check_advertised,
+    check_body,
+    check_callback,
+    check_delay,
+    check_goal,
+    check_limit,
+    check_new_topic,
+    check_period,
+    check_timers,
+    check_topic,
+    check_work,
+    checked_place,
+    checked_places,
+    start_of_ways,
+)
+from desim.robot.coordination.strategy_messages import MessageCount, encoded
 from desim.units import NS_PER_S
 
 Callback = Callable[[ports.StrategyContext], object]
@@ -44,9 +60,19 @@ class StrategyBench:
         self.goals: list[ports.Place | None] = []
         self.shown: dict[str, list[ports.Mark]] = {}
         self.published: list[ports.StrategyMessage] = []
+        self.answers = 0  # of this instant, each to the one before
         self.timers: list[Callback] = []
         self.subscriptions: list[tuple[str, OnMessage]] = []
         self._advertised: set[str] = set()
+        self._messages = MessageCount()
+
+    @property
+    def peers(self) -> Mapping[str, ports.Peer]:
+        return self._peers
+
+    @peers.setter
+    def peers(self, peers: Mapping[str, ports.Peer]) -> None:
+        self._peers = MappingProxyType(dict(peers))
 
     def links(self) -> dict[str, ports.TeamLink]:
         return dict(self.heard)
@@ -55,39 +81,48 @@ class StrategyBench:
         """Of robot_2, the right half of the plane."""
         seen = np.zeros((self.grid.height, self.grid.width), bool)
         seen[:, self.grid.width // 2:] = True
+        seen.flags.writeable = False
         return {name: ports.TeamArea(seen, peer.heard_ns) for name, peer in self.peers.items()}
 
     def frontiers(self, limit: int | None = None, origin: ports.Place | None = None
                   ) -> list[ports.Frontier]:
+        check_limit(limit)
+        self._from(origin)
         return self.known[:limit]
 
     def path_lengths_m(self, places: Sequence[tuple[float, float]],
                        origin: ports.Place | None = None) -> np.ndarray:
-        x_m, y_m = (origin or self.pose or (0.0, 0.0))[:2]
-        return np.array([np.hypot(place[0] - x_m, place[1] - y_m) for place in places])
+        start = self._from(origin)
+        return np.array([math.dist(place, start) for place in checked_places(places)])
 
     def gain_m2(self, place: tuple[float, float]) -> float:
-        return sum(float(one.cells) for one in self.known if one[:2] == tuple(place[:2]))
+        at = checked_place(place)
+        return sum(float(one.cells) for one in self.known if one[:2] == at)
 
     def occupancy(self) -> np.ndarray:
-        return np.zeros((self.grid.height, self.grid.width), np.int8)
+        return self._free(np.int8)
 
     def costmap(self) -> np.ndarray:
-        return np.zeros((self.grid.height, self.grid.width), np.uint8)
+        return self._free(np.uint8)
 
     def go(self, place: tuple[float, float] | ports.Frontier) -> bool:
+        check_body(self.name, self.has_body)
+        check_goal(place)
+        if self.pose is None or not self.is_free(place[0], place[1]):
+            return False
         self.goal = ports.Place(place[0], place[1])
         self.goals.append(self.goal)
         return True
 
     def stop(self) -> None:
+        check_body(self.name, self.has_body)
         self.goal = None
         self.goals.append(None)
 
     def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
         check_topic(topic, queue)
-        assert topic not in self._advertised, f"{topic!r} is advertised twice"
+        check_new_topic(topic, self._advertised)
         self._advertised.add(topic)
 
     def subscribe(self, topic: str, callback: OnMessage, *, queue: int = 10) -> None:
@@ -96,17 +131,19 @@ class StrategyBench:
         self.subscriptions.append((topic, callback))
 
     def publish(self, topic: str, content: Any, size_bytes: int | None = None) -> None:
-        assert topic in self._advertised, f"{topic!r} is published but not advertised"
+        check_advertised(topic, self._advertised)
+        self._messages.add(topic, self.now_ns, self.answers)
         self.published.append(ports.StrategyMessage(
             self.name, topic, encoded(content, size_bytes).decoded(), self.now_ns))
 
     def after(self, delay_ns: int, callback: Callback) -> None:
-        assert type(delay_ns) is int and delay_ns >= 0, f"a delay of {delay_ns!r} ns"
+        check_delay(delay_ns, len(self.timers))
         check_callback(callback, "context")
         self.timers.append(callback)
 
     def every(self, period_ns: int, callback: Callback) -> None:
         check_period(period_ns)
+        check_timers(len(self.timers))
         check_callback(callback, "context")
 
         def again(context: ports.StrategyContext) -> None:
@@ -127,6 +164,13 @@ class StrategyBench:
             assert math.isfinite(x_m) and math.isfinite(y_m) and isinstance(text, str), \
                 f"a mark is two finite numbers and a text, not {(x_m, y_m, text)!r}"
 
+    # --------------------------------------------------------------------------- what a test does
+
+    def is_free(self, x_m: float, y_m: float) -> bool:
+        """Whether the robot can be there: on the plane, that is."""
+        column, row = self.grid.cell(x_m, y_m)
+        return 0 <= column < self.grid.width and 0 <= row < self.grid.height
+
     def run_timers(self) -> None:
         """Call all that was set until now, once. Periodic timers stay set."""
         due, self.timers = self.timers, []
@@ -135,7 +179,8 @@ class StrategyBench:
 
     def hear(self, name: str) -> None:
         """Something of a teammate has come: its pose, its goal."""
-        self.peers[name] = ports.Peer(5.0, 5.0, 0.0, self.now_ns, ports.Place(6.0, 5.0))
+        self.peers = {**self.peers, name: ports.Peer(5.0, 5.0, 0.0, self.now_ns,
+                                                     ports.Place(6.0, 5.0))}
         self.heard[name] = ports.TeamLink(self.now_ns, lambda: -60.0)
 
     def deliver(self, message: ports.StrategyMessage) -> None:
@@ -143,3 +188,11 @@ class StrategyBench:
         for topic, callback in self.subscriptions:
             if topic == message.topic:
                 callback(self, message)
+
+    def _from(self, origin: ports.Place | None) -> tuple[float, float]:
+        return start_of_ways(origin, self.pose, self.has_body)
+
+    def _free(self, dtype: type[np.integer[Any]]) -> np.ndarray:
+        values = np.zeros((self.grid.height, self.grid.width), dtype)
+        values.flags.writeable = False
+        return values

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 from desim import ports
+from desim.ports.arguments import check_choice
 from desim.ports.tasks import Patrol
 from desim.robot.coordination.strategy_events import StrategyEvents
 from desim.robot.team import Team
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
+from desim.testing.shared_state import own_state
 from desim.testing.strategy_bench import StrategyBench
 from desim.units import NS_PER_S
 
@@ -21,20 +25,21 @@ _LATE = [ports.Frontier(5.0, 1.0, 5.5, 30), *_EARLY[1:]]  # somebody has explore
 
 def check_strategy(cls: PluginClass[ports.Strategy], briefing: object = None,
                    **params: object) -> None:
-    """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, a ``Place`` or
-    None, also where the map comes late and changes, takes the same ones in the same situation, and
-    goes on when every message is lost, when messages come late or twice, when teammates are lost
-    and come back, and when there is no frontier left; then it takes None, unless it ``needs`` a
-    briefing. ``briefing`` of its task; where a ``Patrol`` is needed, one of three places."""
+    """Check a ``ports.Strategy``: it takes one of the frontiers that it is shown, a ``Place`` where
+    the robot can be or None, also where the map comes late and changes, takes the same ones in the
+    same situation, keeps its state in ``self``, and goes on when every message is lost, when
+    messages come late or twice, when teammates are lost and come back, when they answer at once,
+    and when there is no frontier left. ``briefing`` of its task; where a ``Patrol`` is needed, one
+    of three places. What a run would refuse raises the ``ModelError`` of the run."""
     check_form("strategy", cls, params)
     needs = getattr(cls, "needs", None)
     if needs is Patrol and briefing is None:
         briefing = _PATROL
     need(needs is None or isinstance(briefing, needs), cls,
          f"be checked with the briefing that it needs: check_strategy(..., briefing={needs}(...))")
-    with own_streams(cls):
-        played = [_Play(cls, params, briefing) for _ in range(2)]
-        choices = [play.played() for play in played]
+    with own_streams(cls), own_state(cls):
+        choices = [_Play(cls, params, briefing).played() for _ in range(2)]
+        _talk([_Play(cls, params, briefing, name) for name in ("robot_1", "robot_2")])
     need(choices[0] == choices[1], cls, f"choose alike in like situations, got {choices}")
 
 
@@ -42,12 +47,15 @@ class _Play:
     """A robot and its team: what happens to them, one thing after the other."""
 
     def __init__(self, cls: PluginClass[ports.Strategy], params: dict[str, object],
-                 briefing: object) -> None:
+                 briefing: object, name: str = "robot_1") -> None:
         self._cls, self._strategy = cls, made(cls, params)
-        self._bench = StrategyBench([])
+        others = tuple(other for other in ("robot_1", "robot_2", "robot_10", "base")
+                       if other != name)
+        self._bench = StrategyBench([], name, others)
         self._bench.task = briefing
-        self._team = Team(self._bench.team, _LOST_AFTER_NS)
+        self._team = Team(others, _LOST_AFTER_NS)
         self._events = StrategyEvents(self._strategy, self._bench, self._team)
+        self._said = 0  # messages that ``news`` has given
         self._choices: list[object] = []
         self._version = 0  # of the map
 
@@ -82,6 +90,35 @@ class _Play:
         self._go_on(2)
         return [*self._choices, *bench.goals]
 
+    # ------------------------------------------------------------------------- with a second robot
+
+    def start(self) -> None:
+        """It begins, and sees a map."""
+        self._bench.peers, self._bench.heard = {}, {}
+        self._events.started()
+        self._map(_EARLY)
+
+    def second(self, other: str) -> None:
+        """A second goes by, in which the ``other`` robot is heard."""
+        self._bench.hear(other)
+        self._team.spoke(other, self._bench.now_ns)
+        self._go_on(1)
+
+    def news(self) -> list[ports.StrategyMessage]:
+        """What it has published since the last call."""
+        found = self._bench.published[self._said:]
+        self._said += len(found)
+        return found
+
+    def hear(self, messages: list[ports.StrategyMessage], answers: int) -> None:
+        """Messages arrive, at the end of so many ``answers``."""
+        self._bench.answers = answers
+        for message in messages:
+            self._bench.deliver(message)
+        self._bench.answers = 0
+
+    # ------------------------------------------------------------------------------------------
+
     def _map(self, frontiers: list[ports.Frontier]) -> None:
         """The map has changed."""
         self._bench.known = frontiers
@@ -99,8 +136,24 @@ class _Play:
                 need(bench.known, self._cls, "return None when there is no frontier; choose raised "
                                              f"{type(error).__name__}: {error}")
                 raise
-            need(bench.known or chosen is None or bench.task is not None, self._cls,
-                 "return None when there is no frontier")
-            need(chosen is None or chosen in bench.known or type(chosen) is ports.Place, self._cls,
+            need(not isinstance(chosen, ports.Frontier) or chosen in bench.known, self._cls,
                  f"return one of frontiers(), a Place or None, not {chosen!r}")
+            check_choice(self._strategy, chosen, bench.known, bench.is_free)
             self._choices.append(chosen)
+
+
+def _talk(robots: list[_Play]) -> None:
+    """Two robots hear each other at once. They have all said what they have to say when the next
+    second begins."""
+    one, other = robots
+    for robot in robots:
+        robot.start()
+    for _ in range(_ROUNDS):
+        one.second("robot_2")
+        other.second("robot_1")
+        for answers in count():
+            said, answered = one.news(), other.news()
+            if not said and not answered:
+                break
+            other.hear(said, answers)
+            one.hear(answered, answers)

@@ -47,7 +47,8 @@ class Team:
                 if name != other and not {name, other} & self.deaf:
                     bench.heard[other] = ports.TeamLink(bench.now_ns)
                     if its.pose is not None:
-                        bench.peers[other] = ports.Peer(*its.pose, bench.now_ns, its.goal)
+                        bench.peers = {**bench.peers, other: ports.Peer(
+                            *its.pose, bench.now_ns, its.goal)}
 
     def talk(self):
         """Deliver messages until nobody says any more."""

@@ -75,7 +75,7 @@ def test_minpos_spreads_robots_that_stand_together():
 def test_a_teammates_goal_makes_frontiers_beside_it_less_useful():
     context = bench((0, 0), [(30, 30)], [(10, 0), (-14, 0)])
     assert chosen(GreedyAssignment, context) == (10.0, 0.0)
-    context.peers["robot_2"] = context.peers["robot_2"]._replace(goal=ports.Place(12.0, 0.0))
+    context.peers = {"robot_2": context.peers["robot_2"]._replace(goal=ports.Place(12.0, 0.0))}
     assert chosen(GreedyAssignment, context) == (-14.0, 0.0)
 
 

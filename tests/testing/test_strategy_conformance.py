@@ -3,26 +3,26 @@
 import pytest
 
 from desim import ports
+from desim.errors import ModelError
 from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
 from desim.testing import check_strategy
 
 S = 10**9
+NAN, INF = float("nan"), float("inf")
 
 
 class Diary(NearestFrontier):
     """Notes all that happens to it."""
 
-    entries = None  # of the life that began last
-
     def __init__(self, params):
         super().__init__(params)
-        type(self).entries = self.entries = []
+        self.entries = []
 
     def note(self, context, *what):
         self.entries.append((context.now_ns // S, *what))
 
     def on_start(self, context):
-        self.note(context, "start", context.pose, len(context.frontiers()))
+        self.note(context, "start", context.pose)
         context.advertise("here")
         context.subscribe("here", self.hear)
         context.every(S, self.speak)
@@ -51,8 +51,15 @@ class Diary(NearestFrontier):
 
 @pytest.fixture(scope="module")
 def entries():
-    check_strategy(Diary)
-    return Diary.entries
+    lives = []
+
+    class Kept(Diary):
+        def __init__(self, params):
+            super().__init__(params)
+            lives.append(self)
+
+    check_strategy(Kept)
+    return lives[0].entries
 
 
 def of(entries, *kinds):
@@ -60,7 +67,7 @@ def of(entries, *kinds):
 
 
 def test_the_map_comes_late(entries):
-    assert entries[0] == (10, "start", None, 0)
+    assert entries[0] == (10, "start", None)
     first = next(k for k, entry in enumerate(entries) if entry[1] == "map")
     assert of(entries[:first], "tick", "choose")[:3] == [("tick", False)] * 3
     assert of(entries, "map") == [("map", 3), ("map", 3), ("map", 0)]
@@ -131,8 +138,8 @@ class Hopeful(NearestFrontier):
         return context.frontiers(limit=1)[0]
 
 
-class Wandering(NearestFrontier):
-    """Drives on where there is nothing left."""
+class Homing(NearestFrontier):
+    """Drives home where there is nothing left."""
 
     def choose(self, context):
         return super().choose(context) or ports.Place(1.0, 1.0)
@@ -143,16 +150,93 @@ class Inventive(NearestFrontier):
         return ports.Frontier(1.0, 2.0, 3.0, 4)
 
 
+class Board(NearestFrontier):
+    """Reads what other robots have written into its class."""
+
+    taken = []
+
+    def choose(self, context):
+        self.taken.append(context.name)
+        return super().choose(context)
+
+
+LOG = {}
+
+
+class Logging(NearestFrontier):
+    def choose(self, context):
+        LOG[context.now_ns] = context.name
+        return super().choose(context)
+
+
+def doing(method, does):
+    """A strategy that does this where it is called ``method``."""
+    return type("Doing", (NearestFrontier,), {method: does, "__module__": __name__,
+                                              "__doc__": "For a test."})
+
+
+def answers(*replies):
+    """A strategy that answers each message with these."""
+    def start(self, context):
+        context.advertise("a")
+        context.subscribe("a", lambda context, message: [
+            context.publish("a", reply) for reply in replies])
+        context.after(5 * S, lambda context: context.publish("a", 0))
+    return doing("on_start", start)
+
+
+def doubles(context):
+    context.after(10**6, doubles)
+    context.after(10**6, doubles)
+
+
 @pytest.mark.parametrize("cls, error, says", [
     (Early, TypeError, "'NoneType' object is not subscriptable"),
     (Stubborn, AssertionError, "return one of frontiers(), a Place or None, not Frontier(x_m=4.0"),
     (Credulous, KeyError, "'robot_1'"),
     (Trusting, KeyError, "'robot_2'"),
     (Hopeful, AssertionError, "return None when there is no frontier; choose raised IndexError"),
-    (Wandering, AssertionError, "return None when there is no frontier"),
     (Inventive, AssertionError, "return one of frontiers(), a Place or None, not Frontier(x_m=1.0"),
+    (Board, AssertionError, "keep its state in self: Board.taken changed, and all robots share it"),
+    (Logging, AssertionError, "keep its state in self: test_strategy_conformance.LOG changed"),
+    *((doing("choose", lambda self, context, chosen=chosen: chosen), ModelError,
+       f"Doing chose {chosen!r}; wanted: one of frontiers(), a Place that is free in the robot's "
+       "map, or None") for chosen in (
+           ports.Place(NAN, 0.0), ports.Place(INF, 0.0), ports.Place("a", None), "north",
+           (1.0, 2.0), ports.Place(1e9, 1e9))),
+    *((doing("on_map", does), error, says) for does, error, says in (
+        (lambda self, context: context.go(ports.Place(NAN, NAN)), ModelError,
+         "a robot drives to a place of two finite numbers, not to Place(x_m=nan, y_m=nan)"),
+        (lambda self, context: context.frontiers(-3), ModelError,
+         "a limit is an int >= 1 of frontiers, or None, not -3"),
+        (lambda self, context: context.path_lengths_m("abc"), ModelError,
+         "places are pairs of finite numbers, x and y in m, not 'abc'"),
+        (lambda self, context: context.path_lengths_m([(0.0, 1.0)], (NAN, 0.0)), ModelError,
+         "a place is a pair of finite numbers, x and y in m, not (nan, 0.0)"),
+        (lambda self, context: context.gain_m2(None), ModelError,
+         "a place is a pair of finite numbers, x and y in m, not None"),
+        (lambda self, context: context.peers.clear(), AttributeError, "mappingproxy"),
+        (lambda self, context: context.occupancy().fill(0), ValueError, "read-only"),
+        (lambda self, context: context.costmap().fill(0), ValueError, "read-only"),
+        (lambda self, context: context.publish("b", 1), ModelError,
+         "topic 'b' is published but not advertised; advertised: nothing"),
+        (lambda self, context: [context.advertise("b"), context.publish("b", NAN)], ModelError,
+         "JSON cannot hold nan (ValueError: Out of range float values"),
+        (lambda self, context: context.after(0.5, print), ModelError,
+         "a timer's delay is an int >= 0 of ns, not 0.5"))),
+    (doing("on_start", lambda self, context: context.frontiers()), ModelError,
+     "ways begin somewhere: this host has no pose yet"),
+    (doing("on_start", lambda self, context: doubles(context)), ModelError,
+     "10000 timers of this strategy wait on this host"),
+    (answers(1, 2), ModelError, "messages of one instant do not end (topic 'a')"),
+    (answers(1), ModelError, "messages of one instant do not end (topic 'a')"),
 ])
 def test_what_each_part_is_there_for(cls, error, says):
     with pytest.raises(error) as caught:
         check_strategy(cls)
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize("cls", [Homing, answers()])
+def test_a_strategy_may_drive_home_and_hear(cls):
+    check_strategy(cls)

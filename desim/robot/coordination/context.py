@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
@@ -25,8 +25,22 @@ from desim.ports import (
     TeamArea,
     TeamLink,
 )
-from desim.ports.arguments import check_callback, check_period, check_topic, name_of
-from desim.robot.coordination.strategy_messages import Encoded, encoded
+from desim.ports.arguments import (
+    check_advertised,
+    check_body,
+    check_callback,
+    check_delay,
+    check_limit,
+    check_new_topic,
+    check_period,
+    check_timers,
+    check_topic,
+    checked_place,
+    checked_places,
+    name_of,
+    start_of_ways,
+)
+from desim.robot.coordination.strategy_messages import Encoded, MessageCount, encoded
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team
 from desim.units import NS_PER_S
@@ -68,6 +82,8 @@ class HostContext:
         self._node, self._team, self._queries, self._body = node, team, queries, body
         self.task = task
         self._topics: set[str] = set()  # advertised
+        self._waiting = 0  # timers
+        self._messages = MessageCount()
 
     # -------------------------------------------------------------------------------- knowledge
 
@@ -107,6 +123,7 @@ class HostContext:
         return {name: area for name, area in found if area is not None}
 
     def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
+        check_limit(limit)
         discs = _NO_DISCS if self._body is None else self._body.discs()
         found = self._queries.frontiers(self._from(origin), limit, discs)
         self._node.worked(plans=1, cells=self._queries.cells, candidates=len(found))
@@ -117,11 +134,11 @@ class HostContext:
     def path_lengths_m(self, places: Sequence[tuple[float, float]], origin: Place | None = None
                        ) -> np.ndarray:
         self._node.worked(plans=1, cells=self._queries.cells, candidates=len(places))
-        return self._queries.path_lengths_m(self._from(origin), [place[:2] for place in places])
+        return self._queries.path_lengths_m(self._from(origin), checked_places(places))
 
     def gain_m2(self, place: tuple[float, float]) -> float:
         self._node.worked(candidates=1)
-        return self._queries.gain_m2(*place[:2])
+        return self._queries.gain_m2(*checked_place(place))
 
     @property
     def grid(self) -> GridSpec:
@@ -148,8 +165,7 @@ class HostContext:
             raise InputError("coordination.strategy: it speaks to its team, of places that mean "
                              "nothing to robots that do not know where the others started; choose "
                              "one that is silent, or another coordination.exchange.model")
-        if topic in self._topics:
-            raise ModelError(f"topic {topic!r} is advertised a second time")
+        check_new_topic(topic, self._topics)
         self._topics.add(topic)
         try:
             self._node.advertise(_absolute(self.name, topic), transport=transport, latch=latch,
@@ -165,18 +181,21 @@ class HostContext:
                                  queue)
 
     def publish(self, topic: str, content: Any, size_bytes: int | None = None) -> None:
-        if topic not in self._topics:
-            raise ModelError(f"topic {topic!r} is published but not advertised; advertised: "
-                             f"{', '.join(sorted(self._topics)) or 'nothing'}")
+        check_advertised(topic, self._topics)
+        self._messages.add(topic, self.now_ns, self._node.round)
         self._node.publish(_absolute(self.name, topic), encoded(content, size_bytes))
 
     def after(self, delay_ns: int, callback: Callback) -> None:
+        check_delay(delay_ns, self._waiting)
         check_callback(callback, "context")
-        self._node.after(delay_ns, callback, self, name=name_of(callback))
+        self._waiting += 1
+        self._node.after(delay_ns, self._call, callback, name=name_of(callback))
 
     def every(self, period_ns: int, callback: Callback) -> None:
         check_period(period_ns)
+        check_timers(self._waiting)
         check_callback(callback, "context")
+        self._waiting += 1
         self._node.timer(Fraction(NS_PER_S, period_ns), lambda _: callback(self),
                          name=name_of(callback))
 
@@ -200,17 +219,16 @@ class HostContext:
         self._team.spoke(source, self.now_ns)
         callback(self, StrategyMessage(source, topic, said.decoded(), message.born_ns))
 
+    def _call(self, callback: Callback) -> None:
+        self._waiting -= 1
+        callback(self)
+
     def _from(self, origin: Place | None) -> tuple[float, float]:
-        place = origin or self.pose
-        if place is None:
-            raise ModelError("ways begin somewhere: this host has no pose"
-                             + ("; give an origin" if self._body is None else " yet"))
-        return place[0], place[1]
+        return start_of_ways(origin, self.pose, self.has_body)
 
     def _driver(self) -> Drives:
-        if self._body is None:
-            raise ModelError(f"{self.name} has no body that could drive")
-        return self._body
+        check_body(self.name, self.has_body)
+        return cast(Drives, self._body)
 
 
 def _absolute(host: str, topic: str) -> str:

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.engine.trace import bits
-from desim.errors import ModelError, class_of
 from desim.middleware.contents import Float64, Goal, GoalResult
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Frontier, GoalEnd, Place, Pose2D, Strategy
+from desim.ports.arguments import check_choice, check_goal
 from desim.robot.coordination.blacklist import Blacklist
 from desim.robot.coordination.context import HostContext
 from desim.robot.coordination.strategy_events import StrategyEvents
@@ -102,8 +102,7 @@ class Explore(Node):
 
     def go(self, place: tuple[float, float] | Frontier) -> bool:
         """Drive to ``place``; see ``StrategyContext.go``."""
-        if not self._is_place(place):
-            raise ModelError(f"a robot drives to a place of two finite numbers, not to {place!r}")
+        check_goal(place)
         if not self._mapped or not self._queries.is_free(place[0], place[1]):
             return False
         before = self._target
@@ -194,18 +193,8 @@ class Explore(Node):
     def _chosen(self) -> Frontier | Place | None:
         """The strategy's choice. Raises ``ModelError`` for a place where the robot cannot be."""
         chosen = self._strategy.choose(self._context)
-        if not (chosen is None or isinstance(chosen, Frontier | Place)
-                and (chosen in self._shown or self._is_place(chosen)
-                     and self._queries.is_free(chosen.x_m, chosen.y_m))):
-            what = f"a list of {len(chosen)}" if isinstance(chosen, list) else repr(chosen)
-            raise ModelError(f"{class_of(self._strategy)} chose {what}; wanted: one of "
-                             "frontiers(), a Place that is free in the robot's map, or None")
+        check_choice(self._strategy, chosen, self._shown, self._queries.is_free)
         return chosen
-
-    @staticmethod
-    def _is_place(place: object) -> bool:
-        return (isinstance(place, tuple) and len(place) >= 2
-                and all(isinstance(at, float | int) and math.isfinite(at) for at in place[:2]))
 
     def _drive_to(self, place: tuple[float, float] | Frontier) -> None:
         at = Place(place[0], place[1])

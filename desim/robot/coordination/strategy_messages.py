@@ -9,6 +9,10 @@ from typing import NamedTuple
 from desim.errors import ModelError, described
 
 _STRING_BYTES = 4  # std_msgs/String: the length in front of the text
+# Bounds of one instant. Strategies that come with desim publish a few messages in one, and answer
+# once; the kernel's own bound is twice this number of answers (``desim.engine.kernel.MAX_ROUNDS``).
+_MOST_MESSAGES = 10_000
+_MOST_ANSWERS = 500
 
 
 class Encoded(NamedTuple):
@@ -28,7 +32,7 @@ def encoded(content: object, size_bytes: int | None) -> Encoded:
     ``ModelError`` for what cannot be encoded, and for a size that is none."""
     if size_bytes is None:
         try:
-            data = json.dumps(content, separators=(",", ":")).encode()
+            data = json.dumps(content, separators=(",", ":"), allow_nan=False).encode()
         except (TypeError, ValueError) as error:
             raise ModelError(f"JSON cannot hold {content!r} ({described(error)}); "
                              "publish numbers, texts, lists and mappings of them, or give "
@@ -40,3 +44,20 @@ def encoded(content: object, size_bytes: int | None) -> Encoded:
         return Encoded(pickle.dumps(content), False, size_bytes)
     except (pickle.PicklingError, TypeError, AttributeError) as error:
         raise ModelError(f"{content!r} cannot be pickled ({described(error)})") from error
+
+
+class MessageCount:
+    """Counts the messages that a strategy publishes on one host in one instant, so that strategies
+    that answer each other for ever do not hang a run."""
+
+    def __init__(self) -> None:
+        self._now_ns, self._messages = -1, 0
+
+    def add(self, topic: str, now_ns: int, answers: int) -> None:
+        """One more, at the end of so many ``answers`` of this instant, each to the one before.
+        Raises ``ModelError`` for too many."""
+        self._messages = self._messages + 1 if now_ns == self._now_ns else 1
+        self._now_ns = now_ns
+        if self._messages > _MOST_MESSAGES or answers > _MOST_ANSWERS:
+            raise ModelError(f"messages of one instant do not end (topic {topic!r}): do strategies "
+                             "answer each message with another one?")
