@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from inspect import Parameter, Signature, getattr_static, isfunction, signature
@@ -184,6 +184,14 @@ def has_common_frame(sharing: str) -> bool:
 def needs_body(sharing: str) -> bool:
     """Whether a host without a body would get no map by it."""
     return bool(getattr(load("sharing", sharing), "needs_body", False))
+
+
+def uncoordinated(strategy: str, others: Iterable[str]) -> bool:
+    """Whether a strategy of robots needs a coordinator of its own class, which is not among the
+    strategies of hosts without a body."""
+    cls = load("strategy", strategy)
+    return (bool(getattr(cls, "needs_coordinator", False))
+            and not any(load("strategy", other) is cls for other in others))
 
 
 def unbriefed(strategy: str, task: str) -> str:

@@ -226,7 +226,8 @@ class Strategy(Protocol):
 
     A class with ``reads_team_state = True`` gets the poses and goals of ``peers`` every second,
     unless the scenario says otherwise (``coordination.team_state``). One with ``needs``, a class,
-    serves only tasks whose briefing is of that class.
+    serves only tasks whose briefing is of that class. One with ``needs_coordinator = True`` is
+    refused on robots unless a host without a body runs it, too.
     """
 
     @property

@@ -273,6 +273,23 @@ def _frames(scenario: Scenario, _: Folder) -> Found:
         return  # there is no such plug-in, which is complained of where it is named
 
 
+def _uncoordinated(scenario: Scenario, _: Folder) -> Found:
+    """Strategies whose robots would wait for a coordinator that is not there."""
+    there = [host.strategy.strategy for host in scenario.hosts.values()
+             if host.strategy is not None]
+    for path, strategy in _chosen(scenario):
+        if path[0] == "hosts":
+            continue
+        try:
+            is_missed = plugins.uncoordinated(strategy, there)
+        except InputError:
+            continue  # there is no such plug-in, which is complained of where it is named
+        if is_missed:
+            name = plugins.bare(strategy)
+            yield path, (f"{name!r} needs a host without a body that runs it, too; write hosts: "
+                         f"{{base: {{strategy: {name}}}}}")
+
+
 def _coordinators(scenario: Scenario, _: Folder) -> Found:
     """Map sharing that gives a host without a body no map."""
     exchange = scenario.coordination.exchange
@@ -323,6 +340,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     *network_checks.CHECKS,
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), _briefed),
     ((("coordination",), ("hosts",), ("fleet", "types")), _frames),
+    ((("coordination",), ("hosts",), ("fleet", "types")), _uncoordinated),
     ((("coordination", "exchange"), ("hosts",)), _coordinators),
     ((("physics", "model"),), _world),
 )

@@ -122,15 +122,15 @@ def desim(tmp_path, monkeypatch):
     ("s_silent", STRATEGY, "view.publish('bid', 1)", "strategy s_silent:Plugin raised ModelError: "
      "topic 'bid' is published but not advertised; advertised: nothing at s_silent.py:12 (robot_"),
     ("s_json", STRATEGY, "view.advertise('bid'); view.publish('bid', {1, 2})", "strategy "
-     "s_json:Plugin raised ModelError: JSON cannot hold {1, 2} (TypeError: Object of type set is not JSON "
-     "serializable); publish numbers, texts, lists and mappings of them, or give size_bytes at "
-     "s_json.py:12 (robot_"),
+     "s_json:Plugin raised ModelError: JSON cannot hold {1, 2} (TypeError: Object of type set is "
+     "not JSON serializable); publish numbers, texts, lists and mappings of them, or give "
+     "size_bytes at s_json.py:12 (robot_"),
     ("s_size", STRATEGY, "view.advertise('bid'); view.publish('bid', 1, -1)", "strategy "
      "s_size:Plugin raised ModelError: size_bytes is an int >= 0, not -1 at s_size.py:12 (robot_"),
-    ("s_gone", STRATEGY, "view.go('left')", "strategy s_gone:Plugin raised ModelError: a robot drives to a "
-     "place of two finite numbers, not to 'left' at s_gone.py:12 (robot_"),
-    ("s_timer", STRATEGY, "view.every(0, print)", "strategy s_timer:Plugin raised ModelError: a timer's period "
-     "is an int >= 1000000 of ns (1 ms), not 0 at s_timer.py:12 (robot_"),
+    ("s_gone", STRATEGY, "view.go('left')", "strategy s_gone:Plugin raised ModelError: "
+     "a robot drives to a place of two finite numbers, not to 'left' at s_gone.py:12 (robot_"),
+    ("s_timer", STRATEGY, "view.every(0, print)", "strategy s_timer:Plugin raised ModelError: "
+     "a timer's period is an int >= 1000000 of ns (1 ms), not 0 at s_timer.py:12 (robot_"),
     ("s_late", STRATEGY, "view.after(10**9, lambda view: view.nothing)", "strategy s_late:Plugin "
      "raised AttributeError: 'HostContext' object has no attribute 'nothing' at s_late.py:12 "
      "(robot_"),
@@ -147,10 +147,10 @@ def desim(tmp_path, monkeypatch):
      "        def tick(self, view): return 1 / 0", "strategy c_timer:Plugin raised "
      "ZeroDivisionError: division by zero at c_timer.py:14 (robot_"),
     ("c_loop", METHODS, ON_START + "view.after(0, self.on_start)", "strategy c_loop:Plugin raised "
-     "KernelError: more than 1000 rounds at 0 ns: the loop goes through Node._run in phase CONTROL at "
-     "c_loop.py:13 (robot_"),
-    *((f"c_{name}", METHODS, ON_START + call, f"strategy c_{name}:Plugin raised ModelError: {says} at "
-       f"c_{name}.py:13 (robot_0, 0 s)") for name, call, says in (
+     "KernelError: more than 1000 rounds at 0 ns: the loop goes through Node._run in phase CONTROL "
+     "at c_loop.py:13 (robot_"),
+    *((f"c_{name}", METHODS, ON_START + call, f"strategy c_{name}:Plugin raised ModelError: "
+       f"{says} at c_{name}.py:13 (robot_0, 0 s)") for name, call, says in (
            ("soon", "view.every(999_999, print)",
             "a timer's period is an int >= 1000000 of ns (1 ms), not 999999"),
            ("past", "view.after(-1, print)",
@@ -171,20 +171,29 @@ def desim(tmp_path, monkeypatch):
             "object)"),
            ("nan", "view.advertise('a'); view.publish('a', 1, float('nan'))",
             "size_bytes is an int >= 0, not nan"))),
+    ("c_storm", METHODS, ON_START + "view.advertise('a'); view.subscribe('a', self.hear); "
+     "view.after(10**9, lambda view: view.publish('a', 0))\n        def hear(self, view, message): "
+     "view.publish('a', 1); view.publish('a', 2)", "strategy c_storm:Plugin raised ModelError: "
+     "messages of one instant do not end (topic 'a'): do strategies answer each message with "
+     "another one? at c_storm.py:14 (robot_"),
+    ("c_timers", METHODS, ON_START + "[view.after(10**6, self.on_start) for _ in range(2)]",
+     "strategy c_timers:Plugin raised ModelError: 10000 timers of this strategy wait on this host: "
+     "do they set more than one new timer each? at c_timers.py:13 (robot_0, 0.013 s)"),
     ("c_away", METHODS, "def on_map(self, view): view.go((float('inf'), 0.0))", "strategy "
-     "c_away:Plugin raised ModelError: a robot drives to a place of two finite numbers, not to (inf, 0.0) at "
-     "c_away.py:13 (robot_"),
+     "c_away:Plugin raised ModelError: a robot drives to a place of two finite numbers, not to "
+     "(inf, 0.0) at c_away.py:13 (robot_"),
     ("c_peers", METHODS, "def on_map(self, view): view.peers['x'] = 5", "strategy c_peers:Plugin "
      "raised TypeError: 'mappingproxy' object does not support item assignment at c_peers.py:13 "),
     *((f"t_{name}", TASK, EACH_SECOND + f"def tick(self, context): {call}",
        f"task t_{name}:Plugin raised {says} at t_{name}.py:13 (1 s)") for name, call, says in (
            ("raises", "return 1 / 0", "ZeroDivisionError: division by zero"),
            ("reason", "context.end(5)", "ModelError: a run ends for a reason, a text, not 5"),
-           ("who", "context.record('x', 'nobody')", "ModelError: a task's row is about a robot, not 'nobody'"),
+           ("who", "context.record('x', 'nobody')",
+            "ModelError: a task's row is about a robot, not 'nobody'"),
            ("row", "context.record('x', 'robot_0', 0.5)",
             "ModelError: a task's row has ints, not 0.5 and 0"))),
-    ("t_args", TASK, EACH_SECOND + "def tick(self): pass", "task t_args:Plugin raised ModelError: a callback "
-     "takes (context); Plugin.tick takes () at t_args.py:12"),
+    ("t_args", TASK, EACH_SECOND + "def tick(self): pass", "task t_args:Plugin raised ModelError: "
+     "a callback takes (context); Plugin.tick takes () at t_args.py:12"),
     ("s_list", STRATEGY, "return view.frontiers()[:1] * 99", "s_list.Plugin (s_list.py:4) chose a "
      "list of 99; wanted: one of frontiers(), a "),
     ("s_tuple", STRATEGY, "return tuple(view.frontiers()[0])",
@@ -202,8 +211,8 @@ def desim(tmp_path, monkeypatch):
      "n_raises.py:12 (medium lan, "),
     ("n_past", NETWORK, "self.context.settle(frame, frame.receivers[0], ports.Deliver(-5))",
      "network n_past:Plugin raised "),
-    ("n_late", NETWORK, "self.context.at(-1, print)", "network n_late:Plugin raised KernelError: time_ns must "
-     "be an int >= now (0), got -1 for print at n_late.py:12 (medium lan, 0 s)"),
+    ("n_late", NETWORK, "self.context.at(-1, print)", "network n_late:Plugin raised KernelError: "
+     "time_ns must be an int >= now (0), got -1 for print at n_late.py:12 (medium lan, 0 s)"),
     ("n_callback", NETWORK, "self.context.at(self.context.now_ns + 7, self.start, frame)",
      "network n_callback:Plugin raised TypeError: Plugin.start() missing 1 required positional "
      "argument: 'hosts' at n_callback.py:9 (7e-09 s)"),

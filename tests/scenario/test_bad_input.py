@@ -39,6 +39,13 @@ WRONG = {
     "a base without a task": ("hosts: {base: {strategy: cyclic_patrol}}", [
         "2:26: hosts.base.strategy: 'cyclic_patrol' needs a task that gives robots a Patrol; the "
         "task 'exploration' gives nothing"]),
+    "robots without their coordinator": ("coordination: {strategy: centralized}", [
+        "2:26: coordination.strategy: 'centralized' needs a host without a body that runs it, too; "
+        "write hosts: {base: {strategy: centralized}}"]),
+    "robots with another coordinator": (
+        "fleet: {types: {scout: {strategy: centralized}}}\nhosts: {base: {strategy: minpos}}", [
+            "2:35: fleet.types.scout.strategy: 'centralized' needs a host without a body that runs "
+            "it, too; write hosts: {base: {strategy: centralized}}"]),
     "poses without a common frame": (
         "coordination: {exchange: {model: registered_maps}, team_state: {period: 1 s}}", [
             "2:64: coordination.team_state: with 'registered_maps' robots do not know where the "

@@ -35,6 +35,8 @@ class Centralized:
         failsafe_after_ns: Duration = Field("15 s", description=(
             "without any word of the base: go on alone (15 periods)"))
 
+    needs_coordinator = True
+
     def __init__(self, params: Params) -> None:
         self._params, self._contact = params, Contact()
         # On a robot: who has sent tasks; the places where drives ended since the last report.
