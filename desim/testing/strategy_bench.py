@@ -38,6 +38,7 @@ Callback = Callable[[ports.StrategyContext], object]
 OnMessage = Callable[[ports.StrategyContext, ports.StrategyMessage], object]
 
 _SIDE_M = 100.0
+_FREE_M = 100.0  # beyond the raster the plane goes on as far
 _CELL_M = 0.5
 
 
@@ -168,8 +169,7 @@ class StrategyBench:
 
     def is_free(self, x_m: float, y_m: float) -> bool:
         """Whether the robot can be there: on the plane, that is."""
-        column, row = self.grid.cell(x_m, y_m)
-        return 0 <= column < self.grid.width and 0 <= row < self.grid.height
+        return max(abs(x_m), abs(y_m)) <= _FREE_M
 
     def run_timers(self) -> None:
         """Call all that was set until now, once. Periodic timers stay set."""

@@ -102,7 +102,7 @@ def test_a_cart_drives_to_and_fro(scenario, recording):
 
 def test_goals_and_plans_follow_each_other(recording):
     kinds = {plan.kind for plan in recording.plans}
-    assert kinds == {"goal", "plan", "frontiers"}
+    assert kinds == {"goal", "plan", "frontiers", "way"}
     times = [plan.time_ns for plan in recording.plans]
     assert times == sorted(times)
     goal = next(plan for plan in recording.plans if plan.kind == "goal")

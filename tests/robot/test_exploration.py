@@ -183,6 +183,27 @@ def test_what_a_strategy_sees():
     assert number == Streams(3)("host", "r0", "explore", "strategy", "x").integers(100)
 
 
+class Restless:
+    """A strategy that looks for frontiers whenever its map has changed, also on its way."""
+
+    def choose(self, view):
+        return next(iter(view.frontiers()), None)
+
+    def on_map(self, view):
+        if view.goal is not None:
+            view.go(view.frontiers()[-1])
+
+
+def test_all_frontiers_that_a_strategy_looks_at_are_displayed():
+    play, shown = Play(strategy=Restless()), []
+    play.graph.on_display = lambda host, kind, points, texts: shown.append(
+        (play.kernel.now_ns // S, kind, len(points)))
+    play.at(5, lambda: play.know(LEFT_KNOWN))
+    assert len(play.run(10)) == 2
+    assert [entry for entry in shown if entry[1] == "frontiers"] == [
+        (0, "frontiers", 2), (5, "frontiers", 1)]
+
+
 def test_a_strategy_of_ones_own_may_choose_any_place():
     class Fixed:
         def choose(self, view):

@@ -9,6 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim import ports
+from desim.robot.coordination.strategies.connectivity import Connectivity
+from desim.robot.coordination.strategies.explore_multirobot import ExploreMultirobot
 from desim.robot.coordination.strategies.greedy_assignment import GreedyAssignment
 from desim.robot.coordination.strategies.hungarian import Hungarian
 from desim.robot.coordination.strategies.minpos import MinPos
@@ -54,6 +56,22 @@ def test_alone_on_a_plain_every_strategy_but_the_best_view_takes_the_nearest(cls
     nearest = context.known[0].path_m
     found = next(one for one in context.known if one[:2] == chosen(cls, context))
     assert cls is NextBestView or found.path_m == pytest.approx(nearest)
+
+
+@pytest.mark.parametrize("cls, kind, texts", [
+    (ExploreMultirobot, "cost", ["cost 3.0: way 5.0, gain 2.0", "cost 8.0: way 10.0, gain 2.0"]),
+    (Connectivity, "way", ["10 m", "20 m"]),
+    (GreedyAssignment, "value", ["value 15 m", "value 5 m"]),
+    (NearestFrontier, "way", ["10 m"]),
+    (NextBestView, "utility", ["0.5 m2", "0.1 m2"]),
+    (Voronoi, "way", ["10 m", "20 m, outside by 14 m"]),
+])
+def test_what_a_choice_goes_by_is_shown_beside_the_frontiers(cls, kind, texts):
+    context = bench((0, 0), [(16, -18)], [(10, 0), (16, -12)], cells=4)
+    chosen(cls, context)
+    assert [mark.text for mark in context.shown[kind]] == texts
+    assert [mark[:2] for mark in context.shown[kind]] == [
+        one[:2] for one in context.known][:len(texts)]
 
 
 def test_minpos_leaves_a_frontier_to_teammates_that_are_nearer():

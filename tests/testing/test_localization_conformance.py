@@ -86,7 +86,7 @@ class Blank(DeadReckoning):
     (Lost, r"return a Pose2D of three finite numbers, not Pose2D\(x_m=nan"),
     (Array, r"return a Pose2D of three finite numbers, not array\("),
     (Backwards, r"be about as good as the odometry in a room: 1\d\.\d\d m and "),
-    (Shared, "come to the same poses of the same readings: keep state in self"),
+    (Shared, r"keep its state in self: Shared.readings changed, and all robots share it$"),
     (Throws, "draw from context.stream.* only, not from random or numpy.random$"),
     (Draws, "say draws_map = True in its class, as it draws$"),
     (Twice, "draw the scan that has just come, and once$"),

@@ -124,8 +124,10 @@ class Explore(Node):
         return self._blacklist.discs()
 
     def show(self, frontiers: list[Frontier]) -> None:
-        """The strategy was shown ``frontiers``."""
+        """The strategy was shown ``frontiers``, and so are people."""
         self._shown += frontiers
+        if self.is_watched:
+            self.display("frontiers", np.array([one[:2] for one in frontiers]).reshape(-1, 2))
 
     # ---------------------------------------------------------------------------- what comes in
 
@@ -181,8 +183,6 @@ class Explore(Node):
             self._blacklist.add(self._edge(chosen)[0], self.now_ns)
             chosen = self._chosen()
         self._checked = self._costmap.robot_map.version
-        if self.is_watched:
-            self.display("frontiers", np.array([place[:2] for place in self._shown]).reshape(-1, 2))
         if chosen is not None:
             self._drive_to(chosen)
         elif self._target is None:  # nor did the strategy set a goal while it was asked

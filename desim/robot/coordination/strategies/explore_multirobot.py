@@ -98,15 +98,19 @@ class ExploreMultirobot:
         resolution_m, params = robot.grid.resolution_m, self._params
         self._chosen_ns = robot.now_ns
 
-        def cost(frontier: ports.Frontier) -> float:
-            potential = NEUTRAL * frontier.path_m / resolution_m
-            return (params.potential_scale * potential
-                    - params.gain_scale * frontier.cells * resolution_m)
+        def way(frontier: ports.Frontier) -> float:
+            return params.potential_scale * (NEUTRAL * frontier.path_m / resolution_m)
 
-        best = min((one for one in robot.frontiers()
-                    if one.cells * resolution_m >= params.min_frontier_m
-                    and not self._is_avoided(one, _ALIKE_CELLS * resolution_m)),
-                   key=cost, default=None)
+        def gain(frontier: ports.Frontier) -> float:
+            return params.gain_scale * frontier.cells * resolution_m
+
+        candidates = [one for one in robot.frontiers()
+                      if one.cells * resolution_m >= params.min_frontier_m
+                      and not self._is_avoided(one, _ALIKE_CELLS * resolution_m)]
+        robot.show("cost", (ports.Mark(*one[:2], f"cost {way(one) - gain(one):.1f}: way "
+                                       f"{way(one):.1f}, gain {gain(one):.1f}")
+                            for one in candidates))
+        best = min(candidates, key=lambda one: way(one) - gain(one), default=None)
         self._done = best is None and params.done == "for_good"
         return best
 

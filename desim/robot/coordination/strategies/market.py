@@ -165,7 +165,7 @@ class Market:
                                 for place, (name, _) in held.items()))
 
     def _show_lots(self, robot: ports.StrategyContext) -> None:
-        robot.show("bid", (ports.Mark(*lot, f"{bidder}: {profit_m:.0f} m")
+        robot.show("bid", (ports.Mark(*lot, f"{bidder}: profit {profit_m:.0f} m")
                            for lot, (profit_m, bidder) in self._lots.items()))
 
     def _turn(self, robot: ports.StrategyContext) -> None:

@@ -5,7 +5,9 @@ from desim import ports
 
 def nearest(context: ports.StrategyContext) -> ports.Frontier | None:
     """The reachable frontier with the shortest way; None without one."""
-    return next(iter(context.frontiers(limit=1)), None)
+    found = context.frontiers(limit=1)
+    context.show("way", (ports.Mark(*one[:2], f"{one.path_m:.0f} m") for one in found))
+    return next(iter(found), None)
 
 
 class NearestFrontier:

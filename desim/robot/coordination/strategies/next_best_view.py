@@ -25,6 +25,6 @@ class NextBestView:
             return gain_m2 * math.exp(-self._decay_per_m * frontier.path_m)
 
         utilities = {frontier: utility(frontier) for frontier in context.frontiers()}
-        context.show("utility", (ports.Mark(*one[:2], f"{value:.2g}")
+        context.show("utility", (ports.Mark(*one[:2], f"{value:.1f} m2")
                                  for one, value in utilities.items()))
         return max(utilities, key=lambda one: utilities[one], default=None)

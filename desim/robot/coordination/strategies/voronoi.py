@@ -24,4 +24,11 @@ class Voronoi:
                              for peer in context.peers.values()), default=math.inf)
             return max(0.0, own_m - nearest_m)
 
-        return min(context.frontiers(), key=lambda one: (outside_m(one), one.path_m), default=None)
+        frontiers = context.frontiers()
+        context.show("way", (ports.Mark(*one[:2], _described(one, outside_m(one)))
+                             for one in frontiers))
+        return min(frontiers, key=lambda one: (outside_m(one), one.path_m), default=None)
+
+
+def _described(frontier: ports.Frontier, outside_m: float) -> str:
+    return f"{frontier.path_m:.0f} m" + (f", outside by {outside_m:.0f} m" if outside_m else "")
