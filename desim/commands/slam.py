@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -37,7 +38,8 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
          relations: Annotated[Path | None, typer.Option(
              metavar="FILE", show_default=False, help="true relative poses to compare with, lines "
                                                       "of t1 t2 x y z roll pitch yaw")] = None,
-         particles: Annotated[int, typer.Option(min=1, max=1000, help="of gmapping")] = 30,
+         particles: Annotated[int | None, typer.Option(
+             min=1, max=1000, show_default="30", help="of gmapping")] = None,
          resolution: Annotated[float, typer.Option(min=0.02, max=2.0,
                                                    help="width of a cell in m")] = 0.05,
          seed: Annotated[int, typer.Option(min=0, help="seed of all random numbers")] = 1,
@@ -63,8 +65,12 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         found = read_carmen(log)
         if true is not None:  # a wrong file is refused before the work
             errors_of(found.times_s, found.odometry, true)
-        play = _player(localization, settings, SlamSettings(
-            particles=particles, resolution_m=resolution, laser=found.laser), seed)
+        if particles is not None and localization != "gmapping":
+            raise InputError(f"--particles {particles}: {localization} has none; allowed with "
+                             "gmapping")
+        chosen = SlamSettings(resolution_m=resolution, laser=found.laser)
+        play = _player(localization, settings, chosen if particles is None
+                       else replace(chosen, particles=particles), seed)
         with compiling(as_json):  # and of the CPU time, no part is a compiler's
             play(found.first(_WARM_UP), _unseen)
         with counting(Terminal(stderr=True), "scans") as done:

@@ -85,8 +85,9 @@ def _complaint(block: type[Params], data: object, base: Path, more: tuple[str, .
     kind, context = error["type"], error.get("ctx", {})
     if kind == "extra_forbidden":
         known = [*(more if len(own) == 1 else ()), *keys(_block(block, location[:-1]))]
-        return Complaint(path, f"unknown key{did_you_mean(str(own[-1]), known)}; allowed: "
-                               f"{', '.join(known)}", at_key=True)
+        text = (f"{did_you_mean(str(own[-1]), known)}; allowed: {', '.join(known)}" if known
+                else "; it has no parameters")
+        return Complaint(path, f"unknown key{text}", at_key=True)
     if kind == "missing":
         return _missing(block, data, base, location)
     if kind == "value_error":

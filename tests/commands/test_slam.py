@@ -68,7 +68,10 @@ def test_the_text_has_them_too(folder):
     (["--set", "particles=5"], "--set particles=5: is for plug-ins; gmapping has --particles and "
                                "--resolution\n"),
     (["--localization", "odometry", "--set", "drift"], "--set drift: must look like key=value\n"),
-    (["--localization", "odometry", "--set", "drift=1"], "--set drift: unknown key"),
+    (["--localization", "odometry", "--set", "drift=1"],
+     "--set drift: unknown key; it has no parameters\n"),
+    (["--localization", "scan_matching", "--particles", "50"],
+     "--particles 50: scan_matching has none; allowed with gmapping\n"),
     (["--to", "map.txt"], "--to: map.txt does not end like a picture; allowed: .png, .pdf, .svg"),
     (["--particles", "0"], "Invalid value for '--particles'")])
 def test_a_wrong_option_is_refused(folder, words, message):

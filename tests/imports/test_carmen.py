@@ -100,8 +100,10 @@ def test_poses_that_somebody_has_corrected_are_no_mount(tmp_path):
 
 
 WRONG = {
-    "no scan": ("ODOM 1 2 3\n", ": has no scan; wanted: a log of CARMEN with lines FLASER, "
-                                "ROBOTLASER1, or RAWLASER1 and ODOM"),
+    "empty": ("", ":0: the log ends without a scan; wanted: a log of CARMEN with lines FLASER, "
+              "ROBOTLASER1, or RAWLASER1 and ODOM"),
+    "no scan": ("ODOM 1 2 3\n", ":1: the log ends without a scan; wanted: a log of CARMEN with "
+                                "lines FLASER, ROBOTLASER1, or RAWLASER1 and ODOM"),
     "count": ("\nFLASER x 1 2\n", ":2: FLASER has 'x' as the number of ranges; allowed: 0 to "
                                   "100000"),
     "no count": ("FLASER", ":1: FLASER ends after 0 values; wanted: the number of ranges, the "
@@ -127,8 +129,8 @@ WRONG = {
                   ":1: PARAM robot_front_laser_max has 'far' where a number is wanted"),
     "far away": (f"{FLASER}\nFLASER 3 1 2 3 1e7 0 0 1e7 0 0 11 robot 1\n",
                  ":2: the odometry is 1e+07 m from that of the first scan; allowed: up to 1000 m"),
-    "no odometry": (RAWLASER, ": no RAWLASER1 is within the time of lines ODOM; wanted: scans with "
-                              "odometry"),
+    "no odometry": (RAWLASER, ":1: the log ends, and no RAWLASER1 is within the time of lines ODOM; "
+                              "wanted: scans with odometry"),
     "two raw lasers": (f"ODOM 0 0 0 0 0 0 9\nODOM 0 0 0 0 0 0 11\n{RAWLASER}\n"
                        f"{RAWLASER.replace(' 3 1 2 3 ', ' 2 1 2 ')}\n",
                        ":4: RAWLASER1 has 2 ranges, the first scan 3; wanted: one laser"),
@@ -151,7 +153,7 @@ def test_the_error_of_a_file_that_cannot_be_read(tmp_path):
         read_carmen(tmp_path / "none.log")
     broken = tmp_path / "a.log.gz"
     broken.write_bytes(gzip.compress(FLASER.encode() * 1000)[:-20])
-    with pytest.raises(InputError, match=r"a\.log\.gz: damaged: "):
+    with pytest.raises(InputError, match=r"a\.log\.gz:\d+: damaged: Compressed file "):
         read_carmen(broken)
 
 

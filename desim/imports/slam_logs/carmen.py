@@ -74,7 +74,7 @@ def read_carmen(path: Path) -> CarmenLog:
     scans: list[_Scan] = []
     raw: list[tuple[str, str]] = []
     odometry: list[list[float]] = []  # time, x, y, theta
-    kind, longest_m = "", math.inf
+    kind, longest_m, number = "", math.inf, 0
     for number, line in _lines(path):
         words = line.split()
         where = f"{path}:{number}"
@@ -98,7 +98,7 @@ def read_carmen(path: Path) -> CarmenLog:
             _same_laser(scan, scans[0], kind, where)
             _near(scan, scans[0], where)
     if not scans:
-        scans = _placed(raw, odometry, path)
+        scans = _placed(raw, odometry, f"{path}:{number}")
     return _log(scans, longest_m)
 
 
@@ -116,11 +116,12 @@ def _near(scan: _Scan, first: _Scan, where: str) -> None:
                          f"allowed: up to {_FARTHEST_M:g} m")
 
 
-def _placed(raw: list[tuple[str, str]], odometry: list[list[float]], path: Path) -> list[_Scan]:
-    """Scans without a pose at those of the odometry, from its first to its last instant."""
+def _placed(raw: list[tuple[str, str]], odometry: list[list[float]], end: str) -> list[_Scan]:
+    """Scans without a pose at those of the odometry, from its first to its last instant. ``end``
+    of the log, for complaints."""
     if not raw:
-        raise InputError(f"{path}: has no scan; wanted: a log of CARMEN with lines FLASER, "
-                         "ROBOTLASER1, or RAWLASER1 and ODOM")
+        raise InputError(f"{end}: the log ends without a scan; wanted: a log of CARMEN with "
+                         "lines FLASER, ROBOTLASER1, or RAWLASER1 and ODOM")
     table = np.array(sorted(odometry)).reshape(-1, 4)
     scans: list[_Scan] = []
     for where, line in raw:
@@ -132,13 +133,14 @@ def _placed(raw: list[tuple[str, str]], odometry: list[list[float]], path: Path)
             _same_laser(scan, scans[0], "RAWLASER1", where)
             _near(scans[-1], scans[0], where)
     if not scans:
-        raise InputError(f"{path}: no RAWLASER1 is within the time of lines ODOM; wanted: scans "
-                         "with odometry")
+        raise InputError(f"{end}: the log ends, and no RAWLASER1 is within the time of lines "
+                         "ODOM; wanted: scans with odometry")
     return scans
 
 
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     """The lines of a file, numbered from 1."""
+    number = 0
     try:
         with opened(path) as file:
             packed = file.peek(2)[:2] == b"\x1f\x8b"
@@ -146,9 +148,9 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
                 for number, line in enumerate(text, 1):
                     yield number, line.decode("ascii", "replace")
     except (OSError, EOFError, zlib.error) as error:
-        reason = (error.strerror if isinstance(error, OSError) and error.strerror
-                  else f"damaged: {error}")
-        raise InputError(f"{path}: {reason}") from error
+        if isinstance(error, OSError) and error.strerror:
+            raise InputError(f"{path}: {error.strerror}") from error
+        raise InputError(f"{path}:{number + 1}: damaged: {error}") from error
 
 
 def _some(words: list[str], at: int, count: int, where: str, what: str) -> list[str]:
