@@ -188,7 +188,7 @@ class ParticleSlam:
         points, fewer = np.empty((len(ranges), 4)), np.empty((len(ranges), 4))
         count = points_of(ranges, self._beams, points, np.empty(len(ranges)))
         spacing_m = _SPACING_CELLS * self._settings.resolution_m
-        return points, fewer, count, thinned(points, count, spacing_m, fewer)
+        return points, fewer, count, thinned(points, count, self._beams, spacing_m, fewer)
 
     def _roughly(self, found: np.ndarray, expected: np.ndarray, sigmas: np.ndarray,
                  points: np.ndarray, count: int) -> np.ndarray:

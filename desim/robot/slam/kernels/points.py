@@ -162,19 +162,27 @@ def without_bodies(ranges, beams, widest_m, kept):
             kept[b] = np.inf
 
 
-@lean(types.int64(types.float64[:, ::1], types.int64, types.float64, types.float64[:, ::1]))
-def thinned(points, count, spacing, kept):
-    """Copy points that are ``spacing`` m or more from the one kept before to ``kept``. Returns
-    their number.
+@lean(types.int64(types.float64[:, ::1], types.int64, BEAMS, types.float64, types.float64[:, ::1]))
+def thinned(points, count, beams, spacing_m, kept):
+    """Copy points to ``kept`` so that those on a surface lie ``spacing_m`` or more apart, in the
+    mean. Returns their number.
 
-    Returns lie densest nearby. They would outweigh distant ones, which fix the heading.
+    Returns lie densest nearby. They would outweigh distant ones, which fix the heading. Where beams
+    lie closer on a surface, each return is worth the share of the spacing that they leave, and one
+    is kept whenever the shares add up to one. By the distance from the return before, those whose
+    noise is away from it would be kept: the heading of a robot in a corridor would drift.
     """
-    n = 0
+    n, worth = 0, 1.0
     for k in range(count):
-        if n > 0:
-            dx, dy = points[k, X] - kept[n - 1, X], points[k, Y] - kept[n - 1, Y]
-            if dx * dx + dy * dy < spacing * spacing:
-                continue
+        x, y = points[k, X] - beams.mount_x_m, points[k, Y] - beams.mount_y_m
+        squared = x * x + y * y
+        facing = abs(x * points[k, NX] + y * points[k, NY])  # range * cosine of the incidence
+        if facing == 0.0:
+            facing = np.sqrt(squared)
+        worth += min(squared * abs(beams.increment_rad) / (facing * spacing_m), 1.0)
+        if worth < 1.0:
+            continue
+        worth -= 1.0
         for column in range(4):  # a copy of rows is numba's own: its code would not be kept
             kept[n, column] = points[k, column]
         n += 1
