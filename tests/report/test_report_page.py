@@ -235,6 +235,36 @@ def test_failing_is_not_missing_the_aim(tmp_path):
     assert "No run that finished reached the aim in 1 of 3 vectors: robots = 2." in page.text
 
 
+def patrolling(k: int) -> dict[str, object]:
+    return {"simulated_s": LIMIT_S, "idleness_mean_s": 40.0 + k}
+
+
+def test_patrolling_has_no_aim_that_runs_could_miss(tmp_path):
+    robots = {"robots": [1, 2]}
+
+    def outcome(levels, iteration):
+        return {"error": "no room"} if iteration == levels["robots"] == 1 else patrolling(iteration)
+
+    page = made(campaign(tmp_path, robots, 4, outcome),
+                design(robots, iterations=4, report={"metrics": ["idleness_mean_s"]}))
+    assert "8 runs ended, of which 7 finished and 1 failed; failed runs are left out" in page.text
+    assert "The larger a symbol, the more runs finished; hollow: none did." in page.text
+    assert "3 runs finished" in page.text and "4 runs finished" in page.text  # of the symbols
+    assert re.search(r"\baim|censored", page.text) is None
+    table = (tmp_path / "report" / "tables" / "idleness_mean_s.csv").read_text()
+    assert table.splitlines()[1].startswith("0,1,4,3,1,")
+    assert table.startswith("vector,robots,runs,finished,failed,")
+
+
+def test_runs_with_an_aim_beside_runs_without(tmp_path):
+    tasks = {"task": ["exploration", "patrolling"]}
+    page = made(campaign(tmp_path, tasks, 3, lambda levels, k: patrolling(k)
+                         if levels["task"] == "patrolling" else timed(100.0 if k else None)),
+                design(tasks, iterations=3))
+    assert ("6 runs ended, of which 5 reached the aim or had none, 1 were stopped before it and 0 "
+            "failed;") in page.text
+
+
 def test_one_vector_without_parameters(tmp_path):
     page = made(campaign(tmp_path, {}, 5, lambda levels, k: timed(100.0 + k)),
                 design({}, iterations=5))

@@ -101,7 +101,8 @@ class _Report:
             (formatting.number(most, 9), "iterations" if most > 1 else "iteration"),
             (formatting.number(finished, 9), "runs finished"),
             (formatting.number(failed, 9), "failed"),
-            (formatting.number(censored, 9), "censored (stopped before the aim)")])
+            *([(formatting.number(censored, 9), "censored (stopped before the aim)")]
+              if study.has_aim else [])])
 
     def _findings(self) -> Section:
         study, table = self._study, findings.glance(self._study, self._estimates, self._bends)

@@ -148,12 +148,13 @@ def _design(study: Study) -> str:
 def outcome(study: Study) -> str:
     """The outcome of the runs in a sentence."""
     once = study.once
-    counts = [formatting.number(int((once & which).sum()), 9) for which in (
-        study.reached, study.censored & ~study.failed, study.failed)]
+    reached, censored, failed = (formatting.number(int((once & which).sum()), 9) for which in (
+        study.reached, study.censored & ~study.failed, study.failed))
     shared = "" if once.all() else " (vectors with the same values share theirs)"
-    return (f"{formatting.counted(int(once.sum()), 'run')} ended{shared}, of which {counts[0]} "
-            f"reached the aim, {counts[1]} were stopped before it and {counts[2]} failed; failed "
-            "runs are left out of all estimates.")
+    missed = f", {censored} were stopped before it" if study.has_aim else ""
+    return (f"{formatting.counted(int(once.sum()), 'run')} ended{shared}, of which {reached} "
+            f"{study.success}{missed} and {failed} failed; failed runs are left out of all "
+            "estimates.")
 
 
 def _vectors(study: Study) -> str:
@@ -212,7 +213,8 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
         text.append("Stopping by the width of an interval makes it hold the mean less often than "
                     "it says: the share that it holds was simulated for normal values that spread "
                     "as measured, and stands beside each interval of that metric.")
-    if any(metric in TIMES for metric in metrics):
+    with_times = any(metric in TIMES for metric in metrics)
+    if with_times:
         text.append("A run that was stopped by its time limit before it got there is "
                     "right-censored at that instant; vectors with runs that stopped for another "
                     "reason before they got there have no such time. Reported are the mean "
@@ -221,8 +223,9 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
                     "the successes (Yan et al. 2017).")
     if any(contrasts.values()):
         text.append("Settings were compared run by run under common random numbers, with the "
-                    "paired t test and Wilcoxon's signed-rank test, times with the limit in place "
-                    "of what was censored; p values were corrected by Holm's method over the "
+                    "paired t test and Wilcoxon's signed-rank test" + (
+                        ", times with the limit in place of what was censored" if with_times else ""
+                    ) + "; p values were corrected by Holm's method over the "
                     "comparisons of a metric; effect sizes are Cohen's d_z and the matched-pairs "
                     "rank-biserial correlation.")
     if with_knees:

@@ -118,7 +118,7 @@ class _Painter:
         if len(self._successes) > 1:
             out += [Line2D([], [], color=INK, linestyle="none", marker="o",
                            markersize=self._area(count)**0.5,
-                           label=f"{formatting.counted(count, 'run')} reached the aim")
+                           label=f"{formatting.counted(count, 'run')} {self._study.success}")
                     for count in sorted({max(min(self._successes), 1), self._most})]
             if 0 in self._successes:
                 out.append(Line2D([], [], color=INK, linestyle="none", marker="o",
@@ -165,7 +165,7 @@ def reading(study: Study) -> str:
     text = ("Lines and large symbols are means over the runs of a vector, bars their 95 % "
             "intervals, faint dots single runs (▲: stopped at the time limit).")
     if len({int(study.reached[vector.rows].sum()) for vector in study.vectors}) > 1:
-        text += " The larger a symbol, the more runs reached the aim; hollow: none did."
+        text += f" The larger a symbol, the more runs {study.success}; hollow: none did."
     if study.others:
         text += (f" Panels are the levels of "
                  f"{formatting.listed([axis.name for axis in study.others])}.")

@@ -143,10 +143,16 @@ class Study:
         text = (self._table.schema.metadata or {}).get(RAISED.encode(), b"{}")
         return {name: (runs, error) for name, (runs, error) in json.loads(text).items()}
 
+    @property
+    def has_aim(self) -> bool:
+        """Whether runs had an aim, which they could miss. Patrolling has none: it goes on until it
+        is stopped."""
+        return "censored" in self.metrics
+
     @cached_property
     def censored(self) -> np.ndarray:
         """A mask [runs]: runs that ended without having explored enough."""
-        if "censored" not in self.metrics:
+        if not self.has_aim:
             return np.zeros(len(self.failed), bool)
         return self.column("censored") == 1.0
 
@@ -161,6 +167,14 @@ class Study:
     def reached(self) -> np.ndarray:
         """A mask [runs]: the successes, as the paper counts them."""
         return ~self.failed & ~self.censored
+
+    @property
+    def success(self) -> str:
+        """What the runs of ``reached`` did, in words."""
+        if not self.has_aim:
+            return "finished"
+        some_have_none = (~self.failed & np.isnan(self.column("censored"))).any()
+        return "reached the aim or had none" if some_have_none else "reached the aim"
 
     @property
     def is_sampled(self) -> bool:

@@ -107,7 +107,8 @@ def compared(metric: str, found: list[Contrast]) -> ReportTable:
 
 def vector_head(study: Study) -> list[str]:
     """The head of a table's first columns, which say which vector a row is about."""
-    return ["vector", *study.axes, "runs", "reached", "failed"]
+    return ["vector", *study.axes, "runs",
+            "reached" if study.has_aim else "finished", "failed"]
 
 
 def vector_cells(study: Study, vector: VectorRuns) -> list[Cell | Shown]:
