@@ -20,7 +20,8 @@ PARTS = {("arrived", 3), ("lost", 4)}  # a class with both methods hears of fram
 def carriers():
     """Every class of desim that hears of frames, as (module, name)."""
     for file in sorted((ROOT / "desim").rglob("*.py")):
-        for node in ast.walk(ast.parse(file.read_text())):
+        text = file.read_text()
+        for node in ast.walk(ast.parse(text)) if "def lost(" in text else ():
             if isinstance(node, ast.ClassDef) and {
                     part.name: len(part.args.args) for part in node.body
                     if isinstance(part, ast.FunctionDef)}.items() >= PARTS:
