@@ -247,7 +247,8 @@ def test_two_formats_want_two_files(alone, tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def huge(repository, home):
     """A hundred robots: ten thousand links."""
-    return made(repository, home, "fleet.size=100", "stop.elapsed=500 ms", file="warehouse_300.yaml")
+    return made(repository, home, "fleet.size=100", "stop.elapsed=500 ms",
+                file="warehouse_300.yaml")
 
 
 @every
