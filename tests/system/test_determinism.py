@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 from contextlib import ExitStack
+from functools import cache
 
 import numpy as np
 import pytest
@@ -31,9 +32,15 @@ def digests(outcome):
     return outcome.digest, outcome.digest_by_entity, outcome.events
 
 
+@cache
+def digests_of(case):
+    """The digests of a first run."""
+    return digests(outcome_of(*CASES[case]))
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_two_runs_in_one_process(case):
-    assert digests(outcome_of(*CASES[case])) == digests(outcome_of(*CASES[case]))
+    assert digests(outcome_of(*CASES[case])) == digests_of(case)
 
 
 @pytest.mark.parametrize("case", ["hello", "everything at once"])
@@ -43,9 +50,9 @@ def test_processes_in_parallel_with_other_hash_seeds(case):
         processes = [stack.enter_context(subprocess.Popen(
             [sys.executable, str(HERE / "digests.py"), str(file), *overrides],
             stdout=subprocess.PIPE, env={**os.environ, "PYTHONHASHSEED": hash_seed}))
-            for hash_seed in ("0", "1", "4242")]
+            for hash_seed in ("0", "4242")]
         answers = [json.loads(process.communicate()[0]) for process in processes]
-    assert answers == [list(digests(outcome_of(file, *overrides)))] * 3
+    assert answers == [list(digests_of(case))] * 2
 
 
 def test_another_seed_gives_another_digest():
@@ -77,17 +84,14 @@ def test_trace_rows_kept_or_not(case, tmp_path):
     manifests = [api.run(file, overrides=[*overrides, f"trace.keep={keep}"],
                          out=tmp_path).manifest for keep in ("none", "messages", "all")]
     assert len({manifest["run_id"] for manifest in manifests}) == 3
-    outcome = outcome_of(file, *overrides)
     for manifest in manifests:
-        assert (manifest["digest"], manifest["digest_by_entity"]) == (
-            outcome.digest, outcome.digest_by_entity)
+        assert (manifest["digest"], manifest["digest_by_entity"]) == digests_of(case)[:2]
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_payloads_read_when_needed_at_birth_or_at_delivery(case):
-    lazy = outcome_of(*CASES[case])
     for payloads in ("birth", "delivery"):
-        assert digests(outcome_of(*CASES[case], payloads=payloads)) == digests(lazy)
+        assert digests(outcome_of(*CASES[case], payloads=payloads)) == digests_of(case)
 
 
 def test_looking_on_changes_nothing():
@@ -99,11 +103,17 @@ def test_looking_on_changes_nothing():
     assert (watched.digest, watched.digest_by_entity) == (alone.digest, alone.digest_by_entity)
 
 
+@cache
+def alone(*common):
+    """The digests by entity of the fleet in the hall."""
+    return outcome_of(ANNEX, *common).digest_by_entity
+
+
 def with_one_more(name, x_m, *common):
     """The digests by entity of the fleet in the hall, alone and with a silent robot more."""
     poses = [pose_text(pose) for pose in load(ANNEX).scenario.fleet.start.poses]
     poses.append(f"{{name: {name}, x: {x_m} m, y: 0 m}}")
-    return (outcome_of(ANNEX, *common).digest_by_entity,
+    return (alone(*common),
             outcome_of(ANNEX, *common, f"fleet.start.poses=[{', '.join(poses)}]",
                        f"robot.passive=[{name}]").digest_by_entity)
 
