@@ -3,28 +3,36 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: install run test quick check validate bench dist schema docs
+# Python keeps the bytecode of what it imports: the tests start hundreds of processes.
+unexport PYTHONDONTWRITEBYTECODE
+
+.PHONY: install run test quick check lint types validate bench dist schema docs
 
 install: $(VENV)/.installed
 
 run: $(VENV)/.installed
 	$(BIN)/desim run scenarios/maze_30.yaml
 
-test: check
-	$(BIN)/pytest -n 2 -m "not validation"
+# worksteal: a worker takes a row of tests, so that what they share is made once.
+test: lint types
+	$(BIN)/pytest -n 2 --dist worksteal -m "not validation"
 
 # The linter, the type checker, the words of the code and of the pages, and the rules of the design.
-check: $(VENV)/.installed-test
+check: lint types
+	$(BIN)/pytest tests/test_architecture.py -k "not help"
+
+lint: $(VENV)/.installed-test
 	$(BIN)/ruff check .
-	$(BIN)/mypy
 	$(BIN)/python tools/prose.py
 	$(BIN)/codespell desim netmodels tools docs tests scenarios *.md
-	$(BIN)/pytest tests/test_architecture.py -k "not help"
+
+types: $(VENV)/.installed-test
+	$(BIN)/mypy
 
 # What a change is tried with while it is written: under a minute.
 quick: $(VENV)/.installed-test
 	$(BIN)/ruff check .
-	$(BIN)/pytest -n 2 -m "not slow and not validation"
+	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not validation"
 
 # The models against everything measured elsewhere: network models and middleware.
 validate: $(VENV)/.installed-test

@@ -2,7 +2,8 @@
 
 The sources are the Markdown pages as they stand in the repository (links of theirs lead where they
 lead on a Git host), and pages made from the code: gallery, keys, plug-ins, commands, API. Warnings
-are errors. Pictures of the gallery are kept in `build/site/cache`.
+are errors; so are links of the site that lead nowhere, and what it asks of other hosts. Pictures of
+the gallery are kept in `build/site/cache`.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 from pathlib import Path
 
 from site_pages import commands, gallery, keys, plugins
+from site_pages.links import asked_of_others, dead_links
 from site_pages.pictures import Drawn, drawn
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -145,12 +147,12 @@ API = """\
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--to", type=Path, default=ROOT / "build" / "site" / "html",
-                        help="the folder of the site (default: build/site/html)")
+    parser.add_argument("--to", type=Path, help="copy the site there, too")
     arguments = parser.parse_args()
     work = ROOT / "build" / "site"
-    source = work / "source"
-    shutil.rmtree(source, ignore_errors=True)
+    source, site = work / "source", work / "html"
+    for folder in source, site:  # pages of before may have links to what is gone
+        shutil.rmtree(folder, ignore_errors=True)
     write_sources(source, {one.name: drawn(one, source / "reference" / "pictures",
                                            source / "extra" / "replays", work / "cache")
                            for one in gallery.chosen("desim run")})
@@ -158,10 +160,16 @@ def main() -> int:
 
     code = build_main(["-q", "-E", "-a", "-W", "--keep-going", "-b", "html", "-c",
                        str(ROOT / "tools" / "site_pages"), "-d", str(work / "doctrees"),
-                       str(source), str(arguments.to)])
-    shutil.copytree(source / "extra" / "replays", arguments.to / "replays", dirs_exist_ok=True)
-    print(arguments.to / "index.html")
-    return code
+                       str(source), str(site)])
+    shutil.copytree(source / "extra" / "replays", site / "replays")
+    faults = [f"{link}: leads nowhere" for link in dead_links(site)] + [
+        f"{asked}: is on another host" for asked in asked_of_others(site)]
+    for fault in faults:
+        print(fault, file=sys.stderr)
+    if arguments.to is not None:
+        shutil.copytree(site, arguments.to, dirs_exist_ok=True)
+    print((arguments.to or site) / "index.html")
+    return code or int(bool(faults))
 
 
 def write_sources(source: Path, pictures: dict[str, Drawn]) -> None:
