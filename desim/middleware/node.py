@@ -49,7 +49,7 @@ class Node:
 
     @property
     def round(self) -> int:
-        """How long the chain is of events of this instant that led to the present one."""
+        """The length of the chain of events of this instant that led to the present one."""
         return self._graph.kernel.round
 
     def advertise(self, topic: str, *, transport: str = "stream", latch: bool = False,

@@ -105,7 +105,7 @@ class _Play:
         self._go_on(1)
 
     def news(self) -> list[ports.StrategyMessage]:
-        """What it has published since the last call."""
+        """The messages that it has published since the last call."""
         found = self._bench.published[self._said:]
         self._said += len(found)
         return found

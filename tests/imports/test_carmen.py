@@ -129,8 +129,8 @@ WRONG = {
                   ":1: PARAM robot_front_laser_max has 'far' where a number is wanted"),
     "far away": (f"{FLASER}\nFLASER 3 1 2 3 1e7 0 0 1e7 0 0 11 robot 1\n",
                  ":2: the odometry is 1e+07 m from that of the first scan; allowed: up to 1000 m"),
-    "no odometry": (RAWLASER, ":1: the log ends, and no RAWLASER1 is within the time of lines ODOM; "
-                              "wanted: scans with odometry"),
+    "no odometry": (RAWLASER, ":1: the log ends, and no RAWLASER1 is within the time of lines "
+                              "ODOM; wanted: scans with odometry"),
     "two raw lasers": (f"ODOM 0 0 0 0 0 0 9\nODOM 0 0 0 0 0 0 11\n{RAWLASER}\n"
                        f"{RAWLASER.replace(' 3 1 2 3 ', ' 2 1 2 ')}\n",
                        ":4: RAWLASER1 has 2 ranges, the first scan 3; wanted: one laser"),

@@ -29,6 +29,6 @@ def dead_links(site: Path) -> list[str]:
 
 
 def asked_of_others(site: Path) -> list[str]:
-    """What a browser that shows the pages would fetch from another host."""
+    """The addresses on other hosts that a browser would fetch to show the pages."""
     return [f"{file.name}: {asked}" for kind in ("*.html", "*.css") for file in site.rglob(kind)
             for asked in _ASKED.findall(file.read_text())]

@@ -170,7 +170,7 @@ class Study:
 
     @property
     def success(self) -> str:
-        """What the runs of ``reached`` did, in words."""
+        """The words for what the runs of ``reached`` did."""
         if not self.has_aim:
             return "finished"
         some_have_none = (~self.failed & np.isnan(self.column("censored"))).any()
