@@ -38,19 +38,17 @@ class ProcessorLoad:
         return {"cpu_percent": sum(shares) / len(shares) if shares else None}
 
     def of(self, host: Host, elapsed_ns: int) -> Sample:
-        """The load of ``host`` over the whole run."""
+        """The load of ``host`` over the whole run; null where there is none."""
         if not isinstance(host, BusyHost):
-            return {}
+            return {"cpu_percent": None, "cpu_s": None, "missed_ticks": 0}
         busy_ns = host.computer.processors.busy_ns()
         return {"cpu_percent": self._percent(host, busy_ns, max(elapsed_ns, 1)),
                 "cpu_s": busy_ns / NS_PER_S, "missed_ticks": host.missed_ticks}
 
     def summary(self, elapsed_ns: int) -> Sample:
-        """The means over the hosts (equation 8), and all missed ticks."""
-        if not self._hosts:
-            return {}
+        """The mean over the hosts (equation 8), and all missed ticks."""
         loads = [self.of(host, elapsed_ns)["cpu_percent"] for host in self._hosts]
-        return {"mean_cpu_percent": sum(loads) / len(loads),
+        return {"mean_cpu_percent": sum(loads) / len(loads) if loads else None,
                 "missed_ticks": sum(self.missed_ticks())}
 
     def _percent(self, host: BusyHost, busy_ns: int, elapsed_ns: int) -> float:

@@ -113,7 +113,7 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
 
 
 def _processors(m: Summary) -> list[tuple[str, str, str]]:
-    if "mean_cpu_percent" not in m:
+    if m.get("mean_cpu_percent") is None:
         return []
     busiest = max(robot["cpu_percent"] for robot in m["robots"].values())
     return [("processors", f"{m['mean_cpu_percent']:.1f} % busy",
