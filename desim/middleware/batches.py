@@ -134,6 +134,10 @@ class Member(Carrier[Batch]):
             return None
         return self.message(batch)
 
+    @property
+    def size_bytes(self) -> int:
+        return self._batches.size_bytes
+
     def landed(self) -> int:
         """The number of messages that have arrived in batches."""
         batches = self._batches

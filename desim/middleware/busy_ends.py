@@ -83,20 +83,29 @@ class CountedLatest(Latest):
         return self.feed is not None or bool(self._expected)
 
     def catch_up(self) -> None:
-        waiting, feed = len(self._expected), self.feed
+        waiting = len(self._expected)
         super().catch_up()
-        message = self._message
-        if message is None:
+        if len(self._expected) < waiting and self._message is not None:
+            self._count(waiting - len(self._expected), self._message.size_bytes)
+        self._count_landed()
+
+    def count(self) -> None:
+        """Count what has come by now. (A message of a feed is made when it is read.)"""
+        if self._expected:
+            self.catch_up()
+        else:
+            self._count_landed()
+
+    def _count_landed(self) -> None:
+        feed = self.feed
+        if feed is None:
             return
-        if len(self._expected) < waiting:
-            self._count(waiting - len(self._expected), message.size_bytes)
-        if feed is not None:
-            if feed is not self._counted_of:
-                self._counted, self._counted_of = 0, feed
-            landed = feed.landed()
-            if landed > self._counted:
-                self._count(landed - self._counted, message.size_bytes)
-                self._counted = landed
+        if feed is not self._counted_of:
+            self._counted, self._counted_of = 0, feed
+        landed = feed.landed()
+        if landed > self._counted:
+            self._count(landed - self._counted, feed.size_bytes)
+            self._counted = landed
 
     def _count(self, messages: int, size_bytes: int) -> None:
         self.arrived += messages

@@ -55,7 +55,7 @@ class Polled(Protocol):
     def is_behind(self) -> bool:
         """Whether something may have come that is not counted."""
 
-    def catch_up(self) -> None:
+    def count(self) -> None:
         """Count what has come by now."""
 
 
@@ -174,7 +174,7 @@ class Executor(Job):
         """Owe the receipt of what has come since the last callback."""
         for subscription, (messages, size_bytes) in self._polled.items():
             if subscription.is_behind:
-                subscription.catch_up()
+                subscription.count()
             fresh = subscription.arrived - messages
             if fresh:
                 mean_bytes = (subscription.arrived_bytes - size_bytes) // fresh

@@ -71,6 +71,10 @@ class Expecting(Protocol):
 class Feed(Protocol):
     """A publisher whose messages are made when they are read."""
 
+    @property
+    def size_bytes(self) -> int:
+        """The size of each of them."""
+
     def newer(self, known: Message | None) -> Message | None:
         """Its last message that has arrived, unless it is ``known`` or older."""
 

@@ -3,6 +3,7 @@
 Times are in ms where nothing else is said; messages between hosts arrive at once."""
 
 from fractions import Fraction
+from inspect import getsourcelines
 
 import pytest
 from graphs import MS, Net, S, Words, silent, talker
@@ -326,7 +327,7 @@ def test_a_cost_that_is_none_is_refused(log, answer):
     with pytest.raises(ModelError) as refused:
         net.run(S)
     assert str(refused.value) == (
-        f"test_executor.Fixed (test_executor.py:14) answered {answer} to "
+        f"test_executor.Fixed (test_executor.py:{getsourcelines(Fixed)[1]}) answered {answer} to "
         "callback_ns(Work(node='clock', trigger='beat', quantities={})); wanted: an int >= 0, in "
         "ns")
 
