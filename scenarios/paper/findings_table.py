@@ -41,18 +41,28 @@ def cell(runs) -> str:
 
 
 def findings(runs, folder: Path) -> None:
-    """Times and ways against the fleet's size, by terrain and by the map that explore plans with.
-    """
-    sizes = sorted(levels(runs, "robots"))
-    columns = [(terrain, own) for terrain in levels(runs, "terrain")
-               for own in levels(runs, "own_map")]
-    print("| robots |", " | ".join(f"{terrain}, {own}" for terrain, own in columns), "|")
-    print("|---" * (len(columns) + 1) + "|")
-    for size in sizes:
-        print(f"| {size} |", " | ".join(cell([
-            run for run in runs if (run["robots"], run["terrain"], run["own_map"])
-            == (size, *column)]) for column in columns), "|")
-    figure(runs, sizes, columns, folder / "findings.png")
+    """Times and ways against the fleet's size, by terrain and by the map that explore plans with,
+    and those of eight robots in all terrains."""
+    sizes, owns = sorted(levels(runs, "robots")), levels(runs, "own_map")
+    terrains = levels(runs, "terrain")
+    columns = [(terrain, own) for terrain in terrains for own in owns
+               if {run["robots"] for run in runs if run["terrain"] == terrain} != {8}]
+    if columns:
+        print("| robots |", " | ".join(f"{terrain}, {own}" for terrain, own in columns), "|")
+        print("|---" * (len(columns) + 1) + "|")
+        for size in sizes:
+            print(f"| {size} |", " | ".join(cell(those(runs, size, *column))
+                                            for column in columns), "|")
+        figure(runs, sizes, columns, folder / "findings.png")
+    print("\n| terrain, 8 robots |", " | ".join(owns), "|")
+    print("|---" * (len(owns) + 1) + "|")
+    for terrain in terrains:
+        print(f"| {terrain} |", " | ".join(cell(those(runs, 8, terrain, own)) for own in owns), "|")
+
+
+def those(runs, *vector):
+    """The runs of a vector."""
+    return [run for run in runs if (run["robots"], run["terrain"], run["own_map"]) == vector]
 
 
 def figure(runs, sizes, columns, path: Path) -> None:
