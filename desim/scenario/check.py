@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from itertools import pairwise
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.scenario import bodies, expression, generated_terrain, network_checks
+from desim.scenario import bodies, coordination, expression, generated_terrain, network_checks
 from desim.scenario.complaints import Complaint
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
 from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
@@ -232,88 +231,6 @@ def _condition(scenario: Scenario, _: Folder) -> Found:
         yield ("stop", "when"), str(error)
 
 
-def _briefed(scenario: Scenario, _: Folder) -> Found:
-    """Strategies that need the briefing of another task."""
-    for path, strategy in _chosen(scenario):
-        try:
-            complaint = plugins.unbriefed(strategy, scenario.task.model)
-        except InputError:
-            continue  # there is no such plug-in, which is complained of where it is named
-        if complaint:
-            yield path, complaint
-
-
-def _chosen(scenario: Scenario) -> list[tuple[Path, str]]:
-    """The strategies, with the paths that name them."""
-    return [(("coordination", "strategy"), scenario.coordination.strategy),
-            *(((*at, name, "strategy"), of.strategy.strategy)
-              for at, those in ((("hosts",), scenario.hosts), (("fleet", "types"),
-                                                               scenario.fleet.types))
-              for name, of in those.items() if of.strategy is not None)]
-
-
-def _frames(scenario: Scenario, _: Folder) -> Found:
-    """Places that are told to teammates who do not know where they are."""
-    coordination = scenario.coordination
-    try:
-        if coordination.exchange is None or plugins.has_common_frame(coordination.exchange.model):
-            return
-        model = repr(plugins.bare(coordination.exchange.model))
-        if coordination.team_state is not None:
-            yield ("coordination", "team_state"), (
-                f"with {model} robots do not know where the others started: their poses and goals "
-                "mean nothing to them; set it to null")
-        elif "team_state" not in coordination.model_fields_set:
-            for path, strategy in _chosen(scenario):
-                if plugins.reads_team_state(strategy):
-                    yield path, (f"{plugins.bare(strategy)!r} wants its team's poses and goals "
-                                 f"every second, which mean nothing with {model}; set "
-                                 "coordination.team_state to null to do without")
-    except InputError:
-        return  # there is no such plug-in, which is complained of where it is named
-
-
-def _uncoordinated(scenario: Scenario, _: Folder) -> Found:
-    """Strategies whose robots would wait for a coordinator that is not there."""
-    there = [host.strategy.strategy for host in scenario.hosts.values()
-             if host.strategy is not None]
-    for path, strategy in _chosen(scenario):
-        if path[0] == "hosts":
-            continue
-        try:
-            is_missed = plugins.uncoordinated(strategy, there)
-        except InputError:
-            continue  # there is no such plug-in, which is complained of where it is named
-        if is_missed:
-            name = plugins.bare(strategy)
-            yield path, (f"{name!r} needs a host without a body that runs it, too; write hosts: "
-                         f"{{base: {{strategy: {name}}}}}")
-
-
-def _coordinators(scenario: Scenario, _: Folder) -> Found:
-    """Map sharing that gives a host without a body no map."""
-    exchange = scenario.coordination.exchange
-    names = [name for name, host in scenario.hosts.items() if host.strategy is not None]
-    if exchange is None or not names:
-        return
-    try:
-        if plugins.needs_body(exchange.model):
-            yield ("coordination", "exchange", "model"), (
-                f"{plugins.bare(exchange.model)!r} merges into the map of a robot's own scans; "
-                f"{', '.join(names)}, with a strategy and without a body, would get no map; "
-                f"allowed with a coordinator: {', '.join(_without_body())}")
-    except InputError:
-        return  # there is no such plug-in, which is complained of where it is named
-
-
-def _without_body() -> Iterator[str]:
-    """The installed kinds of map sharing that need no body."""
-    for name in plugins.available("sharing"):
-        with suppress(InputError):  # somebody's plug-in that cannot be loaded
-            if not plugins.needs_body(name):
-                yield name
-
-
 def _world(scenario: Scenario, _: Folder) -> Found:
     name = scenario.physics.model
     if name == Physics.model_fields["model"].default:
@@ -336,11 +253,11 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
-    ((("stop", "when"), ("task",)), _condition),
     *network_checks.CHECKS,
-    ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), _briefed),
-    ((("coordination",), ("hosts",), ("fleet", "types")), _frames),
-    ((("coordination",), ("hosts",), ("fleet", "types")), _uncoordinated),
-    ((("coordination", "exchange"), ("hosts",)), _coordinators),
+    ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), coordination.briefed),
+    ((("coordination",), ("hosts",), ("fleet", "types")), coordination.frames),
+    ((("coordination",), ("hosts",), ("fleet", "types")), coordination.uncoordinated),
+    ((("coordination", "exchange"), ("hosts",)), coordination.coordinators),
+    ((("stop", "when"), ("task",)), _condition),
     ((("physics", "model"),), _world),
 )

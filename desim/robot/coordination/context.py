@@ -228,7 +228,7 @@ class HostContext:
 
     def _driver(self) -> Drives:
         check_body(self.name, self.has_body)
-        return cast(Drives, self._body)
+        return cast(Drives, self._body)  # checked just now
 
 
 def _absolute(host: str, topic: str) -> str:
