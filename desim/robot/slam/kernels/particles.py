@@ -1,33 +1,78 @@
 """Loops over particles: the next pose and weight of each, and which of them go on."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from desim.ports.kernels import exp, inner, kernel, lean, normal, types, uniform
-from desim.robot.slam.kernels.alignment import FIT, align, log_determinant, solve_transposed
+from desim.robot.slam.kernels.alignment import (
+    FIT,
+    add_odometry,
+    align,
+    log_determinant,
+    solve_transposed,
+)
 from desim.robot.slam.kernels.tiles import MAPS
 
 _f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.float64[:, ::1]
 _u8 = types.uint64
 
 
-@kernel(types.void(_f8x2, _f8x2, _f8x1, _f8x2, _i8, MAPS, FIT, _f8, _i8, _u8, _u8, _f8x1, _f8x2))
-def propose(poses, expected, sigmas, points, count, maps, fit, spread, best, key, counter, weights,
-            roots):
-    """Move each particle to a draw from its improved proposal, and add to its log-weight.
+class Odometry(NamedTuple):
+    """What the odometry says of the poses that it expects: its standard deviations ``sigmas`` [3]
+    along the robot, across it (m) and of its heading (rad); the ``wide`` ones [3] with which scans
+    are aligned; ``strayed``, the most that a pose far off counts against a particle, in
+    log-likelihood; and whether the best particle's pose is ``far`` from the expected one."""
+
+    sigmas: np.ndarray
+    wide: np.ndarray
+    strayed: float
+    far: bool
+
+
+ODOMETRY = types.NamedTuple([_f8x1, _f8x1, _f8, types.boolean], Odometry)
+
+
+@inner(_f8(_f8x1, _f8x1, ODOMETRY, _f8x1))
+def by_odometry(pose, expected, odometry, system):
+    """The log-likelihood of a pose by the odometry (``system`` [9]: to work in)."""
+    return max(add_odometry(pose, expected, odometry.sigmas, system), -odometry.strayed)
+
+
+@kernel(types.void(_f8x2, _f8x2, ODOMETRY, _f8x2, _i8, MAPS, FIT, FIT, _f8, _i8, _u8, _u8, _f8x1,
+                   _f8x2))
+def propose(poses, expected, odometry, points, count, maps, fit, rough, spread, best, key, counter,
+            weights, roots):
+    """Move each particle to a draw from its improved proposal, and write its log-weight.
 
     ``poses`` [particles, 3]: where the alignment begins, out: the draws | ``expected`` [particles,
     3]: the poses by odometry | ``spread``: standard deviations are multiplied with it; 0 takes the
     most likely pose, as the particle ``best`` always does | ``key``, ``counter``: of the first of 3
-    normal numbers a particle | ``weights``: log-weights | ``roots`` [particles, 6], out: Cholesky
-    factors of the information.
+    normal numbers a particle | ``weights`` [particles], out: log-weights of this scan | ``roots``
+    [particles, 6], out: Cholesky factors of the information.
 
     The proposal is the normal distribution around the most likely pose of scan and odometry; its
     integral is the weight: p(z | x) p(x | u) sqrt(det(2 pi C)) (Grisetti, Stachniss and Burgard
-    2007, equations 11 to 19, with Laplace's approximation in the place of samples).
+    2007, equations 11 to 19, with Laplace's approximation in the place of samples). Where the best
+    particle has to go far, as it does where a loop closes, one that is where it should be need not:
+    each then takes the likelier end of a ``rough`` alignment from there and from its own odometry.
     """
+    own, system = np.empty(3), np.empty(9)
     for k in range(len(poses)):
-        scan, odometry = align(k, poses[k], expected[k], sigmas, points, count, maps, fit, roots[k])
-        weights[k] += scan + odometry - log_determinant(roots[k])
+        if odometry.far:
+            for c in range(3):
+                own[c] = expected[k, c]
+            there, _ = align(k, poses[k], expected[k], odometry.wide, points, count, maps, rough,
+                             roots[k])
+            here, _ = align(k, own, expected[k], odometry.wide, points, count, maps, rough,
+                            roots[k])
+            there += by_odometry(poses[k], expected[k], odometry, system)
+            if here + by_odometry(own, expected[k], odometry, system) > there:
+                for c in range(3):
+                    poses[k, c] = own[c]
+        scan, _ = align(k, poses[k], expected[k], odometry.wide, points, count, maps, fit, roots[k])
+        weights[k] = (scan + by_odometry(poses[k], expected[k], odometry, system)
+                      - log_determinant(roots[k]))
         if spread > 0.0 and k != best:
             first = counter + _u8_of(3 * k)
             x, y, t = solve_transposed(roots[k], normal(key, first), normal(key, first + _u8_of(1)),
