@@ -253,11 +253,11 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
+    ((("stop", "when"), ("task",)), _condition),
     *network_checks.CHECKS,
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), coordination.briefed),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination.frames),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination.uncoordinated),
     ((("coordination", "exchange"), ("hosts",)), coordination.coordinators),
-    ((("stop", "when"), ("task",)), _condition),
     ((("physics", "model"),), _world),
 )

@@ -19,7 +19,7 @@ _u8 = types.uint64
 
 
 class Odometry(NamedTuple):
-    """What the odometry says of the poses that it expects: its standard deviations ``sigmas`` [3]
+    """The odometry's word on the poses that it expects: its standard deviations ``sigmas`` [3]
     along the robot, across it (m) and of its heading (rad); the ``wide`` ones [3] with which scans
     are aligned; ``strayed``, the most that a pose far off counts against a particle, in
     log-likelihood; and whether the best particle's pose is ``far`` from the expected one."""
