@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pickle
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from inspect import getmodule
 from types import ModuleType
 
 from desim.testing.advice import need
@@ -18,8 +18,7 @@ def own_state(cls: object) -> Iterator[None]:
     before = _shared(cls)
     yield
     after = _shared(cls)
-    changed = sorted(name for name in before.keys() | after.keys()
-                     if before.get(name) != after.get(name))
+    changed = [name for name in sorted({*before, *after}) if before.get(name) != after.get(name)]
     need(not changed, cls, f"keep its state in self: {', '.join(changed)} changed, and all robots "
                            "share it")
 
@@ -27,7 +26,7 @@ def own_state(cls: object) -> Iterator[None]:
 def _shared(cls: object) -> dict[str, bytes]:
     """The values by name, pickled."""
     owners = [(one.__qualname__, one) for one in getattr(cls, "__mro__", ()) if one is not object]
-    module = sys.modules.get(str(getattr(cls, "__module__", None)))
+    module = getmodule(cls)
     if module is not None:
         owners.append((module.__name__, module))
     found = {f"{owner}.{name}": _pickled(value) for owner, where in owners
