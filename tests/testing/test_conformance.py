@@ -6,6 +6,8 @@ The contracts are as short as promised: a rule in 17 lines, a contention model i
 import inspect
 import math
 import random
+from functools import partial
+from itertools import count
 
 import pytest
 from pydantic import Field, model_validator
@@ -342,10 +344,20 @@ class Fickle(Explorer):
         return view.frontiers()[Fickle.turns % 2] if view.frontiers() else None
 
 
+class Secretive(Explorer):
+    """Keeps its turns where nobody looks."""
+
+    turn = staticmethod(partial(next, count()))
+
+    def choose(self, view):
+        return view.frontiers()[self.turn() % 2] if view.frontiers() else None
+
+
 @pytest.mark.parametrize(("cls", "says"), [
-    (Restless, "return None when there is no frontier"),
+    (Restless, r"return one of frontiers\(\), a Place or None"),
     (Inventive, r"return one of frontiers\(\), a Place or None"),
-    (Fickle, "choose alike in like situations"),
+    (Fickle, "keep its state in self: Fickle.turns changed, and all robots share it"),
+    (Secretive, "choose alike in like situations"),
 ])
 def test_the_kit_names_what_is_wrong_with_a_strategy(cls, says):
     check_strategy(Explorer)
