@@ -37,6 +37,7 @@ from desim.ports import natural_key
 from desim.ports.middleware import Middleware
 
 if TYPE_CHECKING:
+    from desim.network.background import BackgroundFlow
     from desim.network.medium import Medium
     from desim.network.passages import Passages
 
@@ -50,7 +51,8 @@ OnDisplay = Callable[[str, str, np.ndarray, tuple[str, ...]], object]
 class Graph:
     """All hosts and topics of a run, and the account of every message.
 
-    ``hosts``: names in any order; their indices follow the natural order. ``payloads`` says when a
+    ``hosts``: names in any order; their indices follow the natural order. Its media have so many
+    ``others`` behind these. ``payloads`` says when a
     lazy content is read: ``lazy`` (by the callback that wants it), ``birth`` or ``delivery``; no
     result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is
     called with each message's fate at each receiving host: ``reason`` None for delivered, the
@@ -60,8 +62,9 @@ class Graph:
     time."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
-                 middleware: Middleware, hosts: Iterable[str], *, payloads: str = "lazy",
-                 on_fate: OnFate | None = None, passages: Passages | None = None,
+                 middleware: Middleware, hosts: Iterable[str], *, others: int = 0,
+                 payloads: str = "lazy", on_fate: OnFate | None = None,
+                 passages: Passages | None = None,
                  computers: Mapping[str, Computer] | None = None) -> None:
         if payloads not in ("lazy", "birth", "delivery"):
             raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
@@ -85,12 +88,13 @@ class Graph:
         self.routes = Routing(self)
         self.expecting: dict[Latest, None] = {}  # with messages on their way
         self.batches: list[BatchPublisher] = []
+        self.background: list[BackgroundFlow] = []
         self.connections = 0  # grows when a publisher may have other receivers, or these wait
         self.messages = 0  # between hosts, so far
         self.hosts = [Host(self, name, index) if computers is None
                       else BusyHost(self, name, index, computers[name])
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
-        self.up = [False] * len(self.hosts)
+        self.up = [False] * len(self.hosts) + [True] * others
         self._packed_ids = [host.packed_id for host in self.hosts]
         for host in self.hosts:
             host.last_arrival_ns = array("q", bytes(8 * len(self.hosts)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Mapping
 
 import numpy as np
@@ -13,7 +12,7 @@ from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
 from desim.monitor.localization_errors import wall_errors
 from desim.monitor.monitor import Monitor
-from desim.monitor.traffic import by_kind, totals
+from desim.monitor.traffic import background, by_kind, packets_lost, totals
 from desim.monitor.utilisation import utilisation
 from desim.robot.tiles import raster
 from desim.units import NS_PER_S
@@ -46,8 +45,8 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "messages_dropped": dict(sorted(traffic.dropped.items())),
         "messages_in_flight": traffic.in_flight,
         "bytes_on_air": traffic.bytes_on_air,
-        "packets_lost": dict(sorted(sum((Counter(medium.packets_dropped) for medium in
-                                         monitor.graph.media), Counter()).items())),
+        "packets_lost": packets_lost(monitor.graph),
+        "background": background(monitor.graph),
         "utilisation": {medium.name: utilisation(medium, now_ns)
                         for medium in monitor.graph.media},
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),

@@ -117,6 +117,24 @@ def by_kind(graph: Graph) -> dict[str, dict[str, int]]:
     return {kind: dict(own) for kind, own in out.items()}
 
 
+def packets_lost(graph: Graph) -> dict[str, int]:
+    """The packets that media have lost, by reason, without those of others."""
+    lost: Counter[str] = Counter()
+    for medium in graph.media:
+        lost.update(medium.packets_dropped)
+    for flow in graph.background:
+        lost.subtract(flow.dropped)
+    return {reason: lost[reason] for reason in sorted(lost) if lost[reason] > 0}
+
+
+def background(graph: Graph) -> list[dict[str, object]]:
+    """The traffic of others: packets of each flow, which are sent = delivered + dropped + in
+    flight."""
+    return [{"medium": flow.medium.name, "between": list(flow.between), "sent": flow.sent,
+             "delivered": flow.delivered, "dropped": dict(sorted(flow.dropped.items())),
+             "in_flight": flow.in_flight} for flow in graph.background]
+
+
 def latency_table(graph: Graph) -> dict[str, list]:
     """Columns topic, from_ns, to_ns, count: each topic's histogram, bins that hold something."""
     edges = [0, *EDGES_NS.tolist(), None]

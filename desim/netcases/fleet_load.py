@@ -136,7 +136,7 @@ class LoadRun:
         kernel, streams = Kernel(), Streams(parts.scenario.seed)
         place = Still(_positions(parts, streams, spread))
         place.obstacles = parts.world.obstacles()
-        place.antennas = HostPlaces(parts.world, parts.plan).antennas
+        place.antennas = _host_places(parts).antennas
         self.graph = wired(parts.scenario, place, kernel, Trace(Names()), streams, hosts,
                            on_fate=self._settle)
         for host in self.graph.hosts:
@@ -197,9 +197,13 @@ def play(scenario: Scenario, params: FleetLoad) -> Measures:
             "topics": topics, "media": media}
 
 
+def _host_places(parts: Simulation) -> HostPlaces:
+    return HostPlaces(parts.world, parts.plan, parts.scenario.network.others.values())
+
+
 def _positions(parts: Simulation, streams: Streams, spread: bool) -> np.ndarray:
     """[hosts, 2] m where hosts start, or with robots on free cells that their names draw."""
-    places = HostPlaces(parts.world, parts.plan).positions(0).copy()
+    places = _host_places(parts).positions(0).copy()
     if spread:
         for index, host in enumerate(parts.plan):
             if host.robot is not None:

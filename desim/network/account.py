@@ -15,14 +15,16 @@ class Account:
     ``packets_dropped``. ``bytes_on_air`` are those of packets that the rules let through to
     somebody, with headers; ``tx_bytes`` and ``rx_bytes`` are by host. ``refused_bytes`` were sent
     by nobody: the model refused them (``ports.Refuses``). ``copies`` that rules made of delivered
-    frames are counted apart, but for ``rx_bytes``.
+    frames are counted apart, but for ``rx_bytes``. Beyond the first ``own`` hosts are those of
+    others: what they send is in ``background_bytes``, and not on the air or refused.
     """
 
     __slots__ = ("intended", "delivered", "dropped", "packets_intended", "packets_delivered",
                  "packets_dropped", "copies", "tx_bytes", "rx_bytes", "refused_bytes",
-                 "barred_bytes")
+                 "barred_bytes", "own")
 
-    def __init__(self, hosts: int) -> None:
+    def __init__(self, hosts: int, own: int | None = None) -> None:
+        self.own = hosts if own is None else own
         self.intended = self.delivered = 0
         self.dropped: dict[str, int] = {}
         self.packets_intended = self.packets_delivered = 0
@@ -31,11 +33,15 @@ class Account:
         self.tx_bytes = [0] * hosts
         self.rx_bytes = array("q", bytes(8 * hosts))
         self.refused_bytes = 0
-        self.barred_bytes = 0  # of packets that the rules let through to nobody
+        self.barred_bytes = [0] * hosts  # of packets that the rules let through to nobody
 
     @property
     def bytes_on_air(self) -> int:
-        return sum(self.tx_bytes) - self.barred_bytes
+        return sum(self.tx_bytes[:self.own]) - sum(self.barred_bytes[:self.own])
+
+    @property
+    def background_bytes(self) -> int:
+        return sum(self.tx_bytes[self.own:]) - sum(self.barred_bytes[self.own:])
 
     def count_drops(self, reason: str, frames: int, packets: int) -> None:
         """``frames`` and ``packets`` do not arrive, for ``reason``."""
@@ -45,5 +51,5 @@ class Account:
 
     def count_refused(self, source: int, size_bytes: int) -> None:
         """The model refused ``size_bytes`` of ``source``."""
-        self.refused_bytes += size_bytes
+        self.refused_bytes += size_bytes * (source < self.own)
         self.tx_bytes[source] -= size_bytes

@@ -58,7 +58,7 @@ class Medium(Account):
 
     ``rules`` may be plain functions (``ports.RuleFunction``). ``hosts`` are all host names in index
     order, ``attached`` the indices of those that have an interface to it. The account is that of
-    its frames and packets (``Account``).
+    its frames and packets (``Account``, whose ``own`` it takes).
 
     A frame is open until its model has settled it, then on its way until it is delivered.
     """
@@ -71,9 +71,9 @@ class Medium(Account):
 
     def __init__(self, name: str, model: NetworkModel,
                  rules: Sequence[Rule | ports.RuleFunction] = (), *, kernel: Kernel, names: Names,
-                 streams: Streams, hosts: Sequence[str],
+                 streams: Streams, hosts: Sequence[str], own: int | None = None,
                  place: Surroundings | None = None) -> None:
-        super().__init__(len(hosts))
+        super().__init__(len(hosts), own)
         self.name = name
         self.id = names.id(f"medium/{name}")
         self.model = model
@@ -191,7 +191,7 @@ class Medium(Account):
         if not self._passes:
             frame, terms = self._admit(frame, carrier, token)
             if terms is not None and not terms:
-                self.barred_bytes += size_bytes
+                self.barred_bytes[source] += size_bytes
                 return None
         if broadcast:
             self._broadcast(frame, carrier, token, terms)
@@ -202,7 +202,7 @@ class Medium(Account):
             own = terms[receiver]
             if own.lost:
                 own, frame = own.within(frame)
-                self.barred_bytes += size_bytes - frame.size_bytes
+                self.barred_bytes[source] += size_bytes - frame.size_bytes
         return self._offer(frame, (carrier, token, receiver, size_bytes, segments, own), at_once)
 
     def _offer(self, frame: Frame, claim: Claim, at_once: bool = False) -> int | None:

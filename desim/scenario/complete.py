@@ -119,8 +119,8 @@ def _network(scenario: Scenario) -> Network:
                item[1].metric, natural_key(item[0])))}
     if scenario.deployment == "testbed":
         own = {name: _in_testbed(medium, scenario) for name, medium in own.items()}
-    return _changed(scenario.network, media={
-        name: medium.parsed() for name, medium in own.items()})
+    return _changed(scenario.network, media={name: medium.parsed() for name, medium in own.items()},
+                    others=_sorted(scenario.network.others))
 
 
 def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:

@@ -10,12 +10,13 @@ from desim.errors import InputError
 from desim.scenario import plugin_choices
 from desim.scenario.complaints import validated
 from desim.scenario.complete import media
-from desim.scenario.names import host_names, unknown
+from desim.scenario.names import host_names, robot_names, unknown
 from desim.scenario.recipients import listeners, monitors, words_of
 from desim.scenario.robot_types import equipment_by_path
 from desim.scenario.schema.robot import OTHERS, OWN_TOPICS, Publication
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
+from desim.units import DURATION
 
 Found = Iterator[tuple[Path, str]]
 
@@ -52,6 +53,40 @@ def _forwarding(scenario: Scenario, _: Folder) -> Found:
                 yield (*path, i), unknown("medium", name, tuple(own))
             elif host not in (own[name].hosts or (host,)):
                 yield (*path, i), f"{host} is not attached to {name} (network.media.{name}.hosts)"
+
+
+def _others(scenario: Scenario, _: Folder) -> Found:
+    if not scenario.network.others and not scenario.network.background:
+        return
+    others, hosts = scenario.network.others, host_names(scenario)
+    robots, own = robot_names(scenario), media(scenario)
+    for name in others:
+        if name in hosts:
+            yield ("network", "others", name), f"{name!r} is the name of another host"
+    for i, flow in enumerate(scenario.network.background):
+        path: Path = ("network", "background", i)
+        source, receiver = flow.between
+        if flow.medium not in own:
+            yield (*path, "medium"), unknown("medium", flow.medium, tuple(own))
+        elif receiver in hosts and receiver not in (own[flow.medium].hosts or hosts):
+            yield (*path, "between", 1), (f"{receiver} is not attached to {flow.medium} "
+                                          f"(network.media.{flow.medium}.hosts)")
+        if flow.until_ns is not None and flow.until_ns <= flow.start_ns:
+            yield (*path, "until"), (f"must be later than from, got "
+                                     f"{DURATION.format(flow.start_ns)} to "
+                                     f"{DURATION.format(flow.until_ns)}")
+        if source not in others:
+            yield (*path, "between", 0), (
+                unknown("host of others", source, tuple(others)) if others else
+                f"{source!r} is not one of network.others, of which there are none")
+        if receiver in robots:
+            yield (*path, "between", 1), (f"{receiver!r} is a robot, whose traffic is the fleet's "
+                                          "(robot.publishes)")
+        elif receiver not in others and receiver not in hosts:
+            allowed = (*others, *(host for host in hosts if host not in robots))
+            yield (*path, "between", 1), unknown("host", receiver, allowed)
+        elif receiver == source:
+            yield (*path, "between"), f"must be two hosts, got {source!r} twice"
 
 
 def _fidelity(scenario: Scenario, _: Folder) -> Found:
@@ -105,6 +140,7 @@ def _receivers(at: Path, publication: Publication, scenario: Scenario) -> Found:
 CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...] = (
     ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
     ((("network",), ("deployment",)), _fidelity),
+    ((("network",), ("fleet",), ("hosts",), ("deployment",)), _others),
     ((("topics",), ("network",), ("deployment",)), _topics),
     ((("hosts",), ("network",), ("deployment",)), _forwarding),
     ((("robot", "publishes"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),

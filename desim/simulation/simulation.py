@@ -87,7 +87,7 @@ class Simulation:
         self._equipment, self._strategies = equipment_of(scenario), strategies_of(scenario)
         # Messages: the hosts, their middleware, and the media between them.
         self.plan = plan(scenario)
-        places = HostPlaces(self.world, self.plan)
+        places = HostPlaces(self.world, self.plan, scenario.network.others.values())
         self.graph = wired(scenario, places, self.kernel, self.trace, self.streams,
                            [host.name for host in self.plan], payloads=payloads,
                            on_fate=on_fate if ledger is None else ledger,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from math import nan
@@ -21,6 +22,14 @@ from desim.engine.trace import Trace
 from desim.errors import InputError, below
 from desim.middleware.graph import Graph, OnFate
 from desim.middleware.link_states import LinkStates
+from desim.network.background import (
+    BackgroundFlow,
+    Spells,
+    on_off,
+    periodic,
+    poisson,
+    trains,
+)
 from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
 from desim.network.passages import Passages
@@ -28,20 +37,24 @@ from desim.network.surroundings import Surroundings
 from desim.ports import Antennas, Obstacles, Snapshot, World
 from desim.ports.middleware import SharesLinks
 from desim.scenario.schema.antenna import Antenna
-from desim.scenario.schema.communication import PluginChoice
+from desim.scenario.schema.communication import Network, OtherHost, PluginChoice
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan
 
 
 class HostPlaces:
-    """The hosts' positions as of the last world tick: the media's view of the world."""
+    """The hosts' positions as of the last world tick: the media's view of the world. Behind the
+    hosts are those of ``others``."""
 
-    def __init__(self, world: World, hosts: list[HostPlan]) -> None:
-        self._world = world
-        self._fixed = np.array([(host.x_m, host.y_m) for host in hosts]).reshape(-1, 2)
+    def __init__(self, world: World, hosts: list[HostPlan], others: Iterable[OtherHost] = ()
+                 ) -> None:
+        self._world, others = world, tuple(others)
+        self._fixed = np.array([*((host.x_m, host.y_m) for host in hosts),
+                                *(other.at_m or (nan, nan) for other in others)]).reshape(-1, 2)
         carried = [(i, host.robot) for i, host in enumerate(hosts) if host.robot is not None]
         self._carried, self._bodies = map(_rows, np.array(carried, np.int64).reshape(-1, 2).T)
-        self.antennas = _antennas([host.antenna for host in hosts])
+        self.antennas = _antennas([*(host.antenna for host in hosts),
+                                   *(other.antenna for other in others)])
         self._seen: Snapshot | None = None
         self._positions = self._fixed
 
@@ -83,7 +96,8 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
     ``InputError`` that begins with the path of what does not fit."""
     with below("middleware"):
         middleware = _plugin(scenario.middleware)
-    graph = Graph(kernel, trace.names, trace, streams, middleware, hosts,
+    others = scenario.network.others
+    graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, others=len(others),
                   payloads=payloads, on_fate=on_fate, passages=passages, computers=computers)
     new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
     for name, choice in scenario.network.media.items():
@@ -96,8 +110,10 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
                 rules.append(_plugin(rule))
         with below(path):
             graph.attach(new_medium(name, model, rules, kernel=kernel, names=trace.names,
-                                    streams=streams, hosts=hosts, place=place), choice.hosts)
+                                    streams=streams, hosts=[*hosts, *others], own=len(hosts),
+                                    place=place), choice.hosts)
     _route(graph, scenario)
+    _add_background(graph, scenario.network)
     return graph
 
 
@@ -112,6 +128,26 @@ def computers(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel, tra
         Processors(kernel, trace.names.id(host.name), host.computer.processors,
                    Fraction(str(host.computer.speed)), DISCIPLINES[host.computer.scheduling]()),
         costs, host.computer.priorities) for host in hosts}
+
+
+def _add_background(graph: Graph, network: Network) -> None:
+    """Start the traffic of others. The random numbers of each flow go by medium and ends, and by
+    the number of such flows before it."""
+    media = {medium.name: medium for medium in graph.media}
+    hosts = [*(host.name for host in graph.hosts), *network.others]
+    alike: Counter[tuple[str, str, str]] = Counter()
+    for own in network.background:
+        medium, (source, receiver) = media[own.medium], map(hosts.index, own.between)
+        stream = graph.streams("background", own.medium, *own.between, alike[
+            own.medium, *own.between])
+        alike[own.medium, *own.between] += 1
+        arrays = (periodic(own.size_bytes, own.rate_bps, stream) if own.pattern == "periodic" else
+                  poisson(own.size_bytes, own.rate_bps, stream) if own.pattern == "poisson" else
+                  on_off(own.size_bytes, own.rate_bps, stream, Spells(own.on_ns, own.off_ns)))
+        graph.background.append(BackgroundFlow(
+            medium, source, receiver, own.between, own.size_bytes,
+            trains(arrays, own.grain_ns), graph.kernel, graph.trace, own.start_ns, own.until_ns))
+        medium.attached = sorted({*medium.attached, source, receiver})
 
 
 def _route(graph: Graph, scenario: Scenario) -> None:

@@ -122,6 +122,36 @@ WRONG = {
     "failover": ("network: {failover: {announce_every: 0 s, metric: -1}}", [
         "2:38: network.failover.announce_every: '0 s' must be above zero",
         "2:43: network.failover.metric: unknown key; allowed: noticed_after, announce_every"]),
+    "traffic of others": (
+        "fleet: {size: 2}\nnetwork: {others: {nas: {}, robot_1: {}}, background: [\n"
+        "  {medium: lam, between: [nas, robot_0], rate: 1 Mb/s},\n"
+        "  {medium: lan, between: [nasa, nas], rate: 1 Mb/s},\n"
+        "  {medium: lan, between: [nas, nas], rate: 1 Mb/s},\n"
+        "  {medium: lan, between: [nas, workstaton], rate: 1 Mb/s}]}", [
+            "3:38: network.others.robot_1: 'robot_1' is the name of another host",
+            "4:12: network.background.0.medium: unknown medium 'lam' (did you mean 'lan'?); "
+            "allowed: lan",
+            "4:32: network.background.0.between.1: 'robot_0' is a robot, whose traffic is the "
+            "fleet's (robot.publishes)",
+            "5:27: network.background.1.between.0: unknown host of others 'nasa' (did you mean "
+            "'nas'?); allowed: nas, robot_1",
+            "6:26: network.background.2.between: must be two hosts, got 'nas' twice",
+            "7:32: network.background.3.between.1: unknown host 'workstaton' (did you mean "
+            "'workstation'?); allowed: nas, robot_1, workstation"]),
+    "traffic of nobody": (
+        "network: {background: [{medium: lan, between: [a, workstation], rate: 1 Mb/s, "
+        "from: 2 s, until: 1 s},\n  {medium: lan, between: [a, b], rate: 1 b/s}]}", [
+            "2:48: network.background.0.between.0: 'a' is not one of network.others, of which "
+            "there are none",
+            "2:97: network.background.0.until: must be later than from, got 2 s to 1 s",
+            "3:27: network.background.1.between.0: 'a' is not one of network.others, of which "
+            "there are none",
+            "3:30: network.background.1.between.1: unknown host 'b'; allowed: workstation"]),
+    "packets of others": (
+        "network: {background: [{medium: lan, between: [a], rate: 0 b/s, size: 2 kB}]}", [
+            "2:47: network.background.0.between: must be a list of 2, got a list of 1",
+            "2:58: network.background.0.rate: '0 b/s' must be above zero",
+            "2:71: network.background.0.size: must be at most 1518, got '2 kB'"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
         "model, fusion, content, encoding, period, via"]),
@@ -160,7 +190,8 @@ WRONG = {
     "mapping for a list": ("faults: {at: 5 s, host: robot_0}", [
         "2:9: faults: must be a list, got a mapping"]),
     "text for a mapping": ("network: lan", [
-        "2:10: network: must be a mapping with fidelity, media, failover, got 'lan'"]),
+        "2:10: network: must be a mapping with fidelity, media, others, background, failover, got "
+        "'lan'"]),
     "not of the allowed words": ("robot: {odometry: {model: random_wlk}}", [
         "2:27: robot.odometry.model: 'random_wlk' is not allowed (did you mean 'random_walk'?); "
         "allowed: independent, random_walk"]),

@@ -19,7 +19,7 @@ from desim.scenario.plugin_parameters import parse_parameters
 from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.shapes import BY_SHAPE
-from desim.units import Duration, Pace, Period, Position
+from desim.units import BitRate, ByteSize, Duration, Pace, Period, Position
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]  # as ROS names are
 
@@ -128,9 +128,41 @@ class Network(Params):
         "media by name; two hosts take the first by name that both are attached to (default: in "
         "testbed one switched Gigabit LAN called lan, in field one air of 200 m range; the paper. "
         "In field with a fidelity: one air of radios)"))
+    others: dict[Name, OtherHost] = Field({}, description=(
+        "computers of others, by name, which take no part in the middleware"))
+    background: tuple[Background, ...] = Field((), description="traffic of others")
     failover: Failover | None = Field(None, description=(
         "hosts take another medium while one has no carrier; a rule takes it away, as outage and "
         "flapping of hosts do (null: they do not look)"))
+
+
+class OtherHost(Params):
+    """A computer of others on the network. It runs no software of the fleet."""
+
+    at_m: tuple[Position, Position] | None = Field(None, description=(
+        "where it stands (null: in reach of everybody)"))
+    antenna: Antenna = Field(default_factory=Antenna)
+
+
+class Background(Params):
+    """Packets of others on a medium. Those of a wire fill it and its queues, those of a radio the
+    air."""
+
+    medium: str
+    between: tuple[str, str] = Field(description=(
+        "from one of network.others to another one, or to a host that is no robot's"))
+    rate_bps: BitRate = Field(description="on the average, with all headers")
+    size_bytes: ByteSize = Field("1518 B", ge=64, le=1518, description=(
+        "of a packet, with all headers (a full one on Ethernet)"))
+    pattern: Literal["poisson", "periodic", "on_off"] = Field("poisson", description=(
+        "exponential times between packets, equal ones, or equal ones in exponential spells"))
+    on_ns: Pace = Field("1 s", description="mean spell of on_off (our choice)")
+    off_ns: Pace = Field("1 s", description="mean time between two spells (our choice)")
+    start_ns: Duration = Field("0 ns", alias="from", description="when it begins")
+    until_ns: Duration | None = Field(None, description="when it ends (null: never)")
+    grain_ns: Duration = Field("1 ms", description=(
+        "packets that are due within so long after another go with it as a train, which saves "
+        "events (0 ns: each on its own)"))
 
 
 class TopicChoice(Params):
