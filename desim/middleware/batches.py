@@ -140,11 +140,9 @@ class Member(Carrier[Batch]):
 
     def landed(self) -> int:
         """The number of messages that have arrived in batches."""
-        batches = self._batches
-        batch = batches.last
-        if batch is not None and not batches.kernel.over(batch.arrivals[self.index],
-                                                         Phase.DELIVER):
-            batch = batches.before
+        batch, over = self._batches.last, self._batches.kernel.over
+        if batch is not None and not over(batch.arrivals[self.index], Phase.DELIVER):
+            batch = self._batches.before
         return 0 if batch is None else batch.ordinal - self._elsewhere
 
     def give(self, batch: Batch) -> Message:
