@@ -65,7 +65,9 @@ def test_no_message_has_the_place_where_a_robot_started():
         assert np.array_equal(one.log_odds, two.log_odds)
 
 
-@pytest.mark.parametrize("strategy", ["rendezvous", "connectivity"])
-def test_a_strategy_that_speaks_of_places_is_refused(strategy):
-    with pytest.raises(InputError, match="coordination.strategy: it speaks to its team, of places"):
+@pytest.mark.parametrize(("strategy", "complaint"), [
+    ("rendezvous", "coordination.strategy: it speaks to its team, of places"),
+    ("connectivity", "coordination.strategy: it speaks to its team, of places")])
+def test_a_strategy_that_speaks_of_places_is_refused(strategy, complaint):
+    with pytest.raises(InputError, match=complaint):
         fleet(f"coordination.strategy={strategy}").run()

@@ -14,7 +14,7 @@ import numpy as np
 
 from desim.ports import Pose2D
 from desim.robot.slam.kernels.alignment import Fit, align
-from desim.robot.slam.kernels.particles import Odometry, ancestors, normalize, propose
+from desim.robot.slam.kernels.particles import ExpectedMotion, ancestors, normalize, propose
 from desim.robot.slam.kernels.points import Beams, points_of, thinned, without_bodies
 from desim.robot.slam.kernels.search import search
 from desim.robot.slam.settings import SlamSettings
@@ -156,8 +156,8 @@ class ParticleSlam:
         poses, gained, step = compose(expected, correction), np.empty(len(expected)), len(
             self.history)
         far = math.hypot(correction[0], correction[1]) > self._fit.reach_m
-        propose(poses, expected, Odometry(sigmas, wide, settings.noise.strayed, far), fewer, kept,
-                self.maps.arrays, self._fit, self._rough, self._spread, self.best, self._key,
+        propose(poses, expected, ExpectedMotion(sigmas, wide, settings.noise.strayed, far), fewer,
+                kept, self.maps.arrays, self._fit, self._rough, self._spread, self.best, self._key,
                 np.uint64(step * _DRAWS), gained, self._roots)
         self.poses = poses
         self._lineage = np.arange(len(poses))

@@ -18,7 +18,7 @@ _f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.f
 _u8 = types.uint64
 
 
-class Odometry(NamedTuple):
+class ExpectedMotion(NamedTuple):
     """The odometry's word on the poses that it expects: its standard deviations ``sigmas`` [3]
     along the robot, across it (m) and of its heading (rad); the ``wide`` ones [3] with which scans
     are aligned; ``strayed``, the most that a pose far off counts against a particle, in
@@ -30,7 +30,7 @@ class Odometry(NamedTuple):
     far: bool
 
 
-ODOMETRY = types.NamedTuple([_f8x1, _f8x1, _f8, types.boolean], Odometry)
+ODOMETRY = types.NamedTuple([_f8x1, _f8x1, _f8, types.boolean], ExpectedMotion)
 
 
 @inner(_f8(_f8x1, _f8x1, ODOMETRY, _f8x1))
