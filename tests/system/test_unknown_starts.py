@@ -66,7 +66,7 @@ def test_no_message_has_the_place_where_a_robot_started():
 
 
 @pytest.mark.parametrize(("strategy", "complaint"), [
-    ("rendezvous", "coordination.strategy: it speaks to its team, of places"),
+    ("rendezvous", "coordination.strategy: 'rendezvous' wants its team's poses and goals"),
     ("connectivity", "coordination.strategy: it speaks to its team, of places")])
 def test_a_strategy_that_speaks_of_places_is_refused(strategy, complaint):
     with pytest.raises(InputError, match=complaint):
