@@ -184,8 +184,9 @@ def complaint_about(*arguments):
 
 
 def nothing_left(folder):
-    """No file, and no folder that looks like a run's."""
-    return not [path for path in folder.rglob("*") if path.is_file() or path.suffix]
+    """No file, and no folder that looks like a run's, beside Python's bytecode."""
+    return not [path for path in folder.rglob("*") if "__pycache__" not in path.parts
+                and (path.is_file() or path.suffix)]
 
 
 @pytest.mark.parametrize("case", WORLDS)
