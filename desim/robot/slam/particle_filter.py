@@ -48,9 +48,9 @@ _STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as th
 # anew at every fifth scan have one ancestor by the time a loop closes. Rings of 60 x 50 m and a
 # laser of 8 m (``tests/slam_logs.py``) have their least error at 3 returns' worth.
 _GAIN = 0.05
-# The robot goes by another particle where the path of that one is 100 times as probable (Jeffreys
-# 1961: decisive). In bare corridors all are alike, and the likeliest is a matter of chance.
-_DECISIVE = math.log(100.0)
+# The robot goes by another particle where the path of that one is 10 000 times as probable. In bare
+# corridors all are alike, and the likeliest is a matter of chance.
+_DECISIVE = math.log(1e4)
 _DRAWS = 2 ** 32  # counters of a step: more particles do not move the numbers of the others
 
 

@@ -49,7 +49,7 @@ def one_hypothesis_m():
 
 
 def test_particles_err_less_than_one_hypothesis_where_a_loop_closes():
-    assert share_of_one_hypothesis() < 0.85  # measured: 0.74
+    assert share_of_one_hypothesis() < 0.75  # measured: 0.57
 
 
 def test_but_not_where_the_robot_never_goes_by_another_particle(monkeypatch):
