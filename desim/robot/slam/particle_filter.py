@@ -14,7 +14,7 @@ import numpy as np
 
 from desim.ports import Pose2D
 from desim.robot.slam.kernels.alignment import Fit, align
-from desim.robot.slam.kernels.particles import ExpectedMotion, ancestors, normalize, propose
+from desim.robot.slam.kernels.particles import MotionPrior, ancestors, normalize, propose
 from desim.robot.slam.kernels.points import Beams, points_of, thinned, without_bodies
 from desim.robot.slam.kernels.search import search
 from desim.robot.slam.settings import SlamSettings
@@ -153,12 +153,12 @@ class ParticleSlam:
         wide = np.maximum(sigmas, np.abs(correction) / _STRAYED_SIGMAS)
         start = self._roughly(start, expected[self.best], wide, fewer, kept)
         correction = motion_between(expected[self.best], start)
-        poses, gained, step = compose(expected, correction), np.empty(len(expected)), len(
-            self.history)
+        poses, gained = compose(expected, correction), np.empty(len(expected))
         far = math.hypot(correction[0], correction[1]) > self._fit.reach_m
-        propose(poses, expected, ExpectedMotion(sigmas, wide, settings.noise.strayed, far), fewer,
-                kept, self.maps.arrays, self._fit, self._rough, self._spread, self.best, self._key,
-                np.uint64(step * _DRAWS), gained, self._roots)
+        prior = MotionPrior(sigmas, wide, settings.noise.strayed, far)
+        step = len(self.history)
+        propose(poses, expected, prior, fewer, kept, self.maps.arrays, self._fit, self._rough,
+                self._spread, self.best, self._key, np.uint64(step * _DRAWS), gained, self._roots)
         self.poses = poses
         self._lineage = np.arange(len(poses))
         self.weights += gained

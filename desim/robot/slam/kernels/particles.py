@@ -18,8 +18,8 @@ _f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.f
 _u8 = types.uint64
 
 
-class ExpectedMotion(NamedTuple):
-    """The odometry's word on the poses that it expects: its standard deviations ``sigmas`` [3]
+class MotionPrior(NamedTuple):
+    """The odometry's uncertainty about the poses it expects: standard deviations ``sigmas`` [3]
     along the robot, across it (m) and of its heading (rad); the ``wide`` ones [3] with which scans
     are aligned; ``strayed``, the most that a pose far off counts against a particle, in
     log-likelihood; and whether the best particle's pose is ``far`` from the expected one."""
@@ -30,17 +30,17 @@ class ExpectedMotion(NamedTuple):
     far: bool
 
 
-ODOMETRY = types.NamedTuple([_f8x1, _f8x1, _f8, types.boolean], ExpectedMotion)
+MOTION_PRIOR = types.NamedTuple([_f8x1, _f8x1, _f8, types.boolean], MotionPrior)
 
 
-@inner(_f8(_f8x1, _f8x1, ODOMETRY, _f8x1))
+@inner(_f8(_f8x1, _f8x1, MOTION_PRIOR, _f8x1))
 def by_odometry(pose, expected, odometry, system):
     """The log-likelihood of a pose by the odometry (``system`` [9]: to work in)."""
     return max(add_odometry(pose, expected, odometry.sigmas, system), -odometry.strayed)
 
 
-@kernel(types.void(_f8x2, _f8x2, ODOMETRY, _f8x2, _i8, MAPS, FIT, FIT, _f8, _i8, _u8, _u8, _f8x1,
-                   _f8x2))
+@kernel(types.void(_f8x2, _f8x2, MOTION_PRIOR, _f8x2, _i8, MAPS, FIT, FIT, _f8, _i8, _u8, _u8,
+                   _f8x1, _f8x2))
 def propose(poses, expected, odometry, points, count, maps, fit, rough, spread, best, key, counter,
             weights, roots):
     """Move each particle to a draw from its improved proposal, and write its log-weight.
