@@ -45,8 +45,8 @@ _STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as th
 
 # Weights are flattened before particles are drawn, as gmapping flattens them (by 1 / 90, with
 # ``ogain`` 3 and 30 particles): errors of successive scans are alike, and particles that are drawn
-# anew at every fifth scan have one ancestor by the time a loop closes. Rings of 60 x 50 m and a
-# laser of 8 m (``tests/slam_logs.py``) have their least error at 3 returns' worth.
+# anew at every fifth scan have one ancestor by the time a loop closes. docs/slam.md has what other
+# values make of made rings.
 _GAIN = 0.05
 # The robot goes by another particle where the path of that one is 10 000 times as probable. In bare
 # corridors all are alike, and the likeliest is a matter of chance.
