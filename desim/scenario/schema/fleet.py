@@ -35,8 +35,8 @@ class BodyType(Params):
         "of the underside of an aerial body, above 0: it flies over walls that are not higher, and "
         "carries laser and antenna so much higher; 0 of all others"))
     radius_m: Length = Field("0.26 m", gt=0, description=(
-        "circle around the footprint, which a footprint gives by itself (Pioneer 3-DX: 0.455 m x "
-        "0.381 m, circumscribed 0.26 m)"))
+        "circle around the footprint, which a footprint gives by itself (Pioneer 3-DX: around the "
+        "footprint in the launch files of the paper's testbed)"))
     footprint: tuple[tuple[Position, Position], ...] | None = Field(
         None, min_length=3, max_length=MAX_CORNERS, description=(
             "the outline of the body, a convex polygon: x ahead and y to the left of the point "
