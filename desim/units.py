@@ -208,6 +208,9 @@ CARRIER = Dimension("carrier frequency", "Hz", float, {
 LEVEL = Dimension("power level", "dBm", float, {"dBm": Fraction(1)}, "16 dBm", signed=True,
                   maximum=1000)
 DECIBELS = Dimension("ratio of powers", "dB", float, {"dB": Fraction(1)}, "7 dB", maximum=1000)
+# Of clocks; 1000 ppm is a clock that nobody would keep.
+DRIFT = Dimension("drift", "ppb", int, {"ppm": Fraction(1000), "ppb": Fraction(1)}, "20 ppm",
+                  signed=True, maximum=10**6, least=Fraction(1))
 RATIO = Dimension("ratio", "%", float, {"%": Fraction(1, 100)}, "99 %", maximum=1)
 
 
@@ -258,6 +261,7 @@ Frequency = _field(FREQUENCY)  # Fraction Hz
 Carrier = _field(CARRIER)  # float Hz
 Level = _field(LEVEL)  # float dBm, any sign
 Decibels = _field(DECIBELS)  # float dB, not negative
+Drift = _field(DRIFT)  # int ppb, any sign
 
 
 def _ratio(value: object) -> float:

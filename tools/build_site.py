@@ -43,6 +43,7 @@ docs/scenarios
 reference/keys
 docs/network-models
 docs/several-networks
+docs/clocks
 docs/networks-alone
 docs/strategies
 docs/map-sharing

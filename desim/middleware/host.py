@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack, pack_each, pack_id
 from desim.errors import InputError, KernelError
+from desim.middleware.clocks import HostClock
 from desim.middleware.message import Message
 from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
 from desim.ports.middleware import Addressing, Endpoint, Offer, TransportKind
@@ -36,8 +37,8 @@ class Host:
     called once, when k receives the next one.
     """
 
-    __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "software", "nodes",
-                 "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
+    __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "clock", "software",
+                 "nodes", "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
                  "_inbox")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
@@ -47,6 +48,7 @@ class Host:
         self.id = graph.names.id(name)
         self.packed_id = pack_id(self.id)  # for rows of many hosts
         self.media: list[Medium] = []  # in order of preference
+        self.clock: HostClock | None = None  # None: it shows the true time
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
@@ -61,6 +63,10 @@ class Host:
     @property
     def up(self) -> bool:
         return self.graph.up[self.index]
+
+    def clock_ns(self, time_ns: int) -> int:
+        """What its clock shows at ``time_ns``, which is not after the present."""
+        return time_ns if self.clock is None else self.clock.read(time_ns)
 
     @property
     def tx_bytes(self) -> int:

@@ -33,6 +33,11 @@ class Message:
         return self.origin.index
 
     @property
+    def stamp_ns(self) -> int:
+        """When it was published, by the clock of its host."""
+        return self.origin.clock_ns(self.born_ns)
+
+    @property
     def topic(self) -> str:
         """Absolute name."""
         return self.about.name

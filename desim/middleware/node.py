@@ -44,8 +44,13 @@ class Node:
 
     @property
     def now_ns(self) -> int:
-        """The host's clock."""
-        return self._graph.kernel.now_ns
+        """What the host's clock shows."""
+        return self.host.clock_ns(self._graph.kernel.now_ns)
+
+    def age_ns(self, message: Message) -> int:
+        """The time since ``message`` was published. A receiver to which they come at once knows it
+        by when they came, whatever the clocks show."""
+        return self._graph.kernel.now_ns - message.born_ns
 
     @property
     def round(self) -> int:
@@ -94,7 +99,8 @@ class Node:
                                                     "timer", len(self._tickers))
         elif start != "zero":
             raise InputError(f"a timer starts at 'random' or 'zero', not {start!r}")
-        ticker = self.host.ticker(self.name, name, frequency_hz, callback, self.now_ns + offset_ns)
+        ticker = self.host.ticker(self.name, name, frequency_hz, callback,
+                                  self._graph.kernel.now_ns + offset_ns)
         self._tickers.append(ticker)
         return ticker
 

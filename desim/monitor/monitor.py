@@ -275,7 +275,9 @@ class Monitor:
         row(now_ns, kind["sample_motion"], self._entity, int(values["collisions"]),
             int(values["recoveries"]), bits(values["distance_m"]))
         self.samples.append({**values, "parts": self.partitions.parts,
-                             "map_age_s": map_age_s(self.maps, now_ns),
+                             "map_age_s": map_age_s(self.maps, now_ns, {
+                                 host.name: host.clock.ahead_ns(now_ns)
+                                 for host in self.graph.hosts if host.clock is not None}),
                              **self.belief_metrics.sample(),
                              **self.processor_load.sample(now_ns), "cause": cause,
                              "bytes": self.families.bytes()})

@@ -53,7 +53,7 @@ class Mapping(Node):
         self._pose = pose
         if scan is None:
             return
-        if scan.born_ns == pose.stamp_ns:
+        if scan.stamp_ns == pose.stamp_ns:
             self._matched_ns = pose.stamp_ns
             if self._due(before, pose):
                 self._integrate(scan.content, pose)

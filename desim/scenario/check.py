@@ -13,6 +13,7 @@ from desim.scenario import bodies, coordination, expression, generated_terrain, 
 from desim.scenario.complaints import Complaint
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
 from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
+from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.schema.experiment import QUANTITIES
@@ -157,6 +158,20 @@ def _known_names(scenario: Scenario, _: Folder) -> Found:
             yield ("robot", "passive", i), unknown("robot", name, robots)
 
 
+def _time_servers(scenario: Scenario, _: Folder) -> Found:
+    """NTP clients ask another host."""
+    clocks: list[tuple[Path, ClockParams | None]] = [
+        *((path, equipment.clock) for path, equipment in equipment_by_path(scenario)),
+        (("testbed",), scenario.testbed.clock),
+        *((("hosts", name), host.clock) for name, host in scenario.hosts.items())]
+    for path, clock in clocks:
+        if clock is None or clock.ntp is None:
+            continue
+        server, hosts = clock.ntp.server, host_names(scenario)
+        if server not in hosts:
+            yield (*path, "clock", "ntp", "server"), unknown("host", server, hosts)
+
+
 def _faults(scenario: Scenario, _: Folder) -> Found:
     """Outages of one host come one after the other."""
     before: dict[str, tuple[int, Fault]] = {}
@@ -248,6 +263,8 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",),), _fleet),
     ((("fleet",), ("hosts",), ("deployment",)), _hosts),
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
+    ((("fleet",), ("hosts",), ("deployment",), ("robot", "clock"), ("testbed", "clock")),
+     _time_servers),
     ((("faults",),), _faults),
     ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types")), _laser),
     ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),

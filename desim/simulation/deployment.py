@@ -13,6 +13,7 @@ from desim.ports import natural_key
 from desim.scenario.names import WORKSTATION, robot_names
 from desim.scenario.robot_types import equipment_of, types_of
 from desim.scenario.schema.antenna import Antenna
+from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import StrategyChoice
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.scenario import Scenario
@@ -26,7 +27,7 @@ class HostPlan(NamedTuple):
     sensors and motors are attached to it. ``software`` index of the robot that it controls.
     ``monitor`` whether robots send it their maps and distances. ``strategy`` of a host without a
     body that coordinates. ``antenna`` with its height above the ground. ``computer``: of a robot
-    its own, or its virtual machine.
+    its own, or its virtual machine. ``clock``: None where it shows the true time.
     """
 
     name: str
@@ -39,6 +40,7 @@ class HostPlan(NamedTuple):
     strategy: StrategyChoice | None = None
     antenna: Antenna = Antenna()
     computer: ComputerParams = ComputerParams()
+    clock: ClockParams | None = None
 
 
 def plan(scenario: Scenario) -> list[HostPlan]:
@@ -52,13 +54,15 @@ def plan(scenario: Scenario) -> list[HostPlan]:
         for own, body in zip(equipment, types_of(scenario.fleet), strict=True)]
     hosts = [HostPlan(name, i, nan, nan, () if testbed else (i,),
                       None if name in passive else i, False, antenna=antennas[i],
-                      computer=equipment[i].computer)
+                      computer=equipment[i].computer, clock=equipment[i].clock)
              for i, name in enumerate(robots)]
     if testbed:
         hosts.append(HostPlan(WORKSTATION, None, nan, nan, tuple(range(len(robots))), None, True,
-                              computer=scenario.testbed.computer))
+                              computer=scenario.testbed.computer,
+                              clock=scenario.testbed.clock))
     for name, stationary in scenario.hosts.items():
         x_m, y_m = stationary.at_m or (nan, nan)
         hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor,
-                              stationary.strategy, stationary.antenna, stationary.computer))
+                              stationary.strategy, stationary.antenna, stationary.computer,
+                              stationary.clock))
     return sorted(hosts, key=lambda host: natural_key(host.name))

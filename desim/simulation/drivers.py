@@ -139,18 +139,18 @@ class Driver(Node):
               i: int) -> LaserScan:
         robot, number = sensors[i]
         ranges = self._world.scan(snapshot, self._alone[robot], tick, number)[0]
-        return LaserScan(snapshot.time_ns, ranges, laser.angle_min_rad, laser.increment_rad,
-                         laser.max_range_m, laser.x_m, laser.y_m,
+        return LaserScan(self.host.clock_ns(snapshot.time_ns), ranges, laser.angle_min_rad,
+                         laser.increment_rad, laser.max_range_m, laser.x_m, laser.y_m,
                          laser.height_m <= self._lowest_m[robot])
 
     def _sonar(self, sonar: Sonar, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int,
                i: int) -> SonarReadings:
         robot, first = sensors[i]
-        scans = []
+        scans, stamp_ns = [], self.host.clock_ns(snapshot.time_ns)
         for number, cone in enumerate(sonar.cones, start=first):
             rays = self._world.scan(snapshot, self._alone[robot], tick, number)[0]
             nearest = np.maximum(rays.min(keepdims=True), np.float32(sonar.min_range_m))
-            scans.append(LaserScan(snapshot.time_ns, nearest, cone.yaw_rad, 0.0, cone.max_range_m,
+            scans.append(LaserScan(stamp_ns, nearest, cone.yaw_rad, 0.0, cone.max_range_m,
                                    cone.x_m, cone.y_m))
         return SonarReadings(tuple(scans))
 
@@ -161,7 +161,7 @@ class Driver(Node):
             x_m, y_m, yaw_rad = snapshot.poses[robot].tolist()
         else:
             x_m, y_m, yaw_rad = map(float, self._world.odometry(snapshot, robot, tick))
-        return Pose(snapshot.time_ns, x_m, y_m, yaw_rad)
+        return Pose(self.host.clock_ns(snapshot.time_ns), x_m, y_m, yaw_rad)
 
     def bump(self, robot: int) -> None:
         """Publish that ``robot`` has come into contact with something, if it has a bumper here."""

@@ -44,6 +44,7 @@ from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan, plan
 from desim.simulation.drivers import Driver, copied_by_processes
+from desim.simulation.host_clocks import set_clocks
 from desim.simulation.link_signals import LinkSignals
 from desim.simulation.monitor_node import MonitorNode
 from desim.simulation.wiring import HostPlaces, computers, wired
@@ -93,6 +94,7 @@ class Simulation:
                            on_fate=on_fate if ledger is None else ledger,
                            passages=None if ledger is None else ledger.passages,
                            computers=computers(scenario, self.plan, self.kernel, self.trace))
+        set_clocks(self.graph, self.plan)
         self._signals = LinkSignals(self.graph, places)
         # The observer, and what drives sensors and motors.
         self._controlled = [host.software for host in self.plan if host.software is not None]

@@ -72,7 +72,7 @@ WRONG = {
         "computers, coordination, task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
         "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, sonar, bumper, antenna, "
-        "computer, odometry, mapping, navigation, exploration, publishes, tf, passive"]),
+        "computer, clock, odometry, mapping, navigation, exploration, publishes, tf, passive"]),
     "what robots publish": (
         "fleet: {size: 2}\n"
         "robot: {publishes: [{topic: low/scan, size: 1 kB, rate: 1 Hz},\n"
@@ -488,7 +488,8 @@ WRONG = {
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
         "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, lasers, "
-        "sonar, bumper, antenna, computer, odometry, mapping, navigation, exploration, publishes"]),
+        "sonar, bumper, antenna, computer, clock, odometry, mapping, navigation, exploration, "
+        "publishes"]),
     "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
         "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "
         "other, got 0 m with drive: aerial"]),
@@ -548,6 +549,9 @@ WRONG = {
         "1000"]),
     "unknown passive robot": ("robot: {passive: [r2d2]}", [
         "2:19: robot.passive.0: unknown robot 'r2d2'; allowed: robot_0"]),
+    "unknown time server": ("robot: {clock: {ntp: {server: bas}}}\nhosts: {base: {}}", [
+        "2:31: robot.clock.ntp.server: unknown host 'bas' (did you mean 'base'?); allowed: base, "
+        "robot_0, workstation"]),
     "host with a robot's name": ("hosts: {robot_0: {}}", [
         "2:18: hosts.robot_0: 'robot_0' is the name of another host"]),
     "unknown quantity": ("stop: {when: explord > 0.9}", [

@@ -217,7 +217,7 @@ class HostContext:
         said: Encoded = message.content
         source = message.origin.name
         self._team.spoke(source, self.now_ns)
-        callback(self, StrategyMessage(source, topic, said.decoded(), message.born_ns))
+        callback(self, StrategyMessage(source, topic, said.decoded(), message.stamp_ns))
 
     def _call(self, callback: Callback) -> None:
         self._waiting -= 1

@@ -89,7 +89,7 @@ class LocalizationNode(Node):
         before, odometry = self._odometry, message.content
         self._odometry = odometry
         scan, self._undrawn = self._scan.message, None
-        at = None if scan is None else self._odometry_at(scan.born_ns, before, odometry)
+        at = None if scan is None else self._odometry_at(scan.stamp_ns, before, odometry)
         if scan is not None and at is not None:
             self._undrawn = UnreadScan(scan, Pose2D(*at[1:]))
         pose = checked_pose(self.localization, self.localization.on_odometry(
@@ -130,7 +130,7 @@ class LocalizationNode(Node):
         """The scans of the same instant of the lasers beside the first."""
         messages = (other.message for other in self._others)
         return (message.content for message in messages
-                if message is not None and message.born_ns == stamp_ns)
+                if message is not None and message.stamp_ns == stamp_ns)
 
     def redraw(self, poses: np.ndarray) -> None:
         """See ``LocalizationContext.redraw``."""

@@ -21,7 +21,6 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Equipment
 from desim.units import NS_PER_S
 
-_NEVER_NS = -(10**18)
 _NOWHERE = np.empty((0, 2))
 _RETREAT_NS = 4 * NS_PER_S  # no retreat takes longer; maze_8: same
 _AGGRESSIVE_RADII = 4  # move_base.cpp: aggressive_reset clears outside of 4 circumscribed radii
@@ -95,8 +94,7 @@ class MoveBase(Node):
         if goal is None or pose is None or self._retreat_until_ns:
             return
         self._spin, self._arriving = None, False
-        self._recover(goal, pose.content, self._local.extrapolate(pose.content, self.now_ns),
-                      self.now_ns, Recovery.RETREAT)
+        self._recover(goal, pose.content, self._here(pose.content), self.now_ns, Recovery.RETREAT)
 
     def _observe(self, _: int) -> None:
         """Take the newest scan of each laser, and of the sonar, into the local costmap."""
@@ -120,11 +118,10 @@ class MoveBase(Node):
         if goal is None:
             return
         now_ns, pose = self.now_ns, self._pose.message
-        if pose is None or now_ns - min(pose.born_ns, *map(_born_ns, self._scans)) \
-                > self._sensor_timeout_ns:
+        if pose is None or not self._is_current(pose, now_ns):
             self._drive(0.0, 0.0)
             return
-        here = self._local.extrapolate(pose.content, now_ns)
+        here = self._here(pose.content)
         if self._spin is not None:
             turn_radps = self._spin.turn_radps(here[2], now_ns)
             # As rotate_recovery, it does not turn where its footprint would meet something.
@@ -141,6 +138,19 @@ class MoveBase(Node):
             self._wait(goal, pose.content, here, now_ns)
         else:
             self._approach(goal, pose.content, here, now_ns)
+
+    def _here(self, pose: Pose) -> Position:
+        """Where the robot is now; where ``pose`` is, if its stamp is yet to come."""
+        return self._local.extrapolate(pose, max(self.now_ns, pose.stamp_ns))
+
+    def _is_current(self, pose: Message, now_ns: int) -> bool:
+        """Whether scans and poses have come lately, and the newest pose is not stamped too long ago
+        by the clock of this host (costmap_2d: sensors not current, transform timeout)."""
+        timeout_ns = self._sensor_timeout_ns
+        return (self.age_ns(pose) <= timeout_ns
+                and all(scan.message is not None and self.age_ns(scan.message) <= timeout_ns
+                        for scan in self._scans)
+                and now_ns - pose.content.stamp_ns <= self._navigation.transform_tolerance_ns)
 
     def _approach(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
         if self._reached(goal, *here[:2]):
@@ -239,8 +249,3 @@ class MoveBase(Node):
         self.record("goal_reached" if reached else "goal_aborted", bits(goal.x_m), bits(goal.y_m))
         self._halt()
         self.publish("goal_result", GoalResult(goal.x_m, goal.y_m, reached))
-
-
-def _born_ns(reading: Latest) -> int:
-    """The instant of the newest message; long ago where there is none."""
-    return _NEVER_NS if reading.message is None else reading.message.born_ns

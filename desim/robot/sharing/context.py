@@ -104,7 +104,7 @@ class TeamInbox:
 
 
 def _shared(message: Message) -> SharedMessage:
-    return SharedMessage(message.origin.name, message.content, message.born_ns)
+    return SharedMessage(message.origin.name, message.content, message.stamp_ns)
 
 
 def _absolute(host: str, topic: str) -> str:

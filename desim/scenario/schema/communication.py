@@ -17,6 +17,7 @@ from pydantic import (
 from desim.ports import Params
 from desim.scenario.plugin_parameters import parse_parameters
 from desim.scenario.schema.antenna import Antenna
+from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import BitRate, ByteSize, Duration, Pace, Period, Position
@@ -241,6 +242,7 @@ class StationaryHost(Params):
         "where it stands; a host without a place is in reach of everybody"))
     antenna: Antenna = Field(default_factory=Antenna)
     computer: ComputerParams = Field(default_factory=ComputerParams)
+    clock: ClockParams | None = Field(None, description="(null: it shows the true time)")
     monitor: bool = Field(False, description="it receives each robot's map and distance at 1 Hz")
     forwards: tuple[str, ...] = Field((), description=(
         "media between which it forwards frames (IP forwarding with static routes)"))

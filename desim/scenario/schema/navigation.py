@@ -52,6 +52,9 @@ class Navigation(Params):
     sensor_timeout_ns: Period = Field("0.5 s", description=(
         "the robot stops when its newest scan is older (move_base: sensor not current; at least "
         "two periods of the laser)"))
+    transform_tolerance_ns: Period = Field("0.3 s", description=(
+        "the robot stops when its pose has a stamp that is older by its own clock "
+        "(costmap_2d transform_tolerance)"))
     keep_right_m: Length = Field("0.4 m", description=(
         "drive so far to the right of the planned way, so that robots that meet on one way pass "
         "each other (1.5 robot radii)"))

@@ -8,6 +8,7 @@ from pydantic import Field
 
 from desim.ports import Params
 from desim.scenario.schema.antenna import Antenna
+from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import Name, PluginChoice
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.navigation import Navigation
@@ -183,6 +184,7 @@ class Equipment(Params):
         "safety_controller does)"))
     antenna: Antenna = Field(default_factory=Antenna)
     computer: ComputerParams = Field(default_factory=ComputerParams)
+    clock: ClockParams | None = Field(None, description="(null: it shows the true time)")
     odometry: Odometry = Field(default_factory=Odometry)
     mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from desim.ports import Params
+from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import (
     Coordination,
     Fault,
@@ -49,6 +50,8 @@ class Testbed(Params):
                                                       "network port (the paper)")
     computer: ComputerParams = Field(ComputerParams(processors=8), description=(
         "the workstation (as many as a node of the paper's cluster has; our assumption)"))
+    clock: ClockParams | None = Field(None, description=(
+        "of the workstation, which stamps what sensors see (null: it shows the true time)"))
     monitor_period_ns: Pace = Field("1 s", description="each robot's map and distance to the "
                                                         "monitor (the published code)")
     processes: SubscribingProcesses = Field(default_factory=SubscribingProcesses)

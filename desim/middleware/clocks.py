@@ -1,0 +1,60 @@
+"""The clocks of hosts: what a host takes for the present time.
+
+A clock is ahead by so much at the start and runs too fast by a rate. NTP steps it, or slews it: it
+lets it run at another rate until the difference is gone. Stamps, timeouts against stamps and agreed
+times are by the host's clock; durations of timers, which differ by some 10 us a second, are not.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+
+PPB = 10**9  # parts per billion, of a rate
+SLEW_PPB = 500_000  # RFC 5905, section 11.2: 500 ppm, the most that Unix kernels allow
+
+
+class HostClock:
+    """The clock of a host, ``ahead_ns`` ahead at time 0, which runs ``drift_ppb`` too fast.
+
+    It answers for any time up to the present one, so that what is computed late has the stamp of
+    its birth.
+    """
+
+    __slots__ = ("_since_ns", "_ahead_ns", "_rates_ppb", "_drift_ppb", "_trim_ppb")
+
+    def __init__(self, ahead_ns: int, drift_ppb: int) -> None:
+        # From each of these times on it is so far ahead, and that grows at such a rate.
+        self._since_ns, self._ahead_ns, self._rates_ppb = [0], [ahead_ns], [drift_ppb]
+        self._drift_ppb = drift_ppb
+        self._trim_ppb = 0  # what NTP corrects of the rate
+
+    def read(self, time_ns: int) -> int:
+        """What it shows at ``time_ns``."""
+        return time_ns + self.ahead_ns(time_ns)
+
+    def ahead_ns(self, time_ns: int) -> int:
+        """How far it is ahead at ``time_ns``, below 0 where it is behind."""
+        i = bisect_right(self._since_ns, time_ns) - 1
+        return self._ahead_ns[i] + (time_ns - self._since_ns[i]) * self._rates_ppb[i] // PPB
+
+    def step(self, now_ns: int, by_ns: int) -> None:
+        """Set it ``by_ns`` ahead of what it shows."""
+        self._go_on(now_ns, self.ahead_ns(now_ns) + by_ns, 0)
+
+    def slew(self, now_ns: int, by_ns: int) -> None:
+        """Let it run at another rate until it is ``by_ns`` ahead of what it would have shown."""
+        self._go_on(now_ns, self.ahead_ns(now_ns), SLEW_PPB if by_ns > 0 else -SLEW_PPB)
+        until_ns = now_ns + abs(by_ns) * PPB // SLEW_PPB
+        self._go_on(until_ns, self.ahead_ns(until_ns), 0)
+
+    def trim(self, by_ppb: int) -> None:
+        """Correct its rate by so much from the next ``step`` or ``slew`` on."""
+        self._trim_ppb += by_ppb
+
+    def _go_on(self, since_ns: int, ahead_ns: int, slew_ppb: int) -> None:
+        """From ``since_ns`` on it is ``ahead_ns`` ahead; what was to come after that is void."""
+        kept = bisect_right(self._since_ns, since_ns)
+        for column, value in ((self._since_ns, since_ns), (self._ahead_ns, ahead_ns),
+                              (self._rates_ppb, self._drift_ppb + self._trim_ppb + slew_ppb)):
+            del column[kept:]
+            column.append(value)

@@ -1,0 +1,29 @@
+"""The clock of a robot's computer, of a stationary host's, or of the workstation."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim.ports import Params
+from desim.units import Drift, Duration, Period
+
+
+class NtpParams(Params):
+    """An NTP client."""
+
+    server: str = Field(description="the host whose clock it follows")
+    poll_ns: Period = Field("64 s", description="between two requests (ntpd minpoll 6)")
+
+
+class ClockParams(Params):
+    """How wrong a host's clock is."""
+
+    ahead_ns: Duration = Field("0 s", description="so far ahead of the true time at the start")
+    behind_ns: Duration = Field("0 s", description="so far behind it")
+    spread_ns: Duration = Field("0 s", description=(
+        "standard deviation of what each host's own is ahead beside that, drawn by its name"))
+    drift_ppb: Drift = Field("0 ppm", description="so much too fast; below 0 too slow")
+    drift_spread_ppb: Drift = Field("0 ppm", ge=0, description=(
+        "standard deviation of each host's own (a quartz of a PC: some 10 to 50 ppm off)"))
+    ntp: NtpParams | None = Field(None, description=(
+        "an NTP client that corrects it over the network (null: none)"))
