@@ -29,11 +29,11 @@ class HostClock:
         self._trim_ppb = 0  # what NTP corrects of the rate
 
     def read(self, time_ns: int) -> int:
-        """What it shows at ``time_ns``."""
+        """The time that it shows at ``time_ns``."""
         return time_ns + self.ahead_ns(time_ns)
 
     def ahead_ns(self, time_ns: int) -> int:
-        """How far it is ahead at ``time_ns``, below 0 where it is behind."""
+        """The lead over the true time at ``time_ns``, below 0 where it is behind."""
         i = bisect_right(self._since_ns, time_ns) - 1
         return self._ahead_ns[i] + (time_ns - self._since_ns[i]) * self._rates_ppb[i] // PPB
 

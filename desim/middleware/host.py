@@ -65,7 +65,7 @@ class Host:
         return self.graph.up[self.index]
 
     def clock_ns(self, time_ns: int) -> int:
-        """What its clock shows at ``time_ns``, which is not after the present."""
+        """The time that its clock shows at ``time_ns``, which is not after the present."""
         return time_ns if self.clock is None else self.clock.read(time_ns)
 
     @property

@@ -34,7 +34,7 @@ class Message:
 
     @property
     def stamp_ns(self) -> int:
-        """When it was published, by the clock of its host."""
+        """The time of its publication, by the clock of its host."""
         return self.origin.clock_ns(self.born_ns)
 
     @property

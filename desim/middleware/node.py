@@ -44,7 +44,7 @@ class Node:
 
     @property
     def now_ns(self) -> int:
-        """What the host's clock shows."""
+        """The time that the host's clock shows."""
         return self.host.clock_ns(self._graph.kernel.now_ns)
 
     def age_ns(self, message: Message) -> int:

@@ -27,7 +27,7 @@ _RATE_GAIN = 4  # a quarter of the rate that shows is corrected (the frequency-l
 
 
 class Answer(NamedTuple):
-    """What an answer says: the round trip took ``delay_ns``, and the server's clock is
+    """A server's answer: the round trip took ``delay_ns``, and the server's clock is
     ``offset_ns`` ahead. ``read_ns``: the client's clock then."""
 
     read_ns: int

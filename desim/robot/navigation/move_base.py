@@ -140,7 +140,7 @@ class MoveBase(Node):
             self._approach(goal, pose.content, here, now_ns)
 
     def _here(self, pose: Pose) -> Position:
-        """Where the robot is now; where ``pose`` is, if its stamp is yet to come."""
+        """The robot's position now; that of ``pose`` itself if its stamp is yet to come."""
         return self._local.extrapolate(pose, max(self.now_ns, pose.stamp_ns))
 
     def _is_current(self, pose: Message, now_ns: int) -> bool:

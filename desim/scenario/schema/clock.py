@@ -16,7 +16,7 @@ class NtpParams(Params):
 
 
 class ClockParams(Params):
-    """How wrong a host's clock is."""
+    """The errors of a host's clock."""
 
     ahead_ns: Duration = Field("0 s", description="so far ahead of the true time at the start")
     behind_ns: Duration = Field("0 s", description="so far behind it")
