@@ -128,7 +128,7 @@ def packets_lost(graph: Graph) -> dict[str, int]:
 
 
 def background(graph: Graph) -> list[dict[str, object]]:
-    """The traffic of others: packets of each flow, which are sent = delivered + dropped + in
+    """Background traffic: the packets of each flow, which are sent = delivered + dropped + in
     flight."""
     return [{"medium": flow.medium.name, "between": list(flow.between), "sent": flow.sent,
              "delivered": flow.delivered, "dropped": dict(sorted(flow.dropped.items())),

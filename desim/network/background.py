@@ -1,4 +1,4 @@
-"""Traffic of others on a medium: packets from a host that is no robot's to another one.
+"""Background traffic on a medium: packets from a host outside of the fleet to another host.
 
 It occupies the medium as any frame does, and nobody reads it. Packets that are due within a short
 while go as one train: none is sent late, and none more than this while too early.

@@ -1,4 +1,4 @@
-"""Traffic of others: its packets' times, its account, and what it does to those who wait."""
+"""Background traffic: the times of its packets, its account, and the waits that it causes."""
 
 from itertools import islice
 

@@ -1,4 +1,4 @@
-"""A fleet beside the traffic of others: what it costs the fleet, and that it is accounted apart."""
+"""A fleet beside background traffic: its cost for the fleet, and its separate account."""
 
 import pytest
 from runs import HELLO, Tally, audited, built, finished

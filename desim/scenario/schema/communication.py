@@ -123,18 +123,19 @@ class Network(Params):
     """The media that carry the messages."""
 
     fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] | None = Field(
-        None, description="of every medium whose model has this parameter, as radio has, in place "
-                          "of what it says itself; one of them must have it (null: as they say)")
+        None, description="overrides this parameter of every medium whose model has it, as radio "
+                          "has; at least one must have it (null: each medium keeps its own)")
     media: dict[Name, MediumChoice] = Field({}, description=(
-        "media by name; two hosts take the first by name that both are attached to (default: in "
-        "testbed one switched Gigabit LAN called lan, in field one air of 200 m range; the paper. "
-        "In field with a fidelity: one air of radios)"))
+        "media by name; two hosts use that of the least metric among those that both are attached "
+        "to, then the first by name (default: in testbed one switched Gigabit LAN called lan, in "
+        "field one air of 200 m range; the paper. In field with a fidelity: one air of radios)"))
     others: dict[Name, OtherHost] = Field({}, description=(
-        "computers of others, by name, which take no part in the middleware"))
-    background: tuple[Background, ...] = Field((), description="traffic of others")
+        "hosts outside of the fleet, by name, which take no part in the middleware"))
+    background: tuple[Background, ...] = Field((), description=(
+        "background traffic: flows of packets from hosts outside of the fleet"))
     failover: Failover | None = Field(None, description=(
-        "hosts take another medium while one has no carrier; a rule takes it away, as outage and "
-        "flapping of hosts do (null: they do not look)"))
+        "hosts take another medium while one has no carrier; the rules outage and flapping of "
+        "hosts take a carrier away (null: hosts do not notice a missing carrier)"))
 
 
 class OtherHost(Params):
