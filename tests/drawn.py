@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from desim.ports import GridSpec
+from desim.robot.mapping.tiles import FREE, OCCUPIED, tiles_across, tiles_of
 from desim.robot.navigation.global_costmap import GlobalCostmap
-from desim.robot.tiles import FREE, OCCUPIED, tiles_across, tiles_of
 
 VALUES = {".": FREE, "#": OCCUPIED}
 

@@ -17,8 +17,8 @@ import numpy as np
 from desim.compiler.kernel import compiled_function
 from desim.monitor import kernels
 from desim.ports.tasks import Ground
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import FREE, OCCUPIED, raster, tiles_of
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import FREE, OCCUPIED, raster, tiles_of
 from desim.units import NS_PER_S
 
 _recount = compiled_function(kernels.recount)

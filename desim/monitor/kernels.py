@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from desim.ports.kernels import lean
-from desim.robot.tiles import CELLS, FREE, OCCUPIED, TILE
+from desim.robot.mapping.tiles import CELLS, FREE, OCCUPIED, TILE
 
 _FREE, _OCCUPIED = np.int16(FREE), np.int16(OCCUPIED)
 

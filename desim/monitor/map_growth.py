@@ -10,8 +10,8 @@ from desim.compiler.kernel import compiled_function
 from desim.engine.kernel import Kernel
 from desim.monitor.kernels import note_known
 from desim.ports import GridSpec
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import OCCUPIED, TILE, raster
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import OCCUPIED, TILE, raster
 from desim.units import NS_PER_S
 
 NEVER = 65535  # as an instant

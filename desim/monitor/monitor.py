@@ -33,7 +33,7 @@ from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
 from desim.plugins import bare
 from desim.ports.tasks import FollowsKnowledge, Ground, JudgesMap, Measures, Task
-from desim.robot.robot_map import RobotMap
+from desim.robot.mapping.robot_map import RobotMap
 from desim.scenario.expression import condition
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.scenario import Scenario

@@ -10,8 +10,8 @@ from desim.compiler.kernel import compiled_function
 from desim.monitor import kernels
 from desim.monitor.coverage import Coverage
 from desim.ports import GridSpec
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import cell_numbers
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import cell_numbers
 from desim.units import NS_PER_S
 
 _known_elsewhere = compiled_function(kernels.known_elsewhere)

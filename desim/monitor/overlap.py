@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from desim.ports import GridSpec
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import CELLS, FREE, OCCUPIED, tiles_of
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import CELLS, FREE, OCCUPIED, tiles_of
 
 
 class Overlap:

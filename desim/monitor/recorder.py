@@ -19,7 +19,7 @@ from desim.monitor.map_growth import GrowingMap, MapGrowth, halvings
 from desim.monitor.monitor import Monitor
 from desim.monitor.reachability import SampledReachability
 from desim.ports import GridSpec, MovesObstacles, World
-from desim.robot.robot_map import RobotMap
+from desim.robot.mapping.robot_map import RobotMap
 from desim.units import MM_PER_M
 
 _RATES_HZ = (10, 5, 2, 1)

@@ -14,7 +14,7 @@ from desim.monitor.localization_errors import wall_errors
 from desim.monitor.monitor import Monitor
 from desim.monitor.traffic import background, by_kind, packets_lost, totals
 from desim.monitor.utilisation import utilisation
-from desim.robot.tiles import raster
+from desim.robot.mapping.tiles import raster
 from desim.units import NS_PER_S
 
 _MANY_FRAMES = 100  # fewer may be on their way when a run ends

@@ -11,10 +11,10 @@ from desim.engine.streams import Streams
 from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import EXPLORED
 from desim.ports.tasks import Ground
-from desim.robot.robot_map import RobotMap
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import FREE, TilePool, raster
 from desim.robot.sharing.kinds.own_maps import OwnMaps
 from desim.robot.sharing.map_message import MapFormat
-from desim.robot.tiles import FREE, TilePool, raster
 from desim.simulation.simulation import Simulation
 
 _COUNT = 20  # scans between two counts of the known cells

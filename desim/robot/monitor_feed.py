@@ -13,9 +13,9 @@ from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.ports import GridSpec
-from desim.robot.poses import step
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import LayerSnapshot, occupancy
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import LayerSnapshot, occupancy
+from desim.robot.stamped_poses import step
 from desim.units import NS_PER_S
 
 Layers = tuple[LayerSnapshot, ...]

@@ -9,16 +9,17 @@ from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
 from desim.ports.sharing import Sharing
-from desim.robot import mapping, monitor_feed, transform_broadcaster
+from desim.robot import monitor_feed, transform_broadcaster
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
 from desim.robot.localization.checks import draws_map
 from desim.robot.localization.node import LocalizationNode
 from desim.robot.localization.pose_publisher import CorrectionNode, PosePublisher
 from desim.robot.localization.sensor_pose import SENSORS, SensorPose
+from desim.robot.mapping.node import Mapping
+from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.navigation import global_costmap, move_base
 from desim.robot.navigation.map_queries import MapQueries
-from desim.robot.robot_map import RobotMap
 from desim.robot.sharing.node import MapSharing, drawn_beside
 from desim.robot.team import Team
 from desim.robot.team_state import TeamStateNode
@@ -103,7 +104,7 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
         nodes = [LocalizationNode(host, localization, robot, robot_map, start, bodies_m)]
     if draws_map(localization):
         return nodes
-    return [*nodes, *(mapping.Mapping(host, robot.mapping, robot_map, topic)
+    return [*nodes, *(Mapping(host, robot.mapping, robot_map, topic)
                     for topic in robot.lasers_by_topic)]
 
 

@@ -31,12 +31,12 @@ from desim.robot.declared_traffic import (
     PeriodicPublisher,
     with_copies,
 )
-from desim.robot.fusion import robot_map_of
-from desim.robot.map_server import MapServer, map_of_terrain
-from desim.robot.robot_map import RobotMap
+from desim.robot.mapping.fusion import robot_map_of
+from desim.robot.mapping.map_server import MapServer, map_of_terrain
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import TilePool
 from desim.robot.software import coordinator_software, robot_software
 from desim.robot.team import Team
-from desim.robot.tiles import TilePool
 from desim.robot.transform_broadcaster import TransformBroadcaster, of_odometry
 from desim.scenario.recipients import topics_for
 from desim.scenario.robot_types import equipment_of, strategies_of

@@ -18,10 +18,10 @@ from desim.ports.sharing import (
     SharingContext,
     Sized,
 )
-from desim.robot.robot_map import RobotMap
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import LayerSnapshot, TilePool
 from desim.robot.sharing.map_access import MapAccess
 from desim.robot.team import Team
-from desim.robot.tiles import LayerSnapshot, TilePool
 
 GRID = GridSpec(0.5, 128, 128, 0.0, 0.0)  # 4 x 4 tiles
 _REACH_M = 4.0

@@ -6,7 +6,7 @@ import numpy as np
 
 from desim.ports import Pose2D
 from desim.ports.sharing import SharedMessage, Sharing
-from desim.robot.tiles import LayerSnapshot, TilePool
+from desim.robot.mapping.tiles import LayerSnapshot, TilePool
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 from desim.testing.shared_state import own_state

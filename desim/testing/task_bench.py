@@ -12,7 +12,7 @@ from desim.engine.streams import Streams
 from desim.monitor.coverage import Coverage
 from desim.ports.arguments import check_callback, check_period
 from desim.ports.tasks import FollowsKnowledge, Ground, Task, TaskContext
-from desim.robot.tiles import FREE, tiles_of
+from desim.robot.mapping.tiles import FREE, tiles_of
 
 _CELLS, _CELL_M = 64, 0.5
 

@@ -21,7 +21,7 @@ from desim.compiler import folder, store
 from desim.compiler.kernel import compiled_function, kernels_of
 from desim.errors import InputError
 from desim.ports.kernels import kernel, lean, types, uniform
-from desim.robot.kernels.tiles import drop, hold_all, make_own
+from desim.robot.mapping.kernels.tiles import drop, hold_all, make_own
 from desim.world.kernels.contact import deeper
 
 # ------------------------------------------------------------------------------- what they compute
@@ -337,7 +337,7 @@ def test_a_run_with_kept_kernels_imports_nothing_heavy(repository, tmp_path):
     output_of(COMMAND, *command, **os.environ)  # kept from here on
     modules, of_kernels = output_of(COMMAND, *command, **os.environ).splitlines()
     used = set(of_kernels.split())
-    assert used >= {"desim.robot.kernels.evidence", "desim.world.kernels.lidar",
+    assert used >= {"desim.robot.mapping.kernels.evidence", "desim.world.kernels.lidar",
                     "netmodels.switch.kernels.machine"}
     # Nothing of what this scenario has not: radios, noisy odometers, walls in a map's image.
     assert not any(name.startswith("netmodels.radio") for name in used)

@@ -12,8 +12,8 @@ from desim.middleware.direct import Direct
 from desim.monitor.belief_metrics import BeliefMetrics
 from desim.monitor.overlap import Overlap
 from desim.ports import GridSpec
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import FREE, OCCUPIED, TilePool
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import FREE, OCCUPIED, TilePool
 from netmodels.rules.timing import Latency
 
 

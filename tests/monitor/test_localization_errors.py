@@ -7,7 +7,7 @@ from desim.engine.trace import bits
 from desim.monitor.localization_errors import LocalizationErrors, wall_errors
 from desim.ports import GridSpec
 from desim.ports.tasks import Ground
-from desim.robot.tiles import FREE, OCCUPIED
+from desim.robot.mapping.tiles import FREE, OCCUPIED
 
 GRID = GridSpec(0.5, 20, 10, 0.0, 0.0)
 

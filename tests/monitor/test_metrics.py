@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from desim.monitor.coverage import Coverage, Reached, evaluate, map_age_s, states
 from desim.ports import GridSpec
 from desim.ports.tasks import Ground
-from desim.robot.tiles import FREE, OCCUPIED, raster, tiles_of
+from desim.robot.mapping.tiles import FREE, OCCUPIED, raster, tiles_of
 
 GRID = GridSpec(0.5, 40, 70, -10.0, -17.5)  # 2 x 3 tiles, none of them full
 TILES = 6

@@ -22,7 +22,7 @@ from desim.monitor.traffic import family, kind
 from desim.network.medium import Medium
 from desim.ports import GridSpec
 from desim.ports.tasks import Ground
-from desim.robot.tiles import FREE, Layer, TilePool
+from desim.robot.mapping.tiles import FREE, Layer, TilePool
 from desim.scenario.schema.scenario import Scenario
 from netmodels.ideal import Ideal
 from netmodels.rules.partition import Partition

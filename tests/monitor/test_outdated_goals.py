@@ -8,7 +8,7 @@ import pytest
 from desim.monitor.outdated_goals import OutdatedGoals
 from desim.monitor.summary import summarize
 from desim.ports import GridSpec
-from desim.robot.tiles import CELLS
+from desim.robot.mapping.tiles import CELLS
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
 

@@ -14,7 +14,7 @@ from desim.engine.kernel import Phase
 from desim.errors import InputError
 from desim.monitor.map_growth import NEVER
 from desim.results.recording import Poses
-from desim.robot.tiles import FREE, OCCUPIED, raster
+from desim.robot.mapping.tiles import FREE, OCCUPIED, raster
 from desim.simulation.simulation import Simulation
 
 S = 1_000_000_000

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.ndimage import label
 from test_planner import graph_distances
 
+from desim.robot.mapping.tiles import FREE, OCCUPIED
 from desim.robot.navigation.global_costmap import INSCRIBED, UNKNOWN
 from desim.robot.navigation.global_planner import GlobalPlanner
-from desim.robot.tiles import FREE, OCCUPIED
 
 EIGHT = np.ones((3, 3))
 

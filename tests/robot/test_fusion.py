@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import states
 from desim.ports import GridSpec
-from desim.robot.fusion import RULES, robot_map_of
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import FREE, OCCUPIED, TilePool
+from desim.robot.mapping.fusion import RULES, robot_map_of
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import FREE, OCCUPIED, TilePool
 
 SPEC = GridSpec(0.2, 70, 50, 0.0, 0.0)
 

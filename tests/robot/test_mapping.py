@@ -15,11 +15,11 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import GridSpec
-from desim.robot.kernels import evidence
-from desim.robot.mapping import Mapping
-from desim.robot.poses import between
-from desim.robot.robot_map import RobotMap, _Scans
-from desim.robot.tiles import FREE, OCCUPIED, TilePool, cell_numbers, raster
+from desim.robot.mapping.kernels import evidence
+from desim.robot.mapping.node import Mapping
+from desim.robot.mapping.robot_map import RobotMap, _Scans
+from desim.robot.mapping.tiles import FREE, OCCUPIED, TilePool, cell_numbers, raster
+from desim.robot.stamped_poses import between
 from desim.scenario.schema import robot as parameters
 
 MS = 1_000_000

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
+from desim.robot.mapping.tiles import FREE, OCCUPIED
 from desim.robot.navigation.global_costmap import INSCRIBED, LETHAL, UNKNOWN, inflated_cost
-from desim.robot.tiles import FREE, OCCUPIED
 
 FREE_OCCUPIED_UNKNOWN = np.array([FREE, OCCUPIED, 0], np.int16)
 

@@ -15,10 +15,10 @@ from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.localization.sensor_pose import SensorPose
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import TilePool
 from desim.robot.navigation.move_base import MoveBase
 from desim.robot.navigation.recovery import Recovery
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import TilePool
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.robot import Equipment, Laser

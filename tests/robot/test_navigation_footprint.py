@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim.middleware.contents import LaserScan
+from desim.robot.mapping.tiles import FREE, OCCUPIED
 from desim.robot.navigation.footprint_cover import cover
 from desim.robot.navigation.kernels.footprint import room2
 from desim.robot.navigation.local_planner import LocalPlanner
-from desim.robot.tiles import FREE, OCCUPIED
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
 

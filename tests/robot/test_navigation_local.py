@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim.middleware.contents import LaserScan, Pose
+from desim.robot.mapping.tiles import FREE
 from desim.robot.navigation.local_planner import LocalPlanner
-from desim.robot.tiles import FREE
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
 

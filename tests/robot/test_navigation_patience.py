@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from drawn import Drawn, costmap
 
+from desim.robot.mapping.tiles import FREE
 from desim.robot.navigation.local_costmap import LocalCostmap
 from desim.robot.navigation.patience import MoveBasePatience, ProgressPatience, patience
 from desim.robot.navigation.recovery import Recovery
-from desim.robot.tiles import FREE
 from desim.scenario.schema.navigation import Navigation
 
 S = 10**9

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from desim.robot.mapping.tiles import FREE, OCCUPIED
 from desim.robot.navigation.global_costmap import INSCRIBED
 from desim.robot.navigation.global_planner import _WALKING, GlobalPlanner
 from desim.robot.navigation.kernels import global_planner as kernels
-from desim.robot.tiles import FREE, OCCUPIED
 
 
 def graph_distances(made, start):

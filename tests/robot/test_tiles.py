@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from desim.middleware.contents import LaserScan
 from desim.monitor.coverage import states
 from desim.ports import GridSpec
-from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
-from desim.robot.kernels.tiles import HIT, MISS
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import (
+from desim.robot.mapping.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
+from desim.robot.mapping.kernels.tiles import HIT, MISS
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import (
     FREE,
     OCCUPIED,
     TILE,

@@ -5,7 +5,7 @@ import pytest
 import speaking
 from runs import HELLO, built, finished
 
-from desim.robot.tiles import FREE, OCCUPIED, raster
+from desim.robot.mapping.tiles import FREE, OCCUPIED, raster
 from desim.scenario.load import load
 
 CHATTY = (HELLO, "coordination.strategy=speaking:Chatty", "stop.elapsed=40 s")

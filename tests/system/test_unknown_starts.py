@@ -7,8 +7,8 @@ from runs import MAZE_8, built
 from desim.errors import InputError
 from desim.monitor.summary import summarize
 from desim.ports import Pose2D
+from desim.robot.mapping.tiles import TilePool
 from desim.robot.sharing.kinds.registered_maps import FramedMap, RegisteredMaps
-from desim.robot.tiles import TilePool
 from desim.testing import SharingBench
 
 ROOMS = "environment.terrain={office: {size: [40 m, 24 m], seed: 2}}"

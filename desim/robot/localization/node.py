@@ -22,9 +22,9 @@ from desim.robot.localization.checks import (
     draws_map,
 )
 from desim.robot.localization.context import SensorContext
-from desim.robot.mapping import PATIENCE_NS
-from desim.robot.poses import between
-from desim.robot.robot_map import RobotMap
+from desim.robot.mapping.node import PATIENCE_NS
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.stamped_poses import between
 from desim.robot.transforms import wrapped
 from desim.scenario.schema.robot import SCAN, Equipment
 from desim.units import NS_PER_S

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.navigation.kernels import global_costmap as kernels
 from desim.robot.navigation.kernels.global_costmap import FRAME, INSCRIBED, LETHAL, UNKNOWN
-from desim.robot.robot_map import RobotMap
 
 __all__ = ["INSCRIBED", "LETHAL", "UNKNOWN", "GlobalCostmap", "inflated_cost"]
 

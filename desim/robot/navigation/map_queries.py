@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from desim.ports import Frontier, GridSpec, TeamArea
+from desim.robot.mapping.tiles import FREE, OCCUPIED, occupancy, raster
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.robot.navigation.kernels.information_gain import unknown_in_view
-from desim.robot.tiles import FREE, OCCUPIED, occupancy, raster
 from desim.scenario.schema.robot import ExplorationParams
 
 

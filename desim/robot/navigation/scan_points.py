@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from desim.middleware.contents import LaserScan
-from desim.robot.poses import laser_at
+from desim.robot.stamped_poses import laser_at
 
 PlacedScan = tuple[LaserScan, tuple[float, float, float]]  # x m, y m, yaw rad of the robot then
 

@@ -10,8 +10,8 @@ from desim.errors import ModelError
 from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec, Pose2D
 from desim.ports.sharing import Scan
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import LayerSnapshot, Received, TilePool, drawn
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import LayerSnapshot, Received, TilePool, drawn
 
 
 class MapAccess:

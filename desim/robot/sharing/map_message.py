@@ -25,7 +25,7 @@ import numpy as np
 from desim.middleware.contents import MAP_FRAME_BYTES
 from desim.ports import GridSpec, Pose2D
 from desim.ports.sharing import Evidence
-from desim.robot.tiles import CELLS, raster
+from desim.robot.mapping.tiles import CELLS, raster
 from desim.units import NS_PER_S
 
 ZLIB_LEVEL = 6  # zlib's own default

@@ -19,10 +19,10 @@ from desim.ports.sharing import (
     PlansWithMerged,
     Sharing,
 )
-from desim.robot.robot_map import RobotMap
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import CELLS, LayerSnapshot
 from desim.robot.sharing.context import MapContext
 from desim.robot.team import Team
-from desim.robot.tiles import CELLS, LayerSnapshot
 
 
 class MapSharing(Node):

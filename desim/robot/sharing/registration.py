@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.robot.kernels.registration import overlay
+from desim.robot.sharing.kernels.registration import overlay
 from desim.robot.transforms import motion_between
 
 # All of these are ours, and were not tried one by one; docs/map-sharing.md has the trials of what a

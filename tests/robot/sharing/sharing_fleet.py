@@ -12,10 +12,10 @@ from desim.middleware.node import Node
 from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from desim.ports import GridSpec
-from desim.robot.fusion import robot_map_of
+from desim.robot.mapping.fusion import robot_map_of
+from desim.robot.mapping.tiles import TilePool, fuse
 from desim.robot.sharing.node import MapSharing, drawn_beside
 from desim.robot.team import Team
-from desim.robot.tiles import TilePool, fuse
 from netmodels.ideal import Ideal
 
 S = 1_000_000_000

@@ -17,12 +17,12 @@ from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import Pose2D
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import TilePool, tiles_of
 from desim.robot.monitor_feed import MonitorFeed
-from desim.robot.robot_map import RobotMap
 from desim.robot.sharing.kinds.own_maps import OwnMaps
 from desim.robot.sharing.map_message import MapFormat, MapUpdate
 from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
-from desim.robot.tiles import TilePool, tiles_of
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
 

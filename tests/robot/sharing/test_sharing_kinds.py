@@ -5,13 +5,13 @@ import pytest
 from sharing_fleet import SPEC, Fleet, S, scan_of
 
 from desim import ports
+from desim.robot.mapping.tiles import raster
 from desim.robot.sharing.kinds.frontiers import Frontiers, frontier_cells
 from desim.robot.sharing.kinds.mrs_testbed import MrsTestbed
 from desim.robot.sharing.kinds.own_maps import OwnMaps
 from desim.robot.sharing.kinds.relayed import Relayed
 from desim.robot.sharing.kinds.scans import Scans
 from desim.robot.sharing.kinds.submaps import Submap, Submaps, cells_at
-from desim.robot.tiles import raster
 from netmodels.rules.loss import Loss
 from netmodels.rules.partition import Partition
 

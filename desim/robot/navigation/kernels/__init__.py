@@ -1,1 +1,1 @@
-"""Compiled loops of navigation. State comes as in ``desim/robot/kernels``."""
+"""Compiled loops of navigation. State comes as in ``desim/robot/mapping/kernels``."""

@@ -9,7 +9,7 @@ A cell is its place in ``flat``, whose rows are ``across`` cells long.
 import numpy as np
 
 from desim.ports.kernels import from_dtype, inner, kernel, lean, types
-from desim.robot.kernels.tiles import FREE, OCCUPIED
+from desim.robot.mapping.kernels.tiles import FREE, OCCUPIED
 
 TILE = 32
 INSCRIBED, LETHAL, UNKNOWN = 253, 254, 255

@@ -11,9 +11,9 @@ from desim import ports
 from desim.middleware.contents import MAP_FRAME_BYTES, POSE_STAMPED_BYTES
 from desim.ports import Pose2D
 from desim.ports.sharing import Contribution, Evidence, SharingContext
-from desim.robot.kernels.tiles import MISS
+from desim.robot.mapping.kernels.tiles import MISS
+from desim.robot.mapping.tiles import FREE, OCCUPIED, raster
 from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
-from desim.robot.tiles import FREE, OCCUPIED, raster
 from desim.units import NS_PER_S, Pace
 
 

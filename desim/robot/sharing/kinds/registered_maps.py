@@ -21,10 +21,10 @@ from desim.ports.sharing import (
     SharedMessage,
     SharingContext,
 )
+from desim.robot.mapping.tiles import FREE, OCCUPIED, cropped, raster
 from desim.robot.sharing.map_resampling import resampled
 from desim.robot.sharing.rates import MERGING_HZ
 from desim.robot.sharing.registration import Hypothesis, TrinaryMap, refined, register
-from desim.robot.tiles import FREE, OCCUPIED, cropped, raster
 from desim.robot.transforms import compose, motion_between
 from desim.units import NS_PER_S, Length, Pace, Ratio
 

@@ -14,11 +14,11 @@ from desim import ports
 from desim.middleware.contents import POSE_STAMPED_BYTES
 from desim.ports import GridSpec, Pose2D
 from desim.ports.sharing import Contribution, LocalMap, Scan, SharedMessage, SharingContext
-from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
+from desim.robot.mapping.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
+from desim.robot.mapping.tiles import cropped, raster
 from desim.robot.sharing.map_message import ZLIB_LEVEL
 from desim.robot.sharing.map_resampling import resampled
 from desim.robot.sharing.rates import REFRESH_PERIODS
-from desim.robot.tiles import cropped, raster
 from desim.units import Pace, Period
 
 _POSE_BYTES = 24  # x, y, yaw as float64

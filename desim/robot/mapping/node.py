@@ -13,8 +13,8 @@ from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
-from desim.robot.poses import between, step
-from desim.robot.robot_map import RobotMap
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.stamped_poses import between, step
 from desim.scenario.schema import robot as parameters
 
 # Time without a common stamp after which poses are interpolated: more than the 200 ms between two

@@ -11,10 +11,9 @@ import numpy as np
 from desim.compiler.kernel import compiled_function
 from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec, Pose2D
-from desim.robot.kernels import evidence
-from desim.robot.kernels import tiles as kernels
-from desim.robot.poses import laser_at
-from desim.robot.tiles import (
+from desim.robot.mapping.kernels import evidence
+from desim.robot.mapping.kernels import tiles as kernels
+from desim.robot.mapping.tiles import (
     CELLS,
     TILE,
     Layer,
@@ -26,6 +25,7 @@ from desim.robot.tiles import (
     replacement,
     tiles_across,
 )
+from desim.robot.stamped_poses import laser_at
 
 _integrate = compiled_function(evidence.integrate)
 _exchange = compiled_function(kernels.exchange_all)

@@ -9,9 +9,9 @@ from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.ports.tasks import Ground
-from desim.robot.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import LayerSnapshot, TilePool, drawn
+from desim.robot.mapping.kernels.evidence import CLAMP_HIGH, CLAMP_LOW
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import LayerSnapshot, TilePool, drawn
 
 _SOURCE = "map_server"  # of this evidence
 

@@ -11,9 +11,9 @@ from collections.abc import Callable
 import numpy as np
 
 from desim.ports import GridSpec
-from desim.robot.kernels import tiles as kernels
-from desim.robot.robot_map import RobotMap
-from desim.robot.tiles import CELLS, FREE, OCCUPIED, TILE, LayerSnapshot, TilePool
+from desim.robot.mapping.kernels import tiles as kernels
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.mapping.tiles import CELLS, FREE, OCCUPIED, TILE, LayerSnapshot, TilePool
 
 # int8 [sources, k, 1024], the robot's own first, to int16 [k, 1024].
 Rule = Callable[[np.ndarray], np.ndarray]

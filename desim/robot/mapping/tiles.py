@@ -16,7 +16,7 @@ import numpy as np
 
 from desim.compiler.kernel import compiled_function
 from desim.ports import GridSpec
-from desim.robot.kernels import tiles as kernels
+from desim.robot.mapping.kernels import tiles as kernels
 
 TILE = 32
 CELLS = TILE * TILE

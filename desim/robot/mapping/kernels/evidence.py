@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.ports.kernels import cos, from_dtype, inner, kernel, sin, types
-from desim.robot.kernels.tiles import FREE, FUSED, HIT, MISS, OCCUPIED, POOL, make_own
+from desim.robot.mapping.kernels.tiles import FREE, FUSED, HIT, MISS, OCCUPIED, POOL, make_own
 
 # Evidence is clamped to log-odds of -2.0 .. 3.5, in units of 0.05 nat (OctoMap, as ``HIT``).
 CLAMP_LOW, CLAMP_HIGH = -40, 70
