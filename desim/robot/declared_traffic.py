@@ -1,7 +1,8 @@
 """Declared traffic: messages of a size at a rate, which no node reads.
 
-A robot's own (``robot.publishes``), and the messages of topics that several processes of a machine
-subscribe to (``testbed.processes``).
+It has two sources: ``robot.publishes``, the traffic that a scenario adds to a robot; and
+``testbed.processes``, where several processes of a computer subscribe to a topic, and each gets a
+copy of its messages over the network.
 """
 
 from __future__ import annotations
@@ -48,13 +49,13 @@ class PassiveListener(Node):
 
 
 def with_copies(topic: str, processes: int) -> list[str]:
-    """``topic``, and one for each further process on a host that subscribes to it."""
+    """``topic``, and the topic of a copy for each further process on a host that subscribes."""
     return [topic, *(f"{topic}/copy_{number}" for number in range(2, processes + 1))]
 
 
 class Copied(NamedTuple):
-    """Messages of ``size_bytes`` that a sensor's driver publishes at a rate, for so many
-    ``processes``."""
+    """The messages of ``size_bytes`` of a sensor's driver, of which each of ``processes`` processes
+    gets a copy."""
 
     topic: str
     size_bytes: int
@@ -63,8 +64,8 @@ class Copied(NamedTuple):
 
 
 class CopyPublisher(Node):
-    """Publishes what a host's driver does, at the same instants, for all processes but the first.
-    """
+    """Publishes the copies of a driver's messages for all processes but the first, at the instants
+    of the driver."""
 
     def __init__(self, host: Host, copied: Sequence[Copied]) -> None:
         super().__init__(host, "copies")

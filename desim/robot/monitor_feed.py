@@ -22,9 +22,9 @@ Layers = tuple[LayerSnapshot, ...]
 
 
 class MonitorFeed(Node):
-    """Publishes every ``period_ns`` the robot's map on ``explored_map`` (a nav_msgs/OccupancyGrid;
-    int8 [height, width]: 0 free, 100 occupied, -1 unknown) and on ``distance`` the metres that it
-    has travelled, summed from pose to pose."""
+    """Every ``period_ns`` publishes the robot's map on ``explored_map`` (a nav_msgs/OccupancyGrid;
+    int8 [height, width]: 0 free, 100 occupied, -1 unknown), and on ``distance`` the metres that the
+    robot has travelled, summed from pose to pose."""
 
     def __init__(self, host: Host, robot_map: RobotMap, period_ns: int) -> None:
         super().__init__(host, "monitor_feed")

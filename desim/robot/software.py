@@ -37,9 +37,9 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     pose where it is known; ``monitored``: some host collects maps and distances; ``task``: the
     briefing.
 
-    Nodes of one robot share live objects, as nodelets do: the map, the costmap and the poses of
-    peers. They are given to them here. A message of the topics ``map``, ``costmap`` and ``peers``
-    says that the object of that name has changed or can be used, and carries nothing.
+    Nodes of one robot share objects, as nodelets do: the map, the costmap and the poses of peers.
+    This function hands the objects to the nodes. An empty message on the topic ``map``, ``costmap``
+    or ``peers`` announces that the object of this name has changed or can be used.
     """
     coordination = scenario.coordination
     queries = _queries(robot, robot_map, body.inscribed_radius_m)
@@ -90,7 +90,7 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
 
 def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose2D | None,
                   bodies_m: float) -> list[Node]:
-    """The nodes that make poses and the own map of sensors' readings."""
+    """The nodes that make poses and the robot's own map of the readings of sensors."""
     choice = robot.localization
     with below("robot.localization"):
         localization = plugins.load("localization", choice.model)(choice.params)

@@ -1,4 +1,4 @@
-"""The geometry of stamped poses, and of a laser on a robot."""
+"""Stamped poses: the step from one to another, interpolation, and the place of a laser."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The teammates of a host: who they are, and when each was last heard of."""
+"""The teammates of a host: their names, their last poses, and when each was last heard of."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from desim.ports import Peer, Place, TeamLink
 
 
 class Team:
-    """``names`` of all other hosts with a strategy | ``peers`` the newest pose of each that came
-    with a map update or a ``TeamState`` | ``signal_dbm`` the power at which the host's radio
-    receives a teammate now; None where it does not, or does not say | ``common_frame``: whether all
-    know how their frames lie to each other."""
+    """The other hosts with a strategy: ``names`` of all of them | ``peers``: the newest pose of
+    each, from a map update or a ``TeamState`` | ``signal_dbm``: the power at which the host's radio
+    receives a teammate now, None if it receives nothing or its model has no signals |
+    ``common_frame``: whether robots know the relative poses of their frames from the start."""
 
     def __init__(self, names: tuple[str, ...], lost_after_ns: int,
                  signal_dbm: Callable[[str], float | None] = lambda name: None,
@@ -27,8 +27,8 @@ class Team:
 
     def note_pose(self, name: str, x_m: float, y_m: float, yaw_rad: float, stamp_ns: int,
                   now_ns: int) -> None:
-        """The pose that ``name`` had at ``stamp_ns`` has arrived. An older one than is known says
-        only that it was heard."""
+        """Note the pose that ``name`` had at ``stamp_ns``. If a newer one is known, note only that
+        ``name`` was heard."""
         known = self.peers.get(name)
         if known is None or stamp_ns >= self._stamp_ns[name]:
             self._stamp_ns[name] = stamp_ns
@@ -38,11 +38,11 @@ class Team:
             self.peers[name] = known._replace(heard_ns=now_ns)
 
     def note_goal(self, name: str, goal: Place | None) -> None:
-        """The goal of ``name``, whose pose is known, has arrived."""
+        """Note the goal of ``name``, whose pose is known."""
         self.peers[name] = self.peers[name]._replace(goal=goal)
 
     def spoke(self, name: str, now_ns: int) -> None:
-        """A message of the strategy of ``name`` has arrived."""
+        """Note that a message of the strategy of ``name`` has arrived."""
         self._spoke_ns[name] = now_ns
 
     def links(self) -> dict[str, TeamLink]:
@@ -52,8 +52,8 @@ class Team:
                 for name, heard_ns in heard if heard_ns is not None}
 
     def changes(self, now_ns: int) -> list[tuple[str, bool]]:
-        """The teammates that were heard of for the first time or again (True), and those that were
-        not for too long (False), since the last call."""
+        """The changes since the last call: teammates that are heard of for the first time or again
+        (True), and those that have not been heard of for too long (False)."""
         changed = []
         for name in self.names:
             heard_ns = self._heard_ns(name)

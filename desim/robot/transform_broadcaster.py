@@ -1,8 +1,8 @@
 """tf as traffic: the transforms between frames that ROS nodes publish, which no node here reads.
 
-On the paper's robots four messages of one transform each go out ten times a second: odom to
-base_footprint with each odometry reading, by the simulator; map to odom, by gmapping; and two that
-never change, by publishers of static transforms. There is one topic for the whole fleet, unless
+On the paper's robots four messages of one transform each are published ten times a second. The
+simulator publishes odom to base_footprint, with each odometry reading; gmapping publishes map to
+odom; publishers of static transforms publish two constant ones. All robots share one topic, unless
 something like yzrobot's tf_splitter gives each robot its own.
 """
 
@@ -57,14 +57,14 @@ def of_odometry(robots: Sequence[str], rate_hz: Fraction, audience: Audience) ->
 
 
 def of_software(robot: str, audience: Audience, lasers: int) -> list[Sent]:
-    """The transforms of the own software of a robot with so many ``lasers``."""
+    """The transforms that the software of a robot with so many ``lasers`` publishes."""
     return [Sent(topic_of(robot, audience), size_bytes, Fraction(_RATE_HZ), "random")
             for size_bytes in (*ROBOT_BYTES, *ROBOT_BYTES[-1:] * (lasers - 1))]
 
 
 class TransformBroadcaster(Node):
-    """Publishes messages of tf for so many ``processes`` on each receiving host; ``listens`` to a
-    topic of it, or None."""
+    """Publishes messages of tf, a copy for each of ``processes`` processes on a receiving host.
+    ``listens``: the topic of tf to which it subscribes, or None."""
 
     def __init__(self, host: Host, name: str, sent: Sequence[Sent], listens: str | None,
                  processes: int = 1) -> None:

@@ -1,4 +1,4 @@
-"""Poses in the plane: single ones, and arrays with x m, y m, yaw rad in the last axis."""
+"""Transforms of poses in the plane: single ones, and arrays [..., 3] of x m, y m, yaw rad."""
 
 import math
 
@@ -8,7 +8,7 @@ from desim.ports import Pose2D
 
 
 def compose(base: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """The poses at ``motion`` from ``base``; either may be one pose or many ([..., 3])."""
+    """The poses that are ``motion`` as seen from ``base``; either may be one or many ([..., 3])."""
     c, s = np.cos(base[..., 2]), np.sin(base[..., 2])
     x, y, turn = motion[..., 0], motion[..., 1], motion[..., 2]
     return np.stack((base[..., 0] + c * x - s * y, base[..., 1] + s * x + c * y,

@@ -7,5 +7,5 @@ NO_WAY_M = 1e6  # more than any way
 
 
 def finite_costs_m(ways_m: ArrayLike) -> np.ndarray:
-    """[robots, frontiers] m: ``NO_WAY_M`` in place of an infinite way, where there is none."""
+    """[robots, frontiers] m: ``NO_WAY_M`` in place of infinity, where there is no path."""
     return np.minimum(ways_m, NO_WAY_M)

@@ -10,7 +10,7 @@ from desim.scenario.schema.robot import ExplorationParams
 
 
 class Blacklist:
-    """Cells around which no goal is chosen, each until its time is over, or for good."""
+    """Cells around which no goal is chosen, each for a limited time or for good."""
 
     def __init__(self, exploration: ExplorationParams, across: int, resolution_m: float) -> None:
         self._for_ns = exploration.blacklist_for_ns

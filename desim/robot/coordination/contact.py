@@ -1,4 +1,4 @@
-"""The last contact of a robot with its team: what the failsafes of strategies go by."""
+"""The last contact of a robot with its team, on which the failsafes of strategies depend."""
 
 from collections.abc import Iterable
 
@@ -6,7 +6,7 @@ from desim import ports
 
 
 class Contact:
-    """Knows for how long a robot has heard of nobody, and where it last heard of somebody."""
+    """The time since a robot last heard of a teammate, and its place then."""
 
     def __init__(self) -> None:
         self.place: ports.Place | None = None  # where somebody was last heard
@@ -14,8 +14,8 @@ class Contact:
         self._since_ns: int | None = None  # the first question
 
     def silent_ns(self, context: ports.StrategyContext, names: Iterable[str] | None = None) -> int:
-        """The time since anybody (of ``names``) was last heard of; since the first call if nobody
-        ever was. Notes the place."""
+        """The time since any teammate (of ``names``) was last heard of; the time since the first
+        call if none ever was. Notes the robot's place."""
         if self._since_ns is None:
             self._since_ns = context.now_ns
         links = context.links()

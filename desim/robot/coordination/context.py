@@ -70,12 +70,12 @@ class Drives(Protocol):
         """The blacklist, as ``GlobalPlanner.frontiers`` takes it."""
 
     def show(self, frontiers: list[Frontier]) -> None:
-        """The strategy was shown these."""
+        """Note that the strategy was given these."""
 
 
 class HostContext:
-    """The knowledge and the actions of a strategy on the host of ``node``. ``body`` None: a host
-    without one | ``task`` the briefing."""
+    """The knowledge and the actions of a strategy on the host of ``node``. ``body``: the robot, or
+    None on a host without a body | ``task``: the briefing."""
 
     def __init__(self, node: Node, team: Team, queries: MapQueries, body: Drives | None,
                  task: object) -> None:

@@ -14,7 +14,8 @@ from desim.robot.team import Team
 
 
 class Coordinate(Node):
-    """Tells the strategy of the team and of the map, which ``MapSharing`` of the same host merges.
+    """Notifies the strategy of changes of the team and of the map that ``MapSharing`` of the same
+    host merges.
     """
 
     def __init__(self, host: Host, rate_hz: Fraction, strategy: Strategy, queries: MapQueries,

@@ -34,9 +34,9 @@ _VETOES = 5  # maze_8: same
 
 
 class Target(NamedTuple):
-    """The goal of the robot: its ``cell`` at the unknown's edge, the highest cost that cells of its
-    frontier may have, and their number, 0 for a place that is no frontier; the way there when it
-    was chosen, NaN if that is not known."""
+    """The goal of the robot: its ``cell`` at the edge of the unknown; the highest cost that cells
+    of its frontier may have, and the number of these cells, 0 for a place that is no frontier; the
+    length of the path when the goal was chosen, NaN if that is not known."""
 
     place: Place
     cell: int
@@ -48,9 +48,9 @@ class Target(NamedTuple):
 class Explore(Node):
     """Asks the strategy for a goal when there is none, or when the present one is spoilt.
 
-    It never stops for good: maps may arrive later. The costmap of ``queries`` belongs to
-    ``MoveBase`` on the same host, which announces on the topic ``costmap`` that it can be used;
-    the peers of ``team`` belong to ``MapSharing``.
+    It never stops for good, since maps may arrive later. The costmap of ``queries`` belongs to
+    ``MoveBase`` on the same host, which announces on the topic ``costmap`` that it can be used.
+    ``MapSharing`` keeps the peers of ``team``.
     """
 
     def __init__(self, host: Host, exploration: ExplorationParams, strategy: Strategy,
@@ -124,7 +124,7 @@ class Explore(Node):
         return self._blacklist.discs()
 
     def show(self, frontiers: list[Frontier]) -> None:
-        """The strategy was shown ``frontiers``, and so are people."""
+        """Note that the strategy was given ``frontiers``, and display them in the replay."""
         self._shown += frontiers
         if self.is_watched:
             self.display("frontiers", np.array([one[:2] for one in frontiers]).reshape(-1, 2))
@@ -169,7 +169,8 @@ class Explore(Node):
             self._publish_cost()
 
     def _publish_cost(self) -> None:
-        """The way to the goal, m, and the length of its frontier, m, as of when it was chosen."""
+        """Publish the lengths (m) of the path to the goal and of its frontier, as they were when
+        the goal was chosen."""
         if self._target is not None:
             self.publish("cost", Float64(self._target.way_m))
             self.publish("gain", Float64(self._target.cells * self._costmap.spec.resolution_m))
@@ -218,8 +219,8 @@ class Explore(Node):
         return self._costmap.cell(place[0], place[1]), 0
 
     def _is_spoilt(self, target: Target) -> bool:
-        """Whether the unknown cells beside the goal are known now, or the goal is blocked. Cheap as
-        long as nothing changed near by."""
+        """Whether the unknown cells beside the goal are known now, or the goal is blocked. This is
+        cheap as long as nothing has changed nearby."""
         costmap = self._costmap
         reach = math.ceil(self._radius_m / costmap.spec.resolution_m) + 1
         corners = (target.cell + reach * (dr * costmap.across + dc)

@@ -11,30 +11,30 @@ from desim.units import NS_PER_S
 
 
 class Meeting(NamedTuple):
-    """The place and the time that were agreed on."""
+    """An agreed place and time."""
 
     place: ports.Place
     time_ns: int
 
     def is_due(self, robot: ports.StrategyContext, speed_mps: float) -> bool:
-        """Whether a robot of this speed has to leave now, and knows a way."""
+        """Whether a robot of this speed has to leave now, and knows a path."""
         way_m = float(robot.path_lengths_m([self.place])[0])
         left_s = (self.time_ns - robot.now_ns) / NS_PER_S
         return way_m < math.inf and way_m / speed_mps >= left_s
 
     def shown(self, robot: ports.StrategyContext) -> Meeting:
-        """The same meeting, which people see from now on."""
+        """The same meeting, which the replay shows from now on."""
         text = f"{robot.name} meets at {self.time_ns / NS_PER_S:.0f} s"
         robot.show("meeting", [ports.Mark(*self.place, text)])
         return self
 
     def drive(self, robot: ports.StrategyContext, near_m: float) -> None:
-        """Go there; stand once it is near: not all fit into one place."""
+        """Drive there; stand once the robot is near, since one place has no room for all."""
         drive_near(robot, self.place, near_m)
 
 
 def drive_near(robot: ports.StrategyContext, place: ports.Place, near_m: float) -> None:
-    """Go to ``place``, and stand once the robot is near."""
+    """Drive to ``place``, and stand once the robot is near."""
     if is_near(robot, place, near_m):
         if robot.goal is not None:
             robot.stop()

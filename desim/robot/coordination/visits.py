@@ -1,4 +1,4 @@
-"""Repeated visits of a robot to one place: after so many, another one would find nothing new."""
+"""Repeated visits of a robot to one place: after a few, another one would find nothing new."""
 
 from __future__ import annotations
 

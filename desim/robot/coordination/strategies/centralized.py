@@ -18,11 +18,11 @@ class Centralized:
     """Robots drive where a host without a body sends them: it merges their maps and assigns
     frontiers to those without a task (Burgard, Moors, Stachniss, Schneider 2005, section III).
 
-    The same class runs on the robots and on that host. A robot says every ``period`` where it is
-    and what it has done; the base answers with all tasks. ``hungarian``: so that all ways together
-    are shortest. ``greedy``: the shortest way first, and frontiers near to a task are worth less.
-    Failsafe: a robot that the base has not spoken to for ``failsafe_after`` goes on alone as
-    ``nearest_frontier``, until it hears the base again.
+    The same class runs on the robots and on that host. Every ``period`` a robot reports its place
+    and the drives that have ended; the base publishes the tasks of all robots. ``hungarian`` makes
+    the total length of all paths least. ``greedy`` assigns the shortest path first. A frontier near
+    to a task is taken. Failsafe: a robot that has not heard the base for ``failsafe_after`` goes on
+    alone as ``nearest_frontier``, until it hears the base again.
     """
 
     class Params(ports.Params):
@@ -121,8 +121,8 @@ class Centralized:
         base.publish("tasks", tasks)
 
     def _free_frontiers(self, base: ports.StrategyContext, idle: list[str]) -> list[ports.Place]:
-        """Those that no task and no end of a drive is near to, as reached by the first of ``idle``
-        that reaches any."""
+        """The frontiers away from all tasks and ended drives, in order of their paths from the
+        first of ``idle`` that can reach any."""
         for name in idle:
             found = base.frontiers(origin=self._at[name])
             if found:

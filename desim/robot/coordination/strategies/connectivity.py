@@ -16,17 +16,19 @@ _BETTER_M = 2.0  # that an advance is worth the drive
 
 
 class Connectivity:
-    """Choose the nearest frontier from which the team stays connected, else advance towards one as
-    far as it does, else hold (communicative exploration: Rooker and Birk 2007).
+    """Choose the nearest frontier at which the team stays connected. Without one, advance towards
+    the nearest frontier as far as the team stays connected; if that is nowhere, stand
+    (communicative exploration: Rooker and Birk 2007).
 
-    Two robots are connected within ``range``, and a team is when all are, over others if need be.
-    A robot counts where it drives to. Every ``period`` robots say what they know of all places and
-    goals, so that those out of reach are known through others. Ways in between are not checked, nor
-    can two robots that decide at once know of each other. A team that could only go on apart holds
-    for good.
+    Two robots are connected within ``range``. A team is connected if there is a chain of connected
+    robots between any two. A robot that drives counts as being at its goal. Every ``period`` robots
+    publish the places and goals of all robots that they know of, so that teammates out of reach are
+    known through others. Places along the paths are not checked, and two robots that decide at the
+    same time do not know of each other's choice. A team that could explore on only if it split up
+    stands for good.
 
-    Failsafe: who hears nobody for ``failsafe_after`` drives back to the last place where it heard
-    somebody, and after as long again goes on alone as ``nearest_frontier``.
+    Failsafe: a robot that hears nobody for ``failsafe_after`` drives back to the last place where
+    it heard a teammate. After as long again it goes on alone as ``nearest_frontier``.
     """
 
     class Params(ports.Params):
@@ -61,8 +63,8 @@ class Connectivity:
         return self._advance(robot, frontiers[0]) if frontiers else None
 
     def _mind(self, robot: ports.StrategyContext) -> None:
-        """Say who is where. Drive back if nobody is heard. A robot that holds chooses again: others
-        have moved."""
+        """Publish all known places. Drive back if nobody is heard. A robot that stands chooses
+        again, since others have moved."""
         if robot.pose is None:
             return
         end = robot.goal or ports.Place(*robot.pose[:2])
@@ -88,7 +90,7 @@ class Connectivity:
 
     def _advance(self, robot: ports.StrategyContext, frontier: ports.Frontier
                  ) -> ports.Place | None:
-        """The free place from where the way to ``frontier`` is shortest and the team connected."""
+        """The free place with the shortest path to ``frontier`` at which the team is connected."""
         grid, pitch = robot.grid, max(1, round(_STEP_M / robot.grid.resolution_m))
         rows, columns = np.nonzero(robot.costmap()[::pitch, ::pitch] == 0)
         places = [ports.Place(grid.x_m + (column + 0.5) * grid.resolution_m,

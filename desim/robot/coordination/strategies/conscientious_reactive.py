@@ -10,10 +10,10 @@ from desim.robot.coordination.strategies.nearest_frontier import nearest
 
 
 class ConscientiousReactive:
-    """Of the nearest places, drive to the one that the robot itself has not visited for longest.
+    """Drive to that one of the nearest places which the robot itself has not visited for longest.
 
-    It tells nobody and hears of nobody. A drive that failed counts as a visit, so that no place
-    holds a robot up. Where no way to a place is known it explores as ``nearest_frontier``.
+    Robots exchange no messages. A drive that failed counts as a visit, so that no place holds a
+    robot up. If no path to a place is known the robot explores as ``nearest_frontier``.
     """
 
     class Params(ports.Params):

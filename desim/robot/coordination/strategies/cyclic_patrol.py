@@ -11,10 +11,10 @@ from desim.robot.coordination.strategies.nearest_frontier import nearest
 class CyclicPatrol:
     """Drive along one tour through all places, on which the team keeps equal distances.
 
-    The tour begins with the first place, goes on to the nearest that is left, and is then made
-    shorter by turning parts of it round (2-opt, Croes 1958). Robots with the same map find the same
-    one: nobody sends anything. The k-th of n robots begins at the place nearest to k/n of its
-    length. A place whose drive failed is left out this time.
+    The tour goes from the first place to the nearest of the others, and so on; it is then shortened
+    by reversing parts of it (2-opt, Croes 1958). Robots with the same map find the same tour, so
+    that they need no messages. The k-th of n robots begins at the place nearest to k/n of the
+    tour's length. If a drive to a place fails, the robot leaves the place out in this round.
     """
 
     class Params(ports.Params):
@@ -35,7 +35,7 @@ class CyclicPatrol:
         if not self._tour:
             lengths_m = np.array([robot.path_lengths_m(places, place) for place in places])
             if not np.isfinite(lengths_m).all():
-                return nearest(robot)  # not all ways are known yet
+                return nearest(robot)  # not all paths are known yet
             order = tour(lengths_m)
             self._tour = [places[i] for i in order]
             names = sorted((robot.name, *robot.team), key=natural_key)

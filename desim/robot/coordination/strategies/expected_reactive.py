@@ -11,11 +11,11 @@ from desim.units import Speed
 
 
 class ExpectedReactive:
-    """Drive to the place whose idleness at arrival is largest per second of the way there.
+    """Drive to the place whose idleness at arrival is largest per second of driving.
 
-    Robots tell each other the place that they drive to, and when they expect to be there: until
-    then it is as good as visited, unless the teammate is lost. Without a word from others each
-    counts its own visits. Where no way to a place is known it explores as ``nearest_frontier``.
+    Each robot publishes the place that it drives to, and when it expects to be there. Teammates
+    count the place as visited at that time, unless the robot is lost. A robot that hears nobody
+    counts its own visits. If no path to a place is known it explores as ``nearest_frontier``.
     """
 
     class Params(ports.Params):
@@ -55,7 +55,7 @@ class ExpectedReactive:
         return places[best]
 
     def _gain(self, place: int, length_m: float, now_ns: int) -> tuple[float, int]:
-        """Idleness at the arrival per time to get there, and the time of arrival."""
+        """The idleness at arrival per time of driving, and the time of arrival."""
         way_ns = int(length_m / self._speed_mps * 1e9) + 1
         arrival_ns = now_ns + way_ns
         before_ns = max(self._visited_ns.get(place, 0), *(

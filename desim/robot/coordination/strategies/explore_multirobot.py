@@ -19,14 +19,15 @@ class ExploreMultirobot:
         cost = potential_scale * potential - gain_scale * length
 
     ``potential`` is navfn's, 50 a free cell and more beside obstacles; ``length`` is that of the
-    frontier. So 1 m of free way costs 1.25, and 1 m of frontier pays for 1. Frontiers shorter than
-    ``min_frontier`` do not count. A goal is avoided for good once the drive to it has failed, or
-    the robot did not come nearer to it for longer than ``progress_timeout``. Teammates matter
-    through the map alone.
+    frontier. So 1 m of free path costs 1.25, and 1 m of frontier lowers the cost by 1. Frontiers
+    shorter than ``min_frontier`` do not count. A goal is avoided for good once the drive to it has
+    failed, or the robot has made no progress towards it for longer than ``progress_timeout``.
+    Teammates matter only through the map.
 
-    Differences from the code: the place to drive to is the simulator's, and not the centroid of the
-    frontier; a goal that stays the same is not planned to anew each second; there is no detour to
-    close loops, and the term of orientation, with a scale of 0 in the launch file, is left out.
+    Differences from the code: the place to drive to is that of ``Frontier``, and not the centroid
+    of the frontier; the path to an unchanged goal is not planned anew each second; there is no
+    detour to close loops; the term of orientation, with a scale of 0 in the launch file, is left
+    out.
     """
 
     class Params(ports.Params):
@@ -59,8 +60,8 @@ class ExploreMultirobot:
         return None if self._done else self._best(robot)
 
     def on_map(self, robot: ports.StrategyContext) -> None:
-        """Replace the goal if another one is better now. Without news of the map none can be: on
-        the way to the best frontier no other comes nearer faster."""
+        """Replace the goal if another one is better now. That can be so only after a change of the
+        map: on the path to the best frontier the cost of no other one falls faster."""
         if self._done or robot.goal is None:  # then ``choose`` is called
             return
         if robot.now_ns - self._chosen_ns < self._params.period_ns:
@@ -74,8 +75,8 @@ class ExploreMultirobot:
             self._avoided.append(place)
 
     def _watch(self, robot: ports.StrategyContext) -> None:
-        """Avoid a goal that the robot comes no nearer to: the plan keeps its number of cells. (A
-        plan to another goal has another one.)"""
+        """Avoid a goal towards which the robot makes no progress: the number of cells in its plan
+        has not changed. (A plan to another goal counts as progress.)"""
         goal, pose = robot.goal, robot.pose
         if goal is None or pose is None or self._done:
             return

@@ -12,7 +12,7 @@ class GreedyAssignment:
     """Choose the frontier with the largest utility minus cost (Burgard, Moors, Stachniss, Schneider
     2005, algorithm 1, each robot for itself).
 
-    The cost is the length of the way. The utility is 1, less ``1 - d / range`` for each teammate's
+    The cost is the length of the path. The utility is 1, less ``1 - d / range`` for each teammate's
     goal at a distance ``d`` below the range.
     """
 

@@ -1,4 +1,4 @@
-"""Hungarian assignment: robots and frontiers so that all ways together are shortest (Kuhn 1955)."""
+"""Hungarian assignment of robots to frontiers, with the least total path length (Kuhn 1955)."""
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -8,10 +8,10 @@ from desim.robot.coordination.assignment import finite_costs_m
 
 
 class Hungarian:
-    """Assign frontiers to all robots that it has heard of, and take its own.
+    """Assign frontiers to all robots that the robot has heard of, and choose its own.
 
-    Each robot solves the whole assignment in its own map. As long as maps and poses agree, so do
-    the solutions. A robot without a frontier of its own takes the nearest.
+    Each robot solves the whole assignment in its own map. If maps and poses agree, so do the
+    solutions. A robot without a frontier of its own takes the nearest.
     """
 
     class Params(ports.Params):

@@ -14,12 +14,12 @@ class Market:
     """Drive to the most profitable frontier that nobody else holds, and offer it and the next best
     ones to the team: the robot with the highest profit gets each (Zlot, Stentz, Dias, Thayer 2002).
 
-    The profit is the area in view at the frontier, at a price, less the way. For a robot that has a
-    goal, the way leads over that goal, unless the frontier is nearer. Each bidder gets one frontier
-    of an offer at most. The winners are published to all, and nobody takes what another one holds.
-    A frontier comes free when its holder's drive has ended, when the holder is lost, or when it has
-    held it for too long. Failsafe: a robot that has heard nobody for ``failsafe_after`` goes on
-    alone as ``nearest_frontier``.
+    The profit is the area in view at the frontier, times a price, minus the length of the path. For
+    a robot that has a goal the path leads over that goal, unless the frontier is nearer. Each
+    bidder wins at most one frontier of an offer. The winners are published, and no robot takes a
+    frontier that another one holds. A frontier is free again when its holder's drive has ended,
+    when the holder is lost, or when it has held the frontier for too long. Failsafe: a robot that
+    has heard nobody for ``failsafe_after`` goes on alone as ``nearest_frontier``.
     """
 
     class Params(ports.Params):
@@ -73,7 +73,7 @@ class Market:
         return max(profits, key=lambda one: profits[one])
 
     def _profits(self, robot: ports.StrategyContext) -> dict[ports.Frontier, float]:
-        """Of each frontier that nobody else holds."""
+        """The profit of each frontier that no other robot holds."""
         self._keep(robot, {place: held for place, held in self._held.items()
                            if held[1] > robot.now_ns})
         return {one: self._revenue_m(robot, one) - one.path_m for one in robot.frontiers()
@@ -97,8 +97,8 @@ class Market:
             self._show_lots(robot)
 
     def _award(self, robot: ports.StrategyContext) -> None:
-        """The time for bids is over. Each bidder gets the best lot that it has won; of its own the
-        seller keeps its goal alone."""
+        """End the auction. Each bidder gets the best lot that it has won; the seller itself keeps
+        only its goal."""
         best: dict[str, tuple[float, ports.Place]] = {}
         for lot, (profit_m, bidder) in self._lots.items():
             best[bidder] = max(best.get(bidder, (-math.inf, lot)), (profit_m, lot))
@@ -134,7 +134,8 @@ class Market:
             robot.publish("bid", {"offer": [offer.source, offer.sent_ns], "bids": better})
 
     def _learn(self, robot: ports.StrategyContext, award: ports.StrategyMessage) -> None:
-        """Note what others hold; drive to what was won if it is nearer than the goal."""
+        """Note the frontiers that others hold; drive to a frontier just won if it is nearer than
+        the goal."""
         own = [ports.Place(*lot) for winner, *lot in award.content if winner == robot.name]
         for winner, x_m, y_m in award.content:
             if winner != robot.name:
@@ -169,7 +170,7 @@ class Market:
                            for lot, (profit_m, bidder) in self._lots.items()))
 
     def _turn(self, robot: ports.StrategyContext) -> None:
-        """Somebody else has the goal: drive to the best of the rest, if there is any."""
+        """Another robot holds the goal: drive to the best other frontier, if there is one."""
         profits = self._profits(robot)
         if profits:
             robot.go(max(profits, key=lambda one: profits[one]))

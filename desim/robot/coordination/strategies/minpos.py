@@ -4,9 +4,10 @@ from desim import ports
 
 
 class MinPos:
-    """Choose the frontier that the fewest other robots are nearer to; of those, the nearest.
+    """Choose the frontier to which the fewest other robots are nearer; among equals, the nearest.
 
-    Ways of teammates are measured in the robot's own map, from where they were last heard of.
+    Paths of teammates are measured in the robot's own map, from the places where they were last
+    heard of.
     """
 
     class Params(ports.Params):

@@ -1,10 +1,10 @@
-"""Nearest frontier: every robot drives to the frontier with the shortest way (Yamauchi 1998)."""
+"""Nearest frontier: every robot drives to the frontier with the shortest path (Yamauchi 1998)."""
 
 from desim import ports
 
 
 def nearest(context: ports.StrategyContext) -> ports.Frontier | None:
-    """The reachable frontier with the shortest way; None without one."""
+    """The reachable frontier with the shortest path; None without one."""
     found = context.frontiers(limit=1)
     context.show("way", (ports.Mark(*one[:2], f"{one.path_m:.0f} m") for one in found))
     return next(iter(found), None)

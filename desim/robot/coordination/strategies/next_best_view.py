@@ -1,4 +1,4 @@
-"""Next best view: the most new area for the way (Gonzalez-Banos and Latombe 2002)."""
+"""Next best view: the most new area for the length of the path (Gonzalez-Banos, Latombe 2002)."""
 
 import math
 
@@ -9,7 +9,7 @@ from desim import ports
 
 class NextBestView:
     """Choose the frontier with the largest ``gain exp(-decay path)``: the unknown area that the
-    laser would see there, discounted by the length of the way."""
+    laser would see there, discounted by the length of the path."""
 
     class Params(ports.Params):
         decay_per_m: float = Field(0.2, ge=0, description=(

@@ -12,12 +12,12 @@ class Rendezvous:
     """Explore as ``minpos``, and meet the team where and when the last meeting agreed (Roy and
     Dudek 2001, with clocks that agree and one landmark).
 
-    The first meeting is at the start. A robot leaves for it so that it comes in time, unless it
-    hears everybody anyhow. When all are heard, and maps have been exchanged, the first by name
-    chooses the next place: the frontier with the shortest ways to all others. A meeting to which
-    not all came is repeated at the same place after twice the time; who misses two is expected no
-    more until it is heard. Failsafe: a robot that has waited for ``failsafe_after`` goes on alone
-    until the next meeting.
+    The first meeting is at the start. A robot leaves for it in time, unless it hears all teammates
+    already. When all are heard, and maps have been exchanged, the robot that is first by name
+    chooses the next place: the frontier with the shortest paths to all others. If a robot is
+    missing, the meeting is repeated at the same place after twice the interval. A robot that missed
+    two meetings in a row is no longer expected until it is heard again. Failsafe: a robot that has
+    waited for ``failsafe_after`` goes on alone until the next meeting.
     """
 
     class Params(ports.Params):
@@ -53,7 +53,7 @@ class Rendezvous:
         return None if self._attends else self._explorer.choose(robot)
 
     def _mind(self, robot: ports.StrategyContext) -> None:
-        """Leave in time, wait, and part."""
+        """Leave for the meeting in time, wait there, and end it."""
         if robot.pose is None:
             return
         params, now_ns = self._params, robot.now_ns
@@ -90,7 +90,7 @@ class Rendezvous:
         return robot.name == min(present, key=ports.natural_key)
 
     def _propose(self, robot: ports.StrategyContext) -> None:
-        """The frontier with the shortest ways to all others is the next place."""
+        """Agree on the next place: the frontier with the shortest paths to all others."""
         assert self._meeting is not None
         places = [ports.Place(*one[:2]) for one in robot.frontiers()]
         ways_m = [float(robot.path_lengths_m(places, place).sum()) for place in places]
@@ -105,7 +105,7 @@ class Rendezvous:
         self._part(robot, Meeting(ports.Place(x_m, y_m), time_ns))
 
     def _repeat(self, robot: ports.StrategyContext, missing: list[str]) -> None:
-        """Not all came: at the same place, later."""
+        """Meet again at the same place after twice the interval, as ``missing`` did not come."""
         assert self._meeting is not None
         for name in missing:
             self._missed[name] = self._missed.get(name, 0) + 1

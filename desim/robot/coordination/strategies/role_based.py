@@ -16,12 +16,13 @@ class RoleBased:
 
     An explorer chooses as ``minpos``. When it has exchanged maps with its relay they agree on the
     next meeting: at the explorer's next frontier, at a time by which the relay can have driven home
-    and from there to it. The relay drives home, until it hears the host ``base`` or, where there is
-    none, has arrived; then to the meeting, where it waits. The first meeting is at the start. The
-    same class on the base says that it is there. An explorer without a relay explores.
+    and back to that place. The relay drives home until it hears the host ``base`` or, where there
+    is no such host, until it has arrived. Then it drives to the meeting and waits there. The first
+    meeting is at the start. The same class on the base announces the base. An explorer without a
+    relay only explores.
 
-    Failsafe: who waits for its partner for ``failsafe_after`` longer than agreed goes on alone as
-    ``minpos``, a relay too, until it hears the partner again.
+    Failsafe: a robot that has waited for its partner for ``failsafe_after`` longer than agreed goes
+    on alone as ``minpos``, even if it is a relay, until it hears the partner again.
     """
 
     class Params(ports.Params):
@@ -43,10 +44,10 @@ class RoleBased:
     def __init__(self, params: Params) -> None:
         self._params, self._minpos = params, MinPos(MinPos.Params())
         self._partner: str | None = None
-        self._explores = True  # its role
+        self._is_explorer = True  # its role
         self._home: ports.Place | None = None
         self._meeting: Meeting | None = None
-        self._free = True  # to choose frontiers
+        self._is_exploring = True  # to choose frontiers
         self._carries = False  # a relay on its way home
         self._together_ns: int | None = None  # since when the partner is heard at a meeting
 
@@ -58,21 +59,22 @@ class RoleBased:
             return
         robots = sorted({host.name, *host.team} - {self._params.base}, key=ports.natural_key)
         number = robots.index(host.name)
-        self._explores = number % 2 == 0
-        self._partner = next(iter(robots[number + 1:number + 2] if self._explores
+        self._is_explorer = number % 2 == 0
+        self._partner = next(iter(robots[number + 1:number + 2] if self._is_explorer
                                   else robots[number - 1:number]), None)
-        self._free = self._explores
+        self._is_exploring = self._is_explorer
         host.advertise("meeting")
         host.subscribe("meeting", self._agree)
         if self._partner is not None:
             host.every(self._params.fresh_ns // 3,
-                       self._mind_exploring if self._explores else self._mind_relaying)
+                       self._mind_exploring if self._is_explorer else self._mind_relaying)
 
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | None:
-        return self._minpos.choose(robot) if self._free else None
+        return self._minpos.choose(robot) if self._is_exploring else None
 
     def _is_set(self, robot: ports.StrategyContext) -> bool:
-        """Whether it has a pose; then also a home, and a first meeting there."""
+        """Whether the robot has a pose. With the first one, its home and its first meeting are
+        set there."""
         if robot.pose is None:
             return False
         if self._home is None:
@@ -84,9 +86,9 @@ class RoleBased:
     def _hears(self, robot: ports.StrategyContext, name: str | None) -> bool:
         return not silent(robot, [name or ""], self._params.fresh_ns)
 
-    def _go_free(self, robot: ports.StrategyContext) -> None:
+    def _start_exploring(self, robot: ports.StrategyContext) -> None:
         """Choose frontiers from now on."""
-        self._free = True
+        self._is_exploring = True
         place = self.choose(robot)
         if place is not None:
             robot.go(place)
@@ -101,20 +103,21 @@ class RoleBased:
         if not hears:
             self._together_ns = None
             if now_ns >= self._meeting.time_ns + params.failsafe_after_ns:
-                if not self._free:
-                    self._go_free(robot)
+                if not self._is_exploring:
+                    self._start_exploring(robot)
                 return
             if self._meeting.is_due(robot, params.speed_mps):
-                self._free = False
-        if not self._free:
+                self._is_exploring = False
+        if not self._is_exploring:
             self._meeting.drive(robot, params.near_m)
-        if hears and (now_ns >= self._meeting.time_ns or not self._free):
+        if hears and (now_ns >= self._meeting.time_ns or not self._is_exploring):
             self._together_ns = self._together_ns or now_ns
             if now_ns >= self._together_ns + params.linger_ns:
                 self._propose(robot)
 
     def _propose(self, robot: ports.StrategyContext) -> None:
-        """Meet at the next goal, when the relay can have driven home and from there to it."""
+        """Agree to meet at the next goal, at a time by which the relay can have driven home and
+        from there to it."""
         assert self._home is not None
         self._together_ns, params = None, self._params
         goal = self._minpos.choose(robot)
@@ -124,8 +127,8 @@ class RoleBased:
         time_ns = robot.now_ns + max(params.interval_ns, round(trip_s * 1e9))
         self._meeting = Meeting(place, time_ns).shown(robot)
         robot.publish("meeting", {"with": self._partner, "at": place, "time_ns": time_ns})
-        if not self._free:
-            self._go_free(robot)
+        if not self._is_exploring:
+            self._start_exploring(robot)
 
     # --------------------------------------------------------------------------------- a relay
 
@@ -133,7 +136,7 @@ class RoleBased:
         if message.content["with"] == robot.name and self._is_set(robot):
             self._meeting = Meeting(ports.Place(*message.content["at"]),
                                     message.content["time_ns"]).shown(robot)
-            self._free, self._carries = False, True
+            self._is_exploring, self._carries = False, True
 
     def _mind_relaying(self, robot: ports.StrategyContext) -> None:
         """Carry the map home, come back, wait for the explorer."""
@@ -141,13 +144,14 @@ class RoleBased:
             return
         params = self._params
         if self._hears(robot, self._partner):
-            if self._free:  # it is back: bring home what it knows
-                self._free, self._carries = False, True
+            if self._is_exploring:  # it is back: bring home what it knows
+                self._is_exploring, self._carries = False, True
                 late_ns = robot.now_ns + params.interval_ns
                 self._meeting = self._meeting._replace(time_ns=late_ns).shown(robot)
-        elif not self._free and robot.now_ns >= self._meeting.time_ns + params.failsafe_after_ns:
-            self._go_free(robot)
-        if self._free:
+        elif (not self._is_exploring
+              and robot.now_ns >= self._meeting.time_ns + params.failsafe_after_ns):
+            self._start_exploring(robot)
+        if self._is_exploring:
             return
         if self._carries:
             at_home = params.base not in robot.team and is_near(robot, self._home, params.near_m)

@@ -1,4 +1,4 @@
-"""Voronoi areas: each robot explores what is nearest to it."""
+"""Voronoi cells: each robot explores the frontiers that are nearest to it."""
 
 import math
 
@@ -6,8 +6,8 @@ from desim import ports
 
 
 class Voronoi:
-    """Choose the nearest frontier in the robot's own Voronoi cell: no teammate is nearer to it as
-    the crow flies. Without one there, the frontier nearest to the cell."""
+    """Choose the nearest frontier in the robot's own Voronoi cell: no teammate is nearer to it in a
+    straight line. Without one there, the frontier nearest to the cell."""
 
     class Params(ports.Params):
         """None."""
