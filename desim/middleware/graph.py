@@ -85,6 +85,7 @@ class Graph:
         self.on_display: OnDisplay | None = None
         self.topics: dict[str, Topic] = {}
         self.media: list[Medium] = []
+        self.inside: list[Medium] = []  # media within hosts
         self.routes = Routing(self)
         self.expecting: dict[Latest, None] = {}  # with messages on their way
         self.batches: list[BatchPublisher] = []
@@ -129,6 +130,12 @@ class Graph:
         medium.attached = sorted(host.index for host in attached)
         for host in attached:
             host.media.append(medium)
+
+    def put_inside(self, medium: Medium, host: int) -> None:
+        """``medium`` is inside ``host``, between its nodes."""
+        self.inside.append(medium)
+        medium.flights.up = self.up
+        medium.attached = [host]
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
         """``Medium.linked`` of ``hosts``, each pair over the way that its messages take."""

@@ -25,11 +25,13 @@ Choice = int | None  # of media, by its number; None: all media, by preference
 
 
 class TopicMedia(NamedTuple):
-    """The media of topics whose name matches ``pattern``, in order of preference. ``*`` and ``?``
-    also stand for slashes. A pattern that does not begin with one is relative to a host."""
+    """The media of topics whose name matches ``pattern``, in order of preference; none: all. ``*``
+    and ``?`` also stand for slashes. A pattern that does not begin with one is relative to a host.
+    ``inside``: the medium that they take within a host, by its index."""
 
     pattern: str
     media: tuple[Medium, ...]
+    inside: dict[int, Medium]
 
     def matches(self, topic: str, hosts: Sequence[str]) -> bool:
         if self.pattern.startswith("/"):
@@ -57,9 +59,11 @@ class Routing:
         """Whether hosts forward frames, or the ways may change."""
         return bool(self._forwards) or self.link_states is not None
 
-    def choose(self, pattern: str, media: Sequence[Medium]) -> None:
-        """Topics that match ``pattern``, and none of an earlier call, take these media alone."""
-        self._choices.append(TopicMedia(pattern, tuple(media)))
+    def choose(self, pattern: str, media: Sequence[Medium],
+               inside: dict[int, Medium] | None = None) -> None:
+        """Topics that match ``pattern``, and none of an earlier call, take these media alone, if
+        there are any; and within hosts those ``inside``, by host."""
+        self._choices.append(TopicMedia(pattern, tuple(media), inside or {}))
 
     def forward(self, host: str, media: Sequence[Medium]) -> None:
         """``host`` passes on frames from one of these media to another."""
@@ -74,6 +78,8 @@ class Routing:
         """The way of frames between two hosts, with messages of ``topic`` if there is one; None:
         there is none."""
         choice = self._choice(topic) if self._choices and topic else None
+        if receiver == source.index:
+            return self.inside(source, topic)
         if not self.detours:
             others = self._graph.hosts[receiver].media
             for medium in self._media(source, choice):
@@ -91,6 +97,12 @@ class Routing:
             way = self._ways[one, other, choice] = Way(
                 partial(self._path, choice), self._record, paths[0][0][0].id)
         return way
+
+    def inside(self, host: Host, topic: str) -> Medium | None:
+        """The medium inside ``host`` that messages of ``topic`` between its nodes take; None: they
+        take none."""
+        choice = self._choice(topic) if self._choices else None
+        return None if choice is None else self._choices[choice].inside.get(host.index)
 
     def at_present(self, source: Host, receiver: int, topic: str = "") -> Medium | Way | None:
         """The medium between two hosts that such frames take now; a ``Way`` where others forward
@@ -118,7 +130,7 @@ class Routing:
 
     def _media(self, source: Host, choice: Choice) -> Sequence[Medium]:
         """The media of ``source``, in order of preference."""
-        if choice is None:
+        if choice is None or not self._choices[choice].media:
             return source.media
         return [medium for medium in self._choices[choice].media if medium in source.media]
 
@@ -141,7 +153,7 @@ class Routing:
         """All paths, by preference of their media and by the order of hosts. None uses a medium
         twice."""
         hosts = self._graph.hosts
-        allowed = None if choice is None else self._choices[choice].media
+        allowed = None if choice is None else self._choices[choice].media or None
         begun: deque[tuple[Path, int, Sequence[Medium]]] = deque(
             [((), source, self._media(hosts[source], choice))])
         while begun:

@@ -11,9 +11,10 @@ from desim.engine.trace import pack
 from desim.middleware.answer_checks import subscribers_of
 from desim.middleware.contents import Content
 from desim.middleware.counts import TopicCounts
+from desim.middleware.inside import WithInside
 from desim.middleware.message import Message
 from desim.middleware.transports import Link, Stream
-from desim.ports.middleware import Offer
+from desim.ports.middleware import Addressing, Offer, Transport
 
 if TYPE_CHECKING:
     from desim.middleware.host import Host
@@ -201,14 +202,18 @@ class Publisher:
     It asks the registries again only after a change of the topic.
     """
 
-    __slots__ = ("host", "topic", "offer", "transport", "latch", "_last", "_local", "_stale",
-                 "_receivers", "_has_subscribers", "_unmatched", "_owed")
+    __slots__ = ("host", "topic", "offer", "transport", "latch", "_last", "_local", "_inside",
+                 "_stale", "_receivers", "_has_subscribers", "_unmatched", "_owed")
 
     def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
         self.host = host
         self.topic = topic
         self.offer = offer
-        self.transport = host.graph.context.transport(offer)
+        self._inside = host.graph.routes.inside(host, topic.name) is not None
+        self.transport: Transport = host.graph.context.transport(offer)
+        if self._inside:
+            self.transport = WithInside(host.index, host.graph.context.default_transport(
+                offer._replace(via=Addressing.UNICAST)), self.transport)
         self.latch = offer.latch
         self._last: Content | None = None  # of a latched topic
         self._local = self._has_subscribers = False
@@ -292,7 +297,7 @@ class Publisher:
         own = self.host.index
         hosts = dict.fromkeys(end.host for end in subscribers_of(self.host.graph.middleware,
                                                                  self.offer.publisher))
-        self._local = hosts.pop(own, own) is None
+        self._local = not self._inside and hosts.pop(own, own) is None
         self._receivers = hosts
         self._has_subscribers = self._local or bool(hosts)
         self.count_unmatched()

@@ -13,7 +13,7 @@ from desim.monitor.coverage import evaluate
 from desim.monitor.localization_errors import wall_errors
 from desim.monitor.monitor import Monitor
 from desim.monitor.traffic import background, by_kind, packets_lost, totals
-from desim.monitor.utilisation import utilisation
+from desim.monitor.utilisation import utilisation, utilisation_inside
 from desim.robot.mapping.tiles import raster
 from desim.units import NS_PER_S
 
@@ -47,8 +47,9 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "bytes_on_air": traffic.bytes_on_air,
         "packets_lost": packets_lost(monitor.graph),
         "background": background(monitor.graph),
-        "utilisation": {medium.name: utilisation(medium, now_ns)
-                        for medium in monitor.graph.media},
+        "utilisation": {**{medium.name: utilisation(medium, now_ns)
+                           for medium in monitor.graph.media},
+                        **utilisation_inside(monitor.graph.inside, now_ns)},
         "control_bytes": sum(medium.control_bytes for medium in monitor.graph.media),
         "partitions": monitor.partitions.summary(),
         **monitor.belief_metrics.summary(monitor.samples),
@@ -94,7 +95,7 @@ def warnings(monitor: Monitor) -> list[str]:
     """Warnings before anybody trusts the numbers: of networks that settle nothing, and of fleets
     that never move."""
     said = []
-    for medium in monitor.graph.media:
+    for medium in (*monitor.graph.media, *monitor.graph.inside):
         waiting = medium.in_flight()
         settles = medium.delivered or medium.dropped
         if waiting >= (_MANY_FRAMES if settles else 1) and 2 * waiting > medium.intended:

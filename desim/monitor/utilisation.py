@@ -5,6 +5,8 @@ A part does one thing at a time: the air around a host, a port in one direction,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from desim.errors import ModelError, class_of
@@ -32,3 +34,18 @@ def utilisation(medium: Medium, elapsed_ns: int,
         return None
     shares = (busy - before_ns) / elapsed_ns
     return {"mean": float(shares.mean()), "max": float(shares.max())}
+
+
+def utilisation_inside(media: Sequence[Medium], elapsed_ns: int
+                       ) -> dict[str, dict[str, float] | None]:
+    """``utilisation`` of media inside hosts, all of one name together: ``bus@robot_3`` is one of
+    ``bus``."""
+    of_all: dict[str, list[dict[str, float] | None]] = {}
+    for medium in media:
+        of_all.setdefault(medium.name.partition("@")[0], []).append(utilisation(medium, elapsed_ns))
+    out: dict[str, dict[str, float] | None] = {}
+    for name, each in of_all.items():
+        known = [one for one in each if one is not None]
+        out[name] = {"mean": float(np.mean([one["mean"] for one in known])),
+                     "max": max(one["max"] for one in known)} if known else None
+    return out

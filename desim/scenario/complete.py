@@ -108,7 +108,10 @@ def _equipment(robot: E, receivers: tuple[str, ...]) -> E:
 def media(scenario: Scenario) -> dict[str, MediumChoice]:
     """Those of the scenario, or of its deployment if it names none."""
     radios = scenario.deployment == "field" and scenario.network.fidelity is not None
-    return scenario.network.media or (_RADIOS if radios else _MEDIA[scenario.deployment])
+    own = scenario.network.media
+    if all(medium.inside for medium in own.values()):
+        return {**(_RADIOS if radios else _MEDIA[scenario.deployment]), **own}
+    return own
 
 
 def _network(scenario: Scenario) -> Network:
@@ -118,7 +121,8 @@ def _network(scenario: Scenario) -> Network:
            for name, medium in sorted(media(scenario).items(), key=lambda item: (
                item[1].metric, natural_key(item[0])))}
     if scenario.deployment == "testbed":
-        own = {name: _in_testbed(medium, scenario) for name, medium in own.items()}
+        own = {name: medium if medium.inside else _in_testbed(medium, scenario)
+               for name, medium in own.items()}
     return _changed(scenario.network, media={name: medium.parsed() for name, medium in own.items()},
                     others=_sorted(scenario.network.others))
 

@@ -13,6 +13,7 @@ from desim.scenario.complete import media
 from desim.scenario.names import host_names, robot_names, unknown
 from desim.scenario.recipients import listeners, monitors, words_of
 from desim.scenario.robot_types import equipment_by_path
+from desim.scenario.schema.communication import MediumChoice
 from desim.scenario.schema.robot import OTHERS, OWN_TOPICS, Publication
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
@@ -25,9 +26,13 @@ def _attached(scenario: Scenario, _: Folder) -> Found:
     own = scenario.network.media
     hosts = host_names(scenario) if any(choice.hosts for choice in own.values()) else ()
     for medium, choice in own.items():
+        path: Path = ("network", "media", medium, "hosts")
         for i, name in enumerate(choice.hosts or ()):
             if name not in hosts:
-                yield ("network", "media", medium, "hosts", i), unknown("host", name, hosts)
+                yield (*path, i), unknown("host", name, hosts)
+        if choice.hosts is not None and len(choice.hosts) < (1 if choice.inside else 2):
+            yield path, ("must be at least one host, or left out" if choice.inside else
+                         f"must be a list of at least 2, got a list of {len(choice.hosts)}")
 
 
 def _topics(scenario: Scenario, _: Folder) -> Found:
@@ -49,10 +54,15 @@ def _forwarding(scenario: Scenario, _: Folder) -> Found:
         if len(stationary.forwards) == 1:
             yield path, "must be at least two media, or none"
         for i, name in enumerate(stationary.forwards):
-            if name not in own:
-                yield (*path, i), unknown("medium", name, tuple(own))
+            if name not in own or own[name].inside:
+                yield (*path, i), unknown("medium", name, _outside(own))
             elif host not in (own[name].hosts or (host,)):
                 yield (*path, i), f"{host} is not attached to {name} (network.media.{name}.hosts)"
+
+
+def _outside(own: dict[str, MediumChoice]) -> tuple[str, ...]:
+    """The names of media between hosts."""
+    return tuple(name for name, medium in own.items() if not medium.inside)
 
 
 def _others(scenario: Scenario, _: Folder) -> Found:
@@ -66,8 +76,8 @@ def _others(scenario: Scenario, _: Folder) -> Found:
     for i, flow in enumerate(scenario.network.background):
         path: Path = ("network", "background", i)
         source, receiver = flow.between
-        if flow.medium not in own:
-            yield (*path, "medium"), unknown("medium", flow.medium, tuple(own))
+        if flow.medium not in own or own[flow.medium].inside:
+            yield (*path, "medium"), unknown("medium", flow.medium, _outside(own))
         elif receiver in hosts and receiver not in (own[flow.medium].hosts or hosts):
             yield (*path, "between", 1), (f"{receiver} is not attached to {flow.medium} "
                                           f"(network.media.{flow.medium}.hosts)")

@@ -16,6 +16,12 @@ def listeners(scenario: Scenario) -> tuple[str, ...]:
     return tuple(name for name in host_names(scenario) if name not in passive)
 
 
+def carrying_software(scenario: Scenario) -> tuple[str, ...]:
+    """The robots that carry software, in natural order."""
+    passive = frozenset(scenario.robot.passive)
+    return tuple(name for name in robot_names(scenario) if name not in passive)
+
+
 def monitors(scenario: Scenario) -> tuple[str, ...]:
     """The hosts that collect maps and distances, in natural order."""
     named = frozenset(name for name, host in scenario.hosts.items() if host.monitor)

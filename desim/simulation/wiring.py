@@ -36,8 +36,9 @@ from desim.network.passages import Passages
 from desim.network.surroundings import Surroundings
 from desim.ports import Antennas, Obstacles, Snapshot, World
 from desim.ports.middleware import SharesLinks
+from desim.scenario.recipients import carrying_software
 from desim.scenario.schema.antenna import Antenna
-from desim.scenario.schema.communication import Network, OtherHost, PluginChoice
+from desim.scenario.schema.communication import MediumChoice, Network, OtherHost, PluginChoice
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan
 
@@ -100,19 +101,22 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
     graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, others=len(others),
                   payloads=payloads, on_fate=on_fate, passages=passages, computers=computers)
     new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
+
+    def made(name: str, choice: MediumChoice) -> Medium:
+        return new_medium(name, _plugin(choice), _rules(choice), kernel=kernel, names=trace.names,
+                          streams=streams, hosts=[*hosts, *others], own=len(hosts), place=place)
+
+    inside: dict[str, dict[int, Medium]] = {}  # by name and host
     for name, choice in scenario.network.media.items():
-        path = f"network.media.{name}"
-        with below(path):
-            model = _plugin(choice)
-        rules = []
-        for number, rule in enumerate(choice.rules):
-            with below(f"{path}.rules.{number}"):
-                rules.append(_plugin(rule))
-        with below(path):
-            graph.attach(new_medium(name, model, rules, kernel=kernel, names=trace.names,
-                                    streams=streams, hosts=[*hosts, *others], own=len(hosts),
-                                    place=place), choice.hosts)
-    _route(graph, scenario)
+        with below(f"network.media.{name}"):
+            if not choice.inside:
+                graph.attach(made(name, choice), choice.hosts)
+                continue
+            for host in map(graph.host, choice.hosts or carrying_software(scenario)):
+                medium = made(f"{name}@{host.name}", choice)
+                graph.put_inside(medium, host.index)
+                inside.setdefault(name, {})[host.index] = medium
+    _route(graph, scenario, inside)
     _add_background(graph, scenario.network)
     return graph
 
@@ -128,6 +132,14 @@ def computers(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel, tra
         Processors(kernel, trace.names.id(host.name), host.computer.processors,
                    Fraction(str(host.computer.speed)), DISCIPLINES[host.computer.scheduling]()),
         costs, host.computer.priorities) for host in hosts}
+
+
+def _rules(choice: MediumChoice) -> list[Any]:
+    rules = []
+    for number, rule in enumerate(choice.rules):
+        with below(f".rules.{number}"):
+            rules.append(_plugin(rule))
+    return rules
 
 
 def _add_background(graph: Graph, network: Network) -> None:
@@ -150,16 +162,19 @@ def _add_background(graph: Graph, network: Network) -> None:
         medium.attached = sorted({*medium.attached, source, receiver})
 
 
-def _route(graph: Graph, scenario: Scenario) -> None:
-    """Give the graph the routes of the scenario: by topic, through hosts that forward, and past
-    interfaces without a carrier."""
+def _route(graph: Graph, scenario: Scenario, inside: dict[str, dict[int, Medium]]) -> None:
+    """Give the graph the routes of the scenario: by topic, also ``inside`` hosts, through hosts
+    that forward, and past interfaces without a carrier."""
     media, routes = {medium.name: medium for medium in graph.media}, graph.routes
-    if scenario.topics and isinstance(graph.middleware, SharesLinks) \
-            and graph.middleware.shares_links:
+    shares = isinstance(graph.middleware, SharesLinks) and graph.middleware.shares_links
+    if shares and any(name in media for choice in scenario.topics.values()
+                      for name in choice.media):
         raise InputError(f"topics: {plugins.bare(scenario.middleware.model)} carries all topics "
                          "between two hosts over one link; none can choose its medium")
     for pattern, choice in scenario.topics.items():
-        routes.choose(pattern, [media[name] for name in choice.media])
+        within = [inside[name] for name in choice.media if name in inside]
+        routes.choose(pattern, [media[name] for name in choice.media if name in media],
+                      within[0] if within else None)
     for name, host in scenario.hosts.items():
         if host.forwards:
             routes.forward(name, [media[medium] for medium in host.forwards])

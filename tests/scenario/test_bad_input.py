@@ -152,6 +152,15 @@ WRONG = {
             "2:47: network.background.0.between: must be a list of 2, got a list of 1",
             "2:58: network.background.0.rate: '0 b/s' must be above zero",
             "2:71: network.background.0.size: must be at most 1518, got '2 kB'"]),
+    "a bus inside hosts": (
+        "network: {media: {bus: {model: link, inside: true, hosts: []}, lan: {model: switch, "
+        "hosts: [workstation]}},\n  others: {nas: {}}, background: [{medium: bus, between: "
+        "[nas, workstation], rate: 1 Mb/s}]}\nhosts: {a: {forwards: [bus, lan]}}", [
+            "2:59: network.media.bus.hosts: must be at least one host, or left out",
+            "2:92: network.media.lan.hosts: must be a list of at least 2, got a list of 1",
+            "3:44: network.background.0.medium: unknown medium 'bus'; allowed: lan",
+            "4:24: hosts.a.forwards.0: unknown medium 'bus'; allowed: lan",
+            "4:29: hosts.a.forwards.1: a is not attached to lan (network.media.lan.hosts)"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
         "model, fusion, content, encoding, period, via"]),
@@ -301,7 +310,7 @@ WRONG = {
         f"{NETWORKS}, {DOTTED}"]),
     "unknown parameter of a model": ("network: {media: {air: {model: disk, rang: 5 m}}}", [
         "2:38: network.media.air.rang: unknown key (did you mean 'range'?); allowed: model, rules, "
-        "hosts, metric, range, rate"]),
+        "hosts, inside, metric, range, rate"]),
     "a medium of nobody": ("network: {media: {air: {model: disk, hosts: [robot_0, robot_9]}}}", [
         "2:55: network.media.air.hosts.1: unknown host 'robot_9' (did you mean 'robot_0'?); "
         "allowed: robot_0, workstation"]),

@@ -58,7 +58,7 @@ def balance(simulation: Simulation) -> None:
             publisher.transport.waiting() for publisher in topic.publishers)
         in_flight = topic.counts.in_flight
         assert waiting <= in_flight if stopped else waiting == in_flight, topic.name
-    for medium in graph.media:
+    for medium in (*graph.media, *graph.inside):
         assert medium.intended == (medium.delivered + sum(medium.dropped.values())
                                    + medium.in_flight()), medium.name
 
@@ -76,13 +76,14 @@ def close(simulation: Simulation) -> None:
     for host in graph.hosts:
         host.stop()
     last_ns = kernel.now_ns + LONGEST_S * NS_PER_S
-    while any(medium.in_flight() for medium in graph.media) and kernel.now_ns < last_ns:
+    media = (*graph.media, *graph.inside)
+    while any(medium.in_flight() for medium in media) and kernel.now_ns < last_ns:
         kernel.run(kernel.now_ns + NS_PER_S)
     for topic in graph.topics.values():
         counts = topic.counts
         assert counts.intended == counts.delivered + sum(counts.dropped.values()), topic.name
         assert counts.queued == counts.called + counts.overwritten + counts.discarded, topic.name
-    for medium in graph.media:
+    for medium in media:
         assert medium.in_flight() == 0
         assert medium.intended == medium.delivered + sum(medium.dropped.values()), medium.name
 

@@ -58,6 +58,8 @@ def write_pcap(run: Run, medium: str, path: Path, done: Callable[[int, int], obj
     if medium not in media:
         raise InputError(f"--medium: {run.path} has no medium {medium!r}"
                          f"{did_you_mean(medium, media)}; allowed: {', '.join(media)}")
+    if media[medium].inside:
+        raise InputError(f"--medium: {medium} is inside hosts; allowed: a medium between hosts")
     scenario = repeatable(run, "packets")
     end_ns = round(run.manifest["simulated_s"] * NS_PER_S)
     with target(path, "--pcap") as beside:

@@ -95,8 +95,11 @@ class MediumChoice(PluginChoice):
 
     model: str = Field(description="a network plug-in: ideal, disk, link, switch, radio, ...")
     rules: tuple[RuleChoice, ...] = Field((), description="asked in this order")
-    hosts: tuple[str, ...] | None = Field(None, min_length=2, description="who is attached to it "
-                                                                          "(null: all)")
+    hosts: tuple[str, ...] | None = Field(None, description=(
+        "who is attached to it, at least two unless it is inside (null: all)"))
+    inside: bool = Field(False, description=(
+        "one of its own inside each robot that carries software, or inside each of hosts, between "
+        "the nodes there: a bus of sensors; topics choose it"))
     metric: int = Field(0, ge=0, le=2**32 - 1, description=(
         "of its routes, as Linux has it: of the media that two hosts have in common they take that "
         "with the least, and of equal ones the first by name (NetworkManager: 100 for a cable, 600 "
