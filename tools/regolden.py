@@ -32,7 +32,8 @@ MADE_ON = FINGERPRINTS.with_name("made_on.json")
 
 
 # The layer of each kind of row; rows that a middleware writes of its own accord are its layer's.
-LAYERS = {"world": ("pose", "collision", "wall"), "network": ("frame", "dropped", "forwarded", "background"),
+LAYERS = {"world": ("pose", "collision", "wall"),
+          "network": ("frame", "dropped", "forwarded", "background"),
           "robots": ("callback", "read", "control", "goal", "goal_reached", "goal_failed",
                      "recovery"),
           "monitor": ("sample", "sample_traffic", "sample_motion", "partition"), "middleware": ()}

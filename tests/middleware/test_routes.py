@@ -315,7 +315,7 @@ def test_the_ledger_has_the_parts_of_both_legs():
     ("strategy/bi?", ["/robot_0/strategy/bid"], ["/robot_0/strategy/bids"]),
 ])
 def test_patterns(pattern, matching, other):
-    choice, hosts = TopicMedia(pattern, ()), ["base", "robot_0"]
+    choice, hosts = TopicMedia(pattern, (), {}), ["base", "robot_0"]
     assert all(choice.matches(topic, hosts) for topic in matching)
     assert not any(choice.matches(topic, hosts) for topic in other)
 
