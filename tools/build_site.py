@@ -43,6 +43,7 @@ docs/scenarios
 reference/keys
 docs/network-models
 docs/several-networks
+docs/testbed_traffic
 docs/clocks
 docs/networks-alone
 docs/strategies

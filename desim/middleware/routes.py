@@ -77,9 +77,9 @@ class Routing:
     def of(self, source: Host, receiver: int, topic: str = "") -> Medium | Way | None:
         """The way of frames between two hosts, with messages of ``topic`` if there is one; None:
         there is none."""
-        choice = self._choice(topic) if self._choices and topic else None
         if receiver == source.index:
             return self.inside(source, topic)
+        choice = self._choice(topic) if self._choices and topic else None
         if not self.detours:
             others = self._graph.hosts[receiver].media
             for medium in self._media(source, choice):
