@@ -1,4 +1,4 @@
-"""A computer of a run: its processors, the priorities of its nodes, and what things cost there."""
+"""A computer of a run: its processors and memory, the priorities of its nodes, and costs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NoReturn
 
+from desim.computers.memory import Memory
 from desim.computers.processors import Processors
 from desim.errors import ModelError, class_of
 from desim.ports.computers import CostModel, Work
@@ -14,11 +15,13 @@ from desim.ports.computers import CostModel, Work
 @dataclass(frozen=True, slots=True)
 class Computer:
     """``priorities``: by node, the highest first where the scheduling looks at them; 0 for those
-    without one. Each cost is that of ``costs``, checked: ``ModelError`` for what is no int >= 0."""
+    without one. ``memory``: None where ``costs`` says nothing of it. Each cost is that of
+    ``costs``, checked: ``ModelError`` for what is no int >= 0."""
 
     processors: Processors
     costs: CostModel
     priorities: Mapping[str, int]
+    memory: Memory | None = None
 
     def callback_ns(self, work: Work) -> int:
         """See ``CostModel.callback_ns``."""

@@ -9,7 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from desim.computers.costs.linear import ANY, CallbackCost, MessageCost
+from desim.computers.costs.linear import (
+    ANY,
+    CallbackCost,
+    MemoryTable,
+    MessageCost,
+    ProcessMemory,
+)
 
 _NS = 1000  # ps
 _US = 10**6
@@ -99,13 +105,40 @@ CALLBACKS: Mapping[str, Mapping[str, CallbackCost]] = {
 SEND = MessageCost(message_ps=85 * _US, byte_ps=200, link_ps=13 * _US, link_byte_ps=900)
 RECEIVE = MessageCost(message_ps=75 * _US, byte_ps=1150)
 
-# Memory, bytes. A process of roscpp or of rospy; slam_gmapping: a patch of 32 x 32 cells of a
-# particle's map, which a particle has to itself from its first write to it on; for each cell:
-# costmap_2d, navfn, a map message.
-ROSCPP_PROCESS_BYTES = 12_500_000
-ROSPY_PROCESS_BYTES = 34_500_000
-GMAPPING_PATCH_BYTES = 16_700
-GMAPPING_PATCHES_PER_PARTICLE = 70  # after 110 scans in the maze; 97 after 420
-COSTMAP_CELL_BYTES = 3
-NAVFN_CELL_BYTES = 14
-MAP_CELL_BYTES = 1
+# Memory, bytes. Resident pages of files, which all processes of roscpp have in common, and what
+# each has to itself; likewise of rospy.
+ROSCPP_FILES = 11_300_000
+ROSCPP_PROCESS = 1_200_000
+ROSPY_FILES = 11_000_000
+ROSPY_PROCESS = 23_500_000
+# slam_gmapping: a patch of 32 x 32 cells of a particle's map, which a particle has to itself from
+# its first write to it on; what it keeps of a scan, with 30 trajectories.
+GMAPPING_PATCH = 16_700
+GMAPPING_REMEMBERED_SCAN = 29_000
+# For each cell: costmap_2d, navfn's arrays, a map message.
+COSTMAP_CELL = 3
+NAVFN_CELL_ARRAYS = 14
+MAP_MESSAGE_CELL = 1
+# A planner has a copy of the costmap, and the map that it was made of.
+PLANNER_CELL = 2 * COSTMAP_CELL + NAVFN_CELL_ARRAYS + MAP_MESSAGE_CELL
+# map_merging: each map twice while it is copied.
+MERGED_MAP_CELL = 2 * MAP_MESSAGE_CELL
+
+
+def _process(cell_bytes: int = 0, **per_bytes: int) -> ProcessMemory:
+    """A process of roscpp, with ``cell_bytes`` a cell of the paper's maps."""
+    return ProcessMemory(ROSCPP_PROCESS, {
+        "bytes": 1, "cells": _PUBLISHED * cell_bytes, **per_bytes})
+
+
+# The system: two static_transform_publishers and roslaunch.
+MEMORY = MemoryTable(ROSCPP_FILES + 2 * ROSCPP_PROCESS + ROSPY_FILES + ROSPY_PROCESS, {
+    "slam": _process(MAP_MESSAGE_CELL, patches=GMAPPING_PATCH, scans=GMAPPING_REMEMBERED_SCAN),
+    "localization": _process(),
+    "mapping": _process(MAP_MESSAGE_CELL),
+    "pose_publisher": _process(),
+    "map_sharing": _process(MERGED_MAP_CELL),
+    "move_base": _process(PLANNER_CELL),
+    "explore": _process(PLANNER_CELL),
+    "coordinate": _process(PLANNER_CELL),
+})

@@ -40,6 +40,15 @@ class QueuedSubscription(Subscription):
         else:
             self._executor.add(self)
 
+    @property
+    def node(self) -> str:
+        """The node whose callback it is."""
+        return self._executor.node
+
+    def waiting_bytes(self) -> int:
+        """The bytes of the messages that wait."""
+        return sum(message.size_bytes for message in self._messages)
+
     def discard(self) -> None:
         """The host stops."""
         self.topic.counts.discarded += len(self._messages)
@@ -116,15 +125,17 @@ class HeldPublisher(Publisher):
     """A publisher whose messages leave when the time of the callback is over that publishes
     them."""
 
-    __slots__ = ("_busy_host", "_name")
+    __slots__ = ("_busy_host", "_name", "_newest_bytes")
 
     def __init__(self, host: BusyHost, topic: Topic, offer: Offer) -> None:
         super().__init__(host, topic, offer)
         self._busy_host = host
         self._name = host.graph.without_hosts(topic.name)
+        self._newest_bytes = 0  # of the message that was published last
 
     def publish(self, content: Content) -> None:
         calling = self._busy_host.calling
+        self._newest_bytes = content.size_bytes
         if calling is None:  # the node starts, or is a driver
             super().publish(content)
         else:
@@ -132,6 +143,10 @@ class HeldPublisher(Publisher):
 
     def release(self, content: Content) -> None:
         super().publish(content)
+
+    def waiting_bytes(self) -> int:
+        """The bytes of the messages that have not arrived, each as large as the newest."""
+        return self._newest_bytes * self.transport.waiting() if self._newest_bytes else 0
 
     def _links(self) -> int:
         """The number of connections over which a message would go now."""

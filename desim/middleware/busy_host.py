@@ -10,6 +10,7 @@ from desim.computers.computer import Computer
 from desim.engine.kernel import Phase
 from desim.errors import KernelError
 from desim.middleware.busy_ends import CountedLatest, HeldPublisher, QueuedSubscription
+from desim.middleware.busy_memory import HostMemory
 from desim.middleware.busy_timers import BusyTimer, OneShot
 from desim.middleware.executor import Executor
 from desim.middleware.host import MAX_CALLBACKS, Host
@@ -29,8 +30,8 @@ class BusyHost(Host):
     which stand for sensors and motors.
     """
 
-    __slots__ = ("computer", "calling", "missed_ticks", "_executors", "_subscriptions", "_awake",
-                 "_booked")
+    __slots__ = ("computer", "memory", "calling", "missed_ticks", "_executors", "_subscriptions",
+                 "_awake", "_booked")
 
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
         super().__init__(graph, name, index)
@@ -41,6 +42,7 @@ class BusyHost(Host):
         self._subscriptions: list[QueuedSubscription] = []
         self._awake: list[Executor] = []  # a turn for each callback that came
         self._booked = False
+        self.memory = None if computer.memory is None else HostMemory(self, computer.memory)
 
     def stop(self) -> None:
         for executor in self._executors.values():
@@ -50,6 +52,8 @@ class BusyHost(Host):
         self._executors.clear()
         self._subscriptions.clear()
         self._awake.clear()
+        if self.memory is not None:
+            self.memory.freed()
         super().stop()
 
     def ticker(self, node: str, name: str, frequency_hz: Fraction | int,
@@ -102,6 +106,22 @@ class BusyHost(Host):
         """The number of times that nodes of this host subscribe to ``topic``."""
         latest, subscriptions = self._ends_of(topic)
         return len(subscriptions) + (latest.readers if isinstance(latest, CountedLatest) else 0)
+
+    def called(self, node: str) -> None:
+        """A callback of ``node`` has been called."""
+        if self.memory is not None:
+            self.memory.called(node)
+
+    def waiting_bytes(self, node: str) -> int:
+        """The bytes of the messages of ``node`` that wait: for its callbacks, and at each link on
+        which they have not arrived."""
+        waiting = sum(subscription.waiting_bytes() for subscription in self._subscriptions
+                      if subscription.node == node)
+        for publisher in self._publishers:
+            assert isinstance(publisher, HeldPublisher)  # ``_new_publisher`` has made it
+            if publisher.offer.publisher.node == node:
+                waiting += publisher.waiting_bytes()
+        return waiting
 
     def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
         return HeldPublisher(self, topic, offer)

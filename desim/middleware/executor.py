@@ -65,6 +65,9 @@ class Computes(Protocol):
     computer: Computer
     calling: Executor | None
 
+    def called(self, node: str) -> None:
+        """A callback of ``node`` has been called."""
+
     def wake(self, executor: Executor) -> None:
         """``executor`` has something to do, and perhaps does nothing."""
 
@@ -162,6 +165,7 @@ class Executor(Job):
         self._host.calling = self
         size_bytes = entry.run()
         self._host.calling = None
+        self._host.called(self.node)
         if size_bytes:
             self._work["bytes"] = size_bytes
         self.awaited = bool(self._held or self._queue) or entry.waits

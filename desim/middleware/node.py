@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -113,6 +113,10 @@ class Node:
         """Add to the work of the present callback, by the names of ``ports.computers.QUANTITIES``:
         how much time it takes depends on that, where computers get busy."""
         self.host.worked(self.name, quantities)
+
+    def kept(self) -> Mapping[str, int]:
+        """What the node keeps in memory now, besides messages: some of ``ports.computers.KEPT``."""
+        return {}
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this node's own."""

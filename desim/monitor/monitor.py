@@ -23,6 +23,7 @@ from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
 from desim.monitor.coverage import Coverage, map_age_s
 from desim.monitor.localization_errors import LocalizationErrors
+from desim.monitor.memory_use import MemoryUse
 from desim.monitor.outdated_goals import MOVING_M, OutdatedGoals
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
@@ -50,8 +51,8 @@ class StopReason(StrEnum):
 
 class Track(NamedTuple):
     """The fleet at one instant: cells of G that each robot knows and that some robot has known, and
-    by robot the way driven, the bytes heard and sent, and the time of processors and the missed
-    ticks so far, where computers get busy."""
+    by robot the way driven, the bytes heard and sent, and where computers get busy the time of
+    processors and the missed ticks so far, the memory in use and the processes killed so far."""
 
     time_ns: int
     poses: np.ndarray
@@ -62,6 +63,8 @@ class Track(NamedTuple):
     tx_bytes: list[int]
     busy_ns: list[int]
     missed_ticks: list[int]
+    ram_bytes: list[int]
+    memory_kills: list[int]
 
 
 class Monitor:
@@ -81,6 +84,7 @@ class Monitor:
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
         self.processor_load = ProcessorLoad(self.hosts)
+        self.memory_use = MemoryUse(self.hosts)
         self._own = [robots.index(name) for name in explorers]
         self.partitions = Partitions()
         self.overlap = Overlap(ground.grid, ground.reachable)
@@ -279,7 +283,8 @@ class Monitor:
                                  host.name: host.clock.ahead_ns(now_ns)
                                  for host in self.graph.hosts if host.clock is not None}),
                              **self.belief_metrics.sample(),
-                             **self.processor_load.sample(now_ns), "cause": cause,
+                             **self.processor_load.sample(now_ns),
+                             **self.memory_use.sample(), "cause": cause,
                              "bytes": self.families.bytes()})
         self._judge(values)
 
@@ -311,7 +316,8 @@ class Monitor:
                                  [host.rx_bytes for host in self.hosts],
                                  [host.tx_bytes for host in self.hosts],
                                  self.processor_load.busy_ns(),
-                                 self.processor_load.missed_ticks()))
+                                 self.processor_load.missed_ticks(),
+                                 self.memory_use.used_bytes(), self.memory_use.kills()))
         if self.links is not None:
             self.links.sample(now_ns)
         links = self._links()

@@ -11,6 +11,7 @@ from desim.errors import ModelError, class_of
 from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
 from desim.monitor.localization_errors import wall_errors
+from desim.monitor.memory_use import NOTHING, fleet_summary
 from desim.monitor.monitor import Monitor
 from desim.monitor.traffic import background, by_kind, packets_lost, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
@@ -66,6 +67,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **{f"mean_{key}": sum(robot[key] for robot in robots.values()) / len(robots)
            for key in ("rx_kBps", "tx_kBps")},
         **monitor.processor_load.summary(now_ns),
+        **fleet_summary(list(robots.values())),
         "robots": robots,
         "warnings": warnings(monitor),
     }
@@ -123,6 +125,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
     kilo_s = max(now_ns, 1) / NS_PER_S * 1000.0
     travelled_m = monitor.travelled_m().tolist()
     shares = dict(zip(monitor.explorers, monitor.coverage.known, strict=True))
+    memory = monitor.memory_use.summary([track.ram_bytes for track in monitor.tracks])
     in_vain = {name: monitor.outdated_goals.of(i) for i, name in enumerate(monitor.explorers)}
     return {name: {
         "explored": monitor.coverage.share(shares[name]) if name in shares else None,
@@ -133,6 +136,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
         "rx_kBps": host.rx_bytes / kilo_s,
         "tx_kBps": host.tx_bytes / kilo_s,
         **monitor.processor_load.of(host, now_ns),
+        **memory.get(name, NOTHING),
     } for i, (name, host) in enumerate(zip(monitor.robots, monitor.hosts, strict=True))}
 
 
@@ -154,7 +158,7 @@ def samples_table(monitor: Monitor) -> dict[str, list]:
 
 def robots_table(monitor: Monitor) -> Sample:
     """One row per second and robot: where it was, what it knew, what it sent and heard, and what
-    its processors did where computers get busy."""
+    its computer did where computers get busy."""
     tracks, count = monitor.tracks, len(monitor.robots)
     poses = np.concatenate([track.poses for track in tracks]) if tracks else np.zeros((0, 3))
     known = np.full((len(tracks), count), np.nan)
@@ -173,4 +177,6 @@ def robots_table(monitor: Monitor) -> Sample:
            for name in ("distance_m", "rx_bytes", "tx_bytes")},
         **({"cpu_s": busy_ns / NS_PER_S, "missed_ticks": np.array(
             [track.missed_ticks for track in tracks]).ravel()} if len(busy_ns) else {}),
+        **monitor.memory_use.columns([track.ram_bytes for track in tracks],
+                                     [track.memory_kills for track in tracks]),
     }

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from inspect import signature
 
 from desim.errors import ModelError, class_of, did_you_mean
-from desim.ports.computers import QUANTITIES
+from desim.ports.computers import KEPT, QUANTITIES
 from desim.ports.strategies import Frontier, Place, Pose2D, Strategy
 
 _TOPIC = re.compile(r"[A-Za-z]\w*(/\w+)*", re.ASCII)  # as ROS names are
@@ -49,12 +49,21 @@ def check_period(period_ns: object) -> None:
 
 def check_work(who: str, quantities: Mapping[str, int]) -> None:
     """Quantities of work by their names."""
+    _check_quantities(f"{who} worked", quantities, QUANTITIES)
+
+
+def check_kept(who: str, quantities: Mapping[str, int]) -> None:
+    """Quantities that are kept in memory, by their names."""
+    _check_quantities(f"{who} keeps", quantities, KEPT)
+
+
+def _check_quantities(said: str, quantities: Mapping[str, int], known: Mapping[str, str]) -> None:
     for name, count in quantities.items():
-        if name not in QUANTITIES:
-            raise ModelError(f"{who} worked {name}={count!r}{did_you_mean(name, QUANTITIES)}; "
-                             f"known: {', '.join(QUANTITIES)}")
+        if name not in known:
+            raise ModelError(f"{said} {name}={count!r}{did_you_mean(name, known)}; "
+                             f"known: {', '.join(known)}")
         if type(count) is not int or count < 0:
-            raise ModelError(f"{who} worked {name}={count!r}; a quantity is an int >= 0")
+            raise ModelError(f"{said} {name}={count!r}; a quantity is an int >= 0")
 
 
 def name_of(callback: Callable[..., object]) -> str:

@@ -1,4 +1,4 @@
-"""The contract of a cost model: the processor time that callbacks and messages take.
+"""The contract of a cost model: the processor time that callbacks and messages take, and memory.
 
 All times are processor-nanoseconds at speed 1: the time that one processor of that speed needs with
 nothing else to do. Costs come on top of what is simulated anyway: a model changes when things
@@ -8,7 +8,7 @@ happen, never what is computed.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from desim.ports import parameters
 
@@ -21,6 +21,14 @@ QUANTITIES: Mapping[str, str] = {
     "cells": "a cell of a map or costmap that was written, sent, merged or searched",
     "candidates": "a velocity, frontier or pose that was rated",
     "plans": "a path that was searched",
+}
+
+# The quantities that nodes keep in memory (``Keeps``), and what one of each is.
+KEPT: Mapping[str, str] = {
+    "bytes": "a byte of a message that waits for its callback, or at a link to arrive",
+    "cells": "a cell of a map or costmap",
+    "patches": "32 x 32 cells of a particle's map; one that particles share counts once",
+    "scans": "a laser scan that is remembered",
 }
 
 
@@ -52,3 +60,30 @@ class CostModel(Protocol):
 
     def receive_ns(self, topic: str, size_bytes: int) -> int:
         """The time of a message for one node that has subscribed to it, read or not."""
+
+
+@runtime_checkable
+class Keeps(Protocol):
+    """A plug-in, of localization or map sharing, that keeps what its robot's memory grows with."""
+
+    def kept(self) -> Mapping[str, int]:
+        """What it keeps now, besides messages: some of ``KEPT``."""
+
+
+class Kept(NamedTuple):
+    """What the process of ``node`` keeps: ``quantities`` are some of ``KEPT``."""
+
+    node: str
+    quantities: Mapping[str, int]
+
+
+@runtime_checkable
+class MemoryModel(Protocol):
+    """A cost model that says how much memory things take, too, in bytes: an int >= 0."""
+
+    def system_bytes(self) -> int:
+        """The memory of all that is not a node here: libraries that processes share, other
+        programs."""
+
+    def process_bytes(self, kept: Kept) -> int:
+        """The memory that the process of a node has to itself."""

@@ -111,6 +111,11 @@ class GridSpec(NamedTuple):
     x_m: float
     y_m: float
 
+    @property
+    def cells(self) -> int:
+        """The number of cells."""
+        return self.width * self.height
+
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
         """(col, row) of the cell that holds the point; it may lie outside the raster."""
         return (math.floor((x_m - self.x_m) / self.resolution_m),

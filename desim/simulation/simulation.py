@@ -118,6 +118,7 @@ class Simulation:
                              if isinstance(task, GivesMap) and task.gives_map() else None)
         for host_plan in self.plan:
             self.graph.host(host_plan.name).software = partial(self.nodes, host_plan=host_plan)
+        self.graph.listeners["out_of_memory"] = self._out_of_memory
         for number, fault in enumerate(scenario.faults):
             self.kernel.process(self._outage(fault), Phase.WORLD,
                                 self.names.id(f"fault {number} of {fault.host}"))
@@ -242,13 +243,23 @@ class Simulation:
         return (self._drivers[host.name] for host in self.plan if host.name in self._drivers)
 
     def _outage(self, fault: Fault) -> Generator[int, None, None]:
-        """Stop a host, and start it again."""
-        host = self.graph.host(fault.host)
         yield fault.at_ns
+        yield from self._down(fault.host, fault.down_for_ns)
+
+    def _down(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
+        """Stop a host, and start it again."""
+        host = self.graph.host(name)
         host.stop()
-        self._drivers.pop(host.name, None)
-        if host.name in self._explorers:
-            self._watch(host.name, None)
-        if fault.down_for_ns is not None:
-            yield fault.down_for_ns
+        self._drivers.pop(name, None)
+        if name in self._explorers:
+            self._watch(name, None)
+        if for_ns is not None:
+            yield for_ns
             host.start()
+
+    def _out_of_memory(self, name: str, *_: int) -> None:
+        """A process of the host is killed. ``required`` in a launch file: the others go with it."""
+        respawn_delay_ns = next(host.computer.respawn_delay_ns for host in self.plan
+                                if host.name == name)
+        self.kernel.process(self._down(name, respawn_delay_ns), Phase.WORLD,
+                            self.names.id(f"memory of {name}"))

@@ -14,6 +14,7 @@ import numpy as np
 from desim import plugins
 from desim.computers.computer import Computer
 from desim.computers.costs.ideal import IdealComputers
+from desim.computers.memory import Memory
 from desim.computers.processors import Processors
 from desim.computers.scheduling import DISCIPLINES
 from desim.engine.kernel import Kernel
@@ -35,6 +36,7 @@ from desim.network.medium import Medium
 from desim.network.passages import Passages
 from desim.network.surroundings import Surroundings
 from desim.ports import Antennas, Obstacles, Snapshot, World
+from desim.ports.computers import MemoryModel
 from desim.ports.middleware import SharesLinks
 from desim.scenario.recipients import carrying_software
 from desim.scenario.schema.antenna import Antenna
@@ -131,7 +133,9 @@ def computers(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel, tra
     return {host.name: Computer(
         Processors(kernel, trace.names.id(host.name), host.computer.processors,
                    Fraction(str(host.computer.speed)), DISCIPLINES[host.computer.scheduling]()),
-        costs, host.computer.priorities) for host in hosts}
+        costs, host.computer.priorities,
+        Memory(costs, host.computer.memory_bytes) if isinstance(costs, MemoryModel) else None)
+        for host in hosts}
 
 
 def _rules(choice: MediumChoice) -> list[Any]:

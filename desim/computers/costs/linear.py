@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from desim.ports.computers import Work
+from desim.ports.computers import Kept, Work
 
 ANY = "any"  # the trigger that stands for all that have no row of their own
 _PS_PER_NS = 1000
@@ -28,13 +28,28 @@ class MessageCost(NamedTuple):
     link_byte_ps: int = 0
 
 
+class ProcessMemory(NamedTuple):
+    """``fixed_bytes`` of a process, and ``per_bytes`` by the names of ``ports.computers.KEPT``."""
+
+    fixed_bytes: int = 0
+    per_bytes: Mapping[str, int] = {}
+
+
+class MemoryTable(NamedTuple):
+    """``system_bytes`` of a computer, and its ``processes`` by node."""
+
+    system_bytes: int = 0
+    processes: Mapping[str, ProcessMemory] = {}
+
+
 class LinearCosts:
     """Costs of ``callbacks`` by node and trigger, ``ANY`` for other triggers of that node; what
-    has no row costs nothing. Sums are rounded to whole nanoseconds."""
+    has no row costs nothing, nor memory. Sums are rounded to whole nanoseconds."""
 
     def __init__(self, callbacks: Mapping[str, Mapping[str, CallbackCost]], send: MessageCost,
-                 receive: MessageCost) -> None:
+                 receive: MessageCost, memory: MemoryTable) -> None:
         self._callbacks, self._send, self._receive = callbacks, send, receive
+        self._memory = memory
 
     def callback_ns(self, work: Work) -> int:
         rows = self._callbacks.get(work.node)
@@ -54,6 +69,17 @@ class LinearCosts:
 
     def receive_ns(self, topic: str, size_bytes: int) -> int:
         return _rounded(self._receive.message_ps + size_bytes * self._receive.byte_ps)
+
+    def system_bytes(self) -> int:
+        return self._memory.system_bytes
+
+    def process_bytes(self, kept: Kept) -> int:
+        row = self._memory.processes.get(kept.node)
+        if row is None:
+            return 0
+        per_bytes = row.per_bytes
+        return row.fixed_bytes + sum(count * per_bytes.get(name, 0)
+                                     for name, count in kept.quantities.items())
 
 
 def _rounded(cost_ps: int) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim import ports
 from desim.computers.costs.linear import LinearCosts
-from desim.computers.measured_costs import CALLBACKS, RECEIVE, SEND
+from desim.computers.measured_costs import CALLBACKS, MEMORY, RECEIVE, SEND
 
 
 class MeasuredCosts(LinearCosts):
@@ -14,4 +14,4 @@ class MeasuredCosts(LinearCosts):
         pass
 
     def __init__(self, params: Params) -> None:
-        super().__init__(CALLBACKS, SEND, RECEIVE)
+        super().__init__(CALLBACKS, SEND, RECEIVE, MEMORY)

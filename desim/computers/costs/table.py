@@ -7,16 +7,29 @@ from typing import Annotated
 from pydantic import AfterValidator, Field
 
 from desim import ports
-from desim.computers.costs.linear import CallbackCost, LinearCosts, MessageCost
+from desim.computers.costs.linear import (
+    CallbackCost,
+    LinearCosts,
+    MemoryTable,
+    MessageCost,
+    ProcessMemory,
+)
 from desim.errors import did_you_mean
-from desim.ports.computers import QUANTITIES
-from desim.units import Cost
+from desim.ports.computers import KEPT, QUANTITIES
+from desim.units import ByteSize, Cost
 
 
 def _quantity(name: str) -> str:
     if name not in QUANTITIES:
         raise ValueError(f"no quantity of work{did_you_mean(name, QUANTITIES)}; allowed: "
                          f"{', '.join(QUANTITIES)}")
+    return name
+
+
+def _kept(name: str) -> str:
+    if name not in KEPT:
+        raise ValueError(f"nothing that is kept{did_you_mean(name, KEPT)}; allowed: "
+                         f"{', '.join(KEPT)}")
     return name
 
 
@@ -44,6 +57,22 @@ class ReceiveRow(ports.Params):
     byte_ps: Cost = Field("0 ns", description="of a message")
 
 
+class ProcessRow(ports.Params):
+    """The memory of a node's process."""
+
+    fixed_bytes: ByteSize = Field("0 B", description="of an empty one")
+    per: dict[Annotated[str, AfterValidator(_kept)], ByteSize] = Field({}, description=(
+        "for each of what is kept: bytes (of waiting messages), cells, patches, scans"))
+
+
+class MemoryRows(ports.Params):
+    """The memory of a computer."""
+
+    system_bytes: ByteSize = Field("0 B", description="of all that is not a node here")
+    processes: dict[str, ProcessRow] = Field({}, description=(
+        "by node; what has no row takes none"))
+
+
 class TableOfCosts(LinearCosts):
     """Each node's callbacks by what calls them: a topic without its host's name, a timer, or
     ``any``."""
@@ -56,6 +85,7 @@ class TableOfCosts(LinearCosts):
             "a message, for its publisher (nothing, where nothing is said)"))
         receive: ReceiveRow = Field(default_factory=ReceiveRow, description=(
             "a message, for each node that subscribes (likewise)"))
+        memory: MemoryRows = Field(default_factory=MemoryRows, description="likewise")
 
     def __init__(self, params: Params) -> None:
         send, receive = params.send, params.receive
@@ -63,4 +93,7 @@ class TableOfCosts(LinearCosts):
             {node: {trigger: CallbackCost(row.fixed_ps, row.per) for trigger, row in rows.items()}
              for node, rows in params.callbacks.items()},
             MessageCost(send.message_ps, send.byte_ps, send.link_ps, send.link_byte_ps),
-            MessageCost(receive.message_ps, receive.byte_ps))
+            MessageCost(receive.message_ps, receive.byte_ps),
+            MemoryTable(params.memory.system_bytes, {
+                node: ProcessMemory(row.fixed_bytes, row.per)
+                for node, row in params.memory.processes.items()}))

@@ -25,6 +25,10 @@ class Coordinate(Node):
         context = HostContext(self, team, queries, None, task)
         self._events = StrategyEvents(strategy, context, team)
 
+    def kept(self) -> dict[str, int]:
+        """See ``Node.kept``: the costmap."""
+        return {"cells": self._map.spec.cells}
+
     def start(self) -> None:
         self.timer(self._rate_hz, lambda _: self._events.tick(
             self.now_ns, self._map.version), name="tick")

@@ -86,6 +86,10 @@ class Explore(Node):
         self.timer(self._rate_hz, self._tick, name="tick")
         self._events.started()
 
+    def kept(self) -> dict[str, int]:
+        """See ``Node.kept``: the costmap."""
+        return {"cells": self._costmap.spec.cells}
+
     # --------------------------------------------------------------- for the strategy's context
 
     def pose(self) -> Pose2D | None:

@@ -14,6 +14,7 @@ from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Pose2D
+from desim.ports.computers import Keeps
 from desim.ports.localization import Localization
 from desim.robot.localization.checks import (
     checked_path,
@@ -84,6 +85,12 @@ class LocalizationNode(Node):
         self._scan = self.latest(SCAN)
         self.subscribe("odom", self._on_odometry)
         self.localization.start(self._context)
+
+    def kept(self) -> dict[str, int]:
+        """See ``Node.kept``: the map that it publishes, and what the plug-in keeps."""
+        cells = {"cells": self.robot_map.spec.cells if self.draws_map else 0}
+        plugin = self.localization
+        return {**cells, **plugin.kept()} if isinstance(plugin, Keeps) else cells
 
     def _on_odometry(self, message: Message) -> None:
         before, odometry = self._odometry, message.content

@@ -47,6 +47,10 @@ class Mapping(Node):
         self._scan = self.latest(self._topic)
         self.subscribe("pose", self._on_pose)
 
+    def kept(self) -> dict[str, int]:
+        """See ``Node.kept``: the map that it publishes."""
+        return {"cells": self.robot_map.spec.cells}
+
     def _on_pose(self, message: Message) -> None:
         before, scan = self._pose, self._scan.message
         pose: Pose = message.content

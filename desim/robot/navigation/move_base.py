@@ -68,6 +68,10 @@ class MoveBase(Node):
         self.timer(self._navigation.control_rate_hz, self._control, name="control")
         self.timer(self._navigation.local_rate_hz, self._observe, name="observe")
 
+    def kept(self) -> dict[str, int]:
+        """See ``Node.kept``: the costmap."""
+        return {"cells": self._costmap.spec.cells}
+
     # ---------------------------------------------------------------------------- what comes in
 
     def _on_goal(self, order: Message) -> None:

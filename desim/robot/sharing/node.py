@@ -12,6 +12,7 @@ from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Pose2D
+from desim.ports.computers import Keeps
 from desim.ports.sharing import (
     Contribution,
     FollowsRedraws,
@@ -53,6 +54,13 @@ class MapSharing(Node):
             self.drawn.scan_observers.append(partial(sharing.on_scan, context))
         if isinstance(sharing, FollowsRedraws):
             self.drawn.redraw_observers.append(partial(sharing.on_redraw, context))
+
+    def kept(self) -> dict[str, int]:
+        """See ``Node.kept``: the map of each robot that it has heard of, its own and the merged
+        one, and what the plug-in keeps."""
+        maps = 0 if self._sharing is None else 2 + len(self.robot_map.received)
+        cells = {"cells": maps * self.robot_map.spec.cells}
+        return {**cells, **self._sharing.kept()} if isinstance(self._sharing, Keeps) else cells
 
     @property
     def pose(self) -> Pose2D | None:

@@ -8,6 +8,9 @@ import numpy as np
 
 from desim.robot.slam.kernels.tiles import CELLS, SIDE, Maps, Stock, register_all, resample, unroll
 
+_PATCH = 32 // SIDE  # tiles along a side of one of gmapping's patches
+_WEIGHTS = np.multiply.accumulate(np.full(_PATCH * _PATCH, 0x9E3779B97F4A7C15, np.uint64)
+                                  ).reshape(_PATCH, 1, _PATCH)  # of a hash (Knuth, 6.4)
 _MARGIN = 4  # tiles around what is needed, when the table grows
 
 
@@ -95,6 +98,21 @@ class SharedMaps:
         unroll(particle, visits, hits, maps)
         size_m = maps.resolution_m * SIDE
         return visits, hits, (maps.left * size_m, maps.low * size_m)
+
+    def patches(self) -> int:
+        """The number of different patches of 32 x 32 cells in all maps, as gmapping would keep
+        them: what two particles share counts once, where all of the patch is the same."""
+        maps = self.arrays
+        above, left = maps.low % _PATCH, maps.left % _PATCH  # patches begin at multiples of it
+        tiles = maps.visit_tiles.reshape(len(maps.visit_tiles), -1, maps.columns)
+        below, right = (-(before + count) % _PATCH for before, count in
+                        zip((above, left), tiles.shape[1:], strict=True))
+        tiles = np.pad(tiles, ((0, 0), (above, below), (left, right)))
+        rows, columns = tiles.shape[1] // _PATCH, tiles.shape[2] // _PATCH
+        patches = tiles.reshape(-1, rows, _PATCH, columns, _PATCH)
+        # Of 64 bits: those of two patches are the same by chance once in 1e19 pairs.
+        hashes = (patches.astype(np.uint64) * _WEIGHTS).sum((2, 4), np.uint64)
+        return len(np.unique(hashes[hashes != 0]))
 
     @property
     def memory_bytes(self) -> int:

@@ -7,10 +7,11 @@ from typing import Literal
 from pydantic import Field
 
 from desim.ports import Params
+from desim.units import ByteSize, Period
 
 
 class ComputerParams(Params):
-    """A host's processors. They have no effect where ``computers`` is ideal."""
+    """A host's processors and memory. They have no effect where ``computers`` is ideal."""
 
     processors: int = Field(2, ge=1, le=1024, description=(
         "a callback uses one of them (the paper, with four robots on a node of eight)"))
@@ -22,3 +23,7 @@ class ComputerParams(Params):
             "of priorities, at once; fifo: in order, until it is done"))
     priorities: dict[str, int] = Field({}, description=(
         "of nodes by name, with fixed_priority; the highest first, 0 without one"))
+    memory_bytes: ByteSize | None = Field(None, gt=0, description=(
+        "of the host: where its processes need more, its software dies (null: no limit)"))
+    respawn_delay_ns: Period = Field("5 s", description=(
+        "from then until the software starts again, with empty memory"))

@@ -41,6 +41,7 @@ class ScanMatching:
         self._readings = 0  # of the odometer, since the last ``scan``
         # The odometry of the last processed scan, and its most likely pose.
         self._processed: tuple[Pose2D, Pose2D] | None = None
+        self._counted = 0, 0  # patches, when there were so many scans
 
     def start(self, context: LocalizationContext) -> None:
         """Make the filter."""
@@ -69,6 +70,13 @@ class ScanMatching:
             return odometry
         before, pose = self._processed
         return moved(pose, motion_to(before, odometry))
+
+    def kept(self) -> dict[str, int]:
+        """See ``Keeps``: the particles' maps, and all scans."""
+        scans = len(self.filter.history)
+        if scans != self._counted[0]:
+            self._counted = scans, self.filter.maps.patches()
+        return {"patches": self._counted[1], "scans": scans}
 
     def _in_map(self, poses: np.ndarray) -> np.ndarray:
         """``poses``, which are as seen from the start, in the map's frame."""

@@ -1,0 +1,79 @@
+"""The memory of a host whose callbacks take time: what the processes of its nodes keep."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from desim.computers.memory import Memory
+from desim.ports.arguments import check_kept
+from desim.ports.computers import Kept
+
+if TYPE_CHECKING:
+    from desim.middleware.busy_host import BusyHost
+
+
+class HostMemory:
+    """The memory of ``host`` while it is up. What its nodes keep is asked for when it is wanted.
+
+    A process takes memory when it runs: so its memory is looked at after each call of a callback,
+    if there is a limit. Where all of them need more, ``kills`` gets the name of the one that has
+    the most (Linux, mm/oom_kill.c: ``oom_badness``), and the run is told: row ``out_of_memory``.
+    """
+
+    __slots__ = ("kills", "_host", "_memory", "_sizes", "_dying")
+
+    def __init__(self, host: BusyHost, memory: Memory) -> None:
+        self.kills: list[str] = []
+        self._host, self._memory = host, memory
+        self._sizes: dict[str, int] = {}  # by node, each as of its last callback
+        self._dying = False
+
+    @property
+    def limit_bytes(self) -> int | None:
+        """None: there is no limit."""
+        return self._memory.limit_bytes
+
+    def used_bytes(self) -> int:
+        """The memory in use now; 0 of a host that is down."""
+        if not self._host.up:
+            return 0
+        return self._memory.system_bytes() + sum(self.of_processes().values())
+
+    def of_processes(self) -> dict[str, int]:
+        """The memory of each process by its node, now."""
+        return {name: self._of_process(name) for name in
+                dict.fromkeys(node.name for node in self._host.nodes)}
+
+    def called(self, node: str) -> None:
+        """A callback of ``node`` has been called. Let the largest process die if there is more in
+        use than there is."""
+        limit_bytes = self._memory.limit_bytes
+        if limit_bytes is None or self._dying:
+            return
+        sizes = self._sizes = self._sizes or self.of_processes()
+        sizes[node] = self._of_process(node)
+        used_bytes = self._memory.system_bytes() + sum(sizes.values())
+        if used_bytes > limit_bytes:
+            self._dying = True
+            self._kill(max(sizes, key=sizes.__getitem__), used_bytes, limit_bytes)
+
+    def freed(self) -> None:
+        """The host has stopped."""
+        self._dying = False
+        self._sizes = {}
+
+    def _of_process(self, name: str) -> int:
+        kept = Counter({"bytes": self._host.waiting_bytes(name)})
+        for node in self._host.nodes:
+            if node.name == name:
+                kept.update(node.kept())
+        check_kept(f"node {name!r}", kept)
+        return self._memory.process_bytes(Kept(name, kept))
+
+    def _kill(self, node: str, used_bytes: int, limit_bytes: int) -> None:
+        self.kills.append(node)
+        host, graph = self._host, self._host.graph
+        row = graph.names.id(node), used_bytes, limit_bytes
+        graph.trace.row(graph.kernel.now_ns, graph.names.id("out_of_memory"), host.id, *row)
+        graph.listeners["out_of_memory"](host.name, *row)
