@@ -6,6 +6,7 @@ from fractions import Fraction
 from functools import partial
 
 from desim.computers.computer import Computer
+from desim.computers.memory import Memory
 from desim.computers.processors import Processors
 from desim.computers.scheduling import DISCIPLINES
 from desim.engine.kernel import Kernel, Phase
@@ -17,6 +18,7 @@ from desim.middleware.node import Node
 from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
+from desim.ports.computers import MemoryModel
 from netmodels.ideal import Ideal
 
 MS = 10**6
@@ -45,14 +47,15 @@ class Life(Node):
 class Net:
     """A graph over one medium whose trace rows are kept. ``nodes``: host name to a function (or
     several, by node name) that starts its node; ``ledger``: a ``MessageLedger``. ``costs``: a cost
-    model for all hosts, with ``processors``, ``speed``, ``discipline`` and ``priorities``.
+    model for all hosts, with ``processors``, ``speed``, ``discipline``, ``priorities``, and
+    ``memory_bytes`` if it knows memory.
     ``further`` media: model, rules and hosts (None: all) by name. ``routes(graph, media)`` is
     called before anybody starts; ``on``: the hosts on the first medium."""
 
     def __init__(self, nodes, model=None, rules=(), *, place=None, middleware=None, seed=0,
                  ledger=None, costs=None, processors=1, speed=Fraction(1),
-                 discipline="processor_sharing", priorities=None, further=None, routes=None,
-                 on=None, **options):
+                 discipline="processor_sharing", priorities=None, memory_bytes=None, further=None,
+                 routes=None, on=None, **options):
         new_medium = Medium
         if ledger is not None:
             options |= {"on_fate": ledger, "passages": ledger.passages}
@@ -65,7 +68,9 @@ class Net:
         if costs is not None:
             options["computers"] = {host: Computer(
                 Processors(self.kernel, self.names.id(host), processors, speed,
-                           DISCIPLINES[discipline]()), costs, priorities or {}) for host in nodes}
+                           DISCIPLINES[discipline]()), costs, priorities or {},
+                Memory(costs, memory_bytes) if isinstance(costs, MemoryModel) else None)
+                for host in nodes}
         self.graph = Graph(self.kernel, self.names, self.trace, streams, middleware or Direct(),
                            nodes, **options)
         hosts = [host.name for host in self.graph.hosts]

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from fractions import Fraction
 
 from desim.computers.computer import Computer
+from desim.computers.memory import Memory
 from desim.computers.processors import Processors
 from desim.computers.scheduling import ProcessorSharing
 from desim.engine.kernel import Kernel
-from desim.ports.computers import QUANTITIES, CostModel, Work
+from desim.ports.computers import KEPT, QUANTITIES, CostModel, Kept, MemoryModel, Work
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 
@@ -22,7 +23,7 @@ _SIZES = (0, 1, 1448, 1_000_000)
 def check_computers(cls: PluginClass[CostModel], **params: object) -> None:
     """Check a ``ports.computers.CostModel``: each answer is an int >= 0 of nanoseconds, for any
     node, trigger, quantities and topic, and the same questions have the same answers in the next
-    run."""
+    run. Likewise a ``MemoryModel``, in bytes."""
     check_form("computers", cls, params)
     with own_streams(cls):
         first = list(_answers(made(cls, params)))
@@ -43,3 +44,9 @@ def _answers(costs: CostModel) -> Iterator[int]:
         yield computer.receive_ns("scan", size_bytes)
         for links in (1, 30):
             yield computer.send_ns("map_exchange", size_bytes, links)
+    if isinstance(costs, MemoryModel):
+        memory = Memory(costs, None)
+        yield memory.system_bytes()
+        for node in _NODES:
+            yield memory.process_bytes(Kept(node, {}))
+            yield memory.process_bytes(Kept(node, dict.fromkeys(KEPT, 10_000)))

@@ -397,7 +397,14 @@ WRONG = {
             "fixed_priority, fifo",
             "2:81: robot.computer.priorities.slam: must be a whole number, got 0.5",
             "3:27: hosts.base.computer.cores: unknown key; allowed: processors, speed, "
-            "scheduling, priorities"]),
+            "scheduling, priorities, memory, respawn_delay"]),
+    "memory that cannot be": (
+        "robot: {computer: {memory: 0 B, respawn_delay: 0 s}}\n"
+        "computers: {model: table, memory: {processes: {slam: {per: {patch: 16 kB}}}}}", [
+            "2:28: robot.computer.memory: must be above 0, got '0 B'",
+            "2:49: robot.computer.respawn_delay: '0 s' must be above zero",
+            "3:62: computers.memory.processes.slam.per.patch: nothing that is kept (did you mean "
+            "'patches'?); allowed: bytes, cells, patches, scans"]),
     "unknown middleware": ("middleware: {model: ros}", [
         "2:21: middleware.model: unknown middleware 'ros' (did you mean 'ros1'?); known: dds, "
         f"direct, multimaster, ros1, zenoh, {DOTTED}"]),

@@ -4,6 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from desim.robot.slam.kernels.tiles import SIDE
 from desim.robot.slam.shared_maps import SharedMaps
 
 PARTICLES = 4
@@ -61,6 +62,7 @@ def test_shared_tiles_are_equal_to_full_copies(actions):
             add(alone, [pose], seed)
         assert cells(shared, particle) == cells(alone, 0)
     assert references(shared)
+    assert shared.patches() == len(patches(shared))
 
 
 def references(maps):
@@ -100,3 +102,27 @@ def test_a_count_that_is_not_kept_is_seen():
     maps = far_apart()
     maps.arrays.visit_stock.refs[1:] += 1
     assert not references(maps)
+
+
+def patches(maps):
+    """The patches of all particles, each once: its place, and its tiles by theirs."""
+    arrays, found = maps.arrays, set()
+    for table in arrays.visit_tiles:
+        own = {}
+        for place in np.flatnonzero(table).tolist():
+            row, column = divmod(place, arrays.columns)
+            key = (row + arrays.low) * SIDE // 32, (column + arrays.left) * SIDE // 32
+            own.setdefault(key, []).append((place, int(table[place])))
+        found |= {(key, tuple(tiles)) for key, tiles in own.items()}
+    return found
+
+
+def test_a_patch_is_a_particle_s_own_from_its_first_write_to_it_on():
+    maps = far_apart()
+    apart = maps.patches()
+    assert apart >= PARTICLES * 9  # of 3.2 m, under a scan that reaches 6 m to each side
+    maps.follow(np.full(PARTICLES, 2))
+    shared = maps.patches()
+    assert PARTICLES * shared <= 1.5 * apart  # 9 to 16, as they lie
+    add(maps, [(80.0, 0.0, 0.0)] * PARTICLES, 1)  # each writes to all that they share
+    assert maps.patches() == PARTICLES * shared
