@@ -2,9 +2,9 @@
 
 import pytest
 from graphs import MS, Net, S, listener, silent, talker
-from netmodels.link import AccessLink
 
 from desim.errors import ModelError
+from netmodels.access_link import AccessLink
 
 
 class Bytes:
