@@ -1,4 +1,5 @@
-"""A computer of a run: its processors and memory, the priorities of its nodes, and costs."""
+"""A computer of a run: its processors and memory, the priorities of its nodes, and its cost model.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +15,10 @@ from desim.ports.computers import CostModel, Work
 
 @dataclass(frozen=True, slots=True)
 class Computer:
-    """``priorities``: by node, the highest first where the scheduling looks at them; 0 for those
-    without one. ``memory``: None where ``costs`` says nothing of it. Each cost is that of
-    ``costs``, checked: ``ModelError`` for what is no int >= 0."""
+    """The processors, the memory and the costs of one host. ``priorities``: by node, 0 for nodes
+    without one; under ``fixed_priority`` the highest runs first. ``memory``: None where ``costs``
+    says nothing of it. The methods return the costs of ``costs``, and raise ``ModelError`` for a
+    cost that is no int >= 0."""
 
     processors: Processors
     costs: CostModel

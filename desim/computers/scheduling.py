@@ -1,5 +1,4 @@
-"""Scheduling disciplines: which of the jobs that are ready run, and at which share of a processor.
-"""
+"""Scheduling disciplines: which of the ready jobs run, and at which share of a processor."""
 
 from __future__ import annotations
 
@@ -11,8 +10,7 @@ if TYPE_CHECKING:
 
 
 class Grant(NamedTuple):
-    """The first ``jobs`` of those that are ready run, each at ``processors / sharers`` of a
-    processor."""
+    """The first ``jobs`` of the ready jobs run, each at ``processors / sharers`` of a processor."""
 
     jobs: int
     processors: int = 1
@@ -20,14 +18,14 @@ class Grant(NamedTuple):
 
 
 class Discipline(Protocol):
-    """An order of the jobs that are ready, and how many of them run where there are more than
-    processors. Otherwise each has one."""
+    """An order of the ready jobs, and the number of them that run if there are more ready jobs than
+    processors. Otherwise each job has a processor."""
 
     def enqueue(self, ready: list[Job], job: Job) -> None:
-        """Put ``job``, which arrives now, into its place among those that are ``ready``."""
+        """Put ``job``, which arrives now, into its place among the ``ready`` jobs."""
 
     def grant(self, ready: int, processors: int) -> Grant:
-        """Shares of ``processors`` for so many ``ready`` jobs, which are more."""
+        """The shares of ``processors`` for ``ready`` jobs, of which there are more."""
 
 
 class FirstInFirstOut:
@@ -52,8 +50,8 @@ class FixedPriority:
 
 
 class ProcessorSharing:
-    """All jobs run at the same rate, none at more than one processor: what time slices come to when
-    they are short (Linux's SCHED_OTHER with equal weights; Kleinrock 1976, section 4.4)."""
+    """All jobs run at the same rate, none at more than one processor: the limit of short time
+    slices (Linux's SCHED_OTHER with equal weights; Kleinrock 1976, section 4.4)."""
 
     def enqueue(self, ready: list[Job], job: Job) -> None:
         ready.append(job)

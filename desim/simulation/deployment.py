@@ -22,12 +22,12 @@ from desim.scenario.schema.scenario import Scenario
 class HostPlan(NamedTuple):
     """One computer.
 
-    ``robot`` index of the body whose place it shares, or None; otherwise it stands at
-    ``x_m, y_m`` (NaN: nowhere, in reach of everybody). ``drives`` indices of the bodies whose
-    sensors and motors are attached to it. ``software`` index of the robot that it controls.
-    ``monitor`` whether robots send it their maps and distances. ``strategy`` of a host without a
-    body that coordinates. ``antenna`` with its height above the ground. ``computer``: of a robot
-    its own, or its virtual machine. ``clock``: None where it shows the true time.
+    ``robot``: index of the body whose place it shares, or None; then it stands at ``x_m, y_m``
+    (NaN: without a position, in reach of all). ``drives``: indices of the bodies whose sensors and
+    motors are attached to it. ``software``: index of the robot that it controls. ``monitor``:
+    whether robots send it their maps and distances. ``strategy``: of a host without a body that
+    coordinates. ``antenna``: with its height above the ground. ``computer``: a robot's own, or its
+    virtual machine. ``clock``: None where it shows the true time.
     """
 
     name: str

@@ -48,13 +48,13 @@ class Readings(NamedTuple):
 
 
 def kinds_of_lasers(equipment: Iterable[Equipment]) -> tuple[Laser, ...]:
-    """The different lasers of a fleet, whose numbers ``sense_scan`` takes."""
+    """The different lasers of a fleet; ``sense_scan`` takes a laser's index in them."""
     return tuple(dict.fromkeys(laser for own in equipment
                                for laser in own.lasers_by_topic.values()))
 
 
 def kinds_of_sonars(equipment: Iterable[Equipment]) -> tuple[Sonar, ...]:
-    """The different sonars of a fleet, whose numbers ``sense_sonar`` takes."""
+    """The different sonars of a fleet; ``sense_sonar`` takes a sonar's index in them."""
     return tuple(dict.fromkeys(own.sonar for own in equipment if own.sonar is not None))
 
 
@@ -115,22 +115,22 @@ class Driver(Node):
         self._poses = [Readings.of(those, ODOMETRY_BYTES) for those in poses.values()]
 
     def sense_scan(self, kind: int, snapshot: Snapshot, tick: int) -> None:
-        """Publish scan number ``tick`` of every laser of a kind, by its number in the equipment of
-        the fleet; beams are cast when somebody reads."""
+        """Publish scan number ``tick`` of every laser of a kind, by its index in
+        ``kinds_of_lasers``; beams are cast when a node reads the scan."""
         laser, (sensors, publisher) = self._scans[kind]
         if sensors:
             publisher.publish(partial(self._scan, laser, sensors, snapshot, tick))
 
     def sense_sonar(self, kind: int, snapshot: Snapshot, tick: int) -> None:
-        """Publish reading number ``tick`` of every sonar of a kind, by its number in the equipment
-        of the fleet."""
+        """Publish reading number ``tick`` of every sonar of a kind, by its index in
+        ``kinds_of_sonars``."""
         sonar, (sensors, publisher) = self._sonars[kind]
         if sensors:
             publisher.publish(partial(self._sonar, sonar, sensors, snapshot, tick))
 
     def sense_pose(self, kind: int, snapshot: Snapshot, tick: int) -> None:
-        """Publish reading number ``tick`` of every odometer with a rate, by its number in the
-        equipment of the fleet, and the true poses of these robots."""
+        """Publish reading number ``tick`` of all odometers of a rate, by the index of the rate in
+        the equipment of the fleet, and the true poses of these robots."""
         sensors, publisher = self._poses[kind]
         if sensors:
             publisher.publish(partial(self._pose, sensors, snapshot, tick))

@@ -1,4 +1,4 @@
-"""The power at which radios receive each other: what a driver reports as a link's signal."""
+"""The signal of a link, as a radio's driver reports it: the power of received frames."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class LinkSignals:
         self._graph, self._place = graph, place
 
     def power_dbm(self, receiver: str, sender: str) -> float | None:
-        """The power at which ``receiver`` hears ``sender`` now; None where nothing gets through,
-        others forward between them, or the network model tells no signals."""
+        """The power at which ``receiver`` hears ``sender`` now; None if nothing gets through, if
+        other hosts forward between them, or if the network model has no signals."""
         graph = self._graph
         to, from_ = graph.host(receiver), graph.host(sender)
         medium = graph.routes.at_present(to, from_.index)

@@ -1,4 +1,4 @@
-"""The monitor's own computer, as a node among the others."""
+"""The node that receives the maps and distances that robots send to the monitor's computer."""
 
 from __future__ import annotations
 

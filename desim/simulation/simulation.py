@@ -66,11 +66,10 @@ class Simulation:
     """One run of ``scenario``, built and ready.
 
     ``payloads``: when lazy contents are computed (lazy, birth, delivery: no result depends on it).
-    ``trace_sink`` gets every trace row in batches, ``on_fate`` each message's fate; see ``Trace``
-    and ``Graph``. ``recorder`` watches the run; its rows are the sink's affair. With a ``ledger``
-    the fates go there, and it passes them on. Raises
-    ``InputError`` for what only shows when the parts meet: a start inside a wall, an unreachable
-    terrain.
+    ``trace_sink`` gets all trace rows, in batches, and ``on_fate`` each message's fate; see
+    ``Trace`` and ``Graph``. ``recorder`` watches the run; it gets trace rows from the sink. A
+    ``ledger`` gets the fates and passes them on. Raises ``InputError`` for errors that show only
+    when the parts are put together: a start inside a wall, an unreachable terrain.
     """
 
     def __init__(self, scenario: Scenario, *, payloads: str = "lazy",
@@ -151,7 +150,7 @@ class Simulation:
         self.kernel.stop()
 
     def nodes(self, host: Host, host_plan: HostPlan) -> list[Node]:
-        """The software of a host, made afresh and not started."""
+        """New nodes of a host's software, not started."""
         scenario = self.scenario
         nodes: list[Node] = []
         robot_map: RobotMap | None = None
@@ -214,7 +213,7 @@ class Simulation:
             if one.processes > 1 and robot in self._controlled]
 
     def _known_start(self, robot: int) -> Pose2D | None:
-        """The pose of ``robot`` at the start of the run, which its launch file has; None later."""
+        """The pose of ``robot`` at the start of the run, as in its launch file; None later."""
         if self.kernel.now_ns > 0:
             return None
         return Pose2D(*self.world.snapshot().poses[robot].tolist())
@@ -226,7 +225,7 @@ class Simulation:
         return own
 
     def _team(self, own: str) -> Team:
-        """The other hosts with a strategy, in natural order; fresh, as their software is."""
+        """A new team: the other hosts with a strategy, in natural order."""
         names = tuple(plan.name for plan in self.plan
                       if plan.name != own and (plan.name in self._explorers or plan.strategy))
         exchange = self.scenario.coordination.exchange

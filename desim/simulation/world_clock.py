@@ -1,8 +1,9 @@
-"""The world's share of the agenda: base ticks, scans and odometry, each one event for the fleet.
+"""The events of the world: ticks, scans and odometry, each one event for the whole fleet.
 
-Sensors keep the common grid: reading k is due at k / rate, and sees the pose of the last world
-tick (a laser, where it is asked for, the pose in between). A whole fleet's ticks are one event, one
-kernel call; the drivers then publish. Sensors of different kinds have an event each.
+All sensors of a rate read at the same instants: reading k is due at k / rate, and sees the pose of
+the last world tick (or, if a laser's ``pose`` is ``interpolated``, the pose at the instant itself).
+A tick of a whole fleet is one event and one kernel call; the drivers then publish. Sensors of
+different kinds have an event each.
 """
 
 from __future__ import annotations

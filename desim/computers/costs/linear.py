@@ -1,4 +1,4 @@
-"""Linear costs: a fixed part, and so much for each of some quantity."""
+"""Linear costs: a fixed part, and a part in proportion to each quantity of work."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ _PS_PER_NS = 1000
 
 
 class CallbackCost(NamedTuple):
-    """``fixed_ps`` a callback, and ``per_ps`` by the names of ``ports.computers.QUANTITIES``."""
+    """The cost of a callback: ``fixed_ps``, and ``per_ps`` for each unit of a quantity, by the
+    names of ``ports.computers.QUANTITIES``."""
 
     fixed_ps: int = 0
     per_ps: Mapping[str, int] = {}
 
 
 class MessageCost(NamedTuple):
-    """``message_ps`` a message, ``byte_ps`` a byte of it, ``link_ps`` a connection to which it is
-    written, and ``link_byte_ps`` a byte for each of these."""
+    """The cost of a message: ``message_ps``, and ``byte_ps`` for each byte; for each connection to
+    which it is written ``link_ps``, and ``link_byte_ps`` for each byte."""
 
     message_ps: int = 0
     byte_ps: int = 0
@@ -43,8 +44,9 @@ class MemoryTable(NamedTuple):
 
 
 class LinearCosts:
-    """Costs of ``callbacks`` by node and trigger, ``ANY`` for other triggers of that node; what
-    has no row costs nothing, nor memory. Sums are rounded to whole nanoseconds."""
+    """Costs of ``callbacks`` by node and trigger, ``ANY`` for other triggers of that node. A
+    callback without a row costs nothing, and a process without one has no memory. Sums are rounded
+    to whole nanoseconds."""
 
     def __init__(self, callbacks: Mapping[str, Mapping[str, CallbackCost]], send: MessageCost,
                  receive: MessageCost, memory: MemoryTable) -> None:

@@ -8,7 +8,7 @@ from desim.computers.measured_costs import CALLBACKS, MEMORY, RECEIVE, SEND
 
 
 class MeasuredCosts(LinearCosts):
-    """The software of ROS 1 on a processor of speed 1."""
+    """The costs of ROS 1 software on a processor of speed 1."""
 
     class Params(ports.Params):
         pass

@@ -1,4 +1,4 @@
-"""A table of costs that the scenario writes down."""
+"""A table of costs that the scenario contains."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ class MemoryRows(ports.Params):
 
 
 class TableOfCosts(LinearCosts):
-    """Each node's callbacks by what calls them: a topic without its host's name, a timer, or
-    ``any``."""
+    """Costs from a table in the scenario: of callbacks by node and trigger, of messages sent and
+    received. A trigger is a topic without its host's name, a timer, or ``any``."""
 
     class Params(ports.Params):
         callbacks: dict[str, dict[str, CallbackRow]] = Field({}, description=(

@@ -26,7 +26,7 @@ def is_pose(pose: object) -> TypeGuard[Pose2D]:
 
 
 def checked_pose(localization: Localization, pose: object) -> Pose2D:
-    """``pose``, which ``localization`` returned. Raises ``ModelError`` if it is none."""
+    """``pose``, which ``localization`` returned. Raises ``ModelError`` if it is no pose."""
     if not is_pose(pose):
         raise ModelError(f"{class_of(localization)} returned {pose!r} in on_odometry; wanted: a "
                          "Pose2D of three finite numbers")

@@ -1,4 +1,4 @@
-"""The ``LocalizationContext`` of a robot: what a kind of localization is given and can do."""
+"""The ``LocalizationContext`` of a robot: the inputs and the actions of a localization."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The node that publishes the pose that a plug-in estimates: the host of the plug-in."""
+"""The node that runs a localization plug-in and publishes the pose that it estimates."""
 
 from __future__ import annotations
 
@@ -108,8 +108,8 @@ class LocalizationNode(Node):
         publish_pose(self, before, odometry.stamp_ns, pose)
 
     def _odometry_at(self, stamp_ns: int, before: Pose | None, odometry: Pose) -> Pose | None:
-        """The odometry of the instant of a scan, None if there is none of it (yet). As in
-        ``Mapping``, poses are interpolated only where the rates have no common instants."""
+        """The odometry at the instant of a scan, None if there is none (yet). As in ``Mapping``,
+        poses are interpolated only if the rates have no common instants."""
         if stamp_ns == odometry.stamp_ns:
             self._placed_ns = stamp_ns
             return odometry
@@ -161,8 +161,8 @@ class LocalizationNode(Node):
 
 
 def publish_pose(node: Node, before: Pose | None, stamp_ns: int, pose: Pose2D) -> None:
-    """Publish ``pose`` as the robot's, by ``node``, and record it once a second; ``before``: the
-    odometry of the pose before."""
+    """Have ``node`` publish ``pose`` as the robot's pose, and record it once a second; ``before``:
+    the odometry of the pose before."""
     x_m, y_m, yaw_rad = pose
     if before is None or before.stamp_ns // NS_PER_S < stamp_ns // NS_PER_S:
         node.record("believed", bits(x_m), bits(y_m), bits(yaw_rad))

@@ -1,8 +1,8 @@
-"""The pose of a robot whose localization takes time: ROS's transforms.
+"""The pose of a robot whose localization takes time, by a transform of the odometry as with tf.
 
-Localization publishes ``map -> odom`` when the time of its callback is over. The pose is that
-transform of the odometry, which comes as often as ever: while SLAM is busy with a scan, the robot
-goes on by its wheels from the last correction (as with tf).
+Localization publishes the transform ``map -> odom`` when the time of its callback is over. The pose
+is this transform applied to the odometry, which arrives at its usual rate. While SLAM is busy with
+a scan, the pose follows the odometry from the last correction on.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Correction(NamedTuple):
 
 
 class CorrectionNode(LocalizationNode):
-    """Publishes the correction of odometry in place of the pose."""
+    """Publishes the correction of odometry instead of the pose."""
 
     _topic = _TOPIC
 
@@ -48,7 +48,7 @@ class CorrectionNode(LocalizationNode):
 
 
 class PosePublisher(Node):
-    """Publishes ``pose`` for each message of ``odom``, by the last correction that has come."""
+    """Publishes ``pose`` for each message of ``odom``, by the last correction that has arrived."""
 
     def __init__(self, host: Host) -> None:
         super().__init__(host, "pose_publisher")

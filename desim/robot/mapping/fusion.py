@@ -1,4 +1,4 @@
-"""Rules by which a robot makes one map of the evidence of several sources, and the map of a rule.
+"""Fusion: the rules by which a robot makes one map of several sources, and the map of a rule.
 
 ``evidence``, the default, is the sum of all (``RobotMap``), as independent evidence adds up in
 log-odds (Moravec and Elfes 1985). The others choose one source for each cell.
@@ -20,15 +20,15 @@ Rule = Callable[[np.ndarray], np.ndarray]
 
 
 def strongest(cells: np.ndarray) -> np.ndarray:
-    """The stronger statement wins: the evidence that is farthest from 0; among equals the first."""
+    """The strongest evidence of each cell: that farthest from 0; among equals, the first."""
     chosen = np.abs(cells.astype(np.int16)).argmax(axis=0)
     return np.take_along_axis(cells, chosen[np.newaxis], axis=0)[0].astype(np.int16)
 
 
 def first_known(cells: np.ndarray) -> np.ndarray:
-    """The first source that knows a cell wins, and others only fill in what is unknown: the
-    robot's own evidence, then that of whom it received first (greedyMerging of yzrobot's
-    map_merging). Where none knows, the robot's own evidence stays."""
+    """The evidence of the first source that knows a cell: the robot itself comes first, then the
+    others in the order in which it received from them (greedyMerging of yzrobot's map_merging). If
+    no source knows the cell, the robot's own evidence stays."""
     chosen = ((cells <= FREE) | (cells >= OCCUPIED)).argmax(axis=0)
     return np.take_along_axis(cells, chosen[np.newaxis], axis=0)[0].astype(np.int16)
 
@@ -43,10 +43,10 @@ def robot_map_of(spec: GridSpec, pool: TilePool, fusion: str | None) -> RobotMap
 
 
 class ChoosingMap(RobotMap):
-    """A map whose ``fused`` has the evidence of one source in each cell, as ``rule`` chooses.
+    """A map whose ``fused`` has the evidence of one source in each cell, which ``rule`` chooses.
 
-    The sum that ``RobotMap`` keeps stays beside it. After each change the tiles in which a source
-    has changed are made anew.
+    The sum that ``RobotMap`` keeps is kept, too. After each change the tiles in which a source has
+    changed are fused anew.
     """
 
     def __init__(self, spec: GridSpec, pool: TilePool, rule: Rule) -> None:

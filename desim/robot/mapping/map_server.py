@@ -17,14 +17,14 @@ _SOURCE = "map_server"  # of this evidence
 
 
 def map_of_terrain(pool: TilePool, ground: Ground) -> LayerSnapshot:
-    """The strongest evidence of all walls, and of the free cells that a laser can come to see."""
+    """The strongest evidence of all walls, and of the free cells that a laser can reach."""
     return drawn(pool, ground.grid, np.where(
         ground.solid != 0, CLAMP_HIGH, np.where(ground.reachable, CLAMP_LOW, 0)).astype(np.int8))
 
 
 class MapServer(Node):
-    """Takes the map in at its start, and announces it until somebody uses it: move_base says so on
-    ``costmap``."""
+    """Hands the map to the robot's map at its start, and announces it until move_base announces on
+    ``costmap`` that it uses the map."""
 
     def __init__(self, host: Host, robot_map: RobotMap, terrain: LayerSnapshot) -> None:
         super().__init__(host, "map_server")

@@ -1,8 +1,8 @@
 """The node that makes an occupancy grid of the robot's own scans.
 
 A scan must be placed with the pose of its own instant: at 5 rad/s, 40 ms are 0.2 rad. So the node
-takes scans with the stamp of a pose (at 25 Hz and 10 Hz, every 200 ms), whichever of the two comes
-in first. Only where the rates have no such instants, or the partner was lost, does it place a scan
+takes scans that have the same stamp as a pose (at 25 Hz and 10 Hz, every 200 ms), whichever of the
+two arrives first. If the rates have no common instants, or a message was lost, it interpolates
 between two poses. A scan that is not taken is never computed.
 """
 
@@ -25,9 +25,9 @@ STILL_M, STILL_RAD = 0.001, 0.001  # a smaller step between two poses is standin
 
 
 class Mapping(Node):
-    """Integrates a scan of the laser of ``topic`` into ``robot_map`` after the robot has driven or
-    turned far enough since the last one (gmapping: linearUpdate, angularUpdate), and one more where
-    it has come to rest; on request also when the last one is old (temporalUpdate).
+    """Integrates a scan of the laser of ``topic`` into ``robot_map`` when the robot has driven or
+    turned far enough since the last one (gmapping: linearUpdate, angularUpdate), and one more when
+    it has come to rest. With ``temporal_update`` also when the last one is old (temporalUpdate).
 
     The event ``map`` announces each change of the map to other nodes of the host.
     """

@@ -70,12 +70,12 @@ class RobotMap:
     up to date. A sum of int16 holds 468 sources at the clamp.
 
     ``version`` counts the changes of knowledge: cells that became free, occupied or unknown. More
-    evidence for what they are already changes nothing. ``tile_version`` [tiles] has the version of
-    each tile's last change, ``row_version`` [tiles, 32] that of each of its rows of cells. After a
-    change ``observer(robot_map, changed_tiles)`` of all ``observers`` are called, after each own
-    scan ``observer(pose, scan, usable_range_m)`` of all ``scan_observers``, after a new drawing
-    ``observer(poses)`` of all ``redraw_observers``. ``padding``: cells that the map has in messages
-    beside its own.
+    evidence for the same state is no change. ``tile_version`` [tiles] has the version of each
+    tile's last change, ``row_version`` [tiles, 32] that of each of its rows of cells. All
+    ``observers`` are called as ``observer(robot_map, changed_tiles)`` after a change, all
+    ``scan_observers`` as ``observer(pose, scan, usable_range_m)`` after each of the robot's own
+    scans, all ``redraw_observers`` as ``observer(poses)`` after the own layer was drawn anew.
+    ``padding``: the number of additional cells that the map has in messages.
     """
 
     def __init__(self, spec: GridSpec, pool: TilePool) -> None:
@@ -106,9 +106,9 @@ class RobotMap:
             observer(Pose2D(x_m, y_m, yaw_rad), scan, usable_range_m)
 
     def receive(self, updates: Iterable[tuple[str, int, LayerSnapshot]]) -> bool:
-        """Take in evidence: of each source as of its version. Each tile of a snapshot replaces an
-        older one. The newest of each tile wins, so order, duplicates and gaps do not matter. True
-        if that changed the knowledge."""
+        """Take in updates: source, version and evidence. Each tile of a snapshot replaces an older
+        one of its source, and the newest version of a tile stays, so that order, duplicates and
+        gaps do not matter. Returns whether that changed the knowledge."""
         taken = []  # holds what is replaced until the sum is made
         for source, version, snapshot in updates:
             change = replacement(self.received.get(source), self.tiles, version, snapshot)
@@ -145,7 +145,7 @@ class RobotMap:
         return (self.own.snapshot(), *self.received.values())
 
     def fusion_of(self, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:
-        """int16 [tiles, 1024]: what the map would be of these complete snapshots, own first."""
+        """int16 [tiles, 1024]: the map that these complete snapshots, own first, would make."""
         return fuse(layers)
 
     def _integrate(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
@@ -155,7 +155,7 @@ class RobotMap:
         self._note(self._scans.integrate(x_m, y_m, yaw_rad, scan, usable_range_m, self))
 
     def _note(self, count: int) -> bool:
-        """``count`` tiles of the sum have changed. True if that changed the knowledge."""
+        """Note that ``count`` tiles of the sum have changed. Returns whether the knowledge has."""
         if count:
             self.version += 1
             if self.observers:

@@ -1,4 +1,4 @@
-"""Points of a footprint by which the local planner knows how much room there is around it."""
+"""Points of a footprint by which the local planner measures the room around it."""
 
 from __future__ import annotations
 

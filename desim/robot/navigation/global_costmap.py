@@ -22,8 +22,8 @@ def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
 
 
 class GlobalCostmap:
-    """Costs of a map's cells. ``update`` brings them up to date, before a search and not at each
-    change of the map; it reads only the rows of tiles that changed since the last one.
+    """Costs of a map's cells. ``update`` brings them up to date: it is called before a search, not
+    at each change of the map, and reads only the rows of tiles that have changed since then.
 
     ``values`` uint8 [height + 2, width + 2] with a lethal rim one cell wide | ``flat`` the same as
     one line: a *cell* is its place there | ``frame`` one record of ``FRAME``

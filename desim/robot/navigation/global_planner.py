@@ -1,4 +1,4 @@
-"""The global planner: one search from the robot on serves for frontiers and for a path to one."""
+"""The global planner: one search that begins at the robot finds frontiers, and paths to them."""
 
 from __future__ import annotations
 
@@ -170,8 +170,8 @@ class GlobalPlanner:
         return count
 
     def _settle(self, start: int, goals: np.ndarray) -> None:
-        """Make the last search of all one from here that has settled ``goals`` [k], as far as they
-        can be reached. It often is already, as when the robot has just searched for frontiers:
+        """Search from here until ``goals`` [k] are settled, as far as they can be reached, unless
+        the last search did so. It often did, as when the robot has just searched for frontiers;
         costs and paths are those that a new search would find."""
         last, distance = self._arrays.last, self._arrays.search.distance
         if last is None or last[:3] != (self.costmap, self.costmap.seen, start) or (
@@ -180,7 +180,7 @@ class GlobalPlanner:
 
     def _read(self, toll: np.ndarray, cell: int, cells: int) -> tuple[Frontier, int]:
         """The frontier of a cluster just found, and the cell to drive to: back from its ``cell`` to
-        one where the robot is at ease, if that is near."""
+        one outside of the margins of obstacles, if that is near."""
         costmap, arrays = self.costmap, self._arrays
         length = kernels.trace_back(costmap.flat, costmap.across, toll, arrays.search.distance,
                                     cell, arrays.way)

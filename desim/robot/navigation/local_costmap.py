@@ -1,4 +1,4 @@
-"""The local costmap: distances to what the laser sees around the robot, or saw a moment ago."""
+"""The local costmap: distances to the points that lasers see around the robot, or saw just now."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ _YIELD_M = 1.7
 
 
 class LocalCostmap:
-    """A window of ``size_m`` around the robot, as of the last scan; ``around`` is the costmap of
-    the whole map.
+    """A window of ``size_m`` around the robot, as of the last scan; ``around`` is the global
+    costmap.
 
     ``near2`` [n, n] float32 squared distances in m^2 to the points seen, exact up to ``reach_m`` |
     ``scan``, ``layer`` one record each of the kernels' ``SCAN`` and ``LAYER``
@@ -38,8 +38,8 @@ class LocalCostmap:
         self._memory = np.zeros((_MOST_REMEMBERED, 3))
 
     def observe(self, scans: Sequence[PlacedScan]) -> None:
-        """Replace the window by what ``scans`` see, each from the robot's pose at its instant; the
-        window is in the frame of the first."""
+        """Replace the window by the points of ``scans``, each seen from the robot's pose at its
+        instant; the window is in the frame of the first."""
         scan, (x_m, y_m, yaw_rad) = scans[0]
         # float32, as the ranges are: no return must not turn into a hit by rounding.
         longest_m = float(np.float32(scan.range_max_m))

@@ -1,4 +1,4 @@
-"""The local planner: follows a path by dynamic window, clear of what the laser sees."""
+"""The local planner: follows a path by a dynamic window, clear of the obstacles of the laser."""
 
 from __future__ import annotations
 
@@ -24,8 +24,7 @@ Position = tuple[float, float, float]  # x m, y m, yaw rad
 
 
 class LocalPlanner:
-    """Keeps the local costmap, the path to follow, and the velocity that the robot has now as far
-    as it was commanded."""
+    """Keeps the local costmap, the path to follow, and the velocity that was commanded last."""
 
     def __init__(self, navigation: Navigation, body: BodyType, around: GlobalCostmap) -> None:
         period_s = float(1 / navigation.control_rate_hz)

@@ -1,4 +1,4 @@
-"""Questions about the map: frontiers, lengths of ways, expected information gain, rasters."""
+"""Queries of the map: frontiers, lengths of paths, expected information gain, rasters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from desim.scenario.schema.robot import ExplorationParams
 
 
 class MapQueries:
-    """Answers from the map of one host as it is now. ``view_m``: range of its laser in maps."""
+    """Queries of the map of one host as it is now. ``view_m``: the range of its laser in maps."""
 
     def __init__(self, costmap: GlobalCostmap, exploration: ExplorationParams, tolerance_m: float,
                  view_m: float) -> None:
@@ -35,19 +35,20 @@ class MapQueries:
 
     @property
     def cells(self) -> int:
-        """The cells of the costmap, which a search may all come to."""
+        """The number of cells of the costmap, all of which a search may reach."""
         return self.grid.width * self.grid.height
 
     def frontiers(self, from_m: tuple[float, float], limit: int | None, discs: np.ndarray
                   ) -> list[Frontier]:
-        """Reachable frontiers in the order of their ways; if there are none, those too small or
-        too near to obstacles to count at first. ``discs`` as ``GlobalPlanner.frontiers``."""
+        """Reachable frontiers in the order of their paths; if there are none, those that do not
+        count at first, too small or too near to obstacles. ``discs``: see
+        ``GlobalPlanner.frontiers``."""
         return (self.planner.frontiers(from_m, limit, self.smallest, discs)
                 or self.planner.hidden_frontiers(from_m, limit, discs))
 
     def path_lengths_m(self, from_m: tuple[float, float], places: Sequence[tuple[float, float]]
                        ) -> np.ndarray:
-        """[n] lengths of the cheapest ways to ``places``, as ``Frontier.path_m``; inf for none."""
+        """[n] lengths of the cheapest paths to ``places``, as ``Frontier.path_m``; inf for none."""
         return self.planner.lengths_m(from_m, places, self._tolerance_m)
 
     def is_free(self, x_m: float, y_m: float) -> bool:
@@ -75,7 +76,7 @@ class MapQueries:
         return occupancy(self.grid, self.costmap.robot_map.fused)
 
     def seen_by(self, name: str) -> TeamArea | None:
-        """The area that ``name`` has seen itself, as far as its map has come; None: it has not."""
+        """The area that ``name`` has seen itself, as far as its maps have arrived, or None."""
         received = self.costmap.robot_map.received.get(name)
         if received is None:
             return None

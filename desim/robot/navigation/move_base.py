@@ -93,7 +93,7 @@ class MoveBase(Node):
             self._begin_spin(pose)
 
     def _on_bump(self, _: Message) -> None:
-        """Stop, and back off from what was touched."""
+        """Stop, and back off from the obstacle that was touched."""
         goal, pose = self._goal, self._pose.message
         if goal is None or pose is None or self._retreat_until_ns:
             return
@@ -171,7 +171,7 @@ class MoveBase(Node):
             self._plan(goal, pose)
 
     def _wait(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
-        """Stand, and look for a path once more."""
+        """Stand, and plan a path once more."""
         if not self._plan(goal, pose) and self._patience.is_over(now_ns):
             self._recover(goal, pose, here, now_ns)
         else:

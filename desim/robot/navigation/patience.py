@@ -15,11 +15,11 @@ _MOVED_M = 0.3
 
 
 class GoalPatience(Protocol):
-    """A kind of patience: it is told how a goal is pursued, and asked for recoveries.
+    """A kind of patience: it is notified of the drive to a goal, and chooses the recoveries.
 
-    ``tried`` recoveries since the goal began, or since one helped | ``insists`` whether the robot
-    plans again wherever it finds no path or no clear velocity; otherwise a goal without a path is
-    given up at once, and it stands before what is in its way
+    ``tried``: the number of recoveries since the goal began, or since one helped | ``insists``:
+    whether the robot plans again if it finds no path or no clear velocity; otherwise a goal without
+    a path is given up at once, and the robot stands in front of an obstacle
     """
 
     tried: int
@@ -32,13 +32,14 @@ class GoalPatience(Protocol):
         """There is a new path from this place."""
 
     def miss_path(self) -> None:
-        """There is none."""
+        """There is no path to the goal."""
 
     def restart(self, now_ns: int) -> None:
-        """Something else is tried from now on, or is over."""
+        """A recovery begins or ends."""
 
     def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
-        """The robot is here, ``togo_m`` of the path are left, and no velocity may be clear."""
+        """The robot is here, with ``togo_m`` of the path to go; ``blocked``: no velocity is clear.
+        """
 
     def is_over(self, now_ns: int) -> bool:
         """Whether it is time for a recovery."""
@@ -48,7 +49,7 @@ class GoalPatience(Protocol):
 
 
 class ProgressPatience:
-    """Ends when the way to the goal has not become shorter for a while, whatever the reason."""
+    """Ends when the rest of the path has not become shorter for a while, whatever the reason."""
 
     insists = False
     _ORDER = (Recovery.REPLAN, Recovery.ROTATE, Recovery.RETREAT)
@@ -64,7 +65,7 @@ class ProgressPatience:
         self.tried = 0
 
     def begin_path(self, now_ns: int, x_m: float, y_m: float) -> None:
-        """A robot that did not move since the last path is no less stuck."""
+        """A new path is a new start only if the robot has moved since the last one."""
         self._least_m = math.inf
         if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) > _MOVED_M:
             self._place_m = (x_m, y_m)

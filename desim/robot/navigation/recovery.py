@@ -1,4 +1,4 @@
-"""Recovery: what a robot tries when it is stuck."""
+"""Recoveries: the behaviours that a robot tries when it is stuck."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _GENTLE = 0.6  # share of the full deceleration that ends a turn; maze_8: 177, 1
 
 
 class Recovery(IntEnum):
-    """The behaviours; which one comes when, ``patience.py`` says. The resets are move_base's
+    """The behaviours, of which ``patience.py`` chooses one. The resets are move_base's
     clear_costmap_recovery."""
 
     REPLAN = 0

@@ -1,4 +1,4 @@
-"""The points that several lasers of a robot see, as beams of one scan from its middle."""
+"""The points of several lasers of a robot, as beams of one scan from the robot's middle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ``SharingContext`` of a host: what a kind of map sharing knows and can do."""
+"""The ``SharingContext`` of a host: the knowledge and the actions of a kind of map sharing."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class TeamInbox:
         self.waiting = WaitSet()
 
     def news(self) -> list[SharedMessage]:
-        """The messages that have come and were not read yet."""
+        """The messages that have arrived and have not been read yet."""
         return [_shared(message) for _, message in self.waiting.news()]
 
 

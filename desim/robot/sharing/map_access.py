@@ -1,4 +1,4 @@
-"""The robot's map, as a kind of map sharing reads it, and the evidence that it makes for it."""
+"""The access of map sharing to the robot's map, and the evidence that it makes of its own."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class MapAccess:
 
 
 class ScanMap:
-    """An empty map."""
+    """A map of scans, empty at first (``SharingContext.local_map``)."""
 
     def __init__(self, grid: GridSpec, pool: TilePool) -> None:
         self._map = RobotMap(grid, pool)
@@ -59,5 +59,5 @@ class ScanMap:
         self._map.integrate_scan(*pose, scan, usable_range_m)
 
     def evidence(self) -> LayerSnapshot:
-        """All that was entered so far."""
+        """The evidence of all scans so far."""
         return self._map.own.snapshot()

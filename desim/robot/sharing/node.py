@@ -1,4 +1,4 @@
-"""The node through which a robot shares its map with its team: the host of a plug-in."""
+"""The node that runs a map sharing plug-in, through which a robot shares its map with its team."""
 
 from __future__ import annotations
 
@@ -27,11 +27,12 @@ from desim.robot.team import Team
 
 
 class MapSharing(Node):
-    """Runs ``sharing`` (None: the robot shares nothing) and hands what it takes in to
-    ``robot_map`` and ``team``. ``drawn`` is the map of its own scans, often the same.
+    """Runs ``sharing`` (None: the robot shares nothing) and hands received evidence to
+    ``robot_map`` and received poses to ``team``. ``drawn`` is the map of the robot's own scans,
+    often ``robot_map`` itself.
 
-    The event ``map`` announces to other nodes of the host that this changed the map, the event
-    ``peers`` that ``team`` has one peer more.
+    The event ``map`` announces to other nodes of the host that the map has changed, the event
+    ``peers`` that ``team`` has a new peer.
     """
 
     def __init__(self, host: Host, sharing: Sharing | None, robot_map: RobotMap,
@@ -97,7 +98,7 @@ class MapSharing(Node):
 
 
 def drawn_beside(robot_map: RobotMap, sharing: Sharing | None) -> RobotMap:
-    """The map of the robot's own scans: ``robot_map`` itself, or one beside it, where map sharing
+    """The map of the robot's own scans: ``robot_map`` itself, or a separate one if map sharing
     makes the map to plan with."""
     raytrace_range_m = sharing.raytrace_range_m if isinstance(sharing, PlansWithMerged) else None
     if raytrace_range_m is None:

@@ -1,4 +1,4 @@
-"""Rates of map sharing: complete updates, and the merging of what has come."""
+"""Rates of map sharing: of complete updates, and of the merging of received updates."""
 
 # Periods after which a robot sends all its evidence even if nothing has changed, for peers that
 # missed a part or started again. Otherwise it sends nothing without a change (gmapping publishes

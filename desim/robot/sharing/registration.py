@@ -1,4 +1,4 @@
-"""Map-to-map registration: where does a teammate's frame lie in one's own, by their maps alone?
+"""Map-to-map registration: finds a teammate's frame in one's own, by their two maps alone.
 
 Rotations come from the Hough spectra of both maps' walls (Carpin 2008: Fast and accurate map
 merging for multi-robot systems), translations from the cross-correlation of walls and free cells
@@ -106,7 +106,7 @@ def refined(own: TrinaryMap, other: TrinaryMap, frame: np.ndarray) -> Hypothesis
 
 
 def judged(own: TrinaryMap, other: TrinaryMap, frame: np.ndarray) -> Hypothesis:
-    """The agreement of both maps if ``frame`` were right."""
+    """The agreement of both maps if ``frame`` is the other's frame."""
     agree = differ = 0
     for one, two, where in ((own, other, frame),
                             (other, own, motion_between(frame, np.zeros(3)))):
@@ -182,7 +182,7 @@ def _places(own: TrinaryMap, other: TrinaryMap, turn_rad: float) -> list[np.ndar
 
 
 def _is_another(one: np.ndarray, two: np.ndarray) -> bool:
-    """Whether two frames are not the same but for noise."""
+    """Whether two frames differ by more than noise."""
     return (math.dist(one[:2], two[:2]) >= _APART_M
             or abs(math.remainder(one[2] - two[2], math.tau)) >= _APART_RAD)
 
@@ -195,7 +195,7 @@ def _moved(points: np.ndarray, frame: np.ndarray) -> np.ndarray:
 
 
 def _dilated(cells: np.ndarray) -> np.ndarray:
-    """Each cell: the largest of it and its eight neighbours."""
+    """Each cell as the largest of itself and its eight neighbours."""
     wide = np.pad(cells, 1)
     rows = np.maximum(np.maximum(wide[:-2], wide[1:-1]), wide[2:])
     return np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])

@@ -23,5 +23,5 @@ class GroundTruth:
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
                     scan: ScanWithOdometry | None) -> Pose2D:
-        """Raises ``ModelError``: odometry does not have the truth."""
+        """Raises ``ModelError``: odometry is not the true pose."""
         raise ModelError("ground_truth has no pose of odometry")

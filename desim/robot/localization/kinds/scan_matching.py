@@ -21,7 +21,7 @@ class ScanMatching:
     """SLAM with the laser and the odometry: each scan goes where it fits best on the map so far
     (Olson 2009). The pose is that of the last processed scan, moved on by the odometry since.
 
-    Without a known start (after a restart) the first reading of the odometer is taken at its word.
+    Without a known start (after a restart) the first reading of the odometer is taken as the pose.
     """
 
     draws_map: ClassVar = True

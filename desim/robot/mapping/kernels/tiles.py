@@ -2,8 +2,8 @@
 
 A layer is ``indices`` [tiles] into the pool. Callers see to it that enough tiles are free. A cell
 of the sum is known free at or below ``FREE``, known occupied at or above ``OCCUPIED``, and unknown
-between them: where nothing was seen, or exactly as much for a wall as against one. A cell that a
-body was seen in, and then was free, is not unknown again: nobody need go there to look.
+between them: where nothing was seen, or exactly as much for a wall as against one. So a cell in
+which a body was seen, and which is free later, does not become unknown, and no robot drives there.
 """
 
 from typing import NamedTuple
@@ -52,7 +52,7 @@ FUSED = types.NamedTuple([types.int16[:, ::1], _i8x1, types.int32[:, ::1], _i4x1
 
 @inner(types.void(types.int32, POOL))
 def drop(index, pool):
-    """One reference less to a tile; at zero it is free."""
+    """Release a reference to a tile, which is free when there is none left."""
     if index != 0:
         pool.refs[index] -= 1
         if pool.refs[index] == 0:
@@ -62,7 +62,7 @@ def drop(index, pool):
 
 @lean("void(i4[::1], i4[::1])")
 def hold_all(indices, refs):
-    """One reference more to each tile of a layer."""
+    """Add a reference to each tile of a layer."""
     for k in range(len(indices)):
         if indices[k] != 0:
             refs[indices[k]] += 1
@@ -70,7 +70,7 @@ def hold_all(indices, refs):
 
 @lean(types.void(_i4x1, POOL))
 def drop_all(indices, pool):
-    """One reference less to each tile of a layer."""
+    """Release a reference to each tile of a layer."""
     for k in range(len(indices)):
         drop(indices[k], pool)
 
@@ -92,15 +92,15 @@ def make_own(tile, indices, pool):
 
 @inner("void(i8, i8, i1[:,::1], i2[::1])")
 def differ(old, new, data, difference):
-    """Add what evidence ``new`` has more than ``old`` to ``difference`` [1024]."""
+    """Add the evidence ``new`` minus ``old`` to ``difference`` [1024]."""
     for c in range(1024):
         difference[c] += np.int16(np.int16(data[new, c]) - np.int16(data[old, c]))
 
 
 @inner("b1(i2[::1], i2[::1])")
 def add(difference, fused):
-    """Add to a tile of the sum. Whether a cell became free, occupied or unknown. A plain loop,
-    which becomes vector instructions.
+    """Add to a tile of the sum. Returns whether a cell became free, occupied or unknown. It is a
+    plain loop, which becomes vector instructions.
 
     A cell crosses a threshold where its distance from it changes its sign: ``turned`` collects sign
     bits (8 % faster than comparisons).

@@ -1,4 +1,4 @@
-"""Loops of a robot's footprint in the local costmap.
+"""Loops that test a robot's footprint in the local costmap.
 
 ``cover`` [k, 3] are points of the footprint, its outline and a lattice inside: x, y in m, and by
 how much the distance of a point from the outline is larger than the inscribed radius. A disc has

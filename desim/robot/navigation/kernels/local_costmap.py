@@ -83,8 +83,8 @@ def mark(ranges, beams, scan, layer, near2):
 
 @kernel(types.void(_f4x1, _f8x2, SCAN_ARRAY, LAYER_ARRAY, _f8x2, _f4x2), inner=True)
 def remember(ranges, beams, scan, layer, memory, near2):
-    """Mark the points that were near by a moment ago and are out of view now: a robot that turns
-    must not forget what it turned away from. memory [most, 3] x, y on the map and the instant."""
+    """Mark the points that were seen nearby a moment ago and are out of view now: a robot that
+    turns must remember obstacles behind it. memory [most, 3] x, y on the map and the instant."""
     cell_m, reach_m, here, now_s = layer[0].cell_m, layer[0].reach_m, scan[0], scan[0].time_s
     c, s, kept, dx2 = cos(here.yaw_rad), sin(here.yaw_rad), 0, np.empty(len(near2), np.float32)
     for k in range(layer[0].remembered):
@@ -110,8 +110,8 @@ def remember(ranges, beams, scan, layer, memory, near2):
 
 @inner(types.float64(_f4x1, _f8x2, SCAN_ARRAY, types.float64, _u1x1, FRAME_ARRAY))
 def yield_to(ranges, beams, scan, within_m, flat, frame):
-    """Distance in m, at most ``within_m``, to the nearest thing that perhaps moves and has the
-    right of way: it is on no known obstacle, and ahead or to the right."""
+    """The distance in m, at most ``within_m``, to the nearest point that may move and has the right
+    of way: it is on no known obstacle, and ahead or to the right."""
     across, nearest, here = int(frame[0].across), within_m, scan[0]
     c, s = cos(here.yaw_rad), sin(here.yaw_rad)
     for b in range(len(ranges)):
@@ -133,8 +133,8 @@ def yield_to(ranges, beams, scan, within_m, flat, frame):
 
 @inner(types.void(SCAN_ARRAY, LAYER_ARRAY, types.float64))
 def approach(scan, layer, yield_m):
-    """Note the distance to what has the right of way, and the speed at which it comes: that by
-    which it came nearer since the last scan, without the way that the robot itself drove."""
+    """Note the distance to the point that has the right of way, and its speed of approach: by how
+    much it came nearer since the last scan, without the distance that the robot itself drove."""
     here, last = scan[0], layer[0]
     moved_m = math.sqrt((here.x_m - last.x_m)**2 + (here.y_m - last.y_m)**2)
     passed_s, came_m = here.time_s - last.time_s, last.yield_m - yield_m - moved_m

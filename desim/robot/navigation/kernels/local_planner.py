@@ -131,9 +131,9 @@ def aim(way, state, setup, flat, frame):
 
 @inner(_f8(_f4x2, _setup, _f8x2, *[_f8] * 3))
 def bar2(near2, setup, cover, x, y, yaw):
-    """The squared distance that a robot at this pose has to keep for a start. Where it is too near
-    to something already, it may come no nearer than the layer resolves, half a cell, in each
-    period; and no nearer at all where half a cell more would be a touch."""
+    """The squared distance that a robot at this pose has to keep from obstacles at first. If it is
+    too near to one already, it may approach by half a cell, the resolution of the layer, in each
+    period; and not at all if half a cell more would be a collision."""
     s, slack_m = setup[0], 0.5 * setup[0].cell_m
     near_m = math.sqrt(room2(near2, s.cell_m, cover, x, y, yaw))
     return min(s.safe_m, max(near_m - slack_m, min(near_m, s.radius_m + slack_m)))**2
@@ -152,9 +152,9 @@ def free_m(near2, cover, cell_m, safe_m, first2, x, y, ux, uy, yaw, length_m):
 
 @inner(types.UniTuple(_f8, 3)(_f4x2, _setup, _f8x2, *[_f8] * 5))
 def around(near2, setup, cover, x, y, yaw, dx, dy):
-    """The offset (dx, dy) from the robot to its aim, or where something is in the way, the straight
+    """The offset (dx, dy) from the robot to its aim; if an obstacle is in between, the straight
     move that brings it forward most, on the right side rather than on the left; if none does, the
-    longest there is. And 1.0 if it is shut in."""
+    longest move. And 1.0 if the robot is shut in."""
     length, cell_m, safe_m = math.sqrt(dx * dx + dy * dy), setup[0].cell_m, setup[0].safe_m
     if length < cell_m:
         return dx, dy, 0.0
@@ -204,9 +204,9 @@ def detour(setup, v, arc, lx, ly):
 
 @inner(_f8(_f4x2, _setup, *[_f8] * 6))
 def danger(near2, setup, x, y, yaw, v, w, first2):
-    """The cost of a disc's arc by its nearness to obstacles, and of the robot's own place with it,
-    as in TrajectoryPlannerROS: who stands too near does not stand for nothing. Infinite if it
-    comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
+    """The cost of a disc's arc by its nearness to obstacles. It includes the robot's present place,
+    as in TrajectoryPlannerROS, so that standing too near to an obstacle has a cost, too. Infinite
+    if the arc comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
     s = setup[0]
     steps = int(v * s.rollout_s / _STEP_M) + 1
     turn, step_m = w * s.rollout_s / steps, v * s.rollout_s / steps
@@ -276,8 +276,8 @@ def window(near2, setup, cover, state, x, y, yaw, top_v, aim_x, aim_y):
 
 @inner(types.void(_state, *[_f8] * 3, _setup, _f8x2, _f4x2, _u1x1, FRAME_ARRAY))
 def back_off(state, x, y, yaw, setup, cover, near2, flat, frame):
-    """Have a polygon that stands back straight off, where what is known behind is clear, as
-    TrajectoryPlannerROS does when nothing else is left; else it is blocked."""
+    """Have a standing polygon back straight off if the known area behind it is clear, as
+    TrajectoryPlannerROS does when no other velocity is clear; else the robot is blocked."""
     s, out = setup[0], state[0]
     if len(cover) == 0 or out.next_mps > 0.0:
         return

@@ -30,22 +30,22 @@ class StampedPose(NamedTuple):
 
 
 class MrsTestbed:
-    """Merges with one partner for each update of the own map, and hands over what it has merged
-    only when all teammates are: a round of n robots takes n - 1 updates, and none ends while one
-    robot is silent.
+    """Merges with one partner for each update of the own map, and hands the merged map over only
+    when all teammates are merged: a round of n robots takes n - 1 updates, and no round ends while
+    one robot is silent.
 
     Maps are full grids (nav_msgs/OccupancyGrid), sent after a scan was processed and ``period`` has
     passed, as gmapping does: a robot that stands sends none. Poses go out at 10 Hz. The partner is
     the first teammate that is not merged in this round, was heard and is nearer than
-    ``max_distance``; it stays the partner until it is merged, also out of reach. The distance
-    decides on merging alone: messages go to all.
+    ``max_distance``; it stays the partner until it is merged, even out of reach. The distance
+    limits merging only: messages go to all robots.
 
-    With ``raytrace_range`` the robot waits for whole rounds for its own map, too, as the published
-    explore does; alone, it never gets it. ``partners`` and ``hand_over`` each take away one
-    mechanism, to see what it does.
+    With ``raytrace_range`` the robot gets its own map, too, only at the end of a round, as the
+    published explore does; a robot without teammates never gets it. ``partners`` and ``hand_over``
+    each switch one mechanism off, to measure its effect.
 
-    The node also asks the master ten times a second which robots there are: ``polling`` of the
-    middleware ``ros1``.
+    The published node also asks the master ten times a second for the names of the robots. The
+    middleware ``ros1`` models that as ``polling``.
     """
 
     fusion = "greedy"  # greedyMerging: its own evidence, then partners fill in what is unknown
@@ -125,7 +125,7 @@ class MrsTestbed:
             self._merged, self._own = {}, None
 
     def _hand_over(self, context: SharingContext) -> None:
-        """Take in what this round has merged so far, and the own map of its beginning."""
+        """Take in the maps merged so far in this round, and the own map of its beginning."""
         merged = [Contribution(update.source, update.version, None, update.layer)
                   for update in self._merged.values()]
         if self.raytrace_range_m is not None and self._own is not None:

@@ -74,7 +74,7 @@ class OwnMaps:
         return known
 
     def _merge(self, context: SharingContext) -> None:
-        """Take in what has come since the last time, all at once."""
+        """Take in all updates that have arrived since the last time."""
         updates: list[MapUpdate] = [message.content for message in self._updates.news()]
         if updates:
             context.take_in(Contribution(update.source, update.version, update.pose, update.layer)

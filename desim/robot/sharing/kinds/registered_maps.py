@@ -1,4 +1,4 @@
-"""Map merging with unknown starts: robots register the maps that they hear with theirs."""
+"""Map merging with unknown starts: robots register the maps that they receive with their own."""
 
 from __future__ import annotations
 
@@ -202,7 +202,8 @@ class RegisteredMaps:
 
     def _found(self, own: TrinaryMap, other: TrinaryMap, frame: np.ndarray | None
                ) -> np.ndarray | None:
-        """The other's frame, if it can be accepted; from ``frame`` on, if it was before."""
+        """The other's frame, if it can be accepted; if one was before, the search begins with it,
+        ``frame``."""
         if frame is not None:
             known = refined(own, other, frame)
             return known.frame if self._agrees(own, known) else None
@@ -232,7 +233,7 @@ class RegisteredMaps:
 
     def _forgotten(self, context: SharingContext, source: str, teammate: Teammate
                    ) -> list[Contribution]:
-        """Take back what was taken in of a teammate."""
+        """Take back the evidence that was taken in of a teammate."""
         if teammate.frame is None:
             return []
         teammate.frame, teammate.compared = None, 0.0
@@ -243,7 +244,7 @@ class RegisteredMaps:
 
 
 def _around(grid: GridSpec) -> GridSpec:
-    """A raster in which a terrain has room however it lies to the robot's start."""
+    """A raster with room for the terrain, whatever the robot's start in it."""
     cells = math.ceil(math.hypot(grid.width, grid.height)) + 1
     corner_m = -cells * grid.resolution_m
     return GridSpec(grid.resolution_m, 2 * cells, 2 * cells, corner_m, corner_m)

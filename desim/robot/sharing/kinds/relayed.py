@@ -99,8 +99,8 @@ class Relayed:
 
 def _by_version(known: ReceivedEvidence, before: ReceivedEvidence | None
                 ) -> Iterator[tuple[int, Evidence]]:
-    """All that has changed since ``before`` (None: everything), in parts of one version each; as a
-    whole where all of it has one, so that receivers forget what is not in it."""
+    """The evidence that has changed since ``before`` (None: all), in parts of one version each. If
+    all evidence has one version it is one complete part, so that receivers forget other tiles."""
     versions = known.sent
     if before is None and versions.min() == versions.max() >= 0:
         yield int(versions[0]), known
