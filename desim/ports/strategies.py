@@ -1,4 +1,4 @@
-"""The contract of a strategy: where a robot goes next, and what it tells its team.
+"""The contract of a strategy: it chooses where a robot goes next, and may send messages.
 
 A strategy is asked for a goal (``choose``). It may have the methods of the small protocols at the
 end, too, and is then called when the robot starts, a drive ends, or the map or the team changes. In
@@ -46,7 +46,7 @@ class Pose2D(NamedTuple):
 
 
 class Peer(NamedTuple):
-    """The last that this robot heard of another one: its pose, and its goal if it told one."""
+    """The last state of another robot that was received: its pose, and its goal if it sent one."""
 
     x_m: float
     y_m: float
@@ -67,13 +67,13 @@ class TeamLink:
 
     @cached_property
     def signal_dbm(self) -> float | None:
-        """The power at which it is received, in dBm. None: the network model does not say, or
-        nothing of it gets through now."""
+        """The power at which the teammate is received, in dBm. None: the network model has no
+        signals, or nothing gets through now."""
         return self._signal()
 
 
 class TeamArea(NamedTuple):
-    """The area that a teammate has seen with its own laser, by the last that came of its map:
+    """The area that a teammate has seen with its own laser, as far as its maps have arrived:
     ``seen`` bool [height, width], read-only; ``sent_ns`` the teammate's clock then."""
 
     seen: np.ndarray
@@ -158,12 +158,12 @@ class StrategyContext(Protocol):
     # ----------------------------------------------------------------------------- the own map
 
     def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
-        """Reachable frontiers, those with the shortest way first, and no more than ``limit``.
-        Blacklisted ones are left out. Ways begin at ``origin``, or at the robot's pose."""
+        """Reachable frontiers, those with the shortest path first, and no more than ``limit``.
+        Blacklisted ones are left out. Paths begin at ``origin``, or at the robot's pose."""
 
     def path_lengths_m(self, places: Sequence[tuple[float, float]], origin: Place | None = None
                        ) -> np.ndarray:
-        """[n] lengths of the ways to ``places``, as ``Frontier.path_m``; inf where there is
+        """[n] lengths of the paths to ``places``, as ``Frontier.path_m``; inf where there is
         none."""
 
     def gain_m2(self, place: tuple[float, float]) -> float:
@@ -183,16 +183,16 @@ class StrategyContext(Protocol):
     # --------------------------------------------------------------------------------- actions
 
     def go(self, place: tuple[float, float] | Frontier) -> bool:
-        """Drive to ``place`` in place of the present goal. False, and nothing changes, where the
-        robot cannot be there as far as its map says."""
+        """Drive to ``place`` instead of the present goal. If the robot cannot be there by its own
+        map, nothing changes and False is returned."""
 
     def stop(self) -> None:
         """Give the goal up, and stand."""
 
     def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
-        """``topic`` may be published from now on. Subscribers connect as the middleware does it;
-        what is published before is lost to them, unless ``latch``."""
+        """Make ``topic`` known, to publish it later. Subscribers connect by the rules of the
+        middleware; messages published before that do not reach them, unless ``latch``."""
 
     def subscribe(self, topic: str, callback: Callable[[StrategyContext, StrategyMessage], object],
                   *, queue: int = 10) -> None:
@@ -250,7 +250,7 @@ class Starts(Protocol):
 
 @runtime_checkable
 class FollowsGoals(Protocol):
-    """A strategy that wants to know what became of its goals."""
+    """A strategy that is notified of the ends of its drives."""
 
     def on_goal(self, context: StrategyContext, place: Place, end: GoalEnd) -> None:
         """The drive to ``place`` has ended. When it is replaced, the new goal is set already."""
@@ -266,7 +266,7 @@ class FollowsMap(Protocol):
 
 @runtime_checkable
 class FollowsTeam(Protocol):
-    """A strategy that minds who can be heard."""
+    """A strategy that is notified when teammates are heard of or lost."""
 
     def on_teammate(self, context: StrategyContext, name: str, heard: bool) -> None:
         """``name`` was heard of for the first time or again (``heard``), or was not for

@@ -122,7 +122,7 @@ WRONG = {
     "failover": ("network: {failover: {announce_every: 0 s, metric: -1}}", [
         "2:38: network.failover.announce_every: '0 s' must be above zero",
         "2:43: network.failover.metric: unknown key; allowed: noticed_after, announce_every"]),
-    "traffic of others": (
+    "background traffic": (
         "fleet: {size: 2}\nnetwork: {others: {nas: {}, robot_1: {}}, background: [\n"
         "  {medium: lam, between: [nas, robot_0], rate: 1 Mb/s},\n"
         "  {medium: lan, between: [nasa, nas], rate: 1 Mb/s},\n"
