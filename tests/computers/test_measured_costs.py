@@ -10,7 +10,7 @@ import pytest
 
 from desim.computers import measured_costs
 from desim.computers.costs.measured import MeasuredCosts
-from desim.ports.computers import Work
+from desim.ports.computers import Kept, Work
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "computer_costs.md"
 CELLS = 401 * 401  # that nodes declare in the paper's terrains
@@ -71,3 +71,25 @@ def test_the_page_has_the_constant(row: str, constant_ps: int) -> None:
     found = re.search(rf"^\| {re.escape(row)} \| ([\d.]+) (ns|us|ms)\b", PAGE.read_text(), re.M)
     assert found is not None
     assert float(found[1]) * {"ns": 1e3, "us": 1e6, "ms": 1e9}[found[2]] == constant_ps
+
+
+def mb(node: str, **quantities: int) -> float:
+    return COSTS.process_bytes(Kept(node, quantities)) / 1e6
+
+
+@pytest.mark.parametrize(("scans", "patches", "least_mb", "most_mb"), [
+    (110, 70, 38, 43), (420, 97, 60, 66)])
+def test_gmapping_s_memory_is_that_of_the_piece(scans: int, patches: int, least_mb: float,
+                                                most_mb: float) -> None:
+    """Without its process; twin: the patches of one particle alone."""
+    process_mb = mb("slam")
+    assert least_mb < mb("slam", scans=scans, patches=30 * patches) - process_mb < most_mb
+    assert mb("slam", scans=scans, patches=patches) - process_mb < least_mb
+
+
+def test_processes_of_the_paper_s_robot_take_megabytes() -> None:
+    assert [round(size_mb, 1) for size_mb in (
+        COSTS.system_bytes() / 1e6, mb("pose_publisher"), mb("move_base", cells=CELLS),
+        mb("explore", cells=CELLS), mb("map_sharing", cells=9 * CELLS))] == [
+            48.2, 1.2, 14.7, 14.7, 12.8]
+    assert mb("driver") == 0

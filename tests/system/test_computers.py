@@ -98,3 +98,54 @@ def test_the_load_of_processors_is_measured():
     assert found["mean_cpu_percent"] == pytest.approx(sum(samples["cpu_percent"][1:5]) / 4)
     assert list(robots["cpu_s"][-3:]) == [robot["cpu_s"] for robot in own]
     assert list(robots["missed_ticks"][-3:]) == [robot["missed_ticks"] for robot in own]
+
+
+MEMORY = (COSTS[:-1] + ", memory: {system: 30 MB, processes: {slam: {fixed: 1 MB, per: {patches: "
+          "16.7 kB, scans: 29 kB}}, map_sharing: {per: {bytes: 1 B, cells: 1 B}}}}}")
+SMALL = "robot.computer={memory: 41.3 MB, respawn_delay: 2 s}"
+
+
+def test_memory_is_what_nodes_keep():
+    simulation = built(HELLO, SLAM, MEMORY, "robot.computer.memory=100 MB", SHORT)
+    simulation.run()
+    monitor, now_ns = simulation.monitor, simulation.kernel.now_ns
+    found, robots = summarize(monitor, now_ns), robots_table(monitor)
+    for i, (name, robot) in enumerate(found["robots"].items()):
+        nodes = {node.name: node for node in simulation.graph.host(name).nodes}
+        slam, sharing = nodes["slam"].kept(), nodes["map_sharing"].kept()
+        assert 30 < slam["patches"] and 10 < slam["scans"]
+        assert sharing["cells"] == (2 + 2) * monitor.ground.grid.cells
+        used_bytes = simulation.graph.host(name).memory.used_bytes()
+        assert used_bytes >= 31_000_000 + 16_700 * slam["patches"] + 29_000 * slam["scans"] + (
+            sharing["cells"])
+        own = robots["ram_mb"][i::3]
+        assert own[-1] == used_bytes / 1e6
+        assert robot["ram_mb"] == robot["ram_percent"] == pytest.approx(own.mean())
+        assert (robot["peak_ram_mb"], robot["killed"]) == (own.max(), {})
+    assert found["mean_ram_percent"] == pytest.approx(robots["ram_mb"].mean())
+    assert samples_table(monitor)["ram_mb"][-1] == pytest.approx(robots["ram_mb"][-3:].mean())
+
+
+def test_a_robot_without_memory_enough_dies_and_starts_empty():
+    finished(built(HELLO, SLAM, MEMORY, SMALL, SHORT))
+    simulation = built(HELLO, SLAM, MEMORY, SMALL, SHORT)
+    simulation.run()
+    monitor = simulation.monitor
+    found, robots = summarize(monitor, simulation.kernel.now_ns), robots_table(monitor)
+    assert found["memory_kills"] == sum(robot["killed"]["slam"]
+                                        for robot in found["robots"].values() if robot["killed"])
+    assert list(robots["memory_kills"][-3:]) == [sum(robot["killed"].values())
+                                                 for robot in found["robots"].values()]
+    used_mb, known = robots["ram_mb"][::3], robots["explored"][::3]
+    down = (used_mb == 0).nonzero()[0]
+    assert max(used_mb) <= 41.3
+    assert len(down) == 2 * found["robots"]["robot_0"]["killed"]["slam"] > 0
+    assert known[down[0] - 1] > 0.7 and known[down[0]] == 0  # and teammates tell it most again
+    assert used_mb[down[1] + 1] < used_mb[down[0] - 1]
+
+
+def test_a_limit_that_is_not_reached_changes_nothing():
+    outcome = outcome_of(HELLO, SLAM, MEMORY, SHORT)
+    assert outcome_of(HELLO, SLAM, MEMORY, SHORT, "robot.computer.memory=100 MB") == outcome
+    assert outcome_of(HELLO, SLAM, COSTS, SHORT) == outcome
+    assert outcome_of(HELLO, SLAM, MEMORY, SHORT, SMALL).digest != outcome.digest
