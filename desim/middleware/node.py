@@ -115,7 +115,8 @@ class Node:
         self.host.worked(self.name, quantities)
 
     def kept(self) -> Mapping[str, int]:
-        """What the node keeps in memory now, besides messages: some of ``ports.computers.KEPT``."""
+        """The quantities that the node keeps in memory now, besides messages, by the names of
+        ``ports.computers.KEPT``."""
         return {}
 
     def stream(self, *name: str | int) -> np.random.Generator:

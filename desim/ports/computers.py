@@ -67,11 +67,11 @@ class Keeps(Protocol):
     """A plug-in, of localization or map sharing, that keeps what its robot's memory grows with."""
 
     def kept(self) -> Mapping[str, int]:
-        """What it keeps now, besides messages: some of ``KEPT``."""
+        """The quantities that it keeps now, by the names of ``KEPT``."""
 
 
 class Kept(NamedTuple):
-    """What the process of ``node`` keeps: ``quantities`` are some of ``KEPT``."""
+    """The ``quantities`` that the process of ``node`` keeps, by the names of ``KEPT``."""
 
     node: str
     quantities: Mapping[str, int]

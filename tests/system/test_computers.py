@@ -113,7 +113,7 @@ def test_memory_is_what_nodes_keep():
     for i, (name, robot) in enumerate(found["robots"].items()):
         nodes = {node.name: node for node in simulation.graph.host(name).nodes}
         slam, sharing = nodes["slam"].kept(), nodes["map_sharing"].kept()
-        assert 30 < slam["patches"] and 10 < slam["scans"]
+        assert slam["patches"] > 30 and slam["scans"] > 10
         assert sharing["cells"] == (2 + 2) * monitor.ground.grid.cells
         used_bytes = simulation.graph.host(name).memory.used_bytes()
         assert used_bytes >= 31_000_000 + 16_700 * slam["patches"] + 29_000 * slam["scans"] + (
