@@ -30,6 +30,7 @@ from desim.monitor.partitions import Partitions
 from desim.monitor.processor_load import ProcessorLoad
 from desim.monitor.reachability import SampledReachability
 from desim.monitor.relative_poses import RelativePoses
+from desim.monitor.saturation import Saturation
 from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
 from desim.plugins import bare
@@ -85,6 +86,7 @@ class Monitor:
         self.hosts = [graph.host(name) for name in robots]
         self.processor_load = ProcessorLoad(self.hosts)
         self.memory_use = MemoryUse(self.hosts)
+        self.saturation = Saturation(graph)
         self._own = [robots.index(name) for name in explorers]
         self.partitions = Partitions()
         self.overlap = Overlap(ground.grid, ground.reachable)
@@ -318,6 +320,7 @@ class Monitor:
                                  self.processor_load.busy_ns(),
                                  self.processor_load.missed_ticks(),
                                  self.memory_use.used_bytes(), self.memory_use.kills()))
+        self.saturation.look(now_ns)
         if self.links is not None:
             self.links.sample(now_ns)
         links = self._links()
