@@ -22,6 +22,7 @@ from desim.errors import ModelError, below, class_of
 from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
 from desim.monitor.coverage import Coverage, map_age_s
+from desim.monitor.interface_rates import InterfaceRates
 from desim.monitor.localization_errors import LocalizationErrors
 from desim.monitor.memory_use import MemoryUse
 from desim.monitor.outdated_goals import MOVING_M, OutdatedGoals
@@ -87,6 +88,7 @@ class Monitor:
         self.processor_load = ProcessorLoad(self.hosts)
         self.memory_use = MemoryUse(self.hosts)
         self.saturation = Saturation(graph)
+        self._interface_rates = InterfaceRates(self.hosts)
         self._own = [robots.index(name) for name in explorers]
         self.partitions = Partitions()
         self.overlap = Overlap(ground.grid, ground.reachable)
@@ -286,7 +288,8 @@ class Monitor:
                                  for host in self.graph.hosts if host.clock is not None}),
                              **self.belief_metrics.sample(),
                              **self.processor_load.sample(now_ns),
-                             **self.memory_use.sample(), "cause": cause,
+                             **self.memory_use.sample(),
+                             **self._interface_rates.sample(now_ns), "cause": cause,
                              "bytes": self.families.bytes()})
         self._judge(values)
 

@@ -20,7 +20,7 @@ def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str
              f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
              f"{manifest['peak_memory_mb']:.0f} MB")
     return [*_task(metrics), *_map_and_way(metrics), *_network(metrics), *_processors(metrics),
-            speed]
+            *_gives_in(metrics), speed]
 
 
 def headline(metrics: Summary, manifest: Summary) -> str:
@@ -118,7 +118,27 @@ def _processors(m: Summary) -> list[tuple[str, str, str]]:
     busiest = max(robot["cpu_percent"] for robot in m["robots"].values())
     return [("processors", f"{m['mean_cpu_percent']:.1f} % busy",
              f"of the robots', on average; at most {busiest:.1f} %"),
-            ("", _counted(m["missed_ticks"], "missed tick"), "of timers whose nodes were busy")]
+            ("", _counted(m["missed_ticks"], "missed tick"), "of timers whose nodes were busy"),
+            *_memory(m)]
+
+
+def _memory(m: Summary) -> list[tuple[str, str, str]]:
+    if m.get("mean_ram_mb") is None:
+        return []
+    most_mb = max(robot["peak_ram_mb"] for robot in m["robots"].values()
+                  if robot["peak_ram_mb"] is not None)
+    rows = [("memory", f"{m['mean_ram_mb']:.0f} MB",
+             f"of the robots', on average; at most {most_mb:.0f} MB")]
+    if m["memory_kills"]:
+        rows.append(("", f"{m['memory_kills']} killed", "processes, for want of memory"))
+    return rows
+
+
+def _gives_in(m: Summary) -> list[tuple[str, str, str]]:
+    first = m.get("gives_in_first")
+    if first is None:
+        return []
+    return [("gives in first", first, f"from {m['saturation'][first]['from_s']:.0f} s on")]
 
 
 def _awareness(m: Summary) -> list[tuple[str, str, str]]:

@@ -18,7 +18,7 @@ from desim.report.campaign.figures.metric import caption, metric_figure, reading
 from desim.report.campaign.numbers import Estimates, Study, contrasts, knees, latencies, lines
 from desim.report.campaign.page import page
 from desim.report.campaign.page.page import Section
-from desim.report.campaign.tables import latency, overview
+from desim.report.campaign.tables import latency, overview, resources
 from desim.report.campaign.tables.table import Cell, ReportTable, as_csv, as_html, as_latex
 
 _PAGE = "report.html"
@@ -83,7 +83,7 @@ class _Report:
         return page.page(study.design.name, self._lead(), [
             self._findings(), self._run(), Section("metrics", "Metrics", how),
             *map(self._metric, self._single), *map(self._group, self._groups), *self._explored(),
-            *self._latency(), self._table(), self._methods(),
+            *self._latency(), *self._resources(), self._table(), self._methods(),
             self._files()])  # the list of files is last
 
     def _lead(self) -> str:
@@ -109,7 +109,7 @@ class _Report:
         said = [sentence for metric in self._single if rungs.is_ladder(study)
                 for sentence in rungs.sentences(study, metric, self._rungs(metric))]
         said += [sentence for group in self._groups for sentence in self._onsets[group][1]]
-        said += [*findings.failed(study), *findings.unreached(study),
+        said += [*findings.failed(study), *findings.unreached(study), *resources.said(study),
                  *findings.significant(self._found)]
         if study.is_sampled:
             said += [sentence for metric in self._single
@@ -230,6 +230,11 @@ class _Report:
         parts.append(page.paragraph("No message was lost.") if lost is None else page.folded(
             "Losses by reason and place", self._written(lost)))
         return [Section("latency", "Where messages' time went", "\n".join(parts))]
+
+    def _resources(self) -> list[Section]:
+        table = resources.resources_table(self._study)
+        return [] if table is None else [Section("resources", "Which resource gives in first",
+                                                 self._written(table))]
 
     def _table(self) -> Section:
         return Section("table", "All metrics", self._written(

@@ -1,0 +1,71 @@
+"""The table of resources: what gave in first in the runs of each vector, and how full it was."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from desim.report.campaign import formatting
+from desim.report.campaign.numbers import Study, VectorRuns
+from desim.report.campaign.tables.overview import (
+    exact_vector_cells,
+    exact_vector_head,
+    vector_cells,
+    vector_head,
+)
+from desim.report.campaign.tables.table import ReportTable, Shown
+
+_FIRST = "gives_in_first"
+_PEAK = ("saturation_", "_peak")
+NONE = "none"
+
+
+def first_by_vector(study: Study) -> list[Counter[str]]:
+    """How often each resource gave in first, by vector; ``NONE`` where none did. Empty where no run
+    tells."""
+    if not any(metric.startswith(_PEAK[0]) for metric in study.metrics):
+        return []
+    words = study.text(_FIRST)
+    return [Counter(words[row] or NONE for row in vector.rows if not study.failed[row])
+            for vector in study.vectors]
+
+
+def said(study: Study) -> list[str]:
+    """A sentence: what gave in first, in how many runs."""
+    total = sum(first_by_vector(study), Counter[str]())
+    gave_in = total - Counter({NONE: total[NONE]})
+    if not gave_in:
+        return []
+    often = [f"{name} in {count}" for name, count in gave_in.most_common()]
+    return [f"Resource that gave in first, of {total.total()} runs: {formatting.listed(often)}"
+            f"{f'; none in {total[NONE]}' if total[NONE] else ''}."]
+
+
+def resources_table(study: Study) -> ReportTable | None:
+    """What gave in first by vector, and the mean of each resource's peak. None where no run
+    tells."""
+    found = first_by_vector(study)
+    if not found:
+        return None
+    peaks = [metric for metric in study.metrics
+             if metric.startswith(_PEAK[0]) and metric.endswith(_PEAK[1])]
+    rows, exact = [], []
+    for vector, first in zip(study.vectors, found, strict=True):
+        means = [_mean(study, metric, vector) for metric in peaks]
+        often = ", ".join(f"{name} {count}" for name, count in first.most_common())
+        rows.append([*vector_cells(study, vector), often, *(
+            Shown("–" if mean is None else f"{mean:.1%}", mean) for mean in means)])
+        exact.append([*exact_vector_cells(study, vector), often, *means])
+    names = [metric.removeprefix(_PEAK[0]).removesuffix(_PEAK[1]) for metric in peaks]
+    return ReportTable(
+        "gives_in_first", "The resource that gave in first and in how many runs, by vector; and of "
+        "each resource the largest share that was in use for 5 s, as a mean over the runs.",
+        [*vector_head(study), "first", *names], rows,
+        [*exact_vector_head(study), "first", *peaks], exact)
+
+
+def _mean(study: Study, metric: str, vector: VectorRuns) -> float | None:
+    values = study.column(metric)[vector.rows]
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else None

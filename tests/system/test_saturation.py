@@ -1,0 +1,71 @@
+"""The resource that gives in first, in whole runs of which it is known."""
+
+import pytest
+from runs import HELLO, built
+
+from desim.monitor.summary import samples_table, summarize
+from desim.report.key_figures import _gives_in, _memory
+
+SHORT = "stop.elapsed=12 s"
+NARROW = "network.media={lan: {model: switch, rate: 300 kb/s}}"
+BUSY = "computers={model: table, callbacks: {localization: {any: {fixed: 200 ms}}}}"
+KEEPS = ("computers={model: table, memory: {system: 70 MB, processes: {map_sharing: {per: {cells: "
+         "1 kB}}}}}")
+
+
+def summary(*overrides):
+    simulation = built(HELLO, SHORT, *overrides)
+    simulation.run()
+    return summarize(simulation.monitor, simulation.kernel.now_ns)
+
+
+def test_nothing_gives_in_where_all_is_ample():
+    found = summary()
+    assert found["gives_in_first"] is None
+    assert 0 < found["saturation"]["lan"]["peak"] < 0.01
+    assert list(found["saturation"]) == ["lan", "queue"]
+    assert _gives_in(found) == []
+
+
+@pytest.mark.parametrize(("first", "overrides"), [
+    ("lan", (NARROW,)),
+    ("processor", (BUSY, "robot.computer.processors=1")),
+    ("memory", (KEEPS, "robot.computer.memory=100 MB"))])
+def test_what_is_too_small_gives_in(first, overrides):
+    found = summary(*overrides)
+    assert found["gives_in_first"] == first
+    own = found["saturation"][first]
+    assert own["peak"] >= 0.9 and own["from_s"] in (5, 10)
+    assert _gives_in(found) == [("gives in first", first, f"from {own['from_s']:.0f} s on")]
+    ample = [override.replace("300 kb/s", "1 Gb/s").replace("200 ms", "1 ms").replace(
+        "100 MB", "1 GB") for override in overrides]
+    assert summary(*ample)["gives_in_first"] is None  # the twin
+
+
+def test_full_queues_are_counted():
+    found = summary(NARROW)
+    lost = found["messages_dropped"].get("outbox_full", 0) + found["messages_dropped"].get(
+        "queue_full", 0)
+    assert found["saturation"]["queue"]["lost"] >= lost > 0
+    assert found["saturation"]["queue"]["from_s"] == 5
+
+
+def test_memory_is_told_where_it_is_measured():
+    found = summary(KEEPS, "robot.computer={memory: 85 MB, respawn_delay: 2 s}")
+    assert found["memory_kills"] > 0
+    assert [row[:2] for row in _memory(found)] == [
+        ("memory", f"{found['mean_ram_mb']:.0f} MB"), ("", f"{found['memory_kills']} killed")]
+    assert _memory(summary()) == []
+
+
+def test_rates_of_interfaces_are_those_of_the_run():
+    simulation = built(HELLO, SHORT)
+    simulation.run()
+    found = summarize(simulation.monitor, simulation.kernel.now_ns)
+    samples = samples_table(simulation.monitor)
+    assert samples["time_s"] == [0, 5, 10, 12]
+    for key in ("rx_kBps", "tx_kBps"):
+        rates = samples[key]
+        assert rates[0] is None
+        assert found[f"mean_{key}"] == pytest.approx(
+            (5 * rates[1] + 5 * rates[2] + 2 * rates[3]) / 12)
