@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 # Endings of metrics' names, with what an axis says.
 _UNITS = {"_s": "s", "_m": "m", "_m2": "m²", "_kBps": "kB/s", "_bytes": "B", "_m2_per_m": "m²/m",
-          "_bps": "b/s"}
+          "_bps": "b/s", "_percent": "%"}
 
 
 def number(value: float | None, digits: int = 4) -> str:
