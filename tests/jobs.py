@@ -10,10 +10,10 @@ from desim.engine.kernel import Kernel, Phase
 class Play:
     """Jobs at given times on ``count`` processors. ``log`` has a line a begin and an end."""
 
-    def __init__(self, discipline, count=1, speed=Fraction(1)):
-        self.kernel = Kernel()
+    def __init__(self, discipline, count=1, speed=Fraction(1), kernel=None, entity=0):
+        self.kernel = kernel or Kernel()
         chosen = DISCIPLINES[discipline] if isinstance(discipline, str) else discipline
-        self.processors = Processors(self.kernel, 0, count, speed, chosen())
+        self.processors = Processors(self.kernel, entity, count, speed, chosen())
         self.log = []
         self.sojourn_ns = []
         self.jobs = 0

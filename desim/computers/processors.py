@@ -9,10 +9,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from desim.computers.scheduling import Discipline
 from desim.engine.kernel import Call, Kernel, Phase
 from desim.errors import KernelError
+
+if TYPE_CHECKING:
+    from desim.computers.cluster_node import ClusterNode
+
+Share = tuple[int, int]  # a quotient
 
 _PARTS = 1 << 32  # of a nanosecond: a thousand events a second round off 0.02 ns of work in a day
 
@@ -42,12 +48,13 @@ class Processors:
     """``count`` processors of one ``speed``, which ``discipline`` gives to the jobs that are ready.
 
     Jobs begin and end in phase CONTROL; ``entity`` is the computer's, for the order inside an
-    instant. Raises ``KernelError`` for other numbers than a count >= 1 and a speed > 0.
+    instant. ``node``: whose processors these share, where they are virtual and may have to wait.
+    Raises ``KernelError`` for other numbers than a count >= 1 and a speed > 0.
     """
 
-    __slots__ = ("count", "_kernel", "_entity", "_discipline", "_work_a_ns", "_parts_a_ns",
-                 "_ready", "_running", "_share", "_done", "_since_ns", "_busy_ns", "_call",
-                 "_due_ns")
+    __slots__ = ("count", "node", "_kernel", "_entity", "_discipline", "_work_a_ns", "_parts_a_ns",
+                 "_ready", "_running", "_granted", "_physical", "_share", "_has_left", "_done",
+                 "_since_ns", "_busy_ns", "_call", "_due_ns")
 
     def __init__(self, kernel: Kernel, entity: int, count: int, speed: Fraction,
                  discipline: Discipline) -> None:
@@ -55,12 +62,16 @@ class Processors:
             raise KernelError(f"processors have an int count >= 1 and a Fraction speed > 0, got "
                               f"{count!r} and {speed!r}")
         self.count = count
+        self.node: ClusterNode | None = None
         self._kernel, self._entity, self._discipline = kernel, entity, discipline
         self._work_a_ns = speed.numerator * _PARTS  # parts that a processor does in a nanosecond
         self._parts_a_ns = speed.denominator * _PARTS  # parts of a nanosecond of work
         self._ready: list[Job] = []  # in the discipline's order
         self._running = 0  # so many of them
-        self._share: tuple[int, int] | None = None  # of a processor, each; None: a whole one
+        self._granted: Share | None = None  # of a processor, to each; None: nobody waits for one
+        self._physical: Share | None = None  # of a physical one, to each processor; None: likewise
+        self._share: Share | None = None  # the product, None if nobody waits for either
+        self._has_left = False  # a job, since processors were given away last
         self._done: list[Job] = []  # awaited ones, and ``end`` is still to be called
         self._since_ns = kernel.now_ns  # of what has been accounted for
         self._busy_ns = 0
@@ -72,8 +83,14 @@ class Processors:
         """The number of jobs that run or wait."""
         return len(self._ready)
 
+    @property
+    def wanted(self) -> int:
+        """The number of processors that have jobs."""
+        return min(len(self._ready), self.count)
+
     def busy_ns(self) -> int:
-        """The time for which processors have been busy so far, summed over all of them."""
+        """The time for which processors have had jobs so far, summed over all of them. (Virtual
+        ones have them, too, while they wait for a physical one.)"""
         elapsed_ns = self._kernel.now_ns - self._since_ns
         if self._share is not None:
             return self._busy_ns + elapsed_ns * min(self._running, self.count)
@@ -82,26 +99,33 @@ class Processors:
 
     def submit(self, job: Job) -> None:
         """``job`` is ready."""
-        self._advance()
+        self.advance()
         job.begun, job.awaited = False, True
         self._discipline.enqueue(self._ready, job)
         self._dispatch()
 
     def attend(self, job: Job) -> None:
         """``job``, which was not awaited, is awaited now. If its work is done already, it ends."""
-        self._advance()
+        self.advance()
         job.awaited = True
         self._book()
 
     def withdraw(self, job: Job) -> None:
         """Forget ``job`` if it is ready, without its ``end``."""
-        self._advance()
+        self.advance()
         for jobs in (self._ready, self._done):
             if job in jobs:
                 jobs.remove(job)
         self._dispatch()
 
-    def _advance(self) -> None:
+    def get(self, share: Share | None) -> None:
+        """From now on each has this share of a physical one; None: one to itself."""
+        self.advance()
+        self._physical = share
+        self._set_share()
+        self._book()
+
+    def advance(self) -> None:
         """Account for the work that has been done since the last event."""
         elapsed_ns = self._kernel.now_ns - self._since_ns
         if not elapsed_ns:
@@ -118,6 +142,7 @@ class Processors:
             if job.left <= 0:  # nothing can preempt it any more
                 self._ready.remove(job)
                 self._running -= 1
+                self._has_left = True
                 if job.awaited:
                     self._done.append(job)
                 else:
@@ -128,10 +153,10 @@ class Processors:
         ready = self._ready
         while True:
             if len(ready) <= self.count:
-                self._running, self._share = len(ready), None
+                self._running, self._granted = len(ready), None
             else:
                 self._running, *share = self._discipline.grant(len(ready), self.count)
-                self._share = share[0], share[1]
+                self._granted = share[0], share[1]
             for job in ready[:self._running]:
                 if not job.begun:
                     break
@@ -142,7 +167,16 @@ class Processors:
             if not job.left:
                 ready.remove(job)
                 job.end()
+        self._has_left = False
+        self._set_share()
+        if self.node is not None:
+            self.node.share_out()
         self._book()
+
+    def _set_share(self) -> None:
+        granted, physical = self._granted, self._physical
+        self._share = granted if physical is None else physical if granted is None else (
+            granted[0] * physical[0], granted[1] * physical[1])
 
     def _book(self) -> None:
         """Book the end of the job that will be done first: an awaited one, or any where a
@@ -150,7 +184,7 @@ class Processors:
         running = self._ready[:self._running]
         if self._share is None:
             running = [job for job in running if job.awaited]
-        if self._done:
+        if self._done or (self._has_left and self._share is not None):
             due_ns = self._kernel.now_ns
         elif not running:
             due_ns = -1
@@ -168,7 +202,7 @@ class Processors:
 
     def _end(self, _: object) -> None:
         self._call, self._due_ns = None, -1
-        self._advance()
+        self.advance()
         done, self._done = self._done, []
         for job in done:
             job.end()

@@ -8,13 +8,14 @@ the fleet is to do, and when that is done, its ``task`` says.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 
+from desim.computers.cluster_node import ClusterNode
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Trace, bits, real
@@ -74,18 +75,20 @@ class Monitor:
 
     ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
     name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``
-    [robots] m, both true. Raises ``InputError`` where the task does not fit the terrain.
+    [robots] m, both true. ``nodes`` of the cluster, by name. Raises ``InputError`` where the task
+    does not fit the terrain.
     """
 
     def __init__(self, kernel: Kernel, trace: Trace, scenario: Scenario, task: Task, *,
                  streams: Streams, robots: tuple[str, ...], explorers: tuple[str, ...],
                  ground: Ground, graph: Graph, poses: Callable[[], np.ndarray],
-                 travelled_m: Callable[[], np.ndarray]) -> None:
+                 travelled_m: Callable[[], np.ndarray],
+                 nodes: Mapping[str, ClusterNode] | None = None) -> None:
         self.robots, self.explorers, self.ground, self.graph = robots, explorers, ground, graph
         self.maps: dict[str, RobotMap | None] = dict.fromkeys(explorers)
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
-        self.processor_load = ProcessorLoad(self.hosts)
+        self.processor_load = ProcessorLoad(self.hosts, nodes or {})
         self.memory_use = MemoryUse(self.hosts)
         self.saturation = Saturation(graph)
         self._interface_rates = InterfaceRates(self.hosts)

@@ -1,22 +1,44 @@
-"""The load of the hosts' processors: user and system time as one."""
+"""The load of processors, of hosts and of the cluster's nodes: user and system time as one."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
+from desim.computers.cluster_node import ClusterNode
+from desim.computers.processors import Processors
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.host import Host
 from desim.monitor.belief_metrics import Sample
 from desim.units import NS_PER_S
 
 
-class ProcessorLoad:
-    """The loads of ``hosts``. Where computers are ideal there are none, and nothing is measured."""
+class Busy:
+    """The mean load of ``these``, from one sample to the next."""
 
-    def __init__(self, hosts: Sequence[Host]) -> None:
-        self._hosts = [host for host in hosts if isinstance(host, BusyHost)]
+    def __init__(self, these: Iterable[Processors | ClusterNode]) -> None:
+        self._these = list(these)
         self._since_ns = 0  # of the last sample
-        self._busy_ns = [0] * len(self._hosts)  # then
+        self._busy_ns = [0] * len(self._these)  # then
+
+    def percent(self, now_ns: int) -> float | None:
+        """The share of all processors that was busy since the sample before, as a mean; at the
+        instant of that one it is null, and without any."""
+        busy_ns, elapsed_ns = [each.busy_ns() for each in self._these], now_ns - self._since_ns
+        shares = [percent(each, after - before, elapsed_ns) for each, before, after
+                  in zip(self._these, self._busy_ns, busy_ns, strict=True)] if elapsed_ns else []
+        self._busy_ns, self._since_ns = busy_ns, now_ns
+        return mean(shares)
+
+
+class ProcessorLoad:
+    """The loads of ``hosts``, and of the ``nodes`` whose processors they share. Where computers are
+    ideal there are none, and nothing is measured."""
+
+    def __init__(self, hosts: Sequence[Host], nodes: Mapping[str, ClusterNode]) -> None:
+        self._hosts = [host for host in hosts if isinstance(host, BusyHost)]
+        self._nodes = nodes
+        self._busy_hosts = Busy(host.computer.processors for host in self._hosts)
+        self._busy_nodes = Busy(nodes.values())
 
     def busy_ns(self) -> list[int]:
         """The time that processors of each host have been busy so far."""
@@ -27,29 +49,41 @@ class ProcessorLoad:
         return [host.missed_ticks for host in self._hosts]
 
     def sample(self, now_ns: int) -> Sample:
-        """The share of all processors that was busy since the sample before, as a mean over the
-        hosts; at the instant of that one it is null."""
+        """The mean loads of hosts and nodes since the sample before."""
         if not self._hosts:
             return {}
-        busy_ns, elapsed_ns = self.busy_ns(), now_ns - self._since_ns
-        shares = [self._percent(host, after - before, elapsed_ns) for host, before, after
-                  in zip(self._hosts, self._busy_ns, busy_ns, strict=True)] if elapsed_ns else []
-        self._busy_ns, self._since_ns = busy_ns, now_ns
-        return {"cpu_percent": sum(shares) / len(shares) if shares else None}
+        own: Sample = {"cpu_percent": self._busy_hosts.percent(now_ns)}
+        if self._nodes:
+            own["node_cpu_percent"] = self._busy_nodes.percent(now_ns)
+        return own
 
     def of(self, host: Host, elapsed_ns: int) -> Sample:
         """The load of ``host`` over the whole run; null where there is none."""
         if not isinstance(host, BusyHost):
             return {"cpu_percent": None, "cpu_s": None, "missed_ticks": 0}
-        busy_ns = host.computer.processors.busy_ns()
-        return {"cpu_percent": self._percent(host, busy_ns, max(elapsed_ns, 1)),
+        processors = host.computer.processors
+        busy_ns = processors.busy_ns()
+        return {"cpu_percent": percent(processors, busy_ns, elapsed_ns),
                 "cpu_s": busy_ns / NS_PER_S, "missed_ticks": host.missed_ticks}
 
     def summary(self, elapsed_ns: int) -> Sample:
-        """The mean over the hosts (equation 8), and all missed ticks."""
-        loads = [self.of(host, elapsed_ns)["cpu_percent"] for host in self._hosts]
-        return {"mean_cpu_percent": sum(loads) / len(loads) if loads else None,
-                "missed_ticks": sum(self.missed_ticks())}
+        """The means over hosts and over nodes (equation 8), all missed ticks, and each node."""
+        nodes = {name: {"cpu_percent": percent(node, node.busy_ns(), elapsed_ns),
+                        "cpu_s": node.busy_ns() / NS_PER_S,
+                        "waited_s": node.waited_ns() / NS_PER_S}
+                 for name, node in self._nodes.items()}
+        return {"mean_cpu_percent": mean([self.of(host, elapsed_ns)["cpu_percent"]
+                                          for host in self._hosts]),
+                "missed_ticks": sum(self.missed_ticks()),
+                "mean_node_cpu_percent": mean([node["cpu_percent"] for node in nodes.values()]),
+                "cluster_nodes": nodes}
 
-    def _percent(self, host: BusyHost, busy_ns: int, elapsed_ns: int) -> float:
-        return 100.0 * busy_ns / (elapsed_ns * host.computer.processors.count)
+
+def percent(processors: Processors | ClusterNode, busy_ns: int, elapsed_ns: int) -> float:
+    """The load of ``processors`` that were busy for ``busy_ns`` in ``elapsed_ns``, in per cent."""
+    return 100.0 * busy_ns / (max(elapsed_ns, 1) * processors.count)
+
+
+def mean(loads: Sequence[float]) -> float | None:
+    """The mean of ``loads``, null without any."""
+    return sum(loads) / len(loads) if loads else None

@@ -8,7 +8,7 @@ from typing import TypeVar, get_args
 from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import plugin_choices
-from desim.scenario.names import fleet_size, robot_names
+from desim.scenario.names import cluster_nodes, fleet_size
 from desim.scenario.recipients import monitors, words_of
 from desim.scenario.robot_types import filled_in, strategies_of, used_types
 from desim.scenario.schema.communication import (
@@ -137,12 +137,8 @@ def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
         medium = _changed(medium, queue="pfifo")
     if "ports" not in free:
         return medium
-    # A robot without software has no virtual machine.
-    passive, per_node = frozenset(scenario.robot.passive), scenario.testbed.robots_per_node
-    robots = [name for name in robot_names(scenario) if name not in passive]
-    nodes = {f"node_{k}": robots[i:i + per_node]
-             for k, i in enumerate(range(0, len(robots), per_node))}
-    return _changed(medium, ports=nodes)
+    return _changed(medium, ports={node: list(robots)
+                                   for node, robots in cluster_nodes(scenario).items()})
 
 
 def _coordination(scenario: Scenario) -> Coordination:

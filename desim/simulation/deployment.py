@@ -10,7 +10,7 @@ from math import nan
 from typing import NamedTuple
 
 from desim.ports import natural_key
-from desim.scenario.names import WORKSTATION, robot_names
+from desim.scenario.names import WORKSTATION, cluster_nodes, robot_names
 from desim.scenario.robot_types import equipment_of, types_of
 from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.clock import ClockParams
@@ -27,7 +27,8 @@ class HostPlan(NamedTuple):
     motors are attached to it. ``software``: index of the robot that it controls. ``monitor``:
     whether robots send it their maps and distances. ``strategy``: of a host without a body that
     coordinates. ``antenna``: with its height above the ground. ``computer``: a robot's own, or its
-    virtual machine. ``clock``: None where it shows the true time.
+    virtual machine, which is on ``node`` of the cluster. ``clock``: None where it shows the true
+    time.
     """
 
     name: str
@@ -41,6 +42,7 @@ class HostPlan(NamedTuple):
     antenna: Antenna = Antenna()
     computer: ComputerParams = ComputerParams()
     clock: ClockParams | None = None
+    node: str | None = None
 
 
 def plan(scenario: Scenario) -> list[HostPlan]:
@@ -52,9 +54,12 @@ def plan(scenario: Scenario) -> list[HostPlan]:
     antennas = [own.antenna.model_copy(update={
         "height_m": own.antenna.height_m + body.altitude_m})
         for own, body in zip(equipment, types_of(scenario.fleet), strict=True)]
+    nodes = {robot: node for node, robots in cluster_nodes(scenario).items() for robot in robots
+             } if testbed else {}
     hosts = [HostPlan(name, i, nan, nan, () if testbed else (i,),
                       None if name in passive else i, False, antenna=antennas[i],
-                      computer=equipment[i].computer, clock=equipment[i].clock)
+                     computer=equipment[i].computer, clock=equipment[i].clock,
+                     node=nodes.get(name))
              for i, name in enumerate(robots)]
     if testbed:
         hosts.append(HostPlan(WORKSTATION, None, nan, nan, tuple(range(len(robots))), None, True,

@@ -47,7 +47,7 @@ from desim.simulation.drivers import Driver, copied_by_processes
 from desim.simulation.host_clocks import set_clocks
 from desim.simulation.link_signals import LinkSignals
 from desim.simulation.monitor_node import MonitorNode
-from desim.simulation.wiring import HostPlaces, computers, wired
+from desim.simulation.wiring import HostPlaces, cluster_nodes, computers, wired
 from desim.simulation.world_clock import WorldClock
 
 
@@ -88,11 +88,13 @@ class Simulation:
         # Messages: the hosts, their middleware, and the media between them.
         self.plan = plan(scenario)
         places = HostPlaces(self.world, self.plan, scenario.network.others.values())
+        busy = computers(scenario, self.plan, self.kernel, self.trace)
+        self._nodes = cluster_nodes(scenario, self.plan, self.kernel, busy) if busy else {}
         self.graph = wired(scenario, places, self.kernel, self.trace, self.streams,
                            [host.name for host in self.plan], payloads=payloads,
                            on_fate=on_fate if ledger is None else ledger,
                            passages=None if ledger is None else ledger.passages,
-                           computers=computers(scenario, self.plan, self.kernel, self.trace))
+                           computers=busy)
         set_clocks(self.graph, self.plan)
         self._signals = LinkSignals(self.graph, places)
         # The observer, and what drives sensors and motors.
@@ -128,7 +130,7 @@ class Simulation:
             self.kernel, self.trace, self.scenario,
             plugins.load("task", self.scenario.task.model)(self.scenario.task.params),
             streams=self.streams, robots=self.world.robots, explorers=self._explorers,
-            graph=self.graph,
+            graph=self.graph, nodes=self._nodes,
             ground=Ground(self.grid, *self.world.ground(self.grid, explorers)),
             poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m)
 

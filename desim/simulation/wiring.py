@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from desim import plugins
+from desim.computers.cluster_node import ClusterNode
 from desim.computers.computer import Computer
 from desim.computers.costs.ideal import IdealComputers
 from desim.computers.memory import Memory
@@ -144,6 +145,17 @@ def _rules(choice: MediumChoice) -> list[Any]:
         with below(f".rules.{number}"):
             rules.append(_plugin(rule))
     return rules
+
+
+def cluster_nodes(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel,
+                  computers: Mapping[str, Computer]) -> dict[str, ClusterNode]:
+    """The nodes of testbed's cluster by name, whose processors virtual machines share."""
+    machines: dict[str, list[Processors]] = {}
+    for host in hosts:
+        if host.node is not None:
+            machines.setdefault(host.node, []).append(computers[host.name].processors)
+    return {node: ClusterNode(kernel, scenario.testbed.processors_per_node, own)
+            for node, own in machines.items()}
 
 
 def _add_background(graph: Graph, network: Network) -> None:

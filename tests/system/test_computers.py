@@ -32,9 +32,9 @@ def explored_s(*overrides):
 
 def test_slow_computers_delay_a_fleet():
     ideal, usual = explored_s(), explored_s(COSTS)
-    slow = explored_s(COSTS, "robot.computer.speed=0.05")
+    slow = explored_s(COSTS, "robot.computer.speed=0.03")
     assert usual["exploration_time_s"] < 1.2 * ideal["exploration_time_s"]
-    assert slow["exploration_time_s"] > 1.1 * ideal["exploration_time_s"]
+    assert slow["exploration_time_s"] > 1.5 * ideal["exploration_time_s"]
     assert usual["mean_cpu_percent"] < 15 < 50 < slow["mean_cpu_percent"]
     assert (ideal["mean_cpu_percent"], ideal["missed_ticks"]) == (None, 0)
 
@@ -149,3 +149,35 @@ def test_a_limit_that_is_not_reached_changes_nothing():
     assert outcome_of(HELLO, SLAM, MEMORY, SHORT, "robot.computer.memory=100 MB") == outcome
     assert outcome_of(HELLO, SLAM, COSTS, SHORT) == outcome
     assert outcome_of(HELLO, SLAM, MEMORY, SHORT, SMALL).digest != outcome.digest
+
+
+def explored(*overrides):
+    """The summary of 20 s of three robots, each on a virtual machine of one processor."""
+    simulation = built(HELLO, SLAM, COSTS, "robot.computer={processors: 1, speed: 0.5}", SHORT,
+                       *overrides)
+    finished(simulation)
+    return summarize(simulation.monitor, simulation.kernel.now_ns)
+
+
+def test_virtual_machines_share_the_processors_of_their_node():
+    own, shared = explored(), explored("testbed.processors_per_node=1")
+    for found in (own, shared):
+        node = found["cluster_nodes"]["node_0"]
+        assert node["cpu_s"] + node["waited_s"] == pytest.approx(
+            sum(robot["cpu_s"] for robot in found["robots"].values()))
+    assert own["cluster_nodes"]["node_0"]["waited_s"] == 0
+    assert shared["mean_node_cpu_percent"] == shared["cluster_nodes"]["node_0"]["cpu_percent"] > 90
+    assert shared["mean_cpu_percent"] > 1.2 * own["mean_cpu_percent"]
+    apart = explored("testbed={processors_per_node: 1, robots_per_node: 1}")
+    assert list(apart["cluster_nodes"]) == ["node_0", "node_1", "node_2"]
+    for key in ("mean_cpu_percent", "mean_node_cpu_percent"):
+        assert apart[key] == pytest.approx(own["mean_cpu_percent"], rel=0.05)
+
+
+def test_nodes_are_of_the_testbed_alone_and_passive_robots_have_no_machine():
+    assert explored("deployment=field")["cluster_nodes"] == {}
+    simulation = built(HELLO, COSTS, "robot.passive=[robot_1]", "testbed.robots_per_node=2")
+    assert [(host.name, host.node) for host in simulation.plan] == [
+        ("robot_0", "node_0"), ("robot_1", None), ("robot_2", "node_0"), ("workstation", None)]
+    assert simulation.scenario.network.media["lan"].params.ports == {
+        "node_0": ["robot_0", "robot_2"]}

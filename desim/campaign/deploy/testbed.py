@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from desim.campaign.design.plan import Plan
-from desim.scenario.names import robot_names
+from desim.scenario.names import by_node, robot_names
 
 SERVER = "server"  # where the image is at first
 
@@ -60,10 +60,8 @@ def nodes_for(team: int, robots_per_node: int) -> int:
 
 
 def placed(robots: Sequence[str], robots_per_node: int) -> Placement:
-    """The placement node by node: robot i is on node floor(i / robots per node)."""
-    return Placement(robots_per_node, {
-        f"node_{node}": tuple(robots[node * robots_per_node:(node + 1) * robots_per_node])
-        for node in range(nodes_for(len(robots), robots_per_node))})
+    """The placement node by node."""
+    return Placement(robots_per_node, by_node(robots, robots_per_node))
 
 
 def demand(plan: Plan) -> Demand:

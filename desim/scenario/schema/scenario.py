@@ -46,8 +46,11 @@ class Testbed(Params):
 
     __test__ = False
 
-    robots_per_node: int = Field(4, ge=1, description="virtual machines that share a node's "
-                                                      "network port (the paper)")
+    robots_per_node: int = Field(4, ge=1, description=(
+        "virtual machines that share a node's network port and its processors (the paper)"))
+    processors_per_node: int = Field(8, ge=1, le=1024, description=(
+        "physical ones, which the machines' virtual ones share; robot.computer says how many each "
+        "has, and how fast one is with a physical one to itself (published scripts: ppn=8)"))
     computer: ComputerParams = Field(ComputerParams(processors=8), description=(
         "the workstation (as many as a node of the paper's cluster has; our assumption)"))
     clock: ClockParams | None = Field(None, description=(
