@@ -6,21 +6,23 @@ then the grid is added up for all translations.
 
 import numpy as np
 
-from desim.ports.kernels import cos, kernel, sin, types
+from desim.ports.kernels import cos, inner, kernel, sin, types
 from desim.robot.slam.kernels.alignment import FIT
 from desim.robot.slam.kernels.points import X, Y
 from desim.robot.slam.kernels.tiles import CELLS, MAPS, OCCUPIED, SIDE
 
 FULL, BESIDE = np.uint8(4), np.uint8(2)  # of a coarse cell with a surface; of one next to it
+LANES = 8  # sums that are added up at once, as one vector of int32
 
 _f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.float64[:, ::1]
+_u8 = types.uint64
 
 
-@kernel(types.void(_i8, _i8, _i8, _i8, types.uint8[:, ::1], MAPS), inner=True)
-def draw_surfaces(particle, left, low, coarse, grid, maps):
-    """Mark the coarse cells (``coarse`` cells wide) with occupied cells, and those beside them.
-    ``left``, ``low``: the grid's first cell."""
-    rows, columns = grid.shape
+@kernel(types.void(_i8, _i8, _i8, _i8, _i8, types.uint8[:, ::1], MAPS), inner=True)
+def draw_surfaces(particle, left, low, coarse, columns, grid, maps):
+    """Mark the coarse cells (``coarse`` cells wide) with occupied cells, and those beside them, in
+    the first ``columns`` of the grid. ``left``, ``low``: its first cell."""
+    rows = grid.shape[0]
     grid[:] = 0
     tiles_up = maps.visit_tiles.shape[1] // maps.columns
     for up in range(max(low >> 3, 0), min(((low + rows * coarse) >> 3) + 1, tiles_up)):
@@ -41,6 +43,16 @@ def draw_surfaces(particle, left, low, coarse, grid, maps):
                         for c in range(column - 1, column + 2):
                             grid[r, c] = max(grid[r, c], BESIDE)
                     grid[row, column] = FULL
+
+
+@inner(types.void(types.uint8[:, ::1], _u8, _u8, types.int32[:, ::1]))
+def add_window(grid, row, column, scores):
+    """Add the cells of a grid from (row, column) on to ``scores`` [rows, a multiple of LANES].
+    Unsigned indices and a fixed number of lanes: it becomes vector instructions."""
+    for r in range(np.uint64(scores.shape[0])):
+        for first in range(np.uint64(0), np.uint64(scores.shape[1]), np.uint64(LANES)):
+            for q in range(first, first + np.uint64(LANES)):
+                scores[r, q] += np.int32(grid[row + r, column + q])
 
 
 @kernel(types.void(_i8, _f8x1, _f8x1, _f8x1, _f8x1, _i8, _f8x2, _i8, MAPS, FIT, _f8, _f8x1))
@@ -68,12 +80,13 @@ def search(particle, expected, sigmas, window, start, coarse, points, count, map
     # The grid's middle cell holds the start.
     left = int(np.floor(start[0] / maps.resolution_m)) - maps.left * SIDE - half * coarse
     low = int(np.floor(start[1] / maps.resolution_m)) - maps.low * SIDE - half * coarse
-    grid = np.empty((2 * half + 1, 2 * half + 1), np.uint8)
-    draw_surfaces(particle, left, low, coarse, grid, maps)
+    size, width = 2 * half + 1, 2 * around + 1
+    lanes = (width + LANES - 1) // LANES * LANES
+    grid = np.empty((size, size + LANES), np.uint8)
+    draw_surfaces(particle, left, low, coarse, size, grid, maps)
     from_x = start[0] / maps.resolution_m - maps.left * SIDE - left
     from_y = start[1] / maps.resolution_m - maps.low * SIDE - low
-    width = 2 * around + 1
-    scores = np.empty((width, width), np.int32)
+    scores = np.empty((width, lanes), np.int32)
     per_m = 1.0 / maps.resolution_m
     gain = fit.effective * 3.0 / (FULL * count)
     top = -np.inf
@@ -85,11 +98,11 @@ def search(particle, expected, sigmas, window, start, coarse, points, count, map
         for k in range(count):
             column = int((from_x + (c * points[k, X] - s * points[k, Y]) * per_m) / coarse) - around
             row = int((from_y + (s * points[k, X] + c * points[k, Y]) * per_m) / coarse) - around
-            for r in range(width):
-                for q in range(width):
-                    scores[r, q] += grid[row + r, column + q]
+            add_window(grid, np.uint64(row), np.uint64(column), scores)
         for r in range(width):
             for q in range(width):
+                if gain * scores[r, q] <= top:  # odometry only takes from it
+                    continue
                 x = start[0] + (q - around) * size_m
                 y = start[1] + (r - around) * size_m
                 dx, dy, dt = x - expected[0], y - expected[1], heading - expected[2]
