@@ -199,17 +199,16 @@ class ParticleSlam:
                  points: np.ndarray, count: int) -> np.ndarray:
         """The pose roughly aligned with the best particle's map. Both the pose ``found`` by the
         search and the odometry's are aligned; the more likely end counts."""
-        ends, likelihoods = [found.copy(), expected.copy()], []
-        for pose in ends:
-            likelihoods.append(sum(align(self.best, pose, expected, sigmas, points, count,
-                                         self.maps.arrays, self._rough, self._roots[0])))
-        return ends[int(np.argmax(likelihoods))]
+        ends = found.copy(), expected.copy()
+        there, here = (sum(align(self.best, pose, expected, sigmas, points, count,
+                                 self.maps.arrays, self._rough, self._roots[0])) for pose in ends)
+        return ends[here > there]
 
     def _search(self, expected: np.ndarray, sigmas: np.ndarray, points: np.ndarray,
                 count: int) -> np.ndarray:
         """The best pose around the expected one, on the map of the best particle."""
-        window = np.array((np.clip(_WINDOW_SIGMAS * sigmas[0], *_WINDOW_M),
-                           np.clip(_WINDOW_SIGMAS * sigmas[2], *_WINDOW_RAD)))
+        place_m, _, heading_rad = (_WINDOW_SIGMAS * sigmas).tolist()
+        window = np.array((_within(place_m, *_WINDOW_M), _within(heading_rad, *_WINDOW_RAD)))
         best = np.empty(3)
         search(self.best, expected, sigmas, window, expected, self._coarse, points, count,
                self.maps.arrays, self._fit, self._settings.noise.strayed, best)
@@ -258,3 +257,7 @@ class ParticleSlam:
         share = np.rint(100.0 * hits / np.maximum(visits, 1))
         return GridMap(np.where(visits > 0, share, -1).astype(np.int8), origin_m,
                        self._settings.resolution_m)
+
+
+def _within(value: float, least: float, most: float) -> float:
+    return min(max(value, least), most)

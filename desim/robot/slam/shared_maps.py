@@ -60,9 +60,10 @@ class SharedMaps:
         ``mount``: the laser on the robot in m | ``points`` [n, 4]: returns and normals in the
         robot's frame | ``lines`` [m, 4]: those to which visits are counted.
         """
-        reach_m = math.sqrt((points[:, :2] ** 2).sum(1).max(initial=0.0)) + math.hypot(*mount)
+        x_m, y_m = points[:, 0], points[:, 1]
+        reach_m = math.sqrt((x_m * x_m + y_m * y_m).max(initial=0.0)) + math.hypot(*mount)
         margin_m = reach_m + self.arrays.resolution_m
-        self.cover(*poses[:, :2].min(0) - margin_m, *poses[:, :2].max(0) + margin_m)
+        self.cover(*(poses.min(0)[:2] - margin_m).tolist(), *(poses.max(0)[:2] + margin_m).tolist())
         side = int(2.0 * margin_m / (self.arrays.resolution_m * SIDE)) + 2
         visited, first = min(side * side, self.arrays.visit_tiles.shape[1]), 0
         while True:
