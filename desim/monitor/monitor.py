@@ -326,7 +326,7 @@ class Monitor:
                                  self.processor_load.busy_ns(),
                                  self.processor_load.missed_ticks(),
                                  self.memory_use.used_bytes(), self.memory_use.kills()))
-        self.saturation.look(now_ns)
+        self.saturation.sample(now_ns)
         if self.links is not None:
             self.links.sample(now_ns)
         links = self._links()

@@ -36,7 +36,7 @@ class Saturation:
         self._peaks: dict[str, float] = {}
         self._from_s: dict[str, float] = {}
 
-    def look(self, now_ns: int) -> None:
+    def sample(self, now_ns: int) -> None:
         """The time is ``now_ns``: if a window is over, take its loads."""
         elapsed_ns = now_ns - self._since_ns
         if elapsed_ns < WINDOW_NS:

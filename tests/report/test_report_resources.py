@@ -1,4 +1,4 @@
-"""What gave in first, in the report of a campaign."""
+"""The resource that gave in first, in the report of a campaign."""
 
 import csv
 

@@ -50,7 +50,7 @@ def test_full_queues_are_counted():
     assert found["saturation"]["queue"]["from_s"] == 5
 
 
-def test_memory_is_told_where_it_is_measured():
+def test_memory_is_in_the_terminal_s_table_where_it_is_measured():
     found = summary(KEEPS, "robot.computer={memory: 85 MB, respawn_delay: 2 s}")
     assert found["memory_kills"] > 0
     assert [row[:2] for row in _memory(found)] == [

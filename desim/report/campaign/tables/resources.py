@@ -22,7 +22,7 @@ NONE = "none"
 
 
 def first_by_vector(study: Study) -> list[Counter[str]]:
-    """How often each resource gave in first, by vector; ``NONE`` where none did. Empty where no run
+    """The resources that gave in first, by vector; ``NONE`` where none did. Empty where no run
     tells."""
     if not any(metric.startswith(_PEAK[0]) for metric in study.metrics):
         return []
@@ -43,7 +43,7 @@ def said(study: Study) -> list[str]:
 
 
 def resources_table(study: Study) -> ReportTable | None:
-    """What gave in first by vector, and the mean of each resource's peak. None where no run
+    """A table by vector: the first to give in, and the mean of each peak. None where no run
     tells."""
     found = first_by_vector(study)
     if not found:
