@@ -32,6 +32,7 @@ class Range:
         self._updated_ns = -1
         self._positions: np.ndarray | None = None  # until the next world tick the same object
         self._places: list[list[float]] = []
+        self._all_near = False  # the box around all is no farther across than the distance
         # Hosts without a place, in reach of everybody: with one of them at either end there is
         # nothing to measure.
         self._placeless = np.isnan(context.positions(context.now_ns)).any(axis=1).tolist()
@@ -43,6 +44,8 @@ class Range:
         now_ns = self._context.now_ns
         if now_ns != self._updated_ns:
             self._update(now_ns)
+        if self._all_near:
+            return None
         places = self._places
         x_m, y_m = places[frame.source]
         verdicts: list[ports.Verdict] | None = None
@@ -64,3 +67,6 @@ class Range:
         positions = self._context.positions(now_ns)
         if positions is not self._positions:
             self._positions, self._places = positions, positions.tolist()
+            # fmax and fmin pass over NaN
+            width_m, height_m = (np.fmax.reduce(positions) - np.fmin.reduce(positions)).tolist()
+            self._all_near = width_m * width_m + height_m * height_m <= self._distance_m2
