@@ -26,13 +26,16 @@ _PARTS = 1 << 32  # of a nanosecond: a thousand events a second round off 0.02 n
 class Job(ABC):
     """A piece of work for one processor. How much it is shows when it first gets one."""
 
-    __slots__ = ("priority", "awaited", "begun", "left")
+    __slots__ = ("priority", "awaited", "begun", "left", "since_ns", "due_ns")
 
     def __init__(self, priority: int = 0) -> None:
         self.priority = priority  # the highest first, where the discipline looks at it
         self.awaited = True  # else ``end`` may be called later, when the computer has an event
         self.begun = False
         self.left = 0  # work to be done yet, in parts
+        # Of a job that has a processor to itself, to which ``left`` is not brought up to date:
+        self.since_ns = 0  # when so much was left
+        self.due_ns = 0  # when it is done
 
     @abstractmethod
     def begin(self) -> int:
@@ -50,6 +53,9 @@ class Processors:
     Jobs begin and end in phase CONTROL; ``entity`` is the computer's, for the order inside an
     instant. ``node``: whose processors these share, where they are virtual and may have to wait.
     Raises ``KernelError`` for other numbers than a count >= 1 and a speed > 0.
+
+    While each job has a processor to itself, jobs do not concern each other: when one is done is
+    known when it begins. Only where somebody waits is there more to account for at each event.
     """
 
     __slots__ = ("count", "node", "_kernel", "_entity", "_discipline", "_work_a_ns", "_parts_a_ns",
@@ -67,13 +73,13 @@ class Processors:
         self._work_a_ns = speed.numerator * _PARTS  # parts that a processor does in a nanosecond
         self._parts_a_ns = speed.denominator * _PARTS  # parts of a nanosecond of work
         self._ready: list[Job] = []  # in the discipline's order
-        self._running = 0  # so many of them
+        self._running = 0  # so many of them, where somebody waits
         self._granted: Share | None = None  # of a processor, to each; None: nobody waits for one
         self._physical: Share | None = None  # of a physical one, to each processor; None: likewise
         self._share: Share | None = None  # the product, None if nobody waits for either
         self._has_left = False  # a job, since processors were given away last
         self._done: list[Job] = []  # awaited ones, and ``end`` is still to be called
-        self._since_ns = kernel.now_ns  # of what has been accounted for
+        self._since_ns = kernel.now_ns  # of what has been accounted for, where somebody waits
         self._busy_ns = 0
         self._call: Call | None = None
         self._due_ns = -1  # of the call
@@ -91,31 +97,45 @@ class Processors:
     def busy_ns(self) -> int:
         """The time for which processors have had jobs so far, summed over all of them. (Virtual
         ones have them, too, while they wait for a physical one.)"""
-        elapsed_ns = self._kernel.now_ns - self._since_ns
+        now_ns = self._kernel.now_ns
         if self._share is not None:
-            return self._busy_ns + elapsed_ns * min(self._running, self.count)
-        return self._busy_ns + sum(min(elapsed_ns, -(-job.left // self._work_a_ns))
-                                   for job in self._ready[:self._running])
+            return self._busy_ns + (now_ns - self._since_ns) * min(self._running, self.count)
+        return self._busy_ns + sum([min(now_ns, job.due_ns) - job.since_ns for job in self._ready])
 
     def submit(self, job: Job) -> None:
         """``job`` is ready."""
-        self.advance()
-        job.begun, job.awaited = False, True
-        self._discipline.enqueue(self._ready, job)
-        self._dispatch()
+        job.awaited, job.begun = True, False
+        ready = self._ready
+        if self._share is not None or self.node is not None or len(ready) >= self.count:
+            self.advance()
+        self._discipline.enqueue(ready, job)
+        if self._share is not None or self.node is not None or len(ready) > self.count:
+            self._dispatch()
+        elif self._begins(job) and job.awaited and not 0 <= self._due_ns <= job.due_ns:
+            self._book_at(job.due_ns)
 
     def attend(self, job: Job) -> None:
         """``job``, which was not awaited, is awaited now. If its work is done already, it ends."""
-        self.advance()
-        job.awaited = True
-        self._book()
+        if self._share is not None:
+            self.advance()
+            job.awaited = True
+            self._book()
+        elif job.due_ns <= self._kernel.now_ns:
+            self._leave(job)
+        else:
+            job.awaited = True
+            if not 0 <= self._due_ns <= job.due_ns:
+                self._book_at(job.due_ns)
 
     def withdraw(self, job: Job) -> None:
         """Forget ``job`` if it is ready, without its ``end``."""
         self.advance()
-        for jobs in (self._ready, self._done):
-            if job in jobs:
-                jobs.remove(job)
+        if job in self._ready:
+            self._ready.remove(job)
+            if self._share is None:
+                self._busy_ns += self._kernel.now_ns - job.since_ns
+        if job in self._done:
+            self._done.remove(job)
         self._dispatch()
 
     def get(self, share: Share | None) -> None:
@@ -127,26 +147,44 @@ class Processors:
 
     def advance(self) -> None:
         """Account for the work that has been done since the last event."""
-        elapsed_ns = self._kernel.now_ns - self._since_ns
+        now_ns, ready = self._kernel.now_ns, self._ready
+        if self._share is None:
+            for job in [job for job in ready if job.due_ns <= now_ns]:
+                self._leave(job)
+            return
+        elapsed_ns = now_ns - self._since_ns
         if not elapsed_ns:
             return
-        self._busy_ns = self.busy_ns()
-        self._since_ns = self._kernel.now_ns
-        if not self._running:
-            return
-        work = elapsed_ns * self._work_a_ns
-        if self._share is not None:
-            work = work * self._share[0] // self._share[1]
-        for job in self._ready[:self._running]:
+        self._busy_ns, self._since_ns = self.busy_ns(), now_ns
+        work = elapsed_ns * self._work_a_ns * self._share[0] // self._share[1]
+        for job in ready[:self._running]:
             job.left -= work
             if job.left <= 0:  # nothing can preempt it any more
-                self._ready.remove(job)
                 self._running -= 1
                 self._has_left = True
-                if job.awaited:
-                    self._done.append(job)
-                else:
-                    job.end()
+                self._leave(job)
+
+    def _leave(self, job: Job) -> None:
+        """The work of ``job`` is done."""
+        self._ready.remove(job)
+        if self._share is None:
+            self._busy_ns += job.due_ns - job.since_ns
+        if job.awaited:
+            self._done.append(job)
+        else:
+            job.end()
+
+    def _begins(self, job: Job) -> bool:
+        """``job`` begins. Returns whether there is something left to be done then."""
+        job.begun = True
+        job.left = job.begin() * self._parts_a_ns
+        if not job.left:
+            self._ready.remove(job)
+            job.end()
+            return False
+        job.since_ns = now_ns = self._kernel.now_ns
+        job.due_ns = now_ns - -job.left // self._work_a_ns
+        return True
 
     def _dispatch(self) -> None:
         """Let those jobs run that are the first now."""
@@ -162,11 +200,7 @@ class Processors:
                     break
             else:
                 break
-            job.begun = True
-            job.left = job.begin() * self._parts_a_ns
-            if not job.left:
-                ready.remove(job)
-                job.end()
+            self._begins(job)
         self._has_left = False
         self._set_share()
         if self.node is not None:
@@ -174,26 +208,38 @@ class Processors:
         self._book()
 
     def _set_share(self) -> None:
-        granted, physical = self._granted, self._physical
+        """Let jobs run at the rate that is theirs now. What has been done is accounted for."""
+        granted, physical, before = self._granted, self._physical, self._share
         self._share = granted if physical is None else physical if granted is None else (
             granted[0] * physical[0], granted[1] * physical[1])
+        now_ns = self._kernel.now_ns
+        if before is None and self._share is not None:
+            self._since_ns = now_ns
+            for job in self._ready:
+                if job.begun:
+                    self._busy_ns += now_ns - job.since_ns
+                    job.left -= (now_ns - job.since_ns) * self._work_a_ns
+        elif before is not None and self._share is None:
+            for job in self._ready:
+                job.since_ns, job.due_ns = now_ns, now_ns - -job.left // self._work_a_ns
 
     def _book(self) -> None:
         """Book the end of the job that will be done first: an awaited one, or any where a
         processor that gets free is wanted."""
-        running = self._ready[:self._running]
-        if self._share is None:
-            running = [job for job in running if job.awaited]
+        now_ns = self._kernel.now_ns
         if self._done or (self._has_left and self._share is not None):
-            due_ns = self._kernel.now_ns
-        elif not running:
-            due_ns = -1
+            due_ns = now_ns
+        elif self._share is None:
+            due_ns = min([job.due_ns for job in self._ready if job.awaited], default=-1)
         else:
-            least = min([job.left for job in running])
-            processors, sharers = self._share or (1, 1)
-            due_ns = self._kernel.now_ns - -least * sharers // (self._work_a_ns * processors)
-        if due_ns == self._due_ns:
-            return
+            least = min([job.left for job in self._ready[:self._running]], default=0)
+            processors, sharers = self._share
+            due_ns = now_ns - -least * sharers // (self._work_a_ns * processors) if least else -1
+        if due_ns != self._due_ns:
+            self._book_at(due_ns)
+
+    def _book_at(self, due_ns: int) -> None:
+        """Have ``_end`` called then, and not before; -1: not at all."""
         if self._call is not None:
             self._call.cancel()
         self._due_ns = due_ns
@@ -206,4 +252,7 @@ class Processors:
         done, self._done = self._done, []
         for job in done:
             job.end()
-        self._dispatch()
+        if self._share is not None or self.node is not None:
+            self._dispatch()
+        elif self._ready:
+            self._book()
