@@ -22,6 +22,7 @@ from desim.engine.trace import Trace, bits, real
 from desim.errors import ModelError, below, class_of
 from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
+from desim.monitor.bottlenecks import Bottlenecks
 from desim.monitor.coverage import Coverage, map_age_s
 from desim.monitor.interface_rates import InterfaceRates
 from desim.monitor.localization_errors import LocalizationErrors
@@ -32,7 +33,6 @@ from desim.monitor.partitions import Partitions
 from desim.monitor.processor_load import ProcessorLoad
 from desim.monitor.reachability import SampledReachability
 from desim.monitor.relative_poses import RelativePoses
-from desim.monitor.saturation import Saturation
 from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
 from desim.plugins import bare
@@ -90,7 +90,7 @@ class Monitor:
         self.hosts = [graph.host(name) for name in robots]
         self.processor_load = ProcessorLoad(self.hosts, nodes or {})
         self.memory_use = MemoryUse(self.hosts)
-        self.saturation = Saturation(graph)
+        self.bottlenecks = Bottlenecks(graph)
         self._interface_rates = InterfaceRates(self.hosts)
         self._own = [robots.index(name) for name in explorers]
         self.partitions = Partitions()
@@ -326,7 +326,7 @@ class Monitor:
                                  self.processor_load.busy_ns(),
                                  self.processor_load.missed_ticks(),
                                  self.memory_use.used_bytes(), self.memory_use.kills()))
-        self.saturation.sample(now_ns)
+        self.bottlenecks.sample(now_ns)
         if self.links is not None:
             self.links.sample(now_ns)
         links = self._links()

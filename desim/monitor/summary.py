@@ -68,7 +68,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
            for key in ("rx_kBps", "tx_kBps")},
         **monitor.processor_load.summary(now_ns),
         **fleet_summary(list(robots.values())),
-        **monitor.saturation.summary(),
+        **monitor.bottlenecks.summary(),
         "robots": robots,
         "warnings": warnings(monitor),
     }

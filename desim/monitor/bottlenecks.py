@@ -22,7 +22,7 @@ _GIVES_IN = 0.9
 _FULL = ("queue_full", "outbox_full")  # drops of frames by media, of messages by links
 
 
-class Saturation:
+class Bottlenecks:
     """Watches the resources of ``graph``: of all hosts the busiest counts, of a medium its busiest
     part (a port, the air around a host)."""
 
