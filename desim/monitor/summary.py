@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from desim.errors import ModelError, class_of
+from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
 from desim.monitor.localization_errors import wall_errors
@@ -95,8 +96,8 @@ def _of_task(monitor: Monitor) -> Sample:
 
 
 def warnings(monitor: Monitor) -> list[str]:
-    """Warnings before anybody trusts the numbers: of networks that settle nothing, and of fleets
-    that never move."""
+    """Warnings before anybody trusts the numbers: of networks that settle nothing, of hosts that
+    nobody could hear, and of fleets that never move."""
     said = []
     for medium in (*monitor.graph.media, *monitor.graph.inside):
         waiting = medium.in_flight()
@@ -106,10 +107,23 @@ def warnings(monitor: Monitor) -> list[str]:
                         "delivered nor dropped at the end: does its model settle every frame?")
     said += [f"topics: no topic of the run has matched {pattern!r}"
              for pattern in monitor.graph.routes.unmatched()]
+    said += [f"host {name} has no place (hosts.{name}.at), and no message from or to it has "
+             "arrived: nobody hears such a host over a radio" for name in _unheard(monitor.graph)]
     if monitor.explorers and not monitor.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said
 
+
+def _unheard(graph: Graph) -> list[str]:
+    """The hosts without a place that have software, and whose messages never arrived, nor any for
+    them, while others' did."""
+    arrivals = np.array([host.last_arrival_ns for host in graph.hosts])
+    if not arrivals.any() or not graph.media:
+        return []
+    places = graph.media[0].positions(graph.kernel.now_ns)
+    return [host.name for i, host in enumerate(graph.hosts)
+            if host.nodes and np.isnan(places[i]).any()
+            and not arrivals[i].any() and not arrivals[:, i].any()]
 
 
 def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:

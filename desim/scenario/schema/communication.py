@@ -243,7 +243,8 @@ class StationaryHost(Params):
     """A computer without a body: a base station, a central coordinator."""
 
     at_m: tuple[Position, Position] | None = Field(None, description=(
-        "where it stands; a host without a place is in reach of everybody"))
+        "where it stands; without a place it is in reach of everybody on wires and with disk, and "
+        "of nobody over radios"))
     antenna: Antenna = Field(default_factory=Antenna)
     computer: ComputerParams = Field(default_factory=ComputerParams)
     clock: ClockParams | None = Field(None, description="(null: it shows the true time)")

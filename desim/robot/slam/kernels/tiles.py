@@ -3,7 +3,7 @@
 A tile has 8 x 8 cells. A map is two rows of indices into pools of tiles: of the visits by beams,
 and of the returns. Tile 0 of each pool is empty and never counted.
 
-These tiles are not those of ``desim.robot.mapping.kernels.tiles``, which hold the log-odds of robots' maps.
+These tiles are not those of ``desim.robot.mapping.kernels.tiles``, which hold log-odds.
 A cell has counts, a mean place and a normal here, and a scan writes to the maps of all particles:
 of small tiles fewer are copied.
 """
