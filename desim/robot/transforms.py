@@ -24,8 +24,8 @@ def motion_between(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     """The pose of ``after`` as seen from ``before``, its yaw in [-pi, pi)."""
     if before.ndim == after.ndim == 1:
         start, end = Pose2D(*before.tolist()), Pose2D(*after.tolist())
-        seen = motion_to(start, end)
-        return np.array((seen.x_m, seen.y_m, wrapped(end.yaw_rad - start.yaw_rad)))
+        x_m, y_m, _ = motion_to(start, end)
+        return np.array((x_m, y_m, (end.yaw_rad - start.yaw_rad + math.pi) % math.tau - math.pi))
     c, s = np.cos(before[..., 2]), np.sin(before[..., 2])
     dx, dy = after[..., 0] - before[..., 0], after[..., 1] - before[..., 1]
     seen = np.empty(np.broadcast(before, after).shape)
@@ -39,7 +39,8 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
     return (angle + math.pi) % math.tau - math.pi
 
 
-# For one pose numpy takes 12 us a call, these 1: with SLAM, a quarter of the CPU time of maze_30.
+# For one pose numpy takes 12 us a call, these 1: with SLAM, a quarter of the CPU time of maze_30 at
+# the odometry's rate, and 0.2 ms of each scan that SLAM processes.
 def moved(base: Pose2D, motion: Pose2D) -> Pose2D:
     """``compose`` of single poses."""
     c, s = math.cos(base.yaw_rad), math.sin(base.yaw_rad)
