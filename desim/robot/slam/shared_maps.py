@@ -74,14 +74,16 @@ class SharedMaps:
             self._provide(visited, len(points))
 
     def _provide(self, visited: int, returned: int) -> None:
-        """Enlarge the pools so that so many tiles for visits, and for returns, are free."""
+        """Enlarge the pools so that so many tiles for visits, and for returns, are free: for all
+        particles, as a pool that grows is copied, and tiles take memory only when written to."""
         maps = self.arrays
+        particles = len(maps.visit_tiles)
         if maps.visit_stock.free_count[0] < visited:
-            stock, capacity = _grown(maps.visit_stock, visited)
+            stock, capacity = _grown(maps.visit_stock, visited + particles * returned)
             self.arrays = maps = maps._replace(visit_stock=stock,
                                                visits=_longer(maps.visits, capacity))
         if maps.hit_stock.free_count[0] < returned:
-            stock, capacity = _grown(maps.hit_stock, returned)
+            stock, capacity = _grown(maps.hit_stock, particles * returned)
             self.arrays = maps._replace(hit_stock=stock, hits=_longer(maps.hits, capacity),
                                         means=_longer(maps.means, capacity))
 
