@@ -28,24 +28,24 @@ class Computer:
     def callback_ns(self, work: Work) -> int:
         """See ``CostModel.callback_ns``."""
         cost_ns = self.costs.callback_ns(work)
-        return cost_ns if _is_cost(cost_ns) else self._refuse(cost_ns, f"callback_ns({work})")
+        if type(cost_ns) is int and cost_ns >= 0:
+            return cost_ns
+        return self._refuse(cost_ns, f"callback_ns({work})")
 
     def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
         """See ``CostModel.send_ns``."""
         cost_ns = self.costs.send_ns(topic, size_bytes, links)
-        return cost_ns if _is_cost(cost_ns) else self._refuse(
-            cost_ns, f"send_ns({topic!r}, {size_bytes}, {links})")
+        if type(cost_ns) is int and cost_ns >= 0:
+            return cost_ns
+        return self._refuse(cost_ns, f"send_ns({topic!r}, {size_bytes}, {links})")
 
     def receive_ns(self, topic: str, size_bytes: int) -> int:
         """See ``CostModel.receive_ns``."""
         cost_ns = self.costs.receive_ns(topic, size_bytes)
-        return cost_ns if _is_cost(cost_ns) else self._refuse(
-            cost_ns, f"receive_ns({topic!r}, {size_bytes})")
+        if type(cost_ns) is int and cost_ns >= 0:
+            return cost_ns
+        return self._refuse(cost_ns, f"receive_ns({topic!r}, {size_bytes})")
 
     def _refuse(self, cost_ns: object, asked: str) -> NoReturn:
         raise ModelError(f"{class_of(self.costs)} answered {cost_ns!r} to {asked}; wanted: an int "
                          ">= 0, in ns")
-
-
-def _is_cost(cost_ns: object) -> bool:
-    return type(cost_ns) is int and cost_ns >= 0

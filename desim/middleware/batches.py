@@ -284,8 +284,7 @@ class BatchPublisher:
         self.catch_up()
         for member in self._route.members if self._route is not None else ():
             if member.latest is not None:
-                member.latest.catch_up()
-                member.latest.feed = None
+                member.latest.take_from(None)
         self._route = self.before = self.last = None
         self.mixed = True
         members = self._members()
@@ -304,8 +303,7 @@ class BatchPublisher:
             [member for member in members if member.latest is None])
         for member in members:
             if member.latest is not None:
-                member.latest.catch_up()  # from a publisher of the same topic that has stopped
-                member.latest.feed = member
+                member.latest.take_from(member)
 
     def _members(self) -> list[Member]:
         """The publishers with subscribers; none where they cannot publish in batches."""

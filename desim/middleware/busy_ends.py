@@ -22,6 +22,7 @@ class QueuedSubscription(Subscription):
     one that it overwrites (ros_comm, subscription.cpp: a full queue adds no callback)."""
 
     __slots__ = ("trigger", "_host", "_executor", "_messages")
+    waits = False  # the next message has its own turn
 
     def __init__(self, host: BusyHost, executor: Executor, topic: Topic,
                  callback: Callable[[Message], object], limit: int) -> None:
@@ -32,13 +33,14 @@ class QueuedSubscription(Subscription):
 
     def put(self, message: Message) -> None:
         """``message`` has arrived."""
-        self._executor.receive(self.trigger, message.size_bytes)
+        executor = self._executor
+        executor.owed_ns += executor.receive_ns(self.trigger, message.size_bytes)
         self.topic.counts.queued += 1
         self._messages.append(message)
         if 0 < self.limit < len(self._messages):
             self._host.overwritten(self._messages.popleft())
         else:
-            self._executor.add(self)
+            executor.add(self)
 
     @property
     def node(self) -> str:
@@ -54,10 +56,6 @@ class QueuedSubscription(Subscription):
         self.topic.counts.discarded += len(self._messages)
         self._messages.clear()
 
-    @property
-    def waits(self) -> bool:
-        return False
-
     def run(self) -> int:
         message, graph = self._messages.popleft(), self._host.graph
         self.topic.counts.called += 1
@@ -67,58 +65,43 @@ class QueuedSubscription(Subscription):
         return message.size_bytes
 
     def over(self) -> None:
-        """The next message has its own turn."""
+        """It does not wait for that."""
 
 
 class CountedLatest(Latest):
     """A subscription without a callback that counts what arrives: ``readers`` nodes pay for it."""
 
-    __slots__ = ("trigger", "arrived", "arrived_bytes", "readers", "_counted", "_counted_of")
+    __slots__ = ("trigger", "arrived", "arrived_bytes", "readers", "_counted")
 
     def __init__(self, host: BusyHost, topic: str, wait_set: WaitSet | None) -> None:
         super().__init__(host, wait_set)
         self.trigger = host.graph.without_hosts(topic)
         self.arrived = self.arrived_bytes = self.readers = 0
-        self._counted = 0  # of the messages of this feed
-        self._counted_of: Feed | None = None
+        self._counted = 0  # of the messages of the present feed
 
-    def put(self, message: Message) -> None:
-        super().put(message)
-        self._count(1, message.size_bytes)
-
-    @property
-    def is_behind(self) -> bool:
-        """Whether something may have come that is not counted."""
-        return self.feed is not None or bool(self._expected)
-
-    def catch_up(self) -> None:
-        waiting = len(self._expected)
-        super().catch_up()
-        if len(self._expected) < waiting and self._message is not None:
-            self._count(waiting - len(self._expected), self._message.size_bytes)
-        self._count_landed()
-
-    def count(self) -> None:
-        """Count what has come by now. (A message of a feed is made when it is read.)"""
+    def count(self) -> int:
+        """Count what has come by now; returns ``arrived``. (A message of a feed is made when it is
+        read.)"""
         if self._expected:
             self.catch_up()
-        else:
-            self._count_landed()
-
-    def _count_landed(self) -> None:
         feed = self.feed
-        if feed is None:
-            return
-        if feed is not self._counted_of:
-            self._counted, self._counted_of = 0, feed
-        landed = feed.landed()
-        if landed > self._counted:
-            self._count(landed - self._counted, feed.size_bytes)
-            self._counted = landed
+        if feed is not None:
+            fresh = feed.landed() - self._counted
+            if fresh > 0:
+                self._counted += fresh
+                self.arrived += fresh
+                self.arrived_bytes += fresh * feed.size_bytes
+        return self.arrived
 
-    def _count(self, messages: int, size_bytes: int) -> None:
-        self.arrived += messages
-        self.arrived_bytes += messages * size_bytes
+    def take_from(self, feed: Feed | None) -> None:
+        self.count()
+        super().take_from(feed)
+        self._counted = 0
+
+    def _take(self, message: Message) -> None:
+        super()._take(message)
+        self.arrived += 1
+        self.arrived_bytes += message.size_bytes
 
 
 class HeldPublisher(Publisher):
@@ -141,8 +124,7 @@ class HeldPublisher(Publisher):
         else:
             calling.hold(self, content, self._name, self._links())
 
-    def release(self, content: Content) -> None:
-        super().publish(content)
+    release = Publisher.publish
 
     def waiting_bytes(self) -> int:
         """The bytes of the messages that have not arrived, each as large as the newest."""
@@ -150,8 +132,9 @@ class HeldPublisher(Publisher):
 
     def _links(self) -> int:
         """The number of connections over which a message would go now."""
-        if not self.has_subscribers():
-            return 0
-        local = self._busy_host.readers(self.topic.name) if self._local else 0
-        remote = len(self._receivers)
-        return local + (min(remote, 1) if self.offer.via is Addressing.BROADCAST else remote)
+        if self._stale:
+            self._refresh()
+        links = len(self._receivers)
+        if links > 1 and self.offer.via is Addressing.BROADCAST:
+            links = 1
+        return links + self._busy_host.readers(self.topic.name) if self._local else links

@@ -9,11 +9,14 @@ from desim.engine.kernel import Call, Kernel, Phase
 from desim.middleware.executor import Executor
 from desim.units import NS_PER_S
 
+_CONTROL = Phase.CONTROL  # looking a member up costs more than using it
+
 
 class OneShot:
     """One call of ``fn(arg)``, at ``due_ns`` or when its node is free after that."""
 
     __slots__ = ("trigger", "_executor", "_fn", "_arg", "_call")
+    waits = False
 
     def __init__(self, kernel: Kernel, entity: int, executor: Executor, trigger: str,
                  delay_ns: int, fn: Callable[..., object], arg: object) -> None:
@@ -25,10 +28,6 @@ class OneShot:
         """Do nothing when the time comes."""
         self._call.cancel()
         self._executor.remove(self)
-
-    @property
-    def waits(self) -> bool:
-        return False
 
     def run(self) -> int:
         self._fn(self._arg)
@@ -72,7 +71,7 @@ class BusyTimer:
 
     def run(self) -> int:
         self._k += 1
-        due_ns = self._time_ns(self._k)
+        due_ns = self._start_ns + self._k * self._step // self._num
         self.waits = due_ns < self._kernel.now_ns
         if not self.waits:
             self._book(due_ns)
@@ -93,10 +92,12 @@ class BusyTimer:
         return self._start_ns + k * self._step // self._num
 
     def _book(self, due_ns: int) -> None:
-        self._call = self._kernel.at(due_ns, Phase.CONTROL, self._entity, self._fall_due)
+        kernel = self._kernel
+        self._call = kernel.after(due_ns - kernel.now_ns, _CONTROL, self._entity, self._fall_due)
 
     def _fall_due(self, _: object) -> None:
-        if self._executor.runs(self):
+        executor = self._executor
+        if executor.current is self and executor.runs(self):
             self.waits = True
         else:
-            self._executor.add_due(self)
+            executor.add_due(self)

@@ -28,7 +28,7 @@ class QueuedCallback(Protocol):
 
     @property
     def waits(self) -> bool:
-        """Whether it wants to hear, right then, that its time is over."""
+        """Whether it wants to hear, right then, that its time is over, by ``over``."""
 
     def run(self) -> int:
         """Call it. Returns the bytes of its message, 0 without one."""
@@ -45,18 +45,15 @@ class Holds(Protocol):
 
 
 class Polled(Protocol):
-    """A subscription that is read without a callback. Counts what has come so far."""
+    """A subscription that is read without a callback. ``arrived``: the number of messages that have
+    come, as far as they are counted."""
 
     trigger: str
     arrived: int
     arrived_bytes: int
 
-    @property
-    def is_behind(self) -> bool:
-        """Whether something may have come that is not counted."""
-
-    def count(self) -> None:
-        """Count what has come by now."""
+    def count(self) -> int:
+        """Count what has come by now; returns ``arrived``."""
 
 
 class Computes(Protocol):
@@ -75,31 +72,32 @@ class Computes(Protocol):
 class Executor(Job):
     """Runs the callbacks of ``node``, a node of ``host``.
 
-    Messages cost receivers time when they have come, read or not. That of callbacks is spent
-    before the node's next callback. So is that of polled subscriptions: a node that spins at
+    Messages cost receivers time when they have come, read or not. That of callbacks (``owed_ns``) is
+    spent before the node's next callback. So is that of polled subscriptions: a node that spins at
     its own rate takes out of the socket then what has come since (ros::spinOnce).
     """
 
-    __slots__ = ("node", "_host", "_computer", "_queue", "_current", "_work", "_held", "_owed_ns",
-                 "_polled", "_idle")
+    __slots__ = ("node", "receive_ns", "owed_ns", "current", "_host", "_computer", "_processors",
+                 "_queue", "_work", "_held", "_polled", "_idle")
 
     def __init__(self, node: str, host: Computes) -> None:
         super().__init__(host.computer.priorities.get(node, 0))
         self.node = node
+        self.receive_ns = host.computer.receive_ns
         self._host, self._computer = host, host.computer
+        self._processors = host.computer.processors
         self._queue: deque[QueuedCallback] = deque()
-        self._current: QueuedCallback | None = None  # was called, and its time is not over
+        self.current: QueuedCallback | None = None  # was called; its time may be over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
         self._held: list[tuple[Holds, Content]] = []  # published by it
-        self._owed_ns = 0
+        self.owed_ns = 0
         self._polled: dict[Polled, tuple[int, int]] = {}  # messages and bytes that are paid for
         self._idle = True
 
     def runs(self, entry: QueuedCallback) -> bool:
         """Whether ``entry`` has been called and its time is not over. If so, its end is an event
         from now on."""
-        self._attend()
-        return self._current is entry
+        return not (self._idle or self._is_free()) and self.current is entry
 
     def add(self, entry: QueuedCallback) -> None:
         """``entry`` waits for its turn."""
@@ -118,27 +116,22 @@ class Executor(Job):
 
     def step(self) -> None:
         """Ask for a processor, if there is something to do and nothing is being done."""
-        if self._queue:
-            self._attend()
-            if self._idle:
-                self._idle = False
-                self._computer.processors.submit(self)
+        if self._queue and (self._idle or self._is_free()):
+            self._idle = False
+            self._processors.submit(self)
 
-    def _attend(self) -> None:
-        """Hear of the end of the present callback, which may be past."""
-        if not (self._idle or self.awaited):
-            self._computer.processors.attend(self)
+    def _is_free(self) -> bool:
+        """Whether the present callback's time is over. If not, its end is an event from now on."""
+        if not self.awaited:
+            self._processors.attend(self)
+        return self._idle
 
     def stop(self) -> None:
         """Forget everything: the process is gone."""
-        self._computer.processors.withdraw(self)
+        self._processors.withdraw(self)
         self._queue.clear()
         self._held.clear()
-        self._current, self._idle = None, False
-
-    def receive(self, trigger: str, size_bytes: int) -> None:
-        """A message has come for a callback of the node."""
-        self._owed_ns += self._computer.receive_ns(trigger, size_bytes)
+        self.current, self._idle = None, False
 
     def polls(self, subscription: Polled) -> None:
         """The node reads ``subscription`` from now on."""
@@ -154,14 +147,15 @@ class Executor(Job):
         """The callback publishes ``content`` on ``topic``, to so many ``links``."""
         self._held.append((publisher, content))
         if links:
-            self._owed_ns += self._computer.send_ns(topic, content.size_bytes, links)
+            self.owed_ns += self._computer.send_ns(topic, content.size_bytes, links)
 
     def begin(self) -> int:
         if not self._queue:  # what there was to do was cancelled while it waited for a processor
             return 0
-        entry = self._current = self._queue.popleft()
+        entry = self.current = self._queue.popleft()
         self._work = {}
-        self._receive_polled()
+        if self._polled:
+            self._receive_polled()
         self._host.calling = self
         size_bytes = entry.run()
         self._host.calling = None
@@ -169,29 +163,28 @@ class Executor(Job):
         if size_bytes:
             self._work["bytes"] = size_bytes
         self.awaited = bool(self._held or self._queue) or entry.waits
-        cost_ns = self._owed_ns + self._computer.callback_ns(Work(self.node, entry.trigger,
-                                                                  self._work))
-        self._owed_ns = 0
+        cost_ns = self.owed_ns + self._computer.callback_ns(Work(self.node, entry.trigger,
+                                                                 self._work))
+        self.owed_ns = 0
         return cost_ns
 
     def _receive_polled(self) -> None:
         """Owe the receipt of what has come since the last callback."""
         for subscription, (messages, size_bytes) in self._polled.items():
-            if subscription.is_behind:
-                subscription.count()
-            fresh = subscription.arrived - messages
+            fresh = subscription.count() - messages
             if fresh:
                 mean_bytes = (subscription.arrived_bytes - size_bytes) // fresh
-                self._owed_ns += fresh * self._computer.receive_ns(subscription.trigger, mean_bytes)
+                self.owed_ns += fresh * self.receive_ns(subscription.trigger, mean_bytes)
                 self._polled[subscription] = subscription.arrived, subscription.arrived_bytes
 
     def end(self) -> None:
-        entry, self._current = self._current, None
-        held, self._held = self._held, []
+        entry, self.current = self.current, None
         self._idle = True
-        for publisher, content in held:
-            publisher.release(content)
-        if entry is not None:
+        if self._held:
+            held, self._held = self._held, []
+            for publisher, content in held:
+                publisher.release(content)
+        if entry is not None and entry.waits:
             entry.over()
-        if self._queue:
+        if self._queue and self.awaited:  # else what came has a turn already
             self._host.wake(self)

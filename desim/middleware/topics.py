@@ -125,8 +125,7 @@ class Latest:
 
     def put(self, message: Message) -> None:
         """``message`` has arrived."""
-        self._message = message
-        self._unread = True
+        self._take(message)
         if self._wait_set is not None:
             self._wait_set.add(self)
 
@@ -148,8 +147,13 @@ class Latest:
         expected = self._expected
         while expected and self._host.graph.kernel.over(expected[0][0], Phase.DELIVER):
             due_ns, link, message = self._next_expected()
-            self._message, self._unread = message, True
+            self._take(message)
             link.land(message, due_ns)
+
+    def take_from(self, feed: Feed | None) -> None:
+        """From now on messages come from ``feed``, too."""
+        self.catch_up()
+        self.feed = feed
 
     def book(self) -> None:
         """Somebody waits now: make events of the arrivals that are still to come."""
@@ -167,6 +171,10 @@ class Latest:
     def expects(self) -> bool:
         """Whether messages are on their way that nobody waits for."""
         return bool(self._expected)
+
+    def _take(self, message: Message) -> None:
+        self._message = message
+        self._unread = True
 
     def _next_expected(self) -> tuple[int, Expecting, Message]:
         if len(self._expected) == 1:

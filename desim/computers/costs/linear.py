@@ -9,6 +9,7 @@ from desim.ports.computers import Kept, Work
 
 ANY = "any"  # the trigger that stands for all that have no row of their own
 _PS_PER_NS = 1000
+_HALF_PS = 500  # for rounding
 
 
 class CallbackCost(NamedTuple):
@@ -60,17 +61,20 @@ class LinearCosts:
         row = rows.get(work.trigger) or rows.get(ANY)
         if row is None:
             return 0
-        per_ps = row.per_ps
-        return _rounded(row.fixed_ps + sum(count * per_ps.get(name, 0)
-                                           for name, count in work.quantities.items()))
+        cost_ps, per_ps = row.fixed_ps + _HALF_PS, row.per_ps
+        if per_ps:
+            for name, count in work.quantities.items():
+                cost_ps += count * per_ps.get(name, 0)
+        return cost_ps // _PS_PER_NS
 
     def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
         cost = self._send
-        return _rounded(cost.message_ps + size_bytes * cost.byte_ps
-                        + links * (cost.link_ps + size_bytes * cost.link_byte_ps))
+        return (cost.message_ps + size_bytes * cost.byte_ps
+                + links * (cost.link_ps + size_bytes * cost.link_byte_ps) + _HALF_PS) // _PS_PER_NS
 
     def receive_ns(self, topic: str, size_bytes: int) -> int:
-        return _rounded(self._receive.message_ps + size_bytes * self._receive.byte_ps)
+        cost = self._receive
+        return (cost.message_ps + size_bytes * cost.byte_ps + _HALF_PS) // _PS_PER_NS
 
     def system_bytes(self) -> int:
         return self._memory.system_bytes
@@ -82,7 +86,3 @@ class LinearCosts:
         per_bytes = row.per_bytes
         return row.fixed_bytes + sum(count * per_bytes.get(name, 0)
                                      for name, count in kept.quantities.items())
-
-
-def _rounded(cost_ps: int) -> int:
-    return (cost_ps + _PS_PER_NS // 2) // _PS_PER_NS
