@@ -4,48 +4,56 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import NoReturn
 
+from desim.computers.costs.linear import LinearCosts
 from desim.computers.memory import Memory
 from desim.computers.processors import Processors
 from desim.errors import ModelError, class_of
 from desim.ports.computers import CostModel, Work
 
 
-@dataclass(frozen=True, slots=True)
 class Computer:
     """The processors, the memory and the costs of one host. ``priorities``: by node, 0 for nodes
-    without one; under ``fixed_priority`` the highest runs first. ``memory``: None where ``costs``
-    says nothing of it. The methods return the costs of ``costs``, and raise ``ModelError`` for a
-    cost that is no int >= 0."""
+    without one; under ``fixed_priority`` the highest runs first. ``memory``: None where the cost
+    model says nothing of it. What ``costs`` says is checked; linear costs cannot be wrong."""
 
-    processors: Processors
-    costs: CostModel
-    priorities: Mapping[str, int]
-    memory: Memory | None = None
+    __slots__ = ("processors", "costs", "priorities", "memory")
+
+    def __init__(self, processors: Processors, costs: CostModel, priorities: Mapping[str, int],
+                 memory: Memory | None = None) -> None:
+        self.processors, self.priorities, self.memory = processors, priorities, memory
+        self.costs: LinearCosts | CheckedCosts = (
+            costs if isinstance(costs, LinearCosts) else CheckedCosts(costs))
+
+
+class CheckedCosts:
+    """The costs that ``model`` says. Raises ``ModelError`` for what is no int >= 0."""
+
+    def __init__(self, model: CostModel) -> None:
+        self._model = model
 
     def callback_ns(self, work: Work) -> int:
         """See ``CostModel.callback_ns``."""
-        cost_ns = self.costs.callback_ns(work)
-        if type(cost_ns) is int and cost_ns >= 0:
-            return cost_ns
-        return self._refuse(cost_ns, f"callback_ns({work})")
+        cost_ns = self._model.callback_ns(work)
+        return cost_ns if _is_cost(cost_ns) else self._refuse(cost_ns, f"callback_ns({work})")
 
     def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
         """See ``CostModel.send_ns``."""
-        cost_ns = self.costs.send_ns(topic, size_bytes, links)
-        if type(cost_ns) is int and cost_ns >= 0:
-            return cost_ns
-        return self._refuse(cost_ns, f"send_ns({topic!r}, {size_bytes}, {links})")
+        cost_ns = self._model.send_ns(topic, size_bytes, links)
+        return cost_ns if _is_cost(cost_ns) else self._refuse(
+            cost_ns, f"send_ns({topic!r}, {size_bytes}, {links})")
 
     def receive_ns(self, topic: str, size_bytes: int) -> int:
         """See ``CostModel.receive_ns``."""
-        cost_ns = self.costs.receive_ns(topic, size_bytes)
-        if type(cost_ns) is int and cost_ns >= 0:
-            return cost_ns
-        return self._refuse(cost_ns, f"receive_ns({topic!r}, {size_bytes})")
+        cost_ns = self._model.receive_ns(topic, size_bytes)
+        return cost_ns if _is_cost(cost_ns) else self._refuse(
+            cost_ns, f"receive_ns({topic!r}, {size_bytes})")
 
     def _refuse(self, cost_ns: object, asked: str) -> NoReturn:
-        raise ModelError(f"{class_of(self.costs)} answered {cost_ns!r} to {asked}; wanted: an int "
+        raise ModelError(f"{class_of(self._model)} answered {cost_ns!r} to {asked}; wanted: an int "
                          ">= 0, in ns")
+
+
+def _is_cost(cost_ns: object) -> bool:
+    return type(cost_ns) is int and cost_ns >= 0

@@ -150,8 +150,9 @@ class Processors:
         """Account for the work that has been done since the last event."""
         now_ns, ready = self._kernel.now_ns, self._ready
         if self._share is None:
-            for job in [job for job in ready if job.due_ns <= now_ns]:
-                self._leave(job)
+            for job in ready[:]:
+                if job.due_ns <= now_ns:
+                    self._leave(job)
             return
         elapsed_ns = now_ns - self._since_ns
         if not elapsed_ns:

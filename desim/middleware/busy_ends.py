@@ -10,7 +10,7 @@ from desim.engine.trace import pack
 from desim.middleware.contents import Content
 from desim.middleware.executor import Executor
 from desim.middleware.message import Message
-from desim.middleware.topics import Feed, Latest, Publisher, Subscription, Topic, WaitSet
+from desim.middleware.topics import Expecting, Feed, Latest, Publisher, Subscription, Topic, WaitSet
 from desim.ports.middleware import Addressing, Offer
 
 if TYPE_CHECKING:
@@ -68,40 +68,61 @@ class QueuedSubscription(Subscription):
         """It does not wait for that."""
 
 
-class CountedLatest(Latest):
-    """A subscription without a callback that counts what arrives: ``readers`` nodes pay for it."""
+class PaidLatest(Latest):
+    """A subscription without a callback. The nodes that read it, its ``readers``, pay for what
+    arrives."""
 
-    __slots__ = ("trigger", "arrived", "arrived_bytes", "readers", "_counted")
+    __slots__ = ("trigger", "readers", "_paid")
 
     def __init__(self, host: BusyHost, topic: str, wait_set: WaitSet | None) -> None:
         super().__init__(host, wait_set)
         self.trigger = host.graph.without_hosts(topic)
-        self.arrived = self.arrived_bytes = self.readers = 0
-        self._counted = 0  # of the messages of the present feed
+        self.readers: list[Executor] = []
+        self._paid = 0  # of the messages of the present feed
 
-    def count(self) -> int:
-        """Count what has come by now; returns ``arrived``. (A message of a feed is made when it is
-        read.)"""
+    def read_by(self, executor: Executor) -> None:
+        """The node of ``executor`` reads it from now on."""
+        self.settle()
+        if executor not in self.readers:
+            self.readers.append(executor)
+        self._unsettled()
+
+    def settle(self) -> bool:
+        """Let readers pay for what has come by now. Returns whether more may come that nobody
+        hears of. (A message of a feed is made when it is read.)"""
         if self._expected:
             self.catch_up()
         feed = self.feed
-        if feed is not None:
-            fresh = feed.landed() - self._counted
-            if fresh > 0:
-                self._counted += fresh
-                self.arrived += fresh
-                self.arrived_bytes += fresh * feed.size_bytes
-        return self.arrived
+        if feed is None:
+            return bool(self._expected)
+        fresh = feed.landed() - self._paid
+        if fresh > 0:
+            self._paid += fresh
+            self._pay(fresh, feed.size_bytes)
+        return True
 
     def take_from(self, feed: Feed | None) -> None:
-        self.count()
+        self.settle()
         super().take_from(feed)
-        self._counted = 0
+        self._paid = 0
+        self._unsettled()
+
+    def expect(self, link: Expecting, message: Message, due_ns: int) -> None:
+        super().expect(link, message, due_ns)
+        self._unsettled()
 
     def _take(self, message: Message) -> None:
         super()._take(message)
-        self.arrived += 1
-        self.arrived_bytes += message.size_bytes
+        self._pay(1, message.size_bytes)
+
+    def _pay(self, messages: int, size_bytes: int) -> None:
+        for executor in self.readers:
+            executor.owed_ns += messages * executor.receive_ns(self.trigger, size_bytes)
+
+    def _unsettled(self) -> None:
+        """Messages may come from now on that nobody hears of."""
+        for executor in self.readers:
+            executor.unsettled[self] = None
 
 
 class HeldPublisher(Publisher):

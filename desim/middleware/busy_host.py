@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from desim.computers.computer import Computer
 from desim.engine.kernel import Phase
 from desim.errors import KernelError
-from desim.middleware.busy_ends import CountedLatest, HeldPublisher, QueuedSubscription
+from desim.middleware.busy_ends import HeldPublisher, PaidLatest, QueuedSubscription
 from desim.middleware.busy_memory import HostMemory
 from desim.middleware.busy_timers import BusyTimer, OneShot
 from desim.middleware.executor import Executor
@@ -71,9 +71,8 @@ class BusyHost(Host):
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         latest = super().latest(node, topic, wait_set)
-        assert isinstance(latest, CountedLatest)  # ``_new_latest`` has made it
-        latest.readers += 1
-        self._executor(node).polls(latest)
+        assert isinstance(latest, PaidLatest)  # ``_new_latest`` has made it
+        latest.read_by(self._executor(node))
         return latest
 
     def receive(self, message: Message) -> bool:
@@ -103,9 +102,9 @@ class BusyHost(Host):
                         message.seq, message.about.id)
 
     def readers(self, topic: str) -> int:
-        """The number of times that nodes of this host subscribe to ``topic``."""
+        """The number of connections to nodes of this host that subscribe to ``topic``."""
         latest, subscriptions = self._ends_of(topic)
-        return len(subscriptions) + (latest.readers if isinstance(latest, CountedLatest) else 0)
+        return len(subscriptions) + (len(latest.readers) if isinstance(latest, PaidLatest) else 0)
 
     def called(self, node: str) -> None:
         """A callback of ``node`` has been called."""
@@ -133,7 +132,7 @@ class BusyHost(Host):
         return subscription
 
     def _new_latest(self, topic: str, wait_set: WaitSet | None) -> Latest:
-        return CountedLatest(self, topic, wait_set)
+        return PaidLatest(self, topic, wait_set)
 
     def _executor(self, node: str) -> Executor:
         """The thread of the node called ``node``."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Protocol
 from desim.computers.computer import Computer
 from desim.computers.processors import Job
 from desim.ports.arguments import check_work
-from desim.ports.computers import Work
+from desim.ports.computers import QUANTITIES, Work
 
 if TYPE_CHECKING:
     from desim.middleware.contents import Content
@@ -45,15 +45,11 @@ class Holds(Protocol):
 
 
 class Polled(Protocol):
-    """A subscription that is read without a callback. ``arrived``: the number of messages that have
-    come, as far as they are counted."""
+    """A subscription that is read without a callback."""
 
-    trigger: str
-    arrived: int
-    arrived_bytes: int
-
-    def count(self) -> int:
-        """Count what has come by now; returns ``arrived``."""
+    def settle(self) -> bool:
+        """Let its readers owe the receipt of what has come by now. Returns whether more may come
+        that nobody hears of."""
 
 
 class Computes(Protocol):
@@ -72,26 +68,27 @@ class Computes(Protocol):
 class Executor(Job):
     """Runs the callbacks of ``node``, a node of ``host``.
 
-    Messages cost receivers time when they have come, read or not. That of callbacks (``owed_ns``) is
-    spent before the node's next callback. So is that of polled subscriptions: a node that spins at
-    its own rate takes out of the socket then what has come since (ros::spinOnce).
+    Messages cost receivers time when they have come, read or not: ``owed_ns``, which is spent
+    before the node's next callback. So it is with subscriptions without a callback: a node that
+    spins at its own rate takes out of the socket then what has come since (ros::spinOnce).
+    ``unsettled``: those of them where messages may have come that are not owed yet.
     """
 
-    __slots__ = ("node", "receive_ns", "owed_ns", "current", "_host", "_computer", "_processors",
-                 "_queue", "_work", "_held", "_polled", "_idle")
+    __slots__ = ("node", "receive_ns", "owed_ns", "unsettled", "current", "_host", "_costs",
+                 "_processors", "_queue", "_work", "_held", "_idle")
 
     def __init__(self, node: str, host: Computes) -> None:
         super().__init__(host.computer.priorities.get(node, 0))
         self.node = node
-        self.receive_ns = host.computer.receive_ns
-        self._host, self._computer = host, host.computer
+        self._host, self._costs = host, host.computer.costs
         self._processors = host.computer.processors
+        self.receive_ns = self._costs.receive_ns
+        self.owed_ns = 0
+        self.unsettled: dict[Polled, None] = {}
         self._queue: deque[QueuedCallback] = deque()
         self.current: QueuedCallback | None = None  # was called; its time may be over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
         self._held: list[tuple[Holds, Content]] = []  # published by it
-        self.owed_ns = 0
-        self._polled: dict[Polled, tuple[int, int]] = {}  # messages and bytes that are paid for
         self._idle = True
 
     def runs(self, entry: QueuedCallback) -> bool:
@@ -133,29 +130,28 @@ class Executor(Job):
         self._held.clear()
         self.current, self._idle = None, False
 
-    def polls(self, subscription: Polled) -> None:
-        """The node reads ``subscription`` from now on."""
-        self._polled.setdefault(subscription, (subscription.arrived, subscription.arrived_bytes))
-
     def worked(self, quantities: Mapping[str, int]) -> None:
         """See ``Node.worked``."""
-        check_work(f"node {self.node!r}", quantities)
+        work = self._work
         for name, count in quantities.items():
-            self._work[name] = self._work.get(name, 0) + count
+            if name not in QUANTITIES or type(count) is not int or count < 0:
+                check_work(f"node {self.node!r}", quantities)
+            work[name] = work.get(name, 0) + count
 
     def hold(self, publisher: Holds, content: Content, topic: str, links: int) -> None:
         """The callback publishes ``content`` on ``topic``, to so many ``links``."""
         self._held.append((publisher, content))
         if links:
-            self.owed_ns += self._computer.send_ns(topic, content.size_bytes, links)
+            self.owed_ns += self._costs.send_ns(topic, content.size_bytes, links)
 
     def begin(self) -> int:
         if not self._queue:  # what there was to do was cancelled while it waited for a processor
             return 0
         entry = self.current = self._queue.popleft()
         self._work = {}
-        if self._polled:
-            self._receive_polled()
+        for subscription in tuple(self.unsettled):
+            if not subscription.settle():
+                del self.unsettled[subscription]
         self._host.calling = self
         size_bytes = entry.run()
         self._host.calling = None
@@ -163,19 +159,9 @@ class Executor(Job):
         if size_bytes:
             self._work["bytes"] = size_bytes
         self.awaited = bool(self._held or self._queue) or entry.waits
-        cost_ns = self.owed_ns + self._computer.callback_ns(Work(self.node, entry.trigger,
-                                                                 self._work))
+        cost_ns = self.owed_ns + self._costs.callback_ns(Work(self.node, entry.trigger, self._work))
         self.owed_ns = 0
         return cost_ns
-
-    def _receive_polled(self) -> None:
-        """Owe the receipt of what has come since the last callback."""
-        for subscription, (messages, size_bytes) in self._polled.items():
-            fresh = subscription.count() - messages
-            if fresh:
-                mean_bytes = (subscription.arrived_bytes - size_bytes) // fresh
-                self.owed_ns += fresh * self.receive_ns(subscription.trigger, mean_bytes)
-                self._polled[subscription] = subscription.arrived, subscription.arrived_bytes
 
     def end(self) -> None:
         entry, self.current = self.current, None

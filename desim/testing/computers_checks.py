@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from fractions import Fraction
 
-from desim.computers.computer import Computer
+from desim.computers.computer import CheckedCosts
 from desim.computers.memory import Memory
-from desim.computers.processors import Processors
-from desim.computers.scheduling import ProcessorSharing
-from desim.engine.kernel import Kernel
 from desim.ports.computers import KEPT, QUANTITIES, CostModel, Kept, MemoryModel, Work
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
@@ -34,16 +30,16 @@ def check_computers(cls: PluginClass[CostModel], **params: object) -> None:
 
 def _answers(costs: CostModel) -> Iterator[int]:
     """The costs of all sorts of things. Raises ``ModelError`` for what is none."""
-    computer = Computer(Processors(Kernel(), 0, 1, Fraction(1), ProcessorSharing()), costs, {})
+    checked = CheckedCosts(costs)
     for node in _NODES:
         for trigger in _TRIGGERS:
             for count in (0, 1, 10_000):
-                yield computer.callback_ns(Work(node, trigger, dict.fromkeys(QUANTITIES, count)))
-            yield computer.callback_ns(Work(node, trigger, {}))
+                yield checked.callback_ns(Work(node, trigger, dict.fromkeys(QUANTITIES, count)))
+            yield checked.callback_ns(Work(node, trigger, {}))
     for size_bytes in _SIZES:
-        yield computer.receive_ns("scan", size_bytes)
+        yield checked.receive_ns("scan", size_bytes)
         for links in (1, 30):
-            yield computer.send_ns("map_exchange", size_bytes, links)
+            yield checked.send_ns("map_exchange", size_bytes, links)
     if isinstance(costs, MemoryModel):
         memory = Memory(costs, None)
         yield memory.system_bytes()
