@@ -8,7 +8,6 @@ Prints Markdown and writes strategies.png beside runs.parquet.
 from __future__ import annotations
 
 import sys
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,6 @@ from desim.statistics.comparisons import holm, paired
 from desim.statistics.intervals import t_interval
 
 REFERENCE = "nearest_frontier"
-NETWORKS, ROBOTS = ("lan", "radio"), (4, 8)
 
 
 def strategy_kB(run):
@@ -74,18 +72,23 @@ def table(runs) -> None:
               "|")
 
 
+def settings(runs) -> list[tuple[str, int]]:
+    """The networks and the sizes of fleets that there are runs of."""
+    return sorted({(run["network"], run["robots"]) for run in runs})
+
+
 def expectations(runs) -> None:
-    """Sentences of the literature as paired comparisons: the share of time, for all runs and for
-    each network and size."""
+    """Sentences of the literature as paired comparisons: the share of time for each network and
+    size, and the number of pairs in which the first one was faster and slower."""
     print("\n| expected to be no slower | than |",
-          " | ".join(f"{network}, {robots}" for network, robots in product(NETWORKS, ROBOTS)), "|")
-    print("|---" * 6 + "|")
+          " | ".join(f"{network}, {robots}" for network, robots in settings(runs)), "|")
+    print("|---" * (2 + len(settings(runs))) + "|")
     for first, second in (("greedy_assignment", REFERENCE), ("hungarian", REFERENCE),
                           ("minpos", REFERENCE), ("voronoi", REFERENCE), ("market", REFERENCE),
                           ("centralized", REFERENCE), ("minpos", "greedy_assignment"),
                           ("hungarian", "greedy_assignment"), (REFERENCE, "random_frontier")):
         cells = []
-        for network, robots in product(NETWORKS, ROBOTS):
+        for network, robots in settings(runs):
             some = [run for run in runs if (run["network"], run["robots"]) == (network, robots)]
             pair = paired(*ratios(times_of(some, first), times_of(some, second)))
             low, mean, high = np.exp([pair.difference.low, pair.difference.mean,
@@ -105,7 +108,8 @@ def figure(runs, path: Path) -> None:
     shown, panels = pyplot.subplots(1, len(terrains), figsize=(12, 5), sharey=True,
                                     layout="constrained")
     for panel, terrain in zip(panels, terrains, strict=True):
-        for (network, robots), (marker, face, edge) in marks.items():
+        for network, robots in settings(runs):
+            marker, face, edge = marks[network, robots]
             means = [np.mean([time_s(run) for run in runs if (run["strategy"], run["terrain"],
                      run["network"], run["robots"]) == (name, terrain, network, robots)])
                      for name in strategies]
@@ -121,7 +125,7 @@ def figure(runs, path: Path) -> None:
 
 def main(campaign: Path) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
-    for network, robots in product(NETWORKS, ROBOTS):
+    for network, robots in settings(runs):
         print(f"\n**{network}, {robots} robots**\n")
         table([run for run in runs if (run["network"], run["robots"]) == (network, robots)])
     expectations(runs)
