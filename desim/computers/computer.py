@@ -33,8 +33,9 @@ class CheckedCosts:
     def __init__(self, model: CostModel) -> None:
         self._model = model
 
-    def callback_ns(self, work: Work) -> int:
+    def of_callback_ns(self, node: str, trigger: str, quantities: Mapping[str, int]) -> int:
         """See ``CostModel.callback_ns``."""
+        work = Work(node, trigger, quantities)
         cost_ns = self._model.callback_ns(work)
         return cost_ns if _is_cost(cost_ns) else self._refuse(cost_ns, f"callback_ns({work})")
 

@@ -250,11 +250,22 @@ class Processors:
 
     def _end(self, _: object) -> None:
         self._call, self._due_ns = None, -1
+        if self._share is None and not self._done:
+            self._end_alone()
+            return
         self.advance()
         done, self._done = self._done, []
         for job in done:
             job.end()
-        if self._share is not None or self.node is not None:
-            self._dispatch()
-        elif self._ready:
+        self._dispatch()
+
+    def _end_alone(self) -> None:
+        """``_end`` where nobody waits for a processor that gets free."""
+        now_ns, ready = self._kernel.now_ns, self._ready
+        for job in ready[:]:
+            if job.due_ns <= now_ns:
+                ready.remove(job)
+                self._busy_ns += job.due_ns - job.since_ns
+                job.end()
+        if ready:
             self._book()

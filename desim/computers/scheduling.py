@@ -31,8 +31,7 @@ class Discipline(Protocol):
 class FirstInFirstOut:
     """A job runs until it is done, in the order of arrival. (M/D/1 and M/M/c are of this kind.)"""
 
-    def enqueue(self, ready: list[Job], job: Job) -> None:
-        ready.append(job)
+    enqueue = staticmethod(list.append)
 
     def grant(self, ready: int, processors: int) -> Grant:
         return Grant(processors)
@@ -53,8 +52,7 @@ class ProcessorSharing:
     """All jobs run at the same rate, none at more than one processor: the limit of short time
     slices (Linux's SCHED_OTHER with equal weights; Kleinrock 1976, section 4.4)."""
 
-    def enqueue(self, ready: list[Job], job: Job) -> None:
-        ready.append(job)
+    enqueue = staticmethod(list.append)
 
     def grant(self, ready: int, processors: int) -> Grant:
         return Grant(ready, processors, ready)

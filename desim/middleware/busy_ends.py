@@ -40,7 +40,8 @@ class QueuedSubscription(Subscription):
         if 0 < self.limit < len(self._messages):
             self._host.overwritten(self._messages.popleft())
         else:
-            executor.add(self)
+            executor.queue.append(self)
+            self._host.wake(executor)
 
     @property
     def node(self) -> str:
@@ -98,7 +99,8 @@ class PaidLatest(Latest):
         fresh = feed.landed() - self._paid
         if fresh > 0:
             self._paid += fresh
-            self._pay(fresh, feed.size_bytes)
+            for executor in self.readers:
+                executor.owed_ns += fresh * executor.receive_ns(self.trigger, feed.size_bytes)
         return True
 
     def take_from(self, feed: Feed | None) -> None:
@@ -113,11 +115,8 @@ class PaidLatest(Latest):
 
     def _take(self, message: Message) -> None:
         super()._take(message)
-        self._pay(1, message.size_bytes)
-
-    def _pay(self, messages: int, size_bytes: int) -> None:
         for executor in self.readers:
-            executor.owed_ns += messages * executor.receive_ns(self.trigger, size_bytes)
+            executor.owed_ns += executor.receive_ns(self.trigger, message.size_bytes)
 
     def _unsettled(self) -> None:
         """Messages may come from now on that nobody hears of."""

@@ -60,7 +60,7 @@ class BusyTimer:
         self._calls = 0
         self.waits = False  # the next one is due, and the present one is not over
         self._call: Call | None = None
-        self._book(start_ns)
+        self._book(start_ns - kernel.now_ns)
 
     def cancel(self) -> None:
         """No further callback."""
@@ -71,10 +71,10 @@ class BusyTimer:
 
     def run(self) -> int:
         self._k += 1
-        due_ns = self._start_ns + self._k * self._step // self._num
-        self.waits = due_ns < self._kernel.now_ns
+        delay_ns = self._time_ns(self._k) - self._kernel.now_ns
+        self.waits = delay_ns < 0
         if not self.waits:
-            self._book(due_ns)
+            self._book(delay_ns)
         self._calls += 1
         self._callback(self._calls - 1)
         return 0
@@ -86,14 +86,13 @@ class BusyTimer:
         if self._time_ns(self._k + 1) < now_ns:
             self._missed((now_ns - self._time_ns(self._k)) * self._num // self._step)
             self._start_ns, self._k = now_ns, 0
-        self._book(now_ns)
+        self._book(0)
 
     def _time_ns(self, k: int) -> int:
         return self._start_ns + k * self._step // self._num
 
-    def _book(self, due_ns: int) -> None:
-        kernel = self._kernel
-        self._call = kernel.after(due_ns - kernel.now_ns, _CONTROL, self._entity, self._fall_due)
+    def _book(self, delay_ns: int) -> None:
+        self._call = self._kernel.after(delay_ns, _CONTROL, self._entity, self._fall_due)
 
     def _fall_due(self, _: object) -> None:
         executor = self._executor

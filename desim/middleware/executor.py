@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Protocol
 from desim.computers.computer import Computer
 from desim.computers.processors import Job
 from desim.ports.arguments import check_work
-from desim.ports.computers import QUANTITIES, Work
+from desim.ports.computers import QUANTITIES
 
 if TYPE_CHECKING:
     from desim.middleware.contents import Content
 
 
 class QueuedCallback(Protocol):
-    """A callback in the queue of a node. ``trigger``: see ``Work``."""
+    """A callback in the queue of a node. ``trigger``: see ``ports.computers.Work``."""
 
     trigger: str
 
@@ -74,8 +74,8 @@ class Executor(Job):
     ``unsettled``: those of them where messages may have come that are not owed yet.
     """
 
-    __slots__ = ("node", "receive_ns", "owed_ns", "unsettled", "current", "_host", "_costs",
-                 "_processors", "_queue", "_work", "_held", "_idle")
+    __slots__ = ("node", "receive_ns", "owed_ns", "unsettled", "queue", "current", "_host",
+                 "_costs", "_processors", "_work", "_held", "_idle")
 
     def __init__(self, node: str, host: Computes) -> None:
         super().__init__(host.computer.priorities.get(node, 0))
@@ -85,7 +85,7 @@ class Executor(Job):
         self.receive_ns = self._costs.receive_ns
         self.owed_ns = 0
         self.unsettled: dict[Polled, None] = {}
-        self._queue: deque[QueuedCallback] = deque()
+        self.queue: deque[QueuedCallback] = deque()
         self.current: QueuedCallback | None = None  # was called; its time may be over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
         self._held: list[tuple[Holds, Content]] = []  # published by it
@@ -96,24 +96,19 @@ class Executor(Job):
         from now on."""
         return not (self._idle or self._is_free()) and self.current is entry
 
-    def add(self, entry: QueuedCallback) -> None:
-        """``entry`` waits for its turn."""
-        self._queue.append(entry)
-        self._host.wake(self)
-
     def add_due(self, entry: QueuedCallback) -> None:
         """``entry`` waits for its turn. It is the computer's turn in phase CONTROL now."""
-        self._queue.append(entry)
+        self.queue.append(entry)
         self.step()
 
     def remove(self, entry: QueuedCallback) -> None:
         """``entry``, if it waits, is not to be called."""
-        if entry in self._queue:
-            self._queue.remove(entry)
+        if entry in self.queue:
+            self.queue.remove(entry)
 
     def step(self) -> None:
         """Ask for a processor, if there is something to do and nothing is being done."""
-        if self._queue and (self._idle or self._is_free()):
+        if self.queue and (self._idle or self._is_free()):
             self._idle = False
             self._processors.submit(self)
 
@@ -126,12 +121,12 @@ class Executor(Job):
     def stop(self) -> None:
         """Forget everything: the process is gone."""
         self._processors.withdraw(self)
-        self._queue.clear()
+        self.queue.clear()
         self._held.clear()
         self.current, self._idle = None, False
 
     def worked(self, quantities: Mapping[str, int]) -> None:
-        """See ``Node.worked``."""
+        """The node declares work of the callback that is being called; see ``Node.worked``."""
         work = self._work
         for name, count in quantities.items():
             if name not in QUANTITIES or type(count) is not int or count < 0:
@@ -145,21 +140,23 @@ class Executor(Job):
             self.owed_ns += self._costs.send_ns(topic, content.size_bytes, links)
 
     def begin(self) -> int:
-        if not self._queue:  # what there was to do was cancelled while it waited for a processor
+        if not self.queue:  # what there was to do was cancelled while it waited for a processor
             return 0
-        entry = self.current = self._queue.popleft()
-        self._work = {}
-        for subscription in tuple(self.unsettled):
-            if not subscription.settle():
-                del self.unsettled[subscription]
+        entry = self.current = self.queue.popleft()
+        if self._work:
+            self._work = {}
+        if self.unsettled:
+            for subscription in tuple(self.unsettled):
+                if not subscription.settle():
+                    del self.unsettled[subscription]
         self._host.calling = self
         size_bytes = entry.run()
         self._host.calling = None
         self._host.called(self.node)
         if size_bytes:
             self._work["bytes"] = size_bytes
-        self.awaited = bool(self._held or self._queue) or entry.waits
-        cost_ns = self.owed_ns + self._costs.callback_ns(Work(self.node, entry.trigger, self._work))
+        self.awaited = bool(self._held or self.queue) or entry.waits
+        cost_ns = self.owed_ns + self._costs.of_callback_ns(self.node, entry.trigger, self._work)
         self.owed_ns = 0
         return cost_ns
 
@@ -172,5 +169,5 @@ class Executor(Job):
                 publisher.release(content)
         if entry is not None and entry.waits:
             entry.over()
-        if self._queue and self.awaited:  # else what came has a turn already
+        if self.queue and self.awaited:  # else what came has a turn already
             self._host.wake(self)

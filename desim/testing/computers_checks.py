@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from desim.computers.computer import CheckedCosts
 from desim.computers.memory import Memory
-from desim.ports.computers import KEPT, QUANTITIES, CostModel, Kept, MemoryModel, Work
+from desim.ports.computers import KEPT, QUANTITIES, CostModel, Kept, MemoryModel
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 
@@ -34,8 +34,8 @@ def _answers(costs: CostModel) -> Iterator[int]:
     for node in _NODES:
         for trigger in _TRIGGERS:
             for count in (0, 1, 10_000):
-                yield checked.callback_ns(Work(node, trigger, dict.fromkeys(QUANTITIES, count)))
-            yield checked.callback_ns(Work(node, trigger, {}))
+                yield checked.of_callback_ns(node, trigger, dict.fromkeys(QUANTITIES, count))
+            yield checked.of_callback_ns(node, trigger, {})
     for size_bytes in _SIZES:
         yield checked.receive_ns("scan", size_bytes)
         for links in (1, 30):

@@ -55,16 +55,20 @@ class LinearCosts:
         self._memory = memory
 
     def callback_ns(self, work: Work) -> int:
-        rows = self._callbacks.get(work.node)
-        if rows is None:
-            return 0
-        row = rows.get(work.trigger) or rows.get(ANY)
+        return self.of_callback_ns(*work)
+
+    def of_callback_ns(self, node: str, trigger: str, quantities: Mapping[str, int]) -> int:
+        """``callback_ns`` of ``Work`` that nobody makes."""
+        rows = self._callbacks.get(node)
+        row = None if rows is None else rows.get(trigger) or rows.get(ANY)
         if row is None:
             return 0
-        cost_ps, per_ps = row.fixed_ps + _HALF_PS, row.per_ps
+        fixed_ps, per_ps = row
+        cost_ps = fixed_ps + _HALF_PS
         if per_ps:
-            for name, count in work.quantities.items():
-                cost_ps += count * per_ps.get(name, 0)
+            for name, count in quantities.items():
+                if name in per_ps:
+                    cost_ps += count * per_ps[name]
         return cost_ps // _PS_PER_NS
 
     def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
