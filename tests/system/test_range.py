@@ -96,14 +96,14 @@ def test_media_of_some_hosts_carry_what_is_theirs():
 
 def test_a_base_that_no_radio_can_reach_is_warned_of():
     """Over a radio a host without a place hears nobody. Its strategy would wait for ever."""
-    def told(*overrides):
+    def warned(*overrides):
         simulation = built(HELLO, "deployment=field", *overrides,
                            "hosts.base.strategy={strategy: nearest_frontier}", "stop.elapsed=6 s")
         simulation.run()
         return warnings(simulation.monitor)
     radio = "network.media.air={model: radio}"
-    assert told("hosts={base: {}}", radio) == [
+    assert warned("hosts={base: {}}", radio) == [
         "host base has no place (hosts.base.at), and no message from or to it has arrived: nobody "
         "hears such a host over a radio"]
-    assert told("hosts={base: {at: [0 m, 0 m]}}", radio) == []
-    assert told("hosts={base: {}}", "network.media.air={model: disk, range: 5 m}") == []
+    assert warned("hosts={base: {at: [0 m, 0 m]}}", radio) == []
+    assert warned("hosts={base: {}}", "network.media.air={model: disk, range: 5 m}") == []
