@@ -119,8 +119,7 @@ class Latest:
 
     def news(self) -> Message | None:
         """The last message that has arrived, if it has not been read yet."""
-        if self._expected or self.feed is not None:
-            self.catch_up()
+        self.catch_up()
         return self.message if self._unread else None
 
     def put(self, message: Message) -> None:

@@ -134,12 +134,10 @@ class MrsTestbed:
 
     def _listen(self, context: SharingContext, heard: Sequence[SharedMessage]) -> None:
         """Note the poses of teammates."""
-        said = []
-        for source, content, sent_ns in heard:
-            self._poses[source] = pose = content.pose
-            said.append(Contribution(source, sent_ns, pose, None))
-        if said:
-            context.take_in(said)
+        self._poses |= {message.source: message.content.pose for message in heard}
+        if heard:
+            context.take_in([Contribution(message.source, message.sent_ns, message.content.pose,
+                                          None) for message in heard])
 
     def _found(self, context: SharingContext, names: Sequence[str]) -> str | None:
         """The next partner: of the robots in natural order, as the master lists topics."""
