@@ -117,13 +117,6 @@ class SharedMaps:
         hashes = (patches.astype(np.uint64) * _WEIGHTS).sum((2, 4), np.uint64)
         return len(np.unique(hashes[hashes != 0]))
 
-    @property
-    def memory_bytes(self) -> int:
-        """The memory that the pools and tables take."""
-        maps = self.arrays
-        return sum(array.nbytes for array in (maps.visit_tiles, maps.hit_tiles, maps.visits,
-                                              maps.hits, maps.means))
-
 
 def _stock() -> Stock:
     return Stock(np.zeros(1, np.int32), np.zeros(1, np.int32), np.zeros(1, np.int64))
