@@ -134,17 +134,18 @@ class HeldPublisher(Publisher):
         super().__init__(host, topic, offer)
         self._busy_host = host
         self._name = host.graph.without_hosts(topic.name)
-        self._newest_bytes = 0  # of the message that was published last
+        self._newest_bytes = 0  # of the message that a callback published last
 
     def publish(self, content: Content) -> None:
         calling = self._busy_host.calling
-        self._newest_bytes = content.size_bytes
         if calling is None:  # the node starts, or is a driver
             super().publish(content)
         else:
             calling.hold(self, content, self._name, self._links())
 
-    release = Publisher.publish
+    def release(self, content: Content) -> None:
+        self._newest_bytes = content.size_bytes
+        super().publish(content)
 
     def waiting_bytes(self) -> int:
         """The bytes of the messages that have not arrived, each as large as the newest."""

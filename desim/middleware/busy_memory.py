@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from desim.computers.memory import Memory
@@ -11,6 +11,7 @@ from desim.ports.computers import Kept
 
 if TYPE_CHECKING:
     from desim.middleware.busy_host import BusyHost
+    from desim.middleware.node import Node
 
 
 class HostMemory:
@@ -42,17 +43,19 @@ class HostMemory:
 
     def of_processes(self) -> dict[str, int]:
         """The memory of each process by its node, now."""
-        return {name: self._of_process(name) for name in
-                dict.fromkeys(node.name for node in self._host.nodes)}
+        waiting = self._host.waiting_bytes()
+        return {node.name: self._of(node, waiting) for node in self._host.nodes}
 
-    def called(self, node: str) -> None:
-        """A callback of ``node`` has been called. Let the largest process die if there is more in
-        use than there is."""
+    def called(self, name: str) -> None:
+        """A callback of the node ``name`` has been called. Let the largest process die if there is
+        more in use than there is."""
         limit_bytes = self._memory.limit_bytes
         if limit_bytes is None or self._dying:
             return
         sizes = self._sizes = self._sizes or self.of_processes()
-        sizes[node] = self._of_process(node)
+        waiting = self._host.waiting_bytes()
+        sizes |= {node.name: self._of(node, waiting) for node in self._host.nodes
+                  if node.name == name}
         used_bytes = self._memory.system_bytes() + sum(sizes.values())
         if used_bytes > limit_bytes:
             self._dying = True
@@ -63,13 +66,10 @@ class HostMemory:
         self._dying = False
         self._sizes = {}
 
-    def _of_process(self, name: str) -> int:
-        kept = Counter({"bytes": self._host.waiting_bytes(name)})
-        for node in self._host.nodes:
-            if node.name == name:
-                kept.update(node.kept())
-        check_kept(f"node {name!r}", kept)
-        return self._memory.process_bytes(Kept(name, kept))
+    def _of(self, node: Node, waiting: Mapping[str, int]) -> int:
+        kept = {"bytes": waiting.get(node.name, 0), **node.kept()}
+        check_kept(f"node {node.name!r}", kept)
+        return self._memory.process_bytes(Kept(node.name, kept))
 
     def _kill(self, node: str, used_bytes: int, limit_bytes: int) -> None:
         self.kills.append(node)
