@@ -140,9 +140,11 @@ class Member(Carrier[Batch]):
 
     def landed(self) -> int:
         """The number of messages that have arrived in batches."""
-        batch, over = self._batches.last, self._batches.kernel.over
-        if batch is not None and not over(batch.arrivals[self.index], Phase.DELIVER):
-            batch = self._batches.before
+        batch, kernel = self._batches.last, self._batches.kernel
+        if batch is not None:
+            arrival_ns = batch.arrivals[self.index]
+            if arrival_ns >= kernel.now_ns and not kernel.over(arrival_ns, Phase.DELIVER):
+                batch = self._batches.before
         return 0 if batch is None else batch.ordinal - self._elsewhere
 
     def give(self, batch: Batch) -> Message:

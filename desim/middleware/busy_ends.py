@@ -41,7 +41,8 @@ class QueuedSubscription(Subscription):
             self._host.overwritten(self._messages.popleft())
         else:
             executor.queue.append(self)
-            self._host.wake(executor)
+            if executor.idle or not executor.awaited:  # else its end is an event
+                self._host.wake(executor)
 
     @property
     def node(self) -> str:

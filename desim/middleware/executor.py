@@ -74,8 +74,8 @@ class Executor(Job):
     ``unsettled``: those of them where messages may have come that are not owed yet.
     """
 
-    __slots__ = ("node", "receive_ns", "owed_ns", "unsettled", "queue", "current", "_host",
-                 "_costs", "_processors", "_work", "_held", "_idle")
+    __slots__ = ("node", "receive_ns", "owed_ns", "unsettled", "queue", "current", "idle",
+                 "_host", "_costs", "_processors", "_work", "_held")
 
     def __init__(self, node: str, host: Computes) -> None:
         super().__init__(host.computer.priorities.get(node, 0))
@@ -89,12 +89,12 @@ class Executor(Job):
         self.current: QueuedCallback | None = None  # was called; its time may be over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
         self._held: list[tuple[Holds, Content]] = []  # published by it
-        self._idle = True
+        self.idle = True
 
     def runs(self, entry: QueuedCallback) -> bool:
         """Whether ``entry`` has been called and its time is not over. If so, its end is an event
         from now on."""
-        return not (self._idle or self._is_free()) and self.current is entry
+        return not (self.idle or self._is_free()) and self.current is entry
 
     def add_due(self, entry: QueuedCallback) -> None:
         """``entry`` waits for its turn. It is the computer's turn in phase CONTROL now."""
@@ -108,22 +108,22 @@ class Executor(Job):
 
     def step(self) -> None:
         """Ask for a processor, if there is something to do and nothing is being done."""
-        if self.queue and (self._idle or self._is_free()):
-            self._idle = False
+        if self.queue and (self.idle or self._is_free()):
+            self.idle = False
             self._processors.submit(self)
 
     def _is_free(self) -> bool:
         """Whether the present callback's time is over. If not, its end is an event from now on."""
         if not self.awaited:
             self._processors.attend(self)
-        return self._idle
+        return self.idle
 
     def stop(self) -> None:
         """Forget everything: the process is gone."""
         self._processors.withdraw(self)
         self.queue.clear()
         self._held.clear()
-        self.current, self._idle = None, False
+        self.current, self.idle = None, False
 
     def worked(self, quantities: Mapping[str, int]) -> None:
         """The node declares work of the callback that is being called; see ``Node.worked``."""
@@ -162,7 +162,7 @@ class Executor(Job):
 
     def end(self) -> None:
         entry, self.current = self.current, None
-        self._idle = True
+        self.idle = True
         if self._held:
             held, self._held = self._held, []
             for publisher, content in held:
