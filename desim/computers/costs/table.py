@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
@@ -19,25 +20,24 @@ from desim.ports.computers import KEPT, QUANTITIES
 from desim.units import ByteSize, Cost
 
 
-def _quantity(name: str) -> str:
-    if name not in QUANTITIES:
-        raise ValueError(f"no quantity of work{did_you_mean(name, QUANTITIES)}; allowed: "
-                         f"{', '.join(QUANTITIES)}")
-    return name
+def _one_of(names: Sequence[str], otherwise: str) -> AfterValidator:
+    """Accepts ``names``; others are refused as being ``otherwise``."""
+    def checked(name: str) -> str:
+        if name not in names:
+            raise ValueError(f"{otherwise}{did_you_mean(name, names)}; allowed: {', '.join(names)}")
+        return name
+    return AfterValidator(checked)
 
 
-def _kept(name: str) -> str:
-    if name not in KEPT:
-        raise ValueError(f"nothing that is kept{did_you_mean(name, KEPT)}; allowed: "
-                         f"{', '.join(KEPT)}")
-    return name
+_Quantity = Annotated[str, _one_of(QUANTITIES, "no quantity of work")]
+_Kept = Annotated[str, _one_of(KEPT, "nothing that is kept")]
 
 
 class CallbackRow(ports.Params):
     """The cost of a callback."""
 
     fixed_ps: Cost = Field("0 ns", description="each time")
-    per: dict[Annotated[str, AfterValidator(_quantity)], Cost] = Field({}, description=(
+    per: dict[_Quantity, Cost] = Field({}, description=(
         "for each of a quantity: bytes, scans, beams, particles, cells, candidates, plans"))
 
 
@@ -61,7 +61,7 @@ class ProcessRow(ports.Params):
     """The memory of a node's process."""
 
     fixed_bytes: ByteSize = Field("0 B", description="of an empty one")
-    per: dict[Annotated[str, AfterValidator(_kept)], ByteSize] = Field({}, description=(
+    per: dict[_Kept, ByteSize] = Field({}, description=(
         "for each of what is kept: bytes (of waiting messages), cells, patches, scans"))
 
 
