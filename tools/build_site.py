@@ -43,7 +43,7 @@ docs/scenarios
 reference/keys
 docs/network-models
 docs/several-networks
-docs/testbed_traffic
+docs/testbed-traffic
 docs/clocks
 docs/networks-alone
 docs/strategies
@@ -63,7 +63,7 @@ docs/statistics
 docs/defaults
 docs/validation
 docs/performance
-docs/computer_costs
+docs/computer-costs
 docs/energy_sources
 ```
 

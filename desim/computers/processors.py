@@ -1,4 +1,4 @@
-"""The processors of a computer: several jobs are ready, each runs on one processor at most.
+"""The processors of a computer, on which jobs run; a job uses one of them at a time.
 
 Time is in whole nanoseconds; work is kept in parts of a nanosecond that are so small that shares of
 processors lose nothing that a result could show. A job leaves at the first whole nanosecond at
@@ -55,8 +55,8 @@ class Processors:
     instant. ``node``: whose processors these share, where they are virtual and may have to wait.
     Raises ``KernelError`` for other numbers than a count >= 1 and a speed > 0.
 
-    While each job has a processor to itself, jobs do not concern each other: when one is done is
-    known when it begins. Only where somebody waits is there more to account for at each event.
+    While each job has a processor to itself, its end is known when it begins. Only where a job has
+    to wait, or to share, is the work of all jobs brought up to date at each event.
     """
 
     __slots__ = ("count", "node", "_kernel", "_entity", "_discipline", "_work_a_ns", "_parts_a_ns",
@@ -140,7 +140,7 @@ class Processors:
         self._dispatch()
 
     def get(self, share: Share | None) -> None:
-        """From now on each has this share of a physical one; None: one to itself."""
+        """From now on each has this share of a physical processor; None: a whole one."""
         self.advance()
         self._physical = share
         self._set_share()

@@ -1,4 +1,4 @@
-"""The two ends of a topic on a host whose callbacks take time."""
+"""Publishers and subscriptions on a host whose callbacks take time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class QueuedSubscription(Subscription):
     one that it overwrites (ros_comm, subscription.cpp: a full queue adds no callback)."""
 
     __slots__ = ("trigger", "_host", "_executor", "_messages")
-    waits = False  # the next message has its own turn
+    wants_end = False  # the next message has its own turn
 
     def __init__(self, host: BusyHost, executor: Executor, topic: Topic,
                  callback: Callable[[Message], object], limit: int) -> None:
@@ -66,13 +66,13 @@ class QueuedSubscription(Subscription):
         self.callback(message)
         return message.size_bytes
 
-    def over(self) -> None:
-        """It does not wait for that."""
+    def ended(self) -> None:
+        """Do nothing: each message has its own turn."""
 
 
 class PaidLatest(Latest):
-    """A subscription without a callback. The nodes that read it, its ``readers``, pay for what
-    arrives."""
+    """A subscription without a callback. What arrives costs the nodes that read it, its
+    ``readers``, time."""
 
     __slots__ = ("trigger", "readers", "_paid")
 
@@ -84,14 +84,14 @@ class PaidLatest(Latest):
 
     def read_by(self, executor: Executor) -> None:
         """The node of ``executor`` reads it from now on."""
-        self.settle()
+        self.charge_readers()
         if executor not in self.readers:
             self.readers.append(executor)
-        self._unsettled()
+        self._may_get_more()
 
-    def settle(self) -> bool:
-        """Let readers pay for what has come by now. Returns whether more may come that nobody
-        hears of. (A message of a feed is made when it is read.)"""
+    def charge_readers(self) -> bool:
+        """Charge the readers for what has arrived by now. Returns whether more messages may arrive
+        without an event. (A message of a feed is made when it is read.)"""
         if self._expected:
             self.catch_up()
         feed = self.feed
@@ -105,29 +105,29 @@ class PaidLatest(Latest):
         return True
 
     def take_from(self, feed: Feed | None) -> None:
-        self.settle()
+        self.charge_readers()
         super().take_from(feed)
         self._paid = 0
-        self._unsettled()
+        self._may_get_more()
 
     def expect(self, link: Expecting, message: Message, due_ns: int) -> None:
         super().expect(link, message, due_ns)
-        self._unsettled()
+        self._may_get_more()
 
     def _take(self, message: Message) -> None:
         super()._take(message)
         for executor in self.readers:
             executor.owed_ns += executor.receive_ns(self.trigger, message.size_bytes)
 
-    def _unsettled(self) -> None:
-        """Messages may come from now on that nobody hears of."""
+    def _may_get_more(self) -> None:
+        """Messages may arrive from now on without an event."""
         for executor in self.readers:
-            executor.unsettled[self] = None
+            executor.uncharged[self] = None
 
 
 class HeldPublisher(Publisher):
-    """A publisher whose messages leave when the time of the callback is over that publishes
-    them."""
+    """A publisher whose messages leave when the time of the callback that publishes them is
+    over."""
 
     __slots__ = ("_busy_host", "_name", "_newest_bytes")
 

@@ -16,7 +16,7 @@ class OneShot:
     """One call of ``fn(arg)``, at ``due_ns`` or when its node is free after that."""
 
     __slots__ = ("trigger", "_executor", "_fn", "_arg", "_call")
-    waits = False
+    wants_end = False
 
     def __init__(self, kernel: Kernel, entity: int, executor: Executor, trigger: str,
                  delay_ns: int, fn: Callable[..., object], arg: object) -> None:
@@ -33,21 +33,21 @@ class OneShot:
         self._fn(self._arg)
         return 0
 
-    def over(self) -> None:
-        """It is called once."""
+    def ended(self) -> None:
+        """Do nothing: it is called once."""
 
 
 class BusyTimer:
     """A timer whose callbacks do not pile up, by the rule of roscpp (ros_comm, timer_manager.h:
     ``schedule`` and ``updateNext``).
 
-    When a callback's time is over, the next one is due a period after that one was. If that is past
-    by then, it is called at once; if it is past by more than a period, the timer starts anew from
-    now, and ``missed`` is told how many callbacks there were none of. Callback number k gets k.
+    When a callback's time is over, the next one is due a period after that one was due. If that
+    moment is past, it is called at once. If it is past by more than a period, the timer starts anew
+    from now, and ``missed`` gets the number of ticks without a callback. Callback number k gets k.
     """
 
     __slots__ = ("trigger", "_kernel", "_entity", "_executor", "_callback", "_missed", "_num",
-                 "_step", "_start_ns", "_k", "_calls", "_call", "waits")
+                 "_step", "_start_ns", "_k", "_calls", "_call", "wants_end")
 
     def __init__(self, kernel: Kernel, entity: int, executor: Executor, trigger: str,
                  frequency_hz: Fraction | int, callback: Callable[[int], object], start_ns: int,
@@ -58,7 +58,7 @@ class BusyTimer:
         self._start_ns = start_ns
         self._k = 0  # of the next callback, since ``start_ns``
         self._calls = 0
-        self.waits = False  # the next one is due, and the present one is not over
+        self.wants_end = False  # the next tick is due, and the current callback is not over
         self._call: Call | None = None
         self._book(start_ns - kernel.now_ns)
 
@@ -72,17 +72,17 @@ class BusyTimer:
     def run(self) -> int:
         self._k += 1
         delay_ns = self._time_ns(self._k) - self._kernel.now_ns
-        self.waits = delay_ns < 0
-        if not self.waits:
+        self.wants_end = delay_ns < 0
+        if not self.wants_end:
             self._book(delay_ns)
         self._calls += 1
         self._callback(self._calls - 1)
         return 0
 
-    def over(self) -> None:
-        if not self.waits or self._call is None:  # it is not due yet, or cancelled
+    def ended(self) -> None:
+        if not self.wants_end or self._call is None:  # it is not due yet, or cancelled
             return
-        self.waits, now_ns = False, self._kernel.now_ns
+        self.wants_end, now_ns = False, self._kernel.now_ns
         if self._time_ns(self._k + 1) < now_ns:
             self._missed((now_ns - self._time_ns(self._k)) * self._num // self._step)
             self._start_ns, self._k = now_ns, 0
@@ -97,6 +97,6 @@ class BusyTimer:
     def _fall_due(self, _: object) -> None:
         executor = self._executor
         if executor.current is self and executor.runs(self):
-            self.waits = True
+            self.wants_end = True
         else:
             executor.add_due(self)

@@ -1,9 +1,10 @@
 """The thread of a node, which runs callbacks one at a time (roscpp's single-threaded spinner).
 
-A callback is called when the thread first gets a processor: there it reads what has come by then,
-and computes. What it costs shows then, too. Its messages are held back until that time is over;
-meanwhile the thread calls nothing else, and queues fill. The end of a callback is an event only
-where somebody waits for it (half of those of maze_30 say nothing, and no message comes meanwhile).
+A callback is called when its thread first gets a processor. It reads what has arrived by then, and
+declares its work, from which the cost model takes its processor time. Its messages are held back
+until that time is over; meanwhile the thread calls nothing else, and queues fill. The end of a
+callback is an event only if something depends on it: half of the callbacks of maze_30 publish
+nothing, and no message arrives while they run.
 """
 
 from __future__ import annotations
@@ -27,32 +28,32 @@ class QueuedCallback(Protocol):
     trigger: str
 
     @property
-    def waits(self) -> bool:
-        """Whether it wants to hear, right then, that its time is over, by ``over``."""
+    def wants_end(self) -> bool:
+        """Whether ``ended`` is to be called as soon as its time is over."""
 
     def run(self) -> int:
         """Call it. Returns the bytes of its message, 0 without one."""
 
-    def over(self) -> None:
+    def ended(self) -> None:
         """Its time is over."""
 
 
-class Holds(Protocol):
+class HeldPublication(Protocol):
     """A publisher whose messages leave later."""
 
     def release(self, content: Content) -> None:
         """Publish ``content`` now."""
 
 
-class Polled(Protocol):
-    """A subscription that is read without a callback."""
+class PolledSubscription(Protocol):
+    """A subscription without a callback, which its node reads when it runs."""
 
-    def settle(self) -> bool:
-        """Let its readers owe the receipt of what has come by now. Returns whether more may come
-        that nobody hears of."""
+    def charge_readers(self) -> bool:
+        """Charge the nodes that read it for the receipt of what has arrived by now. Returns whether
+        more messages may arrive without an event."""
 
 
-class Computes(Protocol):
+class ExecutorHost(Protocol):
     """The host of an executor. ``calling``: the executor whose callback is being called now."""
 
     computer: Computer
@@ -62,33 +63,33 @@ class Computes(Protocol):
         """A callback of ``node`` has been called."""
 
     def wake(self, executor: Executor) -> None:
-        """``executor`` has something to do, and perhaps does nothing."""
+        """``executor`` has something in its queue, and may be idle."""
 
 
 class Executor(Job):
     """Runs the callbacks of ``node``, a node of ``host``.
 
-    Messages cost receivers time when they have come, read or not: ``owed_ns``, which is spent
-    before the node's next callback. So it is with subscriptions without a callback: a node that
-    spins at its own rate takes out of the socket then what has come since (ros::spinOnce).
-    ``unsettled``: those of them where messages may have come that are not owed yet.
+    A message costs its receiver time, read or not. That time is added to ``owed_ns``, which the
+    node spends before its next callback. The same holds for subscriptions without a callback: a
+    node that spins at its own rate takes all that has arrived out of its sockets (ros::spinOnce).
+    ``uncharged`` are those of them in which messages may have arrived that are not in ``owed_ns``.
     """
 
-    __slots__ = ("node", "receive_ns", "owed_ns", "unsettled", "queue", "current", "idle",
+    __slots__ = ("node", "receive_ns", "owed_ns", "uncharged", "queue", "current", "idle",
                  "_host", "_costs", "_processors", "_work", "_held")
 
-    def __init__(self, node: str, host: Computes) -> None:
+    def __init__(self, node: str, host: ExecutorHost) -> None:
         super().__init__(host.computer.priorities.get(node, 0))
         self.node = node
         self._host, self._costs = host, host.computer.costs
         self._processors = host.computer.processors
         self.receive_ns = self._costs.receive_ns
         self.owed_ns = 0
-        self.unsettled: dict[Polled, None] = {}
+        self.uncharged: dict[PolledSubscription, None] = {}
         self.queue: deque[QueuedCallback] = deque()
         self.current: QueuedCallback | None = None  # was called; its time may be over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
-        self._held: list[tuple[Holds, Content]] = []  # published by it
+        self._held: list[tuple[HeldPublication, Content]] = []  # published by it
         self.idle = True
 
     def runs(self, entry: QueuedCallback) -> bool:
@@ -97,23 +98,23 @@ class Executor(Job):
         return not (self.idle or self._is_free()) and self.current is entry
 
     def add_due(self, entry: QueuedCallback) -> None:
-        """``entry`` waits for its turn. It is the computer's turn in phase CONTROL now."""
+        """Append ``entry`` to the queue. To be called in the computer's turn of phase CONTROL."""
         self.queue.append(entry)
         self.step()
 
     def remove(self, entry: QueuedCallback) -> None:
-        """``entry``, if it waits, is not to be called."""
+        """Take ``entry`` out of the queue, if it is there."""
         if entry in self.queue:
             self.queue.remove(entry)
 
     def step(self) -> None:
-        """Ask for a processor, if there is something to do and nothing is being done."""
+        """Ask for a processor, if a callback waits and none is running."""
         if self.queue and (self.idle or self._is_free()):
             self.idle = False
             self._processors.submit(self)
 
     def _is_free(self) -> bool:
-        """Whether the present callback's time is over. If not, its end is an event from now on."""
+        """Whether the current callback's time is over. If not, its end is an event from now on."""
         if not self.awaited:
             self._processors.attend(self)
         return self.idle
@@ -133,7 +134,7 @@ class Executor(Job):
                 check_work(f"node {self.node!r}", quantities)
             work[name] = work.get(name, 0) + count
 
-    def hold(self, publisher: Holds, content: Content, topic: str, links: int) -> None:
+    def hold(self, publisher: HeldPublication, content: Content, topic: str, links: int) -> None:
         """The callback publishes ``content`` on ``topic``, to so many ``links``."""
         self._held.append((publisher, content))
         if links:
@@ -145,17 +146,17 @@ class Executor(Job):
         entry = self.current = self.queue.popleft()
         if self._work:
             self._work = {}
-        if self.unsettled:
-            for subscription in tuple(self.unsettled):
-                if not subscription.settle():
-                    del self.unsettled[subscription]
+        if self.uncharged:
+            for subscription in tuple(self.uncharged):
+                if not subscription.charge_readers():
+                    del self.uncharged[subscription]
         self._host.calling = self
         size_bytes = entry.run()
         self._host.calling = None
         self._host.called(self.node)
         if size_bytes:
             self._work["bytes"] = size_bytes
-        self.awaited = bool(self._held or self.queue) or entry.waits
+        self.awaited = bool(self._held or self.queue) or entry.wants_end
         cost_ns = self.owed_ns + self._costs.of_callback_ns(self.node, entry.trigger, self._work)
         self.owed_ns = 0
         return cost_ns
@@ -167,7 +168,7 @@ class Executor(Job):
             held, self._held = self._held, []
             for publisher, content in held:
                 publisher.release(content)
-        if entry is not None and entry.waits:
-            entry.over()
+        if entry is not None and entry.wants_end:
+            entry.ended()
         if self.queue and self.awaited:  # else what came has a turn already
             self._host.wake(self)

@@ -159,7 +159,7 @@ def cluster_nodes(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel,
 
 
 def _add_background(graph: Graph, network: Network) -> None:
-    """Start the traffic of others. The random numbers of each flow go by medium and ends, and by
+    """Start the background traffic. The random numbers of each flow go by medium and ends, and by
     the number of such flows before it."""
     media = {medium.name: medium for medium in graph.media}
     hosts = [*(host.name for host in graph.hosts), *network.others]

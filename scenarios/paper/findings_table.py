@@ -1,4 +1,4 @@
-"""The tables and figures of docs/studies/paper_findings.md, from the campaigns of findings.yaml and
+"""The tables and figures of docs/studies/paper-findings.md, from the campaigns of findings.yaml and
 mechanisms.yaml, or their small versions, as far as they are done:
 
     python scenarios/paper/findings_table.py results/findings

@@ -1,4 +1,4 @@
-"""Are the measured costs those of docs/computer_costs.md, and do they hold beside other numbers?"""
+"""Are the measured costs those of docs/computer-costs.md, and do they hold beside other numbers?"""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from desim.computers import measured_costs
 from desim.computers.costs.measured import MeasuredCosts
 from desim.ports.computers import Kept, Work
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "computer_costs.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "computer-costs.md"
 CELLS = 401 * 401  # that nodes declare in the paper's terrains
 COSTS = MeasuredCosts(MeasuredCosts.Params())
 

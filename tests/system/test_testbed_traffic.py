@@ -115,7 +115,7 @@ def test_nobody_polls_by_default():
 
 
 def test_the_keys_are_those_that_docs_name():
-    """docs/testbed_traffic.md: one line for each item."""
+    """docs/testbed-traffic.md: one line for each item."""
     scenario = load(MAZE_8, [
         "testbed.processes={scan: 3, tf: 4}", "robot.tf=own",
         "robot.mapping.published_size=[160 m, 160 m]", "robot.laser={beams: 191, rate: 30 Hz}",

@@ -1,4 +1,4 @@
-"""What loads the paper's network? The tables of docs/testbed_traffic.md.
+"""What loads the paper's network? The tables of docs/testbed-traffic.md.
 
     python tools/measurements/testbed_traffic.py [account|fleets|terrains] [--seconds N] [--seed N]
 
