@@ -181,3 +181,19 @@ def test_nodes_are_of_the_testbed_alone_and_passive_robots_have_no_machine():
         ("robot_0", "node_0"), ("robot_1", None), ("robot_2", "node_0"), ("workstation", None)]
     assert simulation.scenario.network.media["lan"].params.ports == {
         "node_0": ["robot_0", "robot_2"]}
+
+
+def busy_ms(*case):
+    """The time for which the processors of each robot were busy in 5 s."""
+    simulation = built(HELLO, "stop.elapsed=5 s", *case)
+    simulation.run()
+    return [host.computer.processors.busy_ns() / 1e6 for host in simulation.graph.hosts
+            if host.name.startswith("robot")]
+
+
+def test_each_process_pays_for_its_copies():
+    """Two more scans 25 times a second, each of which takes 1 ms to receive; the last two instants'
+    are under way, or not read yet."""
+    receive = "computers={model: table, receive: {message: 1 ms}}"
+    alone, copied = busy_ms(receive), busy_ms(receive, "testbed.processes.scan=3")
+    assert [round(more - one) for one, more in zip(alone, copied, strict=True)] == [2 * 123] * 3

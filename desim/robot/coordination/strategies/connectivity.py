@@ -45,7 +45,7 @@ class Connectivity:
     def on_start(self, robot: ports.StrategyContext) -> None:
         robot.advertise("places")
         robot.subscribe("places", self._learn)
-        robot.every(self._params.period_ns, self._mind)
+        robot.every(self._params.period_ns, self._keep_together)
 
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | ports.Place | None:
         silent_ns = self._contact.silent_ns(robot)
@@ -62,7 +62,7 @@ class Connectivity:
                 return frontier
         return self._advance(robot, frontiers[0]) if frontiers else None
 
-    def _mind(self, robot: ports.StrategyContext) -> None:
+    def _keep_together(self, robot: ports.StrategyContext) -> None:
         """Publish all known places. Drive back if nobody is heard. A robot that stands chooses
         again, since others have moved."""
         if robot.pose is None:

@@ -47,12 +47,12 @@ class Rendezvous:
         robot.advertise("meeting")
         robot.subscribe("meeting", self._agree)
         if robot.has_body:
-            robot.every(self._params.fresh_ns // 3, self._mind)
+            robot.every(self._params.fresh_ns // 3, self._keep_appointment)
 
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | None:
         return None if self._attends else self._explorer.choose(robot)
 
-    def _mind(self, robot: ports.StrategyContext) -> None:
+    def _keep_appointment(self, robot: ports.StrategyContext) -> None:
         """Leave for the meeting in time, wait there, and end it."""
         if robot.pose is None:
             return

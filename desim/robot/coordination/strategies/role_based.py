@@ -67,7 +67,7 @@ class RoleBased:
         host.subscribe("meeting", self._agree)
         if self._partner is not None:
             host.every(self._params.fresh_ns // 3,
-                       self._mind_exploring if self._is_explorer else self._mind_relaying)
+                       self._explore if self._is_explorer else self._relay)
 
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | None:
         return self._minpos.choose(robot) if self._is_exploring else None
@@ -95,7 +95,7 @@ class RoleBased:
 
     # ------------------------------------------------------------------------------ an explorer
 
-    def _mind_exploring(self, robot: ports.StrategyContext) -> None:
+    def _explore(self, robot: ports.StrategyContext) -> None:
         """Leave for the meeting in time, wait there, agree on the next."""
         if not self._is_set(robot) or self._meeting is None:
             return
@@ -138,7 +138,7 @@ class RoleBased:
                                     message.content["time_ns"]).shown(robot)
             self._is_exploring, self._carries = False, True
 
-    def _mind_relaying(self, robot: ports.StrategyContext) -> None:
+    def _relay(self, robot: ports.StrategyContext) -> None:
         """Carry the map home, come back, wait for the explorer."""
         if not self._is_set(robot) or self._meeting is None or self._home is None:
             return
