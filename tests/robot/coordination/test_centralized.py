@@ -58,6 +58,16 @@ def test_a_robot_that_has_done_its_task_gets_another_and_nobody_gets_the_old_one
     assert team.goals()["a"] == (20.0, 0.0)
 
 
+def test_a_robot_whose_task_is_explored_on_the_way_gets_the_frontier_ahead():
+    """Not the robot behind it, although that one has nothing to do."""
+    team = central({"front": (0, 0), "behind": (-20, 0)}, (10, 0))
+    team.wait()
+    assert team.goals() == {"front": (10.0, 0.0), "behind": None}
+    team.know((25, 0))
+    team.wait()
+    assert team.goals() == {"front": (25.0, 0.0), "behind": None}
+
+
 def test_a_robot_refuses_a_place_that_is_not_free_in_its_own_map(monkeypatch):
     team = central({"a": (0, 0)}, (5, 0), (30, 0))
     monkeypatch.setattr(team.benches["a"], "go", lambda place: False)

@@ -21,8 +21,10 @@ class Centralized:
     The same class runs on the robots and on that host. Every ``period`` a robot reports its place
     and the drives that have ended; the base publishes the tasks of all robots. ``hungarian`` makes
     the total length of all paths least. ``greedy`` assigns the shortest path first. A frontier near
-    to a task is taken. Failsafe: a robot that has not heard the base for ``failsafe_after`` goes on
-    alone as ``nearest_frontier``, until it hears the base again.
+    to a task is taken. A task is over when the drive has ended, or when no frontier is near it any
+    more: then the robot in front may get the next one, and need not stop. Failsafe: a robot that
+    has not heard the base for ``failsafe_after`` goes on alone as ``nearest_frontier``, until it
+    hears the base again.
     """
 
     class Params(ports.Params):
@@ -104,12 +106,15 @@ class Centralized:
             self._at.pop(name, None)
 
     def _assign(self, base: ports.StrategyContext) -> None:
-        """Give tasks to robots without one, and publish all."""
+        """End the tasks that are done, give tasks to robots without one, and publish all."""
         self._avoid = [one for one in self._avoid if one[1] > base.now_ns]
+        frontiers = self._frontiers(base)
+        self._tasks = {name: task for name, task in self._tasks.items()
+                       if any(math.dist(task[0], one) < self._params.near_m for one in frontiers)}
         idle = sorted((name for name in self._at if name not in self._tasks),
                       key=ports.natural_key)
-        places = self._free_frontiers(base, idle)
-        if places:
+        places = [one for one in frontiers if not self._is_taken(one)]
+        if idle and places:
             costs_m = finite_costs_m([base.path_lengths_m(places, self._at[name])
                                       for name in idle])
             solve = (linear_sum_assignment if self._params.assignment == "hungarian" else _greedy)
@@ -120,13 +125,12 @@ class Centralized:
         base.show("assignment", (ports.Mark(*task, name) for name, task in tasks.items()))
         base.publish("tasks", tasks)
 
-    def _free_frontiers(self, base: ports.StrategyContext, idle: list[str]) -> list[ports.Place]:
-        """The frontiers away from all tasks and ended drives, in order of their paths from the
-        first of ``idle`` that can reach any."""
-        for name in idle:
+    def _frontiers(self, base: ports.StrategyContext) -> list[ports.Place]:
+        """The frontiers in order of their paths from the first robot that can reach any."""
+        for name in sorted(self._at, key=ports.natural_key):
             found = base.frontiers(origin=self._at[name])
             if found:
-                return [ports.Place(*one[:2]) for one in found if not self._is_taken(one)]
+                return [ports.Place(*one[:2]) for one in found]
         return []
 
     def _is_taken(self, place: tuple[float, ...]) -> bool:
