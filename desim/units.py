@@ -208,6 +208,16 @@ CARRIER = Dimension("carrier frequency", "Hz", float, {
 LEVEL = Dimension("power level", "dBm", float, {"dBm": Fraction(1)}, "16 dBm", signed=True,
                   maximum=1000)
 DECIBELS = Dimension("ratio of powers", "dB", float, {"dB": Fraction(1)}, "7 dB", maximum=1000)
+POWER = Dimension("power", "W", float, {
+    "W": Fraction(1), "mW": Fraction(1, 1000), "kW": Fraction(1000),
+}, "22 W", maximum=10**6, aliases=("mW", "kW"))
+ENERGY = Dimension("energy", "J", float, {
+    "J": Fraction(1), "kJ": Fraction(1000), "Wh": Fraction(3600), "kWh": Fraction(3_600_000),
+}, "260 Wh", positive=True, maximum=10**12, aliases=("kJ", "Wh", "kWh"))
+# What a way costs: a watt for each metre a second.
+ENERGY_PER_WAY = Dimension("energy per way", "J/m", float, {
+    "J/m": Fraction(1), "kJ/km": Fraction(1),
+}, "6.5 J/m", maximum=10**6, aliases=("kJ/km",))
 # Of clocks; 1000 ppm is a clock that nobody would keep.
 DRIFT = Dimension("drift", "ppb", int, {"ppm": Fraction(1000), "ppb": Fraction(1)}, "20 ppm",
                   signed=True, maximum=10**6, least=Fraction(1))
@@ -261,6 +271,9 @@ Frequency = _field(FREQUENCY)  # Fraction Hz
 Carrier = _field(CARRIER)  # float Hz
 Level = _field(LEVEL)  # float dBm, any sign
 Decibels = _field(DECIBELS)  # float dB, not negative
+Power = _field(POWER)  # float W
+Energy = _field(ENERGY)  # float J, above zero
+EnergyPerWay = _field(ENERGY_PER_WAY)  # float J/m
 Drift = _field(DRIFT)  # int ppb, any sign
 
 

@@ -130,14 +130,15 @@ class Reached:
 
 
 def evaluate(ground: Ground, log_odds: np.ndarray, distances_m: list[float], collisions: int,
-             safety_scale: int) -> dict[str, float | None]:
+             safety_scale: int, cost: float | None) -> dict[str, float | None]:
     """Equations 1 to 5 of the paper for a map, int16 ``log_odds`` [height, width], by the names of
     the metrics.
 
     cost = sum of d_i [m] (1) | efficiency = A / cost [m2/m] (2) | safety = 1 - sum of s_i / S (3) |
     completeness = A / G (4) | quality = (A - error w) / G (5), with A the area of G that the map
     knows, s_i the collisions of robot i, S ``safety_scale``, error the number of known cells, free
-    or wall, inside G or not, whose state differs from the truth, and w the area of a cell.
+    or wall, inside G or not, whose state differs from the truth, and w the area of a cell. ``cost``
+    takes the place of (1) in the metrics without a unit in their names.
     """
     state = states(log_odds)
     known = state >= 0
@@ -150,6 +151,8 @@ def evaluate(ground: Ground, log_odds: np.ndarray, distances_m: list[float], col
         "explored_area_m2": area_m2,
         "exploration_cost_m": cost_m,
         "exploration_efficiency_m2_per_m": area_m2 / cost_m if cost_m > 0.0 else None,
+        "exploration_cost": cost,
+        "exploration_efficiency": area_m2 / cost if cost is not None and cost > 0.0 else None,
         "safety": 1.0 - collisions / safety_scale,
         "map_completeness": known_cells / reachable if reachable else 1.0,
         "map_quality": (known_cells - error) / reachable if reachable else 1.0,

@@ -8,7 +8,7 @@ the fleet is to do, and when that is done, its ``task`` says.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from fractions import Fraction
 from typing import NamedTuple
@@ -24,6 +24,7 @@ from desim.middleware.graph import Graph
 from desim.monitor.belief_metrics import BeliefMetrics, Sample
 from desim.monitor.bottlenecks import Bottlenecks
 from desim.monitor.coverage import Coverage, map_age_s
+from desim.monitor.energy_use import EnergyUse
 from desim.monitor.interface_rates import InterfaceRates
 from desim.monitor.localization_errors import LocalizationErrors
 from desim.monitor.memory_use import MemoryUse
@@ -35,11 +36,14 @@ from desim.monitor.reachability import SampledReachability
 from desim.monitor.relative_poses import RelativePoses
 from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
+from desim.monitor.triggers import Triggers
 from desim.plugins import bare
 from desim.ports.tasks import FollowsKnowledge, Ground, JudgesMap, Measures, Task
 from desim.robot.mapping.robot_map import RobotMap
-from desim.scenario.expression import condition
+from desim.scenario.expression import condition, number
+from desim.scenario.quantities import ROBOTS, quantities
 from desim.scenario.schema.experiment import QUANTITIES
+from desim.scenario.schema.power import PowerParams
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
 
@@ -55,7 +59,8 @@ class StopReason(StrEnum):
 class Track(NamedTuple):
     """The fleet at one instant: cells of G that each robot knows and that some robot has known, and
     by robot the way driven, the bytes heard and sent, and where computers get busy the time of
-    processors and the missed ticks so far, the memory in use and the processes killed so far."""
+    processors and the missed ticks so far, the memory in use and the processes killed so far;
+    ``joules`` as ``EnergyUse`` has them."""
 
     time_ns: int
     poses: np.ndarray
@@ -68,6 +73,7 @@ class Track(NamedTuple):
     missed_ticks: list[int]
     ram_bytes: list[int]
     memory_kills: list[int]
+    joules: np.ndarray
 
 
 class Monitor:
@@ -75,7 +81,8 @@ class Monitor:
 
     ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
     name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``
-    [robots] m, both true. ``nodes`` of the cluster, by name. Raises ``InputError`` where the task
+    [robots] m, both true. ``nodes`` of the cluster, by name. ``powers`` of the robots whose energy
+    is measured (None: it is not). Raises ``InputError`` where the task
     does not fit the terrain.
     """
 
@@ -83,13 +90,15 @@ class Monitor:
                  streams: Streams, robots: tuple[str, ...], explorers: tuple[str, ...],
                  ground: Ground, graph: Graph, poses: Callable[[], np.ndarray],
                  travelled_m: Callable[[], np.ndarray],
-                 nodes: Mapping[str, ClusterNode] | None = None) -> None:
+                 nodes: Mapping[str, ClusterNode] | None = None,
+                 powers: Sequence[PowerParams | None] = ()) -> None:
         self.robots, self.explorers, self.ground, self.graph = robots, explorers, ground, graph
         self.maps: dict[str, RobotMap | None] = dict.fromkeys(explorers)
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
         self.processor_load = ProcessorLoad(self.hosts, nodes or {})
         self.memory_use = MemoryUse(self.hosts)
+        self.energy_use = EnergyUse(self.hosts, powers or [None] * len(robots), travelled_m)
         self.bottlenecks = Bottlenecks(graph)
         self._interface_rates = InterfaceRates(self.hosts)
         self._own = [robots.index(name) for name in explorers]
@@ -112,8 +121,10 @@ class Monitor:
         self.started_ns = 0  # when the first robot's software started
         self._has_started = False
         self._measures = task if isinstance(task, Measures) else None
-        self._condition = (condition(scenario.stop.when, (*QUANTITIES, *(
-            self._measures.quantities if self._measures else ()))) if scenario.stop.when else None)
+        names = quantities(scenario, self._measures.quantities if self._measures else ())
+        self._condition = (condition(scenario.stop.when, names) if scenario.stop.when else None)
+        self._triggers = Triggers(scenario.measure.when, names)
+        self._cost = number(scenario.measure.cost, (*names, ROBOTS))
         self._causes: list[str] = []
         self._next_percent = 1
         self._finished = False
@@ -162,6 +173,7 @@ class Monitor:
         if before is not None:
             self.overlap.forgets(robot, before)
         self.maps[robot] = robot_map
+        self.energy_use.switched(robot, robot_map is not None, self._kernel.now_ns)
         self.coverage.restart(i)
         self.outdated_goals.ends(i)
         if robot_map is not None:
@@ -208,9 +220,13 @@ class Monitor:
         causes, self._causes = self._causes, []
         measured = [cause for cause in causes if cause in self._measured_on]
         if measured:
-            self._sample("+".join(measured))
-        elif self._condition is not None:
-            self._judge(self.quantities())
+            self._sample(*measured)
+        elif self._condition is not None or self._triggers:
+            values = self.quantities()
+            met = self._triggers.newly_met(values)
+            if met:
+                self._keep(values, met)
+            self._judge(values)
 
     # ----------------------------------------------------------------------------- sampling
 
@@ -232,6 +248,7 @@ class Monitor:
             "distance_m": math.fsum(self.travelled_m().tolist()),
             "partitions": self.partitions.count,
             "robots_moving": self._moving,
+            **self.energy_use.quantities(self._kernel.now_ns),
             **self._measured(),
         }
 
@@ -274,8 +291,16 @@ class Monitor:
         self._sample("end")
         return self.stop_reason
 
-    def _sample(self, cause: str) -> None:
+    def cost(self) -> float | None:
+        """The cost of equation 1 so far, as ``measure.cost`` has it; None: it is unknown."""
+        return self._cost.evaluate({**self.quantities(), ROBOTS: len(self.robots)})
+
+    def _sample(self, *causes: str) -> None:
         values = self.quantities()
+        self._keep(values, [*causes, *self._triggers.newly_met(values)])
+        self._judge(values)
+
+    def _keep(self, values: dict[str, float], causes: Sequence[str]) -> None:
         now_ns, row, kind = self._kernel.now_ns, self.trace.row, self._kind
         # The row has what the media were given: what they take is their models' affair.
         refused_bytes = sum(medium.refused_bytes for medium in self.graph.media)
@@ -292,9 +317,8 @@ class Monitor:
                              **self.belief_metrics.sample(),
                              **self.processor_load.sample(now_ns),
                              **self.memory_use.sample(),
-                             **self._interface_rates.sample(now_ns), "cause": cause,
+                             **self._interface_rates.sample(now_ns), "cause": "+".join(causes),
                              "bytes": self.families.bytes()})
-        self._judge(values)
 
     def _judge(self, values: dict[str, float]) -> None:
         if (self._condition is not None and self.stop_reason is None
@@ -325,7 +349,8 @@ class Monitor:
                                  [host.tx_bytes for host in self.hosts],
                                  self.processor_load.busy_ns(),
                                  self.processor_load.missed_ticks(),
-                                 self.memory_use.used_bytes(), self.memory_use.kills()))
+                                 self.memory_use.used_bytes(), self.memory_use.kills(),
+                                 self.energy_use.joules(now_ns)))
         self.bottlenecks.sample(now_ns)
         if self.links is not None:
             self.links.sample(now_ns)

@@ -9,6 +9,7 @@ import numpy as np
 
 from desim.errors import ModelError, class_of
 from desim.middleware.graph import Graph
+from desim.monitor import energy_use
 from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
 from desim.monitor.localization_errors import wall_errors
@@ -37,7 +38,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "reachable_area_m2": monitor.coverage.cells * monitor.ground.cell_m2,
         "judged_robot": judged,
         **evaluate(monitor.ground, belief, monitor.travelled_m().tolist(),
-                   sum(monitor.collisions_of), monitor.safety_scale),
+                   sum(monitor.collisions_of), monitor.safety_scale, monitor.cost()),
         "collisions": monitor.collisions,
         "recoveries": sum(monitor.recoveries_of),
         "messages_published": traffic.sent + traffic.unmatched,
@@ -69,6 +70,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
            for key in ("rx_kBps", "tx_kBps")},
         **monitor.processor_load.summary(now_ns),
         **fleet_summary(list(robots.values())),
+        **energy_use.fleet_summary(list(robots.values())),
         **monitor.bottlenecks.summary(),
         "robots": robots,
         "warnings": warnings(monitor),
@@ -141,6 +143,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
     travelled_m = monitor.travelled_m().tolist()
     shares = dict(zip(monitor.explorers, monitor.coverage.known, strict=True))
     memory = monitor.memory_use.summary([track.ram_bytes for track in monitor.tracks])
+    energy = monitor.energy_use.summary(now_ns)
     in_vain = {name: monitor.outdated_goals.of(i) for i, name in enumerate(monitor.explorers)}
     return {name: {
         "explored": monitor.coverage.share(shares[name]) if name in shares else None,
@@ -152,6 +155,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
         "tx_kBps": host.tx_bytes / kilo_s,
         **monitor.processor_load.of(host, now_ns),
         **memory.get(name, NOTHING),
+        **energy[i],
     } for i, (name, host) in enumerate(zip(monitor.robots, monitor.hosts, strict=True))}
 
 
@@ -194,4 +198,5 @@ def robots_table(monitor: Monitor) -> Sample:
             [track.missed_ticks for track in tracks]).ravel()} if len(busy_ns) else {}),
         **monitor.memory_use.columns([track.ram_bytes for track in tracks],
                                      [track.memory_kills for track in tracks]),
+        **monitor.energy_use.columns([track.joules for track in tracks]),
     }

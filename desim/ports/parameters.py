@@ -8,7 +8,7 @@ from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict
 
-_UNIT = re.compile(r"_(ns|ps|bps|bytes|m|mps|mps2|rad|radps|radps2|hz|db|dbm|ppb)$")
+_UNIT = re.compile(r"_(ns|ps|bps|bytes|m|mps|mps2|rad|radps|radps2|hz|db|dbm|ppb|w|j|jpm)$")
 
 
 def yaml_key(field: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from itertools import pairwise
 
 from desim import plugins
@@ -12,11 +12,12 @@ from desim.errors import InputError, did_you_mean
 from desim.scenario import bodies, coordination, expression, generated_terrain, network_checks
 from desim.scenario.complaints import Complaint
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
+from desim.scenario.quantities import ROBOTS, quantities, wants_power
 from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
-from desim.scenario.schema.experiment import QUANTITIES
+from desim.scenario.schema.experiment import ENERGY
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
 from desim.scenario.schema.robot import BUILT_IN_LASERS
@@ -233,17 +234,27 @@ def _one_raster(scenario: Scenario, _: Folder) -> Found:
                 " robots share their maps")
 
 
-def _condition(scenario: Scenario, _: Folder) -> Found:
-    if scenario.stop.when is None:
-        return
+def _expressions(scenario: Scenario, _: Folder) -> Found:
+    """Those of stop and measure."""
     try:
-        own = plugins.quantities(scenario.task.model)
+        names = quantities(scenario, plugins.quantities(scenario.task.model))
     except InputError:
         return  # there is no such task, which is complained of where it is named
-    try:
-        expression.condition(scenario.stop.when, (*QUANTITIES, *own))
-    except InputError as error:
-        yield ("stop", "when"), str(error)
+    written: list[tuple[Path, str, Callable[[str, Collection[str]], object], Collection[str]]] = [
+        *((("measure", "when", i), text, expression.of_quantities, names)
+          for i, text in enumerate(scenario.measure.when)),
+        (("measure", "cost"), scenario.measure.cost, expression.number, (*names, ROBOTS))]
+    if scenario.stop.when is not None:
+        written.insert(0, (("stop", "when"), scenario.stop.when, expression.condition, names))
+    for path, text, read, known in written:
+        if wants_power(scenario, text):
+            yield path, (f"{ENERGY} is measured where robot.power says what robots draw, e.g. "
+                         "{} (a Pioneer 3-DX)")
+            continue
+        try:
+            read(text, known)
+        except InputError as error:
+            yield path, str(error)
 
 
 def _world(scenario: Scenario, _: Folder) -> Found:
@@ -270,7 +281,8 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
-    ((("stop", "when"), ("task",)), _condition),
+    ((("stop", "when"), ("measure", "when"), ("measure", "cost"), ("task",), ("robot", "power"),
+      ("fleet",)), _expressions),
     *network_checks.CHECKS,
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), coordination.briefed),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination.frames),

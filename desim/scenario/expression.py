@@ -58,10 +58,23 @@ def condition(text: str, names: Collection[str]) -> Condition:
         if not callable(function):
             raise InputError(f"{name!r} is not a function")
         return Condition(name, lambda quantities: bool(function(quantities)))
+    return of_quantities(text, names)
+
+
+def of_quantities(text: str, names: Collection[str]) -> Condition:
+    """The condition ``text``, an expression over ``names``. Raises ``InputError``."""
     expression = compile(text, names)
     if not isinstance(expression, Condition):
         raise InputError(f"{text!r} is a number, not a condition; compare it with something, "
                          "e.g. 'explored > 0.9'")
+    return expression
+
+
+def number(text: str, names: Collection[str]) -> Number:
+    """The number ``text``, an expression over ``names``. Raises ``InputError``."""
+    expression = compile(text, names)
+    if not isinstance(expression, Number):
+        raise InputError(f"{text!r} is a condition where a number is needed, e.g. 'distance_m'")
     return expression
 
 

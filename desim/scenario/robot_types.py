@@ -43,6 +43,14 @@ def equipment_by_path(scenario: Scenario) -> Iterator[tuple[Path, Equipment]]:
             yield ("fleet", "types", name, "robot"), kind.robot
 
 
+def are_metered(scenario: Scenario) -> bool:
+    """Whether it is said what any robot's parts draw."""
+    types = {**BUILT_IN_TYPES, **scenario.fleet.types}
+    own = [types[name].robot for name in used_types(scenario.fleet) if name in types]
+    return any((scenario.robot if robot is None else filled_in(robot, scenario.robot)).power
+               is not None for robot in own)
+
+
 def strategies_of(scenario: Scenario) -> tuple[StrategyChoice, ...]:
     """The strategy of each robot."""
     return tuple(kind.strategy or scenario.coordination for kind in types_of(scenario.fleet))

@@ -102,7 +102,7 @@ def test_equations_of_the_paper_on_a_small_map():
     believed = drawn("# .##",
                      "#.# #",
                      "#####")
-    result = evaluate(Ground(grid, solid, solid == 0), believed, [3.0, 5.0], 4, 100)
+    result = evaluate(Ground(grid, solid, solid == 0), believed, [3.0, 5.0], 4, 100, 1.0)
     assert result["exploration_cost_m"] == 8.0
     assert result["explored_area_m2"] == 2 * 4.0
     assert result["exploration_efficiency_m2_per_m"] == 1.0
@@ -115,7 +115,7 @@ def test_equations_of_the_paper_on_a_small_map():
 def test_a_perfect_map_has_quality_and_completeness_one():
     truth = ground(3)
     perfect = np.where(truth.solid != 0, OCCUPIED, FREE).astype(np.int16)
-    result = evaluate(truth, perfect, [1.0], 0, 100)
+    result = evaluate(truth, perfect, [1.0], 0, 100, 1.0)
     assert (result["map_completeness"], result["map_quality"], result["safety"]) == (1.0, 1.0, 1.0)
 
 
@@ -123,13 +123,13 @@ def test_the_twin_a_wrong_cell_size_shows_in_the_area_alone():
     truth = ground(3)
     perfect = np.where(truth.solid != 0, OCCUPIED, FREE).astype(np.int16)
     coarse = Ground(truth.grid._replace(resolution_m=0.55), truth.solid, truth.reachable)
-    areas = [evaluate(g, perfect, [1.0], 0, 100)["explored_area_m2"] for g in (truth, coarse)]
+    areas = [evaluate(g, perfect, [1.0], 0, 100, 1.0)["explored_area_m2"] for g in (truth, coarse)]
     assert areas[0] == truth.reachable.sum() * 0.25
     assert areas[1] > 1.1 * areas[0]
 
 
 def test_who_never_moves_has_no_efficiency():
-    result = evaluate(ground(), np.zeros((70, 40), np.int16), [0.0, 0.0], 0, 100)
+    result = evaluate(ground(), np.zeros((70, 40), np.int16), [0.0, 0.0], 0, 100, 1.0)
     assert result["exploration_efficiency_m2_per_m"] is None
     assert result["explored_area_m2"] == 0.0
     assert not math.isnan(result["map_quality"])

@@ -20,7 +20,8 @@ _GIVEN_IN = ((units.DURATION, "s", "_s"), (units.BIT_RATE, "b/s", "_bps"),
             (units.ANGULAR_SPEED, "rad/s", "_radps"), (units.ACCELERATION, "m/s^2", "_mps2"),
             (units.ANGULAR_ACCELERATION, "rad/s^2", "_radps2"), (units.CARRIER, "Hz", "_hz"),
             (units.FREQUENCY, "Hz", "_hz"), (units.LEVEL, "dBm", "_dbm"),
-            (units.DECIBELS, "dB", "_db"))
+            (units.DECIBELS, "dB", "_db"), (units.POWER, "W", "_w"), (units.ENERGY, "J", "_j"),
+            (units.ENERGY_PER_WAY, "J/m", "_jpm"))
 # Suffix of a column's name, to the unit of its numbers.
 SUFFIXES = {"": "", **{suffix: unit for _, unit, suffix in _GIVEN_IN}}
 

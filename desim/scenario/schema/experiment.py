@@ -17,6 +17,8 @@ QUANTITIES = (
     "partitions", "robots_moving",
 )
 
+ENERGY = "energy_j"  # beside these, where the robots' power is given
+
 
 class TaskChoice(PluginChoice):
     """The task of the fleet."""
@@ -49,6 +51,13 @@ class Measure(Params):
     every_ns: Pace = Field("5 s", description="period of samples (the paper's robot log)")
     on: tuple[Literal["explored_10pct", "collision", "recovery", "partition"], ...] = Field(
         (), description="events that also cause a sample")
+    when: tuple[str, ...] = Field((), description=(
+        "expressions over the monitor's quantities, e.g. 'explored > 0.5': each causes a sample "
+        "when it becomes true"))
+    cost: str = Field("distance_m", min_length=1, description=(
+        "the cost of the paper's equations 1 and 2, an expression over the monitor's quantities "
+        "and robots, their number, e.g. 'energy_j' or '5 * robots + 0.1 * distance_m' (the ways "
+        "of all robots: the paper)"))
     safety_scale: int = Field(100, ge=1, description=(
         "S of the paper's equation 3, safety = 1 - collisions / S (the paper leaves it open)"))
 

@@ -12,6 +12,7 @@ from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import Name, PluginChoice
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.navigation import Navigation
+from desim.scenario.schema.power import PowerParams
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Angle, Duration, Frequency, Length, MessageSize, Period, Position
 
@@ -185,6 +186,8 @@ class Equipment(Params):
     antenna: Antenna = Field(default_factory=Antenna)
     computer: ComputerParams = Field(default_factory=ComputerParams)
     clock: ClockParams | None = Field(None, description="(null: it shows the true time)")
+    power: PowerParams | None = Field(None, description=(
+        "what its parts draw ({}: a Pioneer 3-DX; null: its energy is not measured)"))
     odometry: Odometry = Field(default_factory=Odometry)
     mapping: MappingParams = Field(default_factory=MappingParams)
     navigation: Navigation = Field(default_factory=Navigation)

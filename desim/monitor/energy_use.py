@@ -1,0 +1,108 @@
+"""The energy that robots use: a sum over their parts of power times the time in each state.
+
+Each time is a counter that somebody keeps anyway, so that nothing is integrated in steps, and no
+event is booked:
+
+    drive   = idle t + motion d          t: the software has run, d: way driven
+    sensors = sensors t
+    compute = idle t + processor b       b: processors were busy, summed over them
+    radio   = idle t + (receive - idle) r + (send - idle) s      r, s: received and sent
+
+Motors whose power is a line over speed, P = idle + motion v, use idle t + motion d on any way: the
+integral of v is d.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from desim.middleware.busy_host import BusyHost
+from desim.middleware.host import Host
+from desim.monitor.belief_metrics import Sample
+from desim.scenario.schema.power import PowerParams
+from desim.units import NS_PER_S
+
+PARTS = ("drive_j", "sensors_j", "compute_j", "radio_j")
+
+
+class EnergyUse:
+    """The energy that ``hosts``, robots in index order, use. ``powers`` are what their parts draw,
+    None where nobody asks. ``travelled_m()`` gives [robots] m."""
+
+    def __init__(self, hosts: Sequence[Host], powers: Sequence[PowerParams | None],
+                 travelled_m: Callable[[], np.ndarray]) -> None:
+        self._metered = [(i, host, power) for i, (host, power)
+                         in enumerate(zip(hosts, powers, strict=True)) if power is not None]
+        self._robots, self._travelled_m = len(hosts), travelled_m
+        self._since_ns: dict[str, int] = {}  # of those whose software runs
+        self._ran_ns = {host.name: 0 for _, host, _ in self._metered}  # before that
+
+    def switched(self, robot: str, runs: bool, now_ns: int) -> None:
+        """The software of ``robot`` runs from now on, or has stopped."""
+        if robot not in self._ran_ns:
+            return
+        self._ran_ns[robot] += now_ns - self._since_ns.pop(robot, now_ns)
+        if runs:
+            self._since_ns[robot] = now_ns
+
+    def joules(self, now_ns: int) -> np.ndarray:
+        """[robots, 4] J so far, by ``PARTS``; NaN where nobody asks."""
+        used = np.full((self._robots, len(PARTS)), np.nan)
+        travelled_m = self._travelled_m()
+        for i, host, power in self._metered:
+            ran_s = (self._ran_ns[host.name] + now_ns
+                     - self._since_ns.get(host.name, now_ns)) / NS_PER_S
+            used[i] = (power.base.idle_w * ran_s + power.base.motion_jpm * travelled_m[i],
+                       power.sensors_w * ran_s,
+                       power.computer.idle_w * ran_s + power.computer.processor_w * _busy_s(host),
+                       _radio_j(host, power, ran_s))
+        return used
+
+    def quantities(self, now_ns: int) -> dict[str, float]:
+        """The energy of all robots so far, as expressions see it; nothing where nobody asks."""
+        if not self._metered:
+            return {}
+        used = self.joules(now_ns)[[i for i, *_ in self._metered]]
+        return {"energy_j": math.fsum(used.ravel().tolist())}
+
+    def columns(self, joules: Sequence[np.ndarray]) -> Sample:
+        """A column of a table of instants and robots, of ``joules`` at these instants."""
+        return {"energy_j": np.array(joules).sum(axis=2).ravel()} if self._metered else {}
+
+    def summary(self, now_ns: int) -> list[Sample]:
+        """Of each robot: its energy, that of its parts, and how long its battery would last at the
+        mean power of the run; null where nobody asks."""
+        summaries: list[Sample] = [dict.fromkeys(("energy_j", *PARTS, "battery_life_s"))
+                                   for _ in range(self._robots)]
+        used = self.joules(now_ns)
+        for i, _, power in self._metered:
+            energy_j = float(used[i].sum())
+            summaries[i] = {
+                "energy_j": energy_j, **dict(zip(PARTS, used[i].tolist(), strict=True)),
+                "battery_life_s": power.battery_j / energy_j * now_ns / NS_PER_S
+                if energy_j else None}
+        return summaries
+
+
+def fleet_summary(robots: Sequence[Sample]) -> Sample:
+    """The sums over the robots, of those whose energy is measured; null without any."""
+    measured = [robot for robot in robots if robot["energy_j"] is not None]
+    return {key: math.fsum(robot[key] for robot in measured) if measured else None
+            for key in ("energy_j", *PARTS)}
+
+
+def _busy_s(host: Host) -> float:
+    """For how long processors have been busy; an ideal computer's never are."""
+    return host.computer.processors.busy_ns() / NS_PER_S if isinstance(host, BusyHost) else 0.0
+
+
+def _radio_j(host: Host, power: PowerParams, ran_s: float) -> float:
+    """The energy of all interfaces: bytes on the wire take their time at a rate."""
+    radio = power.radio
+    sent_s, received_s = (8 * size_bytes / radio.rate_bps
+                          for size_bytes in (host.tx_bytes, host.rx_bytes))
+    return (radio.idle_w * ran_s + (radio.receive_w - radio.idle_w) * received_s
+            + (radio.send_w - radio.idle_w) * sent_s)
