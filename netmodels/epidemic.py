@@ -70,7 +70,7 @@ class Epidemic:
     stream on top repeats what is late; datagrams are what this is for.
 
     Capabilities: Refuses, FollowsHosts, CountsControl, Itemizes; if its hop has them,
-    CountsBusyTime, Retransmits.
+    CountsBusyTime, CountsAirtime, Retransmits.
     """
 
     class Params(HopChoice):
@@ -99,7 +99,7 @@ class Epidemic:
         self._params = params
         self._block = "" if hop else f".{params.hop}"
         self._hop = hop = hop or params.chosen()
-        lend(self, hop, "busy_ns", "judges_transmissions")
+        lend(self, hop, "airtime_ns", "busy_ns", "judges_transmissions")
         self._frames = self._bytes = 0
 
     def itemize(self, ledger: ports.Ledger) -> None:

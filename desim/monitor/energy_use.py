@@ -6,7 +6,7 @@ event is booked:
     drive   = idle t + motion d          t: the software has run, d: way driven
     sensors = sensors t
     compute = idle t + processor b       b: processors were busy, summed over them
-    radio   = idle t + (receive - idle) r + (send - idle) s      r, s: received and sent
+    radio   = idle t + (receive - idle) r + (send - idle) s      r, s: receiving and sending
 
 Motors whose power is a line over speed, P = idle + motion v, use idle t + motion d on any way: the
 integral of v is d.
@@ -22,7 +22,8 @@ import numpy as np
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.host import Host
 from desim.monitor.belief_metrics import Sample
-from desim.scenario.schema.power import PowerParams
+from desim.ports import CountsAirtime
+from desim.scenario.schema.power import PowerParams, RadioPower
 from desim.units import NS_PER_S
 
 PARTS = ("drive_j", "sensors_j", "compute_j", "radio_j")
@@ -52,13 +53,15 @@ class EnergyUse:
         """[robots, 4] J so far, by ``PARTS``; NaN where nobody asks."""
         used = np.full((self._robots, len(PARTS)), np.nan)
         travelled_m = self._travelled_m()
-        for i, host, power in self._metered:
+        airtimes_s = _airtimes_s([host for _, host, _ in self._metered],
+                                 [power.radio.rate_bps for *_, power in self._metered])
+        for (i, host, power), airtime_s in zip(self._metered, airtimes_s.tolist(), strict=True):
             ran_s = (self._ran_ns[host.name] + now_ns
                      - self._since_ns.get(host.name, now_ns)) / NS_PER_S
             used[i] = (power.base.idle_w * ran_s + power.base.motion_jpm * travelled_m[i],
                        power.sensors_w * ran_s,
                        power.computer.idle_w * ran_s + power.computer.processor_w * _busy_s(host),
-                       _radio_j(host, power, ran_s))
+                       _radio_j(power.radio, ran_s, *airtime_s))
         return used
 
     def quantities(self, now_ns: int) -> dict[str, float]:
@@ -99,10 +102,24 @@ def _busy_s(host: Host) -> float:
     return host.computer.processors.busy_ns() / NS_PER_S if isinstance(host, BusyHost) else 0.0
 
 
-def _radio_j(host: Host, power: PowerParams, ran_s: float) -> float:
-    """The energy of all interfaces: bytes on the wire take their time at a rate."""
-    radio = power.radio
-    sent_s, received_s = (8 * size_bytes / radio.rate_bps
-                          for size_bytes in (host.tx_bytes, host.rx_bytes))
+def _airtimes_s(hosts: Sequence[Host], rates_bps: Sequence[int]) -> np.ndarray:
+    """[hosts, 2] for how long the interfaces of each were sending and receiving. Where a network
+    model does not know that, bytes on the wire take their time at a rate."""
+    airtimes_s = np.zeros((len(hosts), 2))
+    for medium in {id(medium): medium for host in hosts for medium in host.media}.values():
+        model = medium.model
+        known_ns = (dict(zip(medium.attached, model.airtime_ns(medium.attached), strict=True))
+                    if isinstance(model, CountsAirtime) else {})
+        for i, (host, rate_bps) in enumerate(zip(hosts, rates_bps, strict=True)):
+            k = host.index
+            if k in known_ns:
+                airtimes_s[i] += np.array(known_ns[k]) / NS_PER_S
+            elif medium in host.media:
+                airtimes_s[i] += (8 * medium.tx_bytes[k] / rate_bps,
+                                  8 * medium.rx_bytes[k] / rate_bps)
+    return airtimes_s
+
+
+def _radio_j(radio: RadioPower, ran_s: float, sent_s: float, received_s: float) -> float:
     return (radio.idle_w * ran_s + (radio.receive_w - radio.idle_w) * received_s
             + (radio.send_w - radio.idle_w) * sent_s)

@@ -21,6 +21,7 @@ from desim.ports.function_rules import RuleFunction, function_rule, rule_of
 from desim.ports.networks import (
     Antennas,
     Context,
+    CountsAirtime,
     CountsAttempts,
     CountsBusyTime,
     CountsControl,
@@ -74,12 +75,12 @@ from desim.ports.time_parts import Ledger, TimePart
 from desim.ports.worlds import GridSpec, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
-    "Antennas", "BesideScenario", "Context", "CountsAttempts", "CountsBusyTime", "CountsControl",
-    "CutsCarrier", "Deliver", "Drop", "Duplicate", "FULL_PACKET_BYTES", "File", "FollowsGoals",
-    "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier", "GoalEnd",
-    "GridSpec", "Handle", "HearsAntennas", "Itemizes", "JudgesTransmissions", "KnowsLinks",
-    "Ledger", "LimitsReach", "Mark", "MovesObstacles", "NetworkModel", "Obstacles", "PASS",
-    "Params", "Pass", "PassesMany", "Peer", "Place", "Pose2D", "PredictsSignal", "Preset",
+    "Antennas", "BesideScenario", "Context", "CountsAirtime", "CountsAttempts", "CountsBusyTime",
+    "CountsControl", "CutsCarrier", "Deliver", "Drop", "Duplicate", "FULL_PACKET_BYTES", "File",
+    "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier",
+    "GoalEnd", "GridSpec", "Handle", "HearsAntennas", "Itemizes", "JudgesTransmissions",
+    "KnowsLinks", "Ledger", "LimitsReach", "Mark", "MovesObstacles", "NetworkModel", "Obstacles",
+    "PASS", "Params", "Pass", "PassesMany", "Peer", "Place", "Pose2D", "PredictsSignal", "Preset",
     "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany",
     "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage",
     "TeamArea", "TeamLink", "TimePart", "Verdict", "World", "function_rule", "natural_key",

@@ -302,6 +302,16 @@ class CountsBusyTime(Protocol):
 
 
 @runtime_checkable
+class CountsAirtime(Protocol):
+    """A network model of radios that knows how long each was sending and receiving. The energy of
+    robots depends on it (``robot.power``)."""
+
+    def airtime_ns(self, hosts: Sequence[int]) -> Sequence[tuple[int, int]]:
+        """For each of ``hosts``, the indices of those attached to the medium, the time so far for
+        which it was sending, and for which it heard others send."""
+
+
+@runtime_checkable
 class Itemizes(Protocol):
     """A network model that enters the parts of each frame's time in a ledger. ``itemize`` is called
     once, before ``start``, and only for a run that keeps a ledger. Without this capability a frame

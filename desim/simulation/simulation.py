@@ -131,7 +131,8 @@ class Simulation:
             plugins.load("task", self.scenario.task.model)(self.scenario.task.params),
             streams=self.streams, robots=self.world.robots, explorers=self._explorers,
             graph=self.graph, nodes=self._nodes,
-            powers=[own.power for own in self._equipment],
+            powers=[own.power if robot in self._controlled else None
+                    for robot, own in enumerate(self._equipment)],
             ground=Ground(self.grid, *self.world.ground(self.grid, explorers)),
             poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m)
 

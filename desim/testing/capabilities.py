@@ -59,6 +59,12 @@ def check_claims(cls: PluginClass[object], bench: Bench) -> None:
         need(busy and all(isinstance(one, int | np.integer) and 0 <= one <= now_ns
                           for one in busy), cls,
              f"give for busy_ns whole nanoseconds up to now ({now_ns}), not {busy!r}")
+    if isinstance(model, ports.CountsAirtime):
+        air = list(model.airtime_ns(range(len(bench.hosts))))
+        need(len(air) == len(bench.hosts) and all(
+            isinstance(pair, tuple) and _counts(pair) and sum(pair) <= now_ns for pair in air), cls,
+             "give for airtime_ns whole nanoseconds of sending and of hearing for each host, "
+             f"together up to now ({now_ns}), not {air!r}")
     if isinstance(model, ports.KnowsLinks):
         _check_links(cls, model.links(), len(bench.hosts))
     if isinstance(model, ports.PredictsSignal):

@@ -62,7 +62,7 @@ class Multihop:
     A broadcast goes one hop, as an IP router's does.
 
     Capabilities: Refuses, Separates, FollowsHosts, CountsControl, Itemizes; if its hop has them,
-    CountsAttempts, CountsBusyTime, Retransmits.
+    CountsAttempts, CountsBusyTime, CountsAirtime, Retransmits.
     """
 
     class Params(HopChoice):
@@ -93,7 +93,7 @@ class Multihop:
             self.reasons = (*hop.reasons, *_relayed(hop), *sorted(_OWN))
             self.refuses = ("no_path", *getattr(hop, "refuses", ()))
         self._hop, self._limit, self._block = hop, params.hop_limit, block
-        lend(self, hop, "attempts", "busy_ns", "judges_transmissions")
+        lend(self, hop, "airtime_ns", "attempts", "busy_ns", "judges_transmissions")
         self.routing: Batman | Static = Batman(params.batman)
         if params.routing == "static":
             if not isinstance(hop, ports.KnowsLinks):

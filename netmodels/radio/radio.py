@@ -40,8 +40,8 @@ class Radio:
     a unicast frame is lost beyond the range (``out_of_range``).
 
     Capabilities: those of its rung. Itemizes, LimitsReach, Retransmits, Refuses, CountsAttempts,
-    CountsBusyTime, KnowsLinks, PredictsSignal, HearsAntennas (``mac``); with ``channels`` or on
-    other rungs, Separates, FollowsHosts, CountsControl.
+    CountsBusyTime, CountsAirtime, KnowsLinks, PredictsSignal, HearsAntennas (``mac``); with
+    ``channels`` or on other rungs, Separates, FollowsHosts, CountsControl.
     """
 
     class Params(DcfRadio.Params):
@@ -54,9 +54,9 @@ class Radio:
     def __init__(self, params: Params) -> None:
         self.rung = _RUNGS[params.fidelity](params)
         # ``send`` too: the medium calls the rung's own, not by way of this class.
-        lend(self, self.rung, "reasons", "send", "attempts", "busy_ns", "control", "itemize",
-             "link_signal", "links", "judges_transmissions", "reach_m", "refuses", "separates",
-             "signal", "switched")
+        lend(self, self.rung, "reasons", "send", "airtime_ns", "attempts", "busy_ns", "control",
+             "itemize", "link_signal", "links", "judges_transmissions", "reach_m", "refuses",
+             "separates", "signal", "switched")
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self.rung.start(context, hosts)

@@ -72,7 +72,8 @@ WRONG = {
         "computers, coordination, task, faults, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
         "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, sonar, bumper, antenna, "
-        "computer, clock, odometry, mapping, navigation, exploration, publishes, tf, passive"]),
+        "computer, clock, power, odometry, mapping, navigation, exploration, publishes, tf, "
+        "passive"]),
     "what robots publish": (
         "fleet: {size: 2}\n"
         "robot: {publishes: [{topic: low/scan, size: 1 kB, rate: 1 Hz},\n"
@@ -504,8 +505,8 @@ WRONG = {
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),
     "a type without software": ("fleet: {types: {scout: {robot: {passive: [robot_0]}}}}", [
         "2:33: fleet.types.scout.robot.passive: unknown key; allowed: localization, laser, lasers, "
-        "sonar, bumper, antenna, computer, clock, odometry, mapping, navigation, exploration, "
-        "publishes"]),
+        "sonar, bumper, antenna, computer, clock, power, odometry, mapping, navigation, "
+        "exploration, publishes"]),
     "an aerial type on the ground": ("fleet: {types: {drone: {drive: aerial}}}", [
         "2:17: fleet.types.drone.altitude: must be above 0 m with drive: aerial, and 0 m with any "
         "other, got 0 m with drive: aerial"]),
@@ -570,6 +571,30 @@ WRONG = {
         "robot_0, workstation"]),
     "host with a robot's name": ("hosts: {robot_0: {}}", [
         "2:18: hosts.robot_0: 'robot_0' is the name of another host"]),
+    "power without a unit": ("robot: {power: {base: {idle: 3}}}", [
+        "2:30: robot.power.base.idle: 3 has no unit; allowed: W, mW, kW, e.g. '22 W'"]),
+    "a part that draws nothing here": ("robot: {power: {motors: 3 W}}", [
+        "2:17: robot.power.motors: unknown key; allowed: base, sensors, computer, radio, battery"]),
+    "an empty battery": ("robot: {power: {battery: 0 Wh}}", [
+        "2:26: robot.power.battery: '0 Wh' must be above zero"]),
+    "energy that nobody measures": (
+        "measure: {cost: energy_j, when: [energy_j > 5 or explored > 0.5]}\n"
+        "stop: {when: energy_j > 9}", [
+            *(f"{place}: energy_j is measured where robot.power says what robots draw, e.g. {{}} "
+              "(a Pioneer 3-DX)" for place in (
+                  "2:17: measure.cost", "2:34: measure.when.0", "3:14: stop.when"))]),
+    "energy of a type that is not used": (
+        "fleet: {types: {other: {robot: {power: {}}}}}\nmeasure: {cost: energy_j}", [
+            "3:17: measure.cost: energy_j is measured where robot.power says what robots draw, "
+            "e.g. {} (a Pioneer 3-DX)"]),
+    "a cost that is no number": ("measure: {cost: explored > 1}", [
+        "2:17: measure.cost: 'explored > 1' is a condition where a number is needed, e.g. "
+        "'distance_m'"]),
+    "a trigger that is no condition": ("measure: {when: [explored]}", [
+        "2:18: measure.when.0: 'explored' is a number, not a condition; compare it with something, "
+        "e.g. 'explored > 0.9'"]),
+    "a trigger that is a function": ("measure: {when: ['module:function']}", [
+        f"2:18: measure.when.0: 'module:function' is not an expression; {GRAMMAR}"]),
     "unknown quantity": ("stop: {when: explord > 0.9}", [
         "2:14: stop.when: unknown quantity 'explord' (did you mean 'explored'?); allowed: time_s, "
         "explored, explored_union, explored_all, collisions, recoveries, messages_sent, "

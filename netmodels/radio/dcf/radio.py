@@ -61,8 +61,8 @@ class DcfRadio:
     walls and doors; they are updated when a frame is sent or settled. A host without a place
     hears nobody, and nobody hears it, unless the path loss is ``fixed``.
 
-    Capabilities: LimitsReach, Retransmits, Refuses, CountsAttempts, CountsBusyTime, Itemizes,
-    KnowsLinks, PredictsSignal, HearsAntennas; with ``channels``, Separates.
+    Capabilities: LimitsReach, Retransmits, Refuses, CountsAttempts, CountsBusyTime, CountsAirtime,
+    Itemizes, KnowsLinks, PredictsSignal, HearsAntennas; with ``channels``, Separates.
     """
 
     class Params(ports.Params):
@@ -210,9 +210,15 @@ class DcfRadio:
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long each of ``hosts`` was sending or its carrier sense was busy. The medium is
         not busy where it is merely reserved (802.11's NAV)."""
-        busy_ns = self._air.stations.busy_ns(self.context.now_ns)
+        return [sent_ns + heard_ns for sent_ns, heard_ns in self.airtime_ns(hosts)]
+
+    def airtime_ns(self, hosts: Sequence[int]) -> list[tuple[int, int]]:
+        """For how long each of ``hosts`` was sending frames of any kind, and for how long its
+        carrier sense found others sending."""
+        sent_ns, busy_ns = self._air.stations.airtimes_ns(self.context.now_ns)
         first = self._number * len(self.budget.channels)
-        return [int(busy_ns[first + host]) for host in hosts]
+        return [(int(sent_ns[first + host]), int(busy_ns[first + host] - sent_ns[first + host]))
+                for host in hosts]
 
     def attempts(self) -> tuple[int, int]:
         """Transmissions of data so far, and how many transmissions had no reply (of RTS too)."""

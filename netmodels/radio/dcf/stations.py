@@ -233,7 +233,13 @@ class Stations:
     def busy_ns(self, now_ns: int) -> np.ndarray:
         """[stations] for how long each was sending or found the medium busy so far. It takes no
         outcomes."""
+        return self.airtimes_ns(now_ns)[1]
+
+    def airtimes_ns(self, now_ns: int) -> tuple[np.ndarray, np.ndarray]:
+        """[stations] for how long each was sending so far; and ``busy_ns``."""
         kernels.advance(self._arrays.rows, self._present, min(now_ns, self.next_ns - 1))
         self._next_ns = None
         stations = self._arrays.states[self._present].stations
-        return stations["occupied_ns"] + np.where(stations["busy"], now_ns, 0)
+        to_come_ns = np.maximum(stations["ends_ns"] - now_ns, 0)
+        return (stations["sent_ns"] - np.where(stations["on_air"], to_come_ns, 0),
+                stations["occupied_ns"] + np.where(stations["busy"], now_ns, 0))

@@ -106,6 +106,7 @@ def send(d, s, now_ns, kind):
     else:
         airtime_ns, s.rate = frame.ack_ns, frame.ack_rate
     s.ends_ns = now_ns + airtime_ns
+    s.sent_ns += airtime_ns
     transmit(d, s, now_ns)
 
 

@@ -27,7 +27,7 @@ RTS, CTS, DATA, ACK = range(4)
 RECEIVED, MISSED, DONE, DROPPED, EXPIRED, ACKED, FAILED, HEARD = range(8)  # outcomes
 
 
-STATION = np.dtype([  # 256 B, for the future is tried out on copies
+STATION = np.dtype([  # 264 B, for the future is tried out on copies
     ("key", "u8"),  # of its random numbers
     # Reception. All signals that it hears; the one that it receives, the log of the chance that
     # this has had no error yet, and until when its interference is accounted for. Until when the
@@ -47,7 +47,8 @@ STATION = np.dtype([  # 256 B, for the future is tried out on copies
     # Its next events: of contention (START, TIMEOUT), of its transmission (DETECT, HEADER, END),
     # and the answer that it owes (ANSWER).
     ("contention_due", "i8"), ("air_due", "i8"), ("answer_due", "i8"),
-    ("begun_ns", "i8"), ("ends_ns", "i8"),  # its transmission
+    # Its transmission, and for how long it has been sending, that one included up to its end.
+    ("begun_ns", "i8"), ("ends_ns", "i8"), ("sent_ns", "i8"),
     # Counters: transmissions of data, attempts without a reply, packets given up.
     ("transmitted", "i4"), ("failures", "i4"), ("dropped", "i4"),
     ("index", "i4"),  # its number
