@@ -64,7 +64,7 @@ docs/defaults
 docs/validation
 docs/performance
 docs/computer-costs
-docs/energy_sources
+docs/energy
 ```
 
 ```{toctree}

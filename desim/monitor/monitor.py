@@ -292,8 +292,8 @@ class Monitor:
         return self.stop_reason
 
     def cost(self) -> float | None:
-        """The cost of equation 1 so far, as ``measure.cost`` has it; None: it is unknown."""
-        return self._cost.evaluate({**self.quantities(), ROBOTS: len(self.robots)})
+        """The cost of equation 1 at the last sample, by ``measure.cost``; None: it is unknown."""
+        return self._cost.evaluate({**self.samples[-1], ROBOTS: len(self.robots)})
 
     def _sample(self, *causes: str) -> None:
         values = self.quantities()

@@ -20,7 +20,7 @@ def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str
              f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
              f"{manifest['peak_memory_mb']:.0f} MB")
     return [*_task(metrics), *_map_and_way(metrics), *_network(metrics), *_processors(metrics),
-            *_gives_in(metrics), speed]
+            *_gives_in(metrics), *_energy(metrics), speed]
 
 
 def headline(metrics: Summary, manifest: Summary) -> str:
@@ -142,6 +142,14 @@ def _gives_in(m: Summary) -> list[tuple[str, str, str]]:
     if first is None:
         return []
     return [("gives in first", first, f"from {m['saturation'][first]['from_s']:.0f} s on")]
+
+
+def _energy(m: Summary) -> list[tuple[str, str, str]]:
+    if m.get("energy_j") is None:
+        return []
+    parts = ", ".join(f"{part} {m[f'{part}_j'] / 1e3:.1f}" for part in (
+        "drive", "sensors", "compute", "radio"))
+    return [("energy", f"{m['energy_j'] / 1e3:.1f} kJ", parts)]
 
 
 def _awareness(m: Summary) -> list[tuple[str, str, str]]:

@@ -38,7 +38,7 @@ class Robot:
 
 
 def used(hosts, power, now_ns, travelled_m=0.0):
-    """What each of ``hosts`` has used, all switched on at the start."""
+    """The energy that each of ``hosts`` has used, all switched on at the start."""
     meter = EnergyUse(hosts, [power] * len(hosts), lambda: np.full(len(hosts), travelled_m))
     for host in hosts:
         meter.switched(host.name, True, 0)

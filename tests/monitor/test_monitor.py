@@ -184,6 +184,35 @@ def test_samples_are_periodic_and_at_the_events_asked_for():
     assert table["collisions"] == [0, 0, 0, 0, 1, 1]
 
 
+def test_a_condition_causes_a_sample_when_it_becomes_true():
+    fleet = Fleet(measure={"every": "4 s", "when": ["explored > 0.5", "collisions > 1"]})
+    fleet.learn(1.5, "robot_0", 600)
+    fleet.learn(2.5, "robot_0", 700)  # still true
+    fleet.learn(3.0, "robot_0", 500)  # no more, which is noticed at 4.0
+    fleet.learn(5.0, "robot_1", 800)
+    fleet.at(6.0, lambda: fleet.monitor.collided(0, 1))
+    fleet.at(8.0, lambda: fleet.monitor.collided(0, 1), Phase.WORLD)
+    fleet.run(9)
+    table = samples_table(fleet.monitor)
+    assert list(zip(table["time_s"], table["cause"], strict=True)) == [
+        (0.0, "period"), (1.5, "explored > 0.5"), (4.0, "period"), (5.0, "explored > 0.5"),
+        (8.0, "period+collisions > 1"), (9.0, "end")]
+
+
+def test_a_cost_is_an_expression():
+    """Equations 1 and 2 with another cost; those of the paper are there, too."""
+    found = {}
+    for cost in ("distance_m", "5 * robots + 0.5 * distance_m + time_s", "distance_m / collisions"):
+        fleet = Fleet(measure={"cost": cost})
+        fleet.learn(1.0, "robot_0", 600)
+        fleet.at(2.0, lambda fleet=fleet: fleet.travelled_m.__iadd__(4.0), Phase.WORLD)
+        summary = fleet.run(10)
+        assert (summary["exploration_cost_m"], summary["exploration_efficiency_m2_per_m"]
+                ) == (8.0, 75.0)
+        found[cost] = summary["exploration_cost"], summary["exploration_efficiency"]
+    assert list(found.values()) == [(8.0, 75.0), (24.0, 25.0), (None, None)]
+
+
 def test_samples_and_poses_are_in_the_digest():
     fleet = Fleet(measure={"every": "2 s"})
     fleet.poses[1] = 1.5, -2.0, 0.25

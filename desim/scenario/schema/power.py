@@ -1,5 +1,7 @@
-"""The power that a robot's parts draw. The defaults are a Pioneer 3-DX; docs/energy.md has their
-sources."""
+"""The power that a robot's parts draw.
+
+The defaults are a Pioneer 3-DX with a SICK LMS500; docs/energy.md has their sources.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,7 @@ class RadioPower(Params):
 
 
 class PowerParams(Params):
-    """What a robot's parts draw while its software runs."""
+    """The power that a robot's parts draw while its software runs."""
 
     base: BasePower = Field(default_factory=BasePower)
     sensors_w: Power = Field("22 W", description=(
