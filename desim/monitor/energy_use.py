@@ -19,9 +19,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from desim.errors import ModelError, class_of
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.host import Host
 from desim.monitor.belief_metrics import Sample
+from desim.network.medium import Medium
 from desim.ports import CountsAirtime
 from desim.scenario.schema.power import PowerParams, RadioPower
 from desim.units import NS_PER_S
@@ -107,17 +109,27 @@ def _airtimes_s(hosts: Sequence[Host], rates_bps: Sequence[int]) -> np.ndarray:
     model does not know that, bytes on the wire take their time at a rate."""
     airtimes_s = np.zeros((len(hosts), 2))
     for medium in {id(medium): medium for host in hosts for medium in host.media}.values():
-        model = medium.model
-        known_ns = (dict(zip(medium.attached, model.airtime_ns(medium.attached), strict=True))
-                    if isinstance(model, CountsAirtime) else {})
+        known_s = _counted_s(medium)
         for i, (host, rate_bps) in enumerate(zip(hosts, rates_bps, strict=True)):
             k = host.index
-            if k in known_ns:
-                airtimes_s[i] += np.array(known_ns[k]) / NS_PER_S
+            if k in known_s:
+                airtimes_s[i] += known_s[k]
             elif medium in host.media:
                 airtimes_s[i] += (8 * medium.tx_bytes[k] / rate_bps,
                                   8 * medium.rx_bytes[k] / rate_bps)
     return airtimes_s
+
+
+def _counted_s(medium: Medium) -> dict[int, np.ndarray]:
+    """The times of sending and receiving by host, none where the network model does not know."""
+    model, hosts = medium.model, medium.attached
+    if not isinstance(model, CountsAirtime):
+        return {}
+    airtimes_ns = np.asarray(model.airtime_ns(hosts))
+    if airtimes_ns.shape != (len(hosts), 2) or airtimes_ns.dtype.kind not in "iu":
+        raise ModelError(f"{class_of(model)} has the airtimes {airtimes_ns.tolist()!r}; wanted: a "
+                         "pair of whole nanoseconds for each host")
+    return dict(zip(hosts, airtimes_ns / NS_PER_S, strict=True))
 
 
 def _radio_j(radio: RadioPower, ran_s: float, sent_s: float, received_s: float) -> float:

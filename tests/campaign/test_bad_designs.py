@@ -111,7 +111,7 @@ WRONG = PARAMETERS | {
         "common, independent"),
     "metric unknown": ("metrics: {mine: exploraton / 2}",
         "3:17: metrics.mine: unknown quantity 'exploraton' (did you mean "
-        "'exploration_time_s'?); allowed: ..."),
+        "'exploration_cost'?); allowed: ..."),
     "metric syntax": ("metrics: {mine: explored +}",
         "3:17: metrics.mine: 'explored +' is not an expression; allowed: numbers, names, + - "
         "* /, comparisons, and, or, not, min(), max(), abs() and parentheses"),

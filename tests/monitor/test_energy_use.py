@@ -3,6 +3,7 @@
 Twins have a model that is wrong, and are caught.
 """
 
+import re
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -13,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim.engine.streams import Streams
+from desim.errors import ModelError
 from desim.monitor.energy_use import EnergyUse, fleet_summary
 from desim.scenario.schema.environment import Environment, Shape
 from desim.scenario.schema.fleet import BodyType
@@ -181,6 +183,15 @@ def test_the_twins_without_acknowledgements_and_by_bytes_alone_are_caught():
     assert receiver_j > 1.2 * PACKETS * data_s
     by_bytes_s = 1000 * 8 / 54e6
     assert sender_j > 1.2 * PACKETS * 3 * by_bytes_s
+
+
+def test_airtimes_that_are_none():
+    bench = Bench(DcfRadio(DcfRadio.Params()), 1)
+    bench.medium.model.airtime_ns = lambda hosts: [(0.5, 0)]
+    with pytest.raises(ModelError, match=re.escape(
+            "DcfRadio has the airtimes [[0.5, 0.0]]; wanted: a pair of whole nanoseconds for each "
+            "host")):
+        used([Robot(media=[bench.medium])], PIONEER, S)
 
 
 # ------------------------------------------------------------------------------------ whole robots
