@@ -189,7 +189,7 @@ def test_airtimes_that_are_none():
     bench = Bench(DcfRadio(DcfRadio.Params()), 1)
     bench.medium.model.airtime_ns = lambda hosts: [(0.5, 0)]
     with pytest.raises(ModelError, match=re.escape(
-            "DcfRadio has the airtimes [[0.5, 0.0]]; wanted: a pair of whole nanoseconds for each "
+            ") has the airtimes [[0.5, 0.0]]; wanted: a pair of whole nanoseconds for each "
             "host")):
         used([Robot(media=[bench.medium])], PIONEER, S)
 
