@@ -58,11 +58,12 @@ class Net:
                  routes=None, on=None, **options):
         new_medium = Medium
         if ledger is not None:
-            options |= {"on_fate": ledger, "passages": ledger.passages}
+            options |= {"on_fate": ledger, "passages": ledger.passages,
+                        "callbacks": ledger.callbacks}
             new_medium = partial(ItemizedMedium, ledger.passages)
         self.kernel, self.names, self.fates = Kernel(), Names(), []
-        self._rows = []
-        self.trace = Trace(self.names, self._rows.append)
+        self.batches = []
+        self.trace = Trace(self.names, self.batches.append)
         streams = Streams(seed)
         options.setdefault("on_fate", self._fate)
         if costs is not None:
@@ -103,7 +104,7 @@ class Net:
         self.trace.flush()
         names = self.names.items()
         out = [(int(t), names[kind], names[entity], *(names.get(int(v), int(v)) for v in rest))
-               for batch in self._rows for t, kind, entity, *rest in batch.tolist()]
+               for batch in self.batches for t, kind, entity, *rest in batch.tolist()]
         return [row for row in out if not kinds or row[1] in kinds]
 
     def counts(self, topic):

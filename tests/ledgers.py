@@ -6,9 +6,12 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import pyarrow as pa
+from graphs import Net
 
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
 from desim.network.passages import Passages
+from desim.results.ledger import LedgerRecorder
 
 
 class Sums(NamedTuple):
@@ -23,6 +26,16 @@ def with_ledger(run: Callable[[MessageLedger], object]) -> tuple[MessageLedger, 
     """``run(ledger)`` with a ledger, and its answer."""
     ledger = MessageLedger(Passages())
     return ledger, run(ledger)
+
+
+def table_of_net(play: Callable[[MessageLedger], Net]) -> pa.Table:
+    """The ledger's table of the net that ``play(ledger)`` has run."""
+    recorder = LedgerRecorder()
+    net = play(recorder.messages)
+    net.rows()
+    for batch in net.batches:
+        recorder.sink(batch)
+    return recorder.table(net.names, [host.name for host in net.graph.hosts])
 
 
 def sums(ledger: MessageLedger) -> Sums:

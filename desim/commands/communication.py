@@ -52,6 +52,9 @@ def why(path: RunPath,
             metavar="HOST", show_default=False, help="messages to this host")] = None,
         message: Annotated[int | None, typer.Option(
             min=1, show_default=False, help="the number of one message between hosts")] = None,
+        since: Annotated[str | None, typer.Option(
+            metavar="TOPIC", show_default=False, help="the age of what their sender had read of "
+            "this topic when it computed them, e.g. '/*/scan'")] = None,
         late: Annotated[int, typer.Option(
             min=0, metavar="N", help="show the N latest messages")] = 10,
         dropped: Annotated[bool, typer.Option(
@@ -70,7 +73,8 @@ def why(path: RunPath,
             from desim.results.run import Run
             from desim.results.why import Query, breakdown
         made = Run(path)
-        found = breakdown(made.ledger, Query(topic, source, to, message, late, dropped))
+        found = breakdown(made.ledger, Query(topic, source, to, message, late, dropped,
+                                          since))
         metrics = made.metrics if made.has(SUMMARY) else {}
         if as_json:
             say_json(json_object(found, metrics))

@@ -95,6 +95,10 @@ class Processors:
         """The number of processors that have jobs."""
         return min(len(self._ready), self.count)
 
+    def alone_ns(self, work_ns: int) -> int:
+        """The time that so much work takes on a processor that it has to itself."""
+        return -(-work_ns * self._parts_a_ns // self._work_a_ns)
+
     def busy_ns(self) -> int:
         """The time for which processors have had jobs so far, summed over all of them. (Virtual
         ones have them, too, while they wait for a physical one.)"""

@@ -40,7 +40,7 @@ class QueuedSubscription(Subscription):
         if 0 < self.limit < len(self._messages):
             self._host.overwritten(self._messages.popleft())
         else:
-            executor.queue.append(self)
+            executor.add(self)
             if executor.idle or not executor.awaited:  # else its end is an event
                 self._host.wake(executor)
 

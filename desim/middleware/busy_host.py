@@ -15,6 +15,7 @@ from desim.middleware.busy_timers import BusyTimer, OneShot
 from desim.middleware.executor import Executor
 from desim.middleware.host import MAX_CALLBACKS, Host
 from desim.middleware.message import Message
+from desim.middleware.timed_executor import TimedExecutor
 from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
 from desim.ports.middleware import Offer
 from desim.ports.networks import Handle
@@ -140,7 +141,9 @@ class BusyHost(Host):
     def _executor(self, node: str) -> Executor:
         """The thread of the node called ``node``."""
         if node not in self._executors:
-            self._executors[node] = Executor(node, self)
+            callbacks = self.graph.callbacks
+            self._executors[node] = (Executor(node, self) if callbacks is None
+                                     else TimedExecutor(node, self, callbacks))
         return self._executors[node]
 
     def _missed(self, ticks: int) -> None:

@@ -97,9 +97,13 @@ class Executor(Job):
         from now on."""
         return not (self.idle or self._is_free()) and self.current is entry
 
-    def add_due(self, entry: QueuedCallback) -> None:
-        """Append ``entry`` to the queue. To be called in the computer's turn of phase CONTROL."""
+    def add(self, entry: QueuedCallback) -> None:
+        """Append ``entry`` to the queue."""
         self.queue.append(entry)
+
+    def add_due(self, entry: QueuedCallback) -> None:
+        """Append ``entry``, and ask for a processor. To be called in the computer's turn of phase CONTROL."""
+        self.add(entry)
         self.step()
 
     def remove(self, entry: QueuedCallback) -> None:
@@ -111,7 +115,10 @@ class Executor(Job):
         """Ask for a processor, if a callback waits and none is running."""
         if self.queue and (self.idle or self._is_free()):
             self.idle = False
-            self._processors.submit(self)
+            self._submit()
+
+    def _submit(self) -> None:
+        self._processors.submit(self)
 
     def _is_free(self) -> bool:
         """Whether the current callback's time is over. If not, its end is an event from now on."""

@@ -37,6 +37,7 @@ from desim.ports import natural_key
 from desim.ports.middleware import Middleware
 
 if TYPE_CHECKING:
+    from desim.middleware.timed_executor import PublishingCallback
     from desim.network.background import BackgroundFlow
     from desim.network.medium import Medium
     from desim.network.passages import Passages
@@ -58,13 +59,14 @@ class Graph:
     called with each message's fate at each receiving host: ``reason`` None for delivered, the
     instants of its first and last frame, -1 for a message that never became a frame.
     If it ``TakesArrivals``, it gets those of a batch at once. ``passages`` are those of its media,
-    where there is a ledger. ``computers``: those of all hosts by name; None: callbacks take no
-    time."""
+    where there is a ledger; ``callbacks`` gets those that publish, where computers get busy.
+    ``computers``: those of all hosts by name; None: callbacks take no time."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, others: int = 0,
                  payloads: str = "lazy", on_fate: OnFate | None = None,
                  passages: Passages | None = None,
+                 callbacks: list[PublishingCallback] | None = None,
                  computers: Mapping[str, Computer] | None = None) -> None:
         if payloads not in ("lazy", "birth", "delivery"):
             raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
@@ -74,7 +76,7 @@ class Graph:
         self.payloads = payloads
         self.read_at_birth = payloads == "birth"
         self._read_at_delivery = payloads == "delivery"
-        self.on_fate, self.passages = on_fate, passages
+        self.on_fate, self.passages, self.callbacks = on_fate, passages, callbacks
         self.on_arrivals = on_fate.arrivals if isinstance(on_fate, TakesArrivals) else None
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")

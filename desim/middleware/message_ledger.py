@@ -8,6 +8,7 @@ import numpy as np
 
 from desim.middleware.graph import OnFate
 from desim.middleware.message import Message
+from desim.middleware.timed_executor import PublishingCallback
 from desim.network.passages import Passage, Passages, Stamp
 from desim.ports import TimePart
 
@@ -29,6 +30,7 @@ class MessageLedger:
     or where it was lost. ``passages`` are those of the graph's media; ``further`` is notified of
     fates, too.
 
+    ``callbacks`` are those of busy computers that published them: the graph's ``callbacks``.
     ``rows`` are of dtype ``ROW``, one for each message and receiver. ``stamps`` are of dtype
     ``STAMP``: of each row in turn, as many as ``counts`` says.
 
@@ -41,6 +43,7 @@ class MessageLedger:
 
     def __init__(self, passages: Passages, further: OnFate | None = None) -> None:
         self.passages = passages
+        self.callbacks: list[PublishingCallback] = []  # in order of time
         self.reasons = ["delivered"]
         self.rows: list[bytes] = []
         self.counts: list[int] = []

@@ -13,6 +13,7 @@ from desim.engine.trace import Names, RowSink
 from desim.errors import InputError
 from desim.middleware.graph import OnFate
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
+from desim.middleware.timed_executor import PublishingCallback
 from desim.network.passages import Passages
 from desim.results.file_names import LEDGER, TRACE
 from desim.results.message_log import DELIVERED, DROPPED
@@ -28,6 +29,8 @@ SCHEMA = pa.schema([
     ("number", _INT), ("topic", _TEXT), ("source", _TEXT), ("destination", _TEXT),
     ("size_bytes", _INT), ("born_ns", _INT), ("fate", _TEXT), ("reason", _TEXT), ("place", _TEXT),
     ("end_ns", _INT), ("latency_ns", _INT), ("read_ns", _INT),
+    ("node", _TEXT), ("called_ns", _INT), ("node_queue_ns", _INT), ("run_queue_ns", _INT),
+    ("computing_ns", _INT), ("by_callback", pa.bool_()),
     ("parts", pa.list_(_TEXT)), ("places", pa.list_(_TEXT)), ("times_ns", pa.list_(_INT))])
 
 
@@ -53,7 +56,7 @@ class LedgerRecorder:
         lost = rows["fate"] != 0
         places = _Places(ledger.passages.media, hosts)
         offsets = pa.array(np.concatenate([[0], np.cumsum(ledger.counts)]).astype(np.int32))
-        read_ns = self._read_ns(rows, names, hosts)
+        read_ns, by_callback = self._read(rows, names, hosts)
         return pa.table([
             pa.array(rows["number"]), _words(topic, [names[id_] for id_ in topics.tolist()]),
             _words(rows["source"], hosts), _words(rows["destination"], hosts),
@@ -63,17 +66,21 @@ class LedgerRecorder:
             places.words(rows["medium"], rows["host"], mask=~lost),
             pa.array(rows["end_ns"]), pa.array(rows["end_ns"] - rows["born_ns"], mask=lost),
             pa.array(read_ns, mask=read_ns < 0),
+            *_births(rows["number"], ledger.callbacks),
+            pa.array(by_callback, mask=read_ns < 0),
             pa.ListArray.from_arrays(offsets, _words(stamps["part"], PARTS)),
             pa.ListArray.from_arrays(offsets, places.words(stamps["medium"], stamps["host"])),
             pa.ListArray.from_arrays(offsets, pa.array(stamps["time_ns"])),
         ], schema=SCHEMA)
 
-    def _read_ns(self, rows: np.ndarray, names: Names, hosts: Sequence[str]) -> np.ndarray:
-        """[rows] the time when each message was first read at its destination; -1: never."""
+    def _read(self, rows: np.ndarray, names: Names, hosts: Sequence[str]
+              ) -> tuple[np.ndarray, np.ndarray]:
+        """[rows] the time when each message was first read at its destination; -1: never. Whether
+        a callback did so."""
         reads = np.concatenate([np.empty(0, self._reads[0].dtype), *self._reads]) \
             if self._reads else None
         if reads is None or not len(reads) or not len(rows):
-            return np.full(len(rows), -1)
+            return np.full(len(rows), -1), np.zeros(len(rows), bool)
         ids = np.array([names.id(host) for host in hosts])
         order = np.argsort(ids)
         index = {column: order[np.searchsorted(ids[order], reads[column])]
@@ -82,7 +89,8 @@ class LedgerRecorder:
         known, first = np.unique(keys, return_index=True)
         wanted = _key(rows["destination"], rows["source"], rows["seq"], len(hosts))
         at = np.minimum(np.searchsorted(known, wanted), len(known) - 1)
-        return np.where(known[at] == wanted, reads["t_ns"][first[at]], -1)
+        return (np.where(known[at] == wanted, reads["t_ns"][first[at]], -1),
+                reads["kind"][first[at]] == self._kinds[0])
 
 
 def ledger_of(run: Run) -> pa.Table:
@@ -141,6 +149,17 @@ def _made_again(run: Run, scenario: Scenario, until_ns: int | None = None,
 
 def _key(to: np.ndarray, source: np.ndarray, seq: np.ndarray, hosts: int) -> np.ndarray:
     return ((to.astype(np.int64) * hosts + source) << 40) | seq
+
+
+def _births(numbers: np.ndarray, callbacks: Sequence[PublishingCallback]) -> list[pa.Array]:
+    """The columns ``node`` to ``computing_ns`` of the messages with these ``numbers``."""
+    nodes = list(dict.fromkeys(callback.node for callback in callbacks))
+    own = np.array([(*callback[:2], nodes.index(callback.node), *callback[3:])
+                    for callback in callbacks] or [[0] * len(PublishingCallback._fields)], np.int64)
+    own = own[np.searchsorted(own[:, 0], numbers, side="right") - 1]
+    mask = (numbers < own[:, 0]) | (numbers > own[:, 1])
+    return [_words(own[:, 2], nodes, mask),
+            *(pa.array(times_ns, mask=mask) for times_ns in own[:, 3:].T)]
 
 
 class _Places:

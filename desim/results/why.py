@@ -14,10 +14,17 @@ import pyarrow.compute as pc
 from desim.errors import InputError, did_you_mean
 from desim.middleware.message_ledger import PARTS
 from desim.ports import TimePart, natural_key
+from desim.results.data_age import DataAge, data_age
 from desim.results.latency_by_topic import Lost, TopicBreakdowns, by_topic, hosts_of, losses
 from desim.results.message_log import DELIVERED
 
-READ = "receiver's queue"  # behind the parts: from a message's arrival until it was first read
+# Before the parts, where the callback that published a message took time: it waited for its node,
+# and for a processor, and computed.
+BEFORE = ("node's queue", "run queue", "computing")
+# Behind them: from a message's arrival until its node looked at it first, or until a callback got it,
+# which had to wait for its node or for a processor.
+READ, BUSY = "receiver's queue", "busy receiver"
+_BEFORE = ("node_queue_ns", "run_queue_ns", "computing_ns")  # columns
 _NAMED = 12  # topics in a complaint
 
 
@@ -25,7 +32,7 @@ _NAMED = 12  # topics in a complaint
 class Query:
     """A selection of messages: those of a ``topic``, from or to a host (in names, * and ? stand for
     letters), or one by its number; of them the ``late`` ones with the greatest latency, or ``late``
-    of those ``dropped``."""
+    of those ``dropped``. ``since``: the topic of the readings on which they are based."""
 
     topic: str | None = None
     source: str | None = None
@@ -33,6 +40,7 @@ class Query:
     message: int | None = None
     late: int = 10
     dropped: bool = False
+    since: str | None = None
 
 
 class MessagePart(NamedTuple):
@@ -45,7 +53,9 @@ class MessagePart(NamedTuple):
 
 class MessageFate(NamedTuple):
     """One message at one receiver: delivered, or dropped for a ``reason`` at a ``place``.
-    ``waited_ns``: from its arrival until it was first read (None: never)."""
+    ``before``: what the callback that published it did before its birth (of ``BEFORE``; nothing on
+    ideal computers); ``waited_ns``: from its arrival until it was first read (None: never), and
+    ``waited_in``: ``READ`` or ``BUSY``."""
 
     number: int
     topic: str
@@ -56,8 +66,10 @@ class MessageFate(NamedTuple):
     end_ns: int
     reason: str | None
     place: str | None
+    before: tuple[MessagePart, ...]
     parts: tuple[MessagePart, ...]
     waited_ns: int | None
+    waited_in: str
 
     @property
     def latency_ns(self) -> int:
@@ -69,8 +81,9 @@ class MessageFate(NamedTuple):
 class LatencyBreakdown:
     """The answer to a query: the fates of the ``messages`` that it selects, the latest first or, of
     those dropped, in order of time. For all ``delivered`` messages that match, the time (ns) in
-    each part (of ``PARTS``, or ``READ``), and the same of the ``messages`` alone; the drops by
-    reason and place; and all that match ``by_topic``."""
+    each part (of ``BEFORE``, ``PARTS``, ``READ`` and ``BUSY``), and the same of the ``messages``
+    alone; the drops by reason and place; all that match ``by_topic``; and the ``age`` of the data
+    of those delivered, where the query says since which topic."""
 
     messages: tuple[MessageFate, ...]
     delivered: int
@@ -79,6 +92,7 @@ class LatencyBreakdown:
     messages_times_ns: dict[str, int]
     lost: tuple[Lost, ...]
     by_topic: TopicBreakdowns
+    age: DataAge | None
 
     @property
     def is_itemized(self) -> bool:
@@ -103,7 +117,13 @@ def breakdown(ledger: pa.Table, query: Query) -> LatencyBreakdown:
             shown = pa.concat_tables([shown, dropped])
     return LatencyBreakdown(fates(shown), len(delivered), len(dropped),
                             _times_ns(delivered), _times_ns(shown), losses(dropped),
-                            by_topic(found, hosts_of(ledger)))
+                            by_topic(found, hosts_of(ledger)),
+                            None if query.since is None else _age(ledger, query.since, delivered))
+
+
+def _age(ledger: pa.Table, since: str, delivered: pa.Table) -> DataAge:
+    topics = _wanted(ledger, "topic", since, "topic", None)
+    return data_age(_where(ledger, "topic", topics), delivered)
 
 
 def fates(rows: pa.Table) -> tuple[MessageFate, ...]:
@@ -120,11 +140,7 @@ def _matching(ledger: pa.Table, query: Query) -> pa.Table:
                                   ("destination", query.destination, "receiver")):
         if pattern is None:
             continue
-        words = pc.unique(whole[column].cast(pa.string())).to_pylist()
-        wanted = [word for word in words if fnmatchcase(word, pattern)]
-        if not wanted:
-            raise _unknown(what, pattern, words, query.message)
-        ledger = ledger.filter(pc.is_in(ledger[column].cast(pa.string()), pa.array(wanted)))
+        ledger = _where(ledger, column, _wanted(whole, column, pattern, what, query.message))
     if not len(ledger):
         raise InputError("no message of this topic between these hosts had reached its fate when "
                          "the run ended")
@@ -132,6 +148,21 @@ def _matching(ledger: pa.Table, query: Query) -> pa.Table:
             and not pc.any(pc.not_equal(ledger["fate"], DELIVERED)).as_py():
         raise InputError(f"message {query.message} was delivered, not dropped")
     return ledger
+
+
+def _wanted(ledger: pa.Table, column: str, pattern: str, what: str, message: int | None
+            ) -> list[str]:
+    """The words in ``column`` that match ``pattern``."""
+    words = pc.unique(ledger[column].cast(pa.string())).to_pylist()
+    wanted = [word for word in words if fnmatchcase(word, pattern)]
+    if not wanted:
+        raise _unknown(what, pattern, words, message)
+    return wanted
+
+
+def _where(ledger: pa.Table, column: str, words: Sequence[str]) -> pa.Table:
+    """The rows with one of ``words`` in ``column``."""
+    return ledger.filter(pc.is_in(ledger[column].cast(pa.string()), pa.array(words)))
 
 
 def _numbered(ledger: pa.Table, number: int) -> pa.Table:
@@ -153,19 +184,28 @@ def _unknown(what: str, pattern: str, words: Sequence[str], message: int | None)
 
 
 def _times_ns(table: pa.Table) -> dict[str, int]:
-    """The time (ns) in each part, in the order of ``PARTS``, and until messages were read."""
+    """The time (ns) in each part, in the order of ``PARTS``, and before and behind them."""
     names, times = (pc.list_flatten(table[column]) for column in ("parts", "times_ns"))
-    sums = dict.fromkeys((*map(str, PARTS), READ), 0)
+    sums = dict.fromkeys((*BEFORE, *map(str, PARTS), READ, BUSY), 0)
     flat = pa.table({"part": names.cast(pa.string()), "time": times})
     for row in flat.group_by("part").aggregate([("time", "sum")]).to_pylist():
         sums[row["part"]] = row["time_sum"]
-    sums[READ] = pc.sum(pc.subtract(table["read_ns"], table["end_ns"])).as_py() or 0
+    for part, column in zip(BEFORE, _BEFORE, strict=True):
+        sums[part] = pc.sum(table[column]).as_py() or 0
+    waited_ns = pc.subtract(table["read_ns"], table["end_ns"])
+    busy_ns = waited_ns.filter(pc.fill_null(table["by_callback"], False))
+    sums[BUSY] = pc.sum(busy_ns).as_py() or 0
+    sums[READ] = (pc.sum(waited_ns).as_py() or 0) - sums[BUSY]
     return {part: time_ns for part, time_ns in sums.items() if time_ns}
 
 
 def _fate(row: dict[str, Any]) -> MessageFate:
+    node = f"{row['source']} {row['node']}"
+    before = tuple(MessagePart(part, node, row[column])
+                   for part, column in zip(BEFORE, _BEFORE, strict=True) if row[column])
     spent = tuple(map(MessagePart, row["parts"], row["places"], row["times_ns"]))
     waited_ns = None if row["read_ns"] is None else row["read_ns"] - row["end_ns"]
     return MessageFate(row["number"], row["topic"], row["source"], row["destination"],
                        row["size_bytes"], row["born_ns"], row["end_ns"], row["reason"],
-                       row["place"], spent, waited_ns)
+                       row["place"], before, spent, waited_ns,
+                       BUSY if waited_ns and row["by_callback"] else READ)

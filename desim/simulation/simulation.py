@@ -94,6 +94,7 @@ class Simulation:
                            [host.name for host in self.plan], payloads=payloads,
                            on_fate=on_fate if ledger is None else ledger,
                            passages=None if ledger is None else ledger.passages,
+                           callbacks=None if ledger is None else ledger.callbacks,
                            computers=busy)
         set_clocks(self.graph, self.plan)
         self._signals = LinkSignals(self.graph, places)

@@ -93,16 +93,17 @@ def _rows(indices: np.ndarray) -> slice | np.ndarray:
 
 def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace, streams: Streams,
           hosts: Sequence[str], *, payloads: str = "lazy", on_fate: OnFate | None = None,
-          passages: Passages | None = None, computers: Mapping[str, Computer] | None = None
-          ) -> Graph:
+          passages: Passages | None = None, callbacks: list[PublishingCallback] | None = None,
+          computers: Mapping[str, Computer] | None = None) -> Graph:
     """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware and media;
-    ``payloads``, ``on_fate``, ``passages`` and ``computers`` as ``Graph`` takes them. Raises
-    ``InputError`` that begins with the path of what does not fit."""
+    ``payloads``, ``on_fate``, ``passages``, ``callbacks`` and ``computers`` as ``Graph`` takes
+    them. Raises ``InputError`` that begins with the path of what does not fit."""
     with below("middleware"):
         middleware = _plugin(scenario.middleware)
     others = scenario.network.others
     graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, others=len(others),
-                  payloads=payloads, on_fate=on_fate, passages=passages, computers=computers)
+                  payloads=payloads, on_fate=on_fate, passages=passages, callbacks=callbacks,
+                  computers=computers)
     new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
 
     def made(name: str, choice: MediumChoice) -> Medium:

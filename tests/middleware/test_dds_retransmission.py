@@ -60,7 +60,7 @@ def test_the_story_of_a_lost_message_says_who_will_notice(middleware, words):
     net = Net({"a": talker([(2 * S, "one"), (3 * S, "two")]), "b": listener([])},
               middleware=middleware, rules=[partition("3 s", "3.01 s")]).run(10 * S)
     net.trace.flush()
-    steps = story(np.concatenate(net._rows), net.names.items(), 2)
+    steps = story(np.concatenate(net.batches), net.names.items(), 2)
     assert [step.detail for step in steps if step.what == "lost"] == [words]
     assert [step.what for step in steps].count("frame") == 2
 

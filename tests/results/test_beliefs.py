@@ -46,7 +46,7 @@ class Two:
 
     def at(self, time_s, informed="publisher", linked=None):
         self.net.trace.flush()
-        rows = np.concatenate(self.net._rows)
+        rows = np.concatenate(self.net.batches)
         return folded(Rows(rows, self.net.names.items()), round(time_s * S), informed, linked)
 
 

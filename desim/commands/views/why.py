@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from rich.console import Console
 from rich.text import Text
 
 from desim.ports import TimePart
+from desim.results.data_age import DataAge
 from desim.results.latency_by_topic import as_json
 from desim.results.why import READ, LatencyBreakdown, MessageFate
 
@@ -21,7 +23,7 @@ _COLOURS: dict[str, str] = {
     TimePart.SENDER: "yellow", TimePart.RESOLUTION: "magenta", TimePart.QUEUE: "red",
     TimePart.CONTENTION: "bright_red", TimePart.AIRTIME: "green", TimePart.PROPAGATION: "cyan",
     TimePart.RETRANSMISSION: "bright_magenta", TimePart.RULES: "blue", TimePart.MEDIUM: "white",
-    TimePart.RELAY: "bright_yellow"}
+    TimePart.RELAY: "bright_yellow"}  # of the parts of the latency
 
 
 def show(found: LatencyBreakdown, metrics: Mapping[str, Any], console: Console) -> None:
@@ -38,6 +40,8 @@ def show(found: LatencyBreakdown, metrics: Mapping[str, Any], console: Console) 
         _print_topics(found, console)
     if found.lost:
         _print_drops(found, console)
+    if found.age is not None:
+        _print_age(found.age, console)
     if not found.is_itemized:
         _print(console, "on the medium: a network model does not give the parts of its time "
                         "(docs/writing-plugins.md, Itemizes)", style="dim")
@@ -53,13 +57,14 @@ def show_message(message: MessageFate, console: Console) -> None:
             f"dropped ({message.reason} {in_words(str(message.place))})")
     _print(console, f"message {message.number}, {message.topic}, {message.source} -> "
                     f"{message.destination}, {message.size_bytes} B", style="bold")
+    _print_bars([(*part, "") for part in message.before], console)
     _print(console, f"born at {message.born_ns / 1e9:.6f} s, {fate} after "
                     f"{duration(message.latency_ns)}")
     if message.reason is not None:
         return
     lines = [(*part, share(part.time_ns, message.latency_ns)) for part in message.parts]
     if message.waited_ns is not None:
-        lines.append((READ, message.destination, message.waited_ns, ""))
+        lines.append((message.waited_in, message.destination, message.waited_ns, ""))
     _print_bars(lines, console)
     if message.waited_ns is None:
         _print(console, f"{READ:<16} {message.destination}: never read")
@@ -73,13 +78,13 @@ def in_words(place: str) -> str:
 def _print_shares(found: LatencyBreakdown, console: Console) -> None:
     """The shares of all messages that match, beside those of the messages that were shown."""
     times_ns, shown_ns = found.times_ns, found.messages_times_ns
-    total_ns, total_shown_ns = (sum(time_ns for part, time_ns in times.items() if part != READ)
+    total_ns, total_shown_ns = (sum(time_ns for part, time_ns in times.items() if part in _COLOURS)
                                 for times in (times_ns, shown_ns))
     _print(console, f"all {found.delivered} delivered messages that match: mean of each part, its "
                     "share, and its share in those above", style="bold")
-    _print_bars([(part, "" if part == READ else share(time_ns, total_ns),
+    _print_bars([(part, share(time_ns, total_ns) if part in _COLOURS else "",
                   time_ns // found.delivered,
-                  "" if part == READ else share(shown_ns.get(part, 0), total_shown_ns) or "-")
+                  (share(shown_ns.get(part, 0), total_shown_ns) or "-") if part in _COLOURS else "")
                  for part, time_ns in times_ns.items()], console)
 
 
@@ -99,6 +104,18 @@ def _print_topics(found: LatencyBreakdown, console: Console) -> None:
                                     for part, time_ns in parts))
 
 
+def _print_age(age: DataAge, console: Console) -> None:
+    """The mean age of the data, and what it consists of."""
+    if age.messages:
+        _print(console, f"since the reading on which they are based: {duration(age.mean_ns)}, mean "
+                        f"of {age.messages}, {duration(age.longest_ns)} at most", style="bold")
+    for part, time_ns in age.parts_ns.items():
+        _print(console, f"{part:<16} {duration(time_ns):>10} "
+                        f"{share(round(time_ns), round(age.mean_ns)):>7}")
+    if age.blind:
+        _print(console, f"{age.blind} messages whose sender had read nothing of that topic")
+
+
 def _print_drops(found: LatencyBreakdown, console: Console) -> None:
     _print(console, f"{found.dropped} dropped messages that match", style="bold")
     for reason, place, count in found.lost[:_DROPS]:
@@ -109,14 +126,14 @@ def _print_drops(found: LatencyBreakdown, console: Console) -> None:
 
 
 def _print_bars(lines: Iterable[tuple[str, str, int, str]], console: Console) -> None:
-    """A line for each part: its name, place, time (ns) and a word behind it. The scale is that of
-    the latency."""
+    """A line for each part: its name, place, time (ns) and a word behind it. The bars are those of
+    the latency, to which what is before the birth and behind the arrival does not belong."""
     lines = list(lines)
     width = min(max(console.width - _BESIDE, _LEAST), _MOST)
-    begin_ns, whole_ns = 0, sum(time_ns for part, _, time_ns, _ in lines if part != READ)
+    begin_ns, whole_ns = 0, sum(time_ns for part, _, time_ns, _ in lines if part in _COLOURS)
     for part, place, time_ns, last in lines:
-        drawn = "" if part == READ else bar(begin_ns, time_ns, whole_ns, width)
-        begin_ns += time_ns
+        drawn = bar(begin_ns, time_ns, whole_ns, width) if part in _COLOURS else ""
+        begin_ns += time_ns if part in _COLOURS else 0
         console.print(Text.assemble(
             f"{part:<16} {place:<18} ", (f"{drawn:<{width}}", _COLOURS.get(part, "")),
             f" {duration(time_ns):>10} {last:>7}"), soft_wrap=True)
@@ -154,10 +171,13 @@ def json_object(found: LatencyBreakdown, metrics: Mapping[str, Any]) -> Mapping[
     """The breakdown as an object for ``--json``."""
     return {
         **{name: metrics.get(name) for name in ("outdated_goal_s", "outdated_goal_m")},
-        "messages": [{**message._asdict(), "parts": [part._asdict() for part in message.parts]}
+        "messages": [{**message._asdict(), **{
+            name: [part._asdict() for part in getattr(message, name)] for name in
+            ("before", "parts")}}
                      for message in found.messages],
         "delivered": found.delivered, "dropped": found.dropped,
         "shares_ns": found.times_ns, "shares_of_messages_ns": found.messages_times_ns,
         "lost": [lost._asdict() for lost in found.lost],
         "by_topic": as_json(found.by_topic),
+        "age": None if found.age is None else asdict(found.age),
     }

@@ -1,0 +1,77 @@
+"""The thread of a node whose callbacks are timed, on a busy computer of a run with a ledger."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, NamedTuple
+
+from desim.middleware.executor import Executor, QueuedCallback
+
+if TYPE_CHECKING:
+    from desim.middleware.busy_host import BusyHost
+
+
+class PublishingCallback(NamedTuple):
+    """A callback of ``node`` that published the messages ``first`` to ``last`` (numbers), and what
+    its time went to: from when it was due until their birth.
+
+    ``node_queue_ns``: the node ran the callbacks before it. Its turn then takes as long as it
+    computes, ``computing_ns``, if it has a processor to itself; what it takes longer is
+    ``run_queue_ns``, the wait for a processor that others had, or shared, or preempted it on.
+    ``called_ns``: the instant of its call, when it reads what has arrived."""
+
+    first: int
+    last: int
+    node: str
+    called_ns: int
+    node_queue_ns: int
+    run_queue_ns: int
+    computing_ns: int
+
+
+class TimedExecutor(Executor):
+    """An executor that appends its callbacks to ``log`` if they published messages between hosts."""
+
+    __slots__ = ("_graph", "_log", "_due", "_due_ns", "_turn_ns", "_called_ns", "_computing_ns")
+
+    def __init__(self, node: str, host: BusyHost, log: list[PublishingCallback]) -> None:
+        super().__init__(node, host)
+        self._graph, self._log = host.graph, log
+        self._due: deque[int] = deque()  # since when each entry of the queue is there
+        # Of the current callback:
+        self._due_ns = self._turn_ns = self._called_ns = self._computing_ns = 0
+
+    def add(self, entry: QueuedCallback) -> None:
+        self._due.append(self._graph.kernel.now_ns)
+        super().add(entry)
+
+    def remove(self, entry: QueuedCallback) -> None:
+        if entry in self.queue:
+            del self._due[self.queue.index(entry)]
+        super().remove(entry)
+
+    def stop(self) -> None:
+        self._due.clear()
+        super().stop()
+
+    def begin(self) -> int:
+        self._called_ns = self._graph.kernel.now_ns
+        if self._due:
+            self._due_ns = self._due.popleft()
+        cost_ns = super().begin()
+        self._computing_ns = self._processors.alone_ns(cost_ns)
+        return cost_ns
+
+    def end(self) -> None:
+        before = self._graph.messages
+        super().end()
+        last = self._graph.messages
+        if last > before:
+            run_queue_ns = self._graph.kernel.now_ns - self._turn_ns - self._computing_ns
+            self._log.append(PublishingCallback(
+                before + 1, last, self.node, self._called_ns, self._turn_ns - self._due_ns,
+                run_queue_ns, self._computing_ns))
+
+    def _submit(self) -> None:
+        self._turn_ns = self._graph.kernel.now_ns
+        super()._submit()
