@@ -103,6 +103,12 @@ def ledger_of(run: Run) -> pa.Table:
     return _made_again(run, repeatable(run, "messages' parts of time", "trace.ledger=true"))[0]
 
 
+def read_ledger(file: Path) -> pa.Table:
+    """A ledger's file, of schema ``SCHEMA``. Columns that older ones have not are null."""
+    kept = pq.read_table(file)
+    return pa.concat_tables([SCHEMA.empty_table(), kept], promote_options="permissive").cast(SCHEMA)
+
+
 def trace_and_ledger(run: Run, spool: Path, until_ns: int | None,
                      ) -> tuple[Rows, pa.Table | None]:
     """The trace of a run (in the file ``spool``) and its ledger. Where it has not kept its trace,
@@ -122,7 +128,7 @@ def trace_and_ledger(run: Run, spool: Path, until_ns: int | None,
 
 def _kept(run: Run) -> pa.Table:
     with readable(run.file(LEDGER)) as file:
-        return pq.read_table(file).cast(SCHEMA)
+        return read_ledger(file)
 
 
 def _made_again(run: Run, scenario: Scenario, until_ns: int | None = None,

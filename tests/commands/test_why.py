@@ -3,6 +3,7 @@
 import json
 from io import StringIO
 
+import pyarrow.parquet as pq
 import pytest
 from rich.console import Console
 from typer.testing import CliRunner
@@ -12,9 +13,9 @@ from desim.cli import app
 from desim.commands.views.why import bar, duration, in_words, show
 from desim.errors import InputError
 from desim.results.file_names import LEDGER
-from desim.results.ledger import ledger_of
+from desim.results.ledger import ledger_of, read_ledger
 from desim.results.run import Run
-from desim.results.why import READ, Query, breakdown
+from desim.results.why import BUSY, READ, Query, breakdown
 
 SLOW = ("stop.elapsed=4 s", "network.media={lan: {model: switch, rate: 300 kb/s}}")
 
@@ -170,3 +171,53 @@ def test_bars_and_durations():
 
 def test_a_run_knows_its_ledger(made, ledger):
     assert Run(made[1].path).ledger.equals(ledger)
+
+
+SLOW_NODES = ("computers={model: table, callbacks: {move_base: {control: {fixed: 30 ms}, "
+              "any: {fixed: 5 ms}}, mapping: {any: {fixed: 8 ms}}}}", "stop.elapsed=3 s",
+              "trace.ledger=true")
+
+
+@pytest.fixture(scope="module")
+def busy(repository, tmp_path_factory):
+    """A run of hello on computers that get busy."""
+    return api.run(repository / "scenarios" / "hello.yaml", overrides=SLOW_NODES,
+                   out=tmp_path_factory.mktemp("busy"))
+
+
+def test_commands_were_computed_before_their_birth(busy):
+    found = breakdown(busy.ledger, Query(topic="/*/cmd_vel", late=3, since="/*/scan"))
+    for fate in found.messages:
+        *waits, (part, place, time_ns) = fate.before
+        assert (part, place, time_ns) == ("computing", f"{fate.source} move_base", 30_000_000)
+        assert {part for part, *_ in waits} <= {"node's queue", "run queue"}
+    assert found.times_ns["computing"] == 30_000_000 * found.delivered
+    age = found.age
+    assert age.messages + age.blind == found.delivered and age.messages > 0
+    assert age.mean_ns == pytest.approx(sum(age.parts_ns.values()))
+    assert age.parts_ns["callback"] >= 30_000_000
+
+
+def test_the_command_prints_what_was_before_the_birth(busy):
+    text = why(busy.path, "--topic", "/*/cmd_vel", "--late", 1, "--since", "/*/scan")
+    before, born, behind = text.partition("\nborn at ")
+    assert "\ncomputing        robot_" in before and " move_base" in before and " █" not in before
+    assert "\nsince the reading on which they are based: " in behind and "\nkept  " in behind
+    found = json.loads(why(busy.path, "--topic", "/*/cmd_vel", "--since", "/*/scan", "--json"))
+    assert found["messages"][0]["before"][-1]["part"] == "computing"
+    assert set(found["age"]) == {"messages", "blind", "mean_ns", "longest_ns", "parts_ns"}
+
+
+def test_ideal_computers_have_nothing_before_a_birth(ledger):
+    found = breakdown(ledger, Query())
+    assert not any(fate.before for fate in found.messages)
+    assert not {"node's queue", "run queue", "computing", BUSY} & found.times_ns.keys()
+
+
+def test_a_ledger_of_before_computers_got_busy_is_read(made, ledger, tmp_path):
+    """Its columns on callbacks are null."""
+    new = ["node", "called_ns", "node_queue_ns", "run_queue_ns", "computing_ns", "by_callback"]
+    pq.write_table(ledger.drop_columns(new), tmp_path / LEDGER)
+    read = read_ledger(tmp_path / LEDGER)
+    assert read.drop_columns(new).to_pylist() == ledger.drop_columns(new).to_pylist()
+    assert read["node"].null_count == read["by_callback"].null_count == len(ledger)
