@@ -13,17 +13,15 @@ from desim.report.replay.events import listed_events
 from desim.report.replay.facts import facts
 from desim.report.replay.growth import add_growth
 from desim.report.replay.ledger import add_ledger
+from desim.report.replay.seconds import add_computers, add_seconds, seconds_of
 from desim.report.replay.sensors import add_bumps, sensors_of
 from desim.report.replay.traffic import add_loads, add_messages, add_topics, traffic_of
-from desim.results.file_names import LEDGER, ROBOTS, SUMMARY
+from desim.results.file_names import LEDGER, SUMMARY
 from desim.results.source import ReplaySource
 from desim.results.status import is_imported
 from desim.scenario.robot_types import types_of
-from desim.units import MM_PER_M
 
 Description = dict[str, object]  # what JSON can hold
-_NO_SECONDS = {name: np.empty(0) for name in (
-    "time_s", "explored", "explored_union", "distance_m", "rx_bytes", "tx_bytes")}
 PLANS = ("plan", "goal", "frontiers", "path", "pose")  # others are marks, with words
 MAX_PLAN_POINTS = 1_500_000
 
@@ -55,9 +53,12 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
     add_beliefs(columns, recording.events, hosts)
     sensors = sensors_of(recording)
     add_bumps(columns, recording, sensors["bumpers"] or ())
-    _add_robots(columns, recording)
+    seconds = seconds_of(recording)
+    add_seconds(columns, seconds, len(recording.robots))
+    computers = add_computers(columns, seconds, recording)
     partitions_s = metrics.get("partitions", {}).get("episodes_s", [])
-    listed, reduced = listed_events(recording.events, traffic, hosts, partitions_s)
+    listed, reduced = listed_events(recording.events, traffic, hosts, partitions_s,
+                                    seconds if computers and not recording.begin_ns else None)
     notes.append(reduced)
     about: Description = {
         "name": manifest["name"], "seed": manifest["seed"],
@@ -71,7 +72,7 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
                    if not math.isnan(host.x_m)},
         "radius_m": [body.radius_m for body in types_of(scenario.fleet)],
         "footprints": [body.corners_m or None for body in types_of(scenario.fleet)],
-        **sensors,
+        **sensors, "computers": computers,
         "deployment": scenario.deployment, "middleware": scenario.middleware.model,
         "terrain": _add_terrain(columns, recording),
         "growth": grown, "load_s": load_s, "plan_kinds": shown[0], "marks": shown[1],
@@ -141,23 +142,6 @@ def _add_links(columns: Columns, recording: ReplaySource) -> None:
                      if change.host in place and change.other in place], np.int64).reshape(-1, 4)
     for name, values in zip(("ns", "host", "other", "linked"), rows.T, strict=True):
         columns.add(f"link.{name}", values)
-
-
-def _add_robots(columns: Columns, recording: ReplaySource) -> None:
-    """Add each robot's explored share (1e-4, -1: it has no software), and its way [mm] and the
-    bytes that it received and sent until then, once a second; the share that all together know."""
-    run, count = recording.run, len(recording.robots)
-    table = run.robots if run.has(ROBOTS) else _NO_SECONDS
-
-    def by_robot(name: str, scale: float) -> np.ndarray:
-        values = np.nan_to_num(table[name].astype(float) * scale, nan=-1.0)
-        return np.rint(values).astype(np.int64).reshape(-1, count).T
-
-    columns.add("second.us", np.rint(table["time_s"][::count] * 1e6).astype(np.int64))
-    columns.add("second.union", by_robot("explored_union", 1e4)[:1])
-    for name, scale in (("explored", 1e4), ("distance_m", MM_PER_M), ("rx_bytes", 1.0),
-                        ("tx_bytes", 1.0)):
-        columns.add(f"second.{name}", by_robot(name, scale))
 
 
 def _add_terrain(columns: Columns, recording: ReplaySource) -> Description:

@@ -4,8 +4,10 @@ const HUES = 9;  // of robots and topics
 const KINDS = ["coordination", "monitoring", "sensors and commands", "other"];
 // Signs that every common font has.
 const EVENT_GLYPHS = { collision: "×", recovery: "↻", partition: "∥", host_stopped: "▼",
-  host_started: "▲", late: "◆", saturation: "■", stop: "□", difference: "≠" };
-const BAD = new Set(["collision", "host_stopped", "late", "saturation", "partition"]);
+  host_started: "▲", late: "◆", saturation: "■", stop: "□", difference: "≠",
+  out_of_memory: "●", missed_ticks: "○" };
+const BAD = new Set(["collision", "host_stopped", "late", "saturation", "partition",
+  "out_of_memory", "missed_ticks"]);
 
 // Put a theme ("light" or "dark") on the page and read it.
 function themeOfPage(name) {

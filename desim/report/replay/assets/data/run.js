@@ -27,6 +27,8 @@ class Run {
     this.planPoint = new Table("plan", ["x_mm", "y_mm", "text"]);
     this.second = new Table("second", ["us", "union", "explored", "distance_m", "rx_bytes",
       "tx_bytes"], ["explored", "distance_m", "rx_bytes", "tx_bytes"]);
+    this.computer = new Table("computer", ["busy_ms", "missed", "ram_kb"],
+      ["busy_ms", "missed", "ram_kb"]);  // at the times of `second`
     this.topic = new Table("topic", ["bytes", "messages", "latency_us", "longest_us", "lost"],
       ["bytes", "messages", "latency_us", "longest_us", "lost"]);
     this.tables = [this.pose, this.obstacle, this.message, this.load, this.link, this.sees, this.bump,
@@ -43,6 +45,7 @@ class Run {
     const changed = this.#joined(about);
     for (const table of this.tables) table.append(columns, changed[table.name]);
     this.message.sort("born_us");
+    if (about.computers) this.computer.append(columns);
     if (about.ledger) {
       this.part.append(columns);
       this.partCount.append(columns);
@@ -126,6 +129,14 @@ class Run {
       const at = this.partStarts[k] + i;
       return { part: words.parts[parts[at]], place: words.places[places[at]], s: ns[at] / NS };
     });
+  }
+
+  // The share of its processors that a robot had busy in the second that ends with this sample.
+  busyShare(robot, second) {
+    const { us } = this.second.at, busy = this.computer.at.busy_ms?.[robot];
+    if (!busy || second < 1) return 0;
+    const wholeMs = this.about.computers.processors[robot] * (us[second] - us[second - 1]) / 1000;
+    return Math.min(1, (busy[second] - busy[second - 1]) / Math.max(1e-6, wholeMs));
   }
 
   // The standing walls' number: it changes when a door opens or closes.

@@ -32,7 +32,7 @@ function placeWords(place) {
   return place.includes(" at ") ? `on ${place.replace(" at ", ", at ")}` : place && `at ${place}`;
 }
 
-// robot_3: knows 45.2 %, 0.80 m/s.
+// robot_3: knows 45.2 %, 0.80 m/s, processors 97 % busy.
 function robotWords(run, robot, timeS) {
   const name = run.robots[robot];
   if (!run.upAt(timeS).robots[robot]) return `${name}: its host is down`;
@@ -40,7 +40,9 @@ function robotWords(run, robot, timeS) {
   const at = countUpTo(us, timeS * 1e6) - 1;
   if (at < 1) return name;
   const speed = (way[robot][at] - way[robot][at - 1]) / 1000 / Math.max(1e-6, (us[at] - us[at - 1]) / 1e6);
+  const busy = run.about.computers
+    ? `, processors ${Math.round(100 * run.busyShare(robot, at))} % busy` : "";
   const share = explored[robot][at];  // negative: it has no software, or what it knew is not recorded
   if (share < 0 && run.about.status !== "imported") return name;
-  return `${name}: ${share < 0 ? "" : `knows ${(share / 100).toFixed(1)} %, `}${speed.toFixed(2)} m/s`;
+  return `${name}: ${share < 0 ? "" : `knows ${(share / 100).toFixed(1)} %, `}${speed.toFixed(2)} m/s${busy}`;
 }

@@ -33,6 +33,10 @@ const SYMBOLS = [
     bumperRing(context, x, y, 6, theme);
     symbolRobot(context, theme, x, y);
   }],
+  ["its processors are busy for 90 % or more", (context, theme, x, y) => {
+    symbolRobot(context, theme, x, y - 4);
+    busyBar(context, x, y + 6, 0.95, theme);
+  }],
   ["explored map: the discoverer's colour, bright for 4 s", (context, theme, x, y) => {
     [[0, theme.tint], [2, theme.tint], [0, theme.glow]].forEach(([hue, share], k) => {
       context.fillStyle = `rgb(${mixed(theme.free, rgb(theme.hues[hue]), share)})`;
@@ -130,6 +134,7 @@ const SYMBOLS = [
   }],
   ...[["collision", "collision"], ["host_stopped", "host stops"], ["late", "late message"],
     ["saturation", "first message dropped for a full queue"], ["partition", "split, or whole again"],
+    ["out_of_memory", "a process is killed for memory"], ["missed_ticks", "timers miss ticks"],
   ].map(([kind, words]) => [`event: ${words}`, (context, theme, x, y) => {
     Object.assign(context, { font: `600 14px ${theme.sans}`, textAlign: "center",
       textBaseline: "middle", fillStyle: theme.alarm });

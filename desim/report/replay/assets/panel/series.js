@@ -23,6 +23,14 @@ function fleetCharts(scene, theme, alone) {
         { name: "least informed", colour: theme.faint, times, values: over(Math.min, Infinity) },
       ] : []] });
   }
+  if (run.about.computers && times.length) {
+    const busy = run.robots.map((_, robot) => busyPercents(run, robot));
+    charts.push({ title: "processors", unit: "%", max: 100, lines: [
+      { name: "mean of the robots", colour: theme.accent, times,
+        values: scaled(sumRows(busy), 1 / busy.length) },
+      ...alone ? [{ name: "busiest", colour: theme.soft, times,
+        values: times.map((_, i) => busy.reduce((most, row) => Math.max(most, row[i]), 0)) }] : []] });
+  }
   const topic = run.topic.at;
   if (topic.bytes?.length) {
     const { hues } = theme, times_ = binTimes(topic.bytes[0].length);
@@ -53,7 +61,26 @@ function robotCharts(run, robot, theme) {
     ...isSilent ? [] : [{ title: "on the wire", unit: "B/s", log: true, lines: [
       { name: "received", colour, times, values: rate(at.rx_bytes[robot], 1)  },
       { name: "sent", colour: theme.soft, times, values: rate(at.tx_bytes[robot], 1) }] }],
+    ...!run.about.computers ? [] : computerCharts(run, robot, colour, times, rate),
   ];
+}
+
+// What its processors and its memory did; the memory in % where it is limited.
+function computerCharts(run, robot, colour, times, rate) {
+  const { missed, ram_kb: kb } = run.computer.at, limitMB = run.about.computers.memory_mb[robot];
+  return [
+    { title: "processors", unit: "%", max: 100, lines: [
+      { name: "busy", colour, times, values: busyPercents(run, robot) }] },
+    ...!isRecorded(kb[robot]) ? [] : [{ title: "memory", lines: [{ name: "in use", colour, times,
+      values: scaled(kb[robot], limitMB ? 0.1 / limitMB : 1e-3) }],
+    ...limitMB ? { unit: "%", max: 100 } : { unit: "MB" } }],
+    ...!missed[robot].some(Boolean) ? [] : [{ title: "missed ticks of timers", unit: "/s", lines: [
+      { name: "missed", colour, times, values: rate(missed[robot], 1), steps: true }] }],
+  ];
+}
+
+function busyPercents(run, robot) {
+  return Array.from(run.second.at.us, (_, second) => 100 * run.busyShare(robot, second));
 }
 
 function linkCharts(run, traffic, [one, other], theme) {
