@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from desim.report.replay import events
 from desim.report.replay.events import listed_events
 from desim.report.replay.traffic import BornMessages
 from desim.results.recording import Event
@@ -22,8 +23,8 @@ def messages(*rows):
                         reason.astype(int))
 
 
-def listed(events=(), table=None, partitions_s=()):
-    found, note = listed_events(events, messages() if table is None else table, HOSTS, partitions_s)
+def listed(rows=(), table=None, partitions_s=()):
+    found, note = listed_events(rows, messages() if table is None else table, HOSTS, partitions_s)
     assert note is None
     return [(one.time_ns / NS_PER_S, one.kind, one.text) for one in found]
 
@@ -47,6 +48,8 @@ def test_saturation_is_the_first_full_queue():
     (("recovery", "robot_1", "3  2  0"), "robot_1 backs off"),
     (("host_stopped", "base", "0  0  0"), "base stops"),
     (("host_started", "base", "0  0  0"), "base starts again"),
+    (("out_of_memory", "robot_1", "slam  133000000  132000000"),
+     "robot_1 runs out of memory: slam is killed, the rest dies with it"),
     (("goal_aborted", "robot_0", "25  32.6  0"), "robot_0 gives up its goal"),
     (("visit", "robot_1", "3  61800000000  0"), "robot_1 visits place 3, alone for 61.8 s"),
     (("stop", "monitor", "0  0  0"), "the run ends"),
@@ -68,3 +71,32 @@ def test_partitions_begin_and_end():
     assert listed(partitions_s=[[60.0, 180.5]]) == [
         (60.0, "partition", "the fleet is split for 120 s"),
         (180.5, "partition", "the fleet is whole again")]
+
+
+def seconds(*missed):
+    """The table of two robots, once a second: the ticks that robot_1 has missed until then."""
+    count = len(missed)
+    return {"time_s": np.repeat(np.arange(count, dtype=float), 2),
+            "robot": np.array(["robot_0", "robot_1"] * count),
+            "missed_ticks": np.stack([np.zeros(count, int), missed], axis=1).ravel()}
+
+
+MISSED = [0, 0, 3, 3, 10, *[10] * 10, 12]
+
+
+def listed_ticks(table):
+    found, _ = listed_events([], messages(), HOSTS, [], table)
+    return [(one.time_ns / NS_PER_S, one.text, one.subjects) for one in found]
+
+
+def test_missed_ticks_are_one_event_until_there_is_a_pause():
+    assert listed_ticks(seconds(*MISSED)) == [
+        (2.0, "robot_1: busy nodes miss 10 ticks of their timers until 4 s", ("robot_1",)),
+        (15.0, "robot_1: busy nodes miss 2 ticks of their timers until 15 s", ("robot_1",))]
+    assert listed_ticks(seconds(0, 0, 0)) == []
+
+
+def test_with_another_pause_the_episodes_are_others(monkeypatch):
+    """The twin of the test above."""
+    monkeypatch.setattr(events, "_APART_NS", 11 * NS_PER_S)
+    assert len(listed_ticks(seconds(*MISSED))) == 1
