@@ -102,7 +102,8 @@ class Executor(Job):
         self.queue.append(entry)
 
     def add_due(self, entry: QueuedCallback) -> None:
-        """Append ``entry``, and ask for a processor. To be called in the computer's turn of phase CONTROL."""
+        """Append ``entry``, and ask for a processor. To be called in the computer's turn of phase
+        CONTROL."""
         self.add(entry)
         self.step()
 

@@ -30,7 +30,7 @@ class PublishingCallback(NamedTuple):
 
 
 class TimedExecutor(Executor):
-    """An executor that appends its callbacks to ``log`` if they published messages between hosts."""
+    """An executor that appends its callbacks to ``log`` if they publish messages between hosts."""
 
     __slots__ = ("_graph", "_log", "_due", "_due_ns", "_turn_ns", "_called_ns", "_computing_ns")
 

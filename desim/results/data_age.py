@@ -43,11 +43,11 @@ def data_age(readings: pa.Table, messages: pa.Table) -> DataAge:
         newest[own] = np.append(of_host, -1)[
             np.searchsorted(read_ns, called_ns[own], side="right") - 1]
     based, newest = newest >= 0, newest[newest >= 0]
-    instants = np.array([
-        *(readings[column].to_numpy()[newest] for column in ("born_ns", "end_ns", "read_ns")),
-        called_ns[based], *(messages[column].to_numpy()[based] for column in ("born_ns", "end_ns"))])
     if not len(newest):
         return DataAge(0, len(messages), 0.0, 0, {})
+    of, own = readings.take(pa.array(newest)), messages.filter(pa.array(based))
+    instants = np.stack([of["born_ns"], of["end_ns"], of["read_ns"], called_ns[based],
+                         own["born_ns"], own["end_ns"]])
     ages_ns = instants[-1] - instants[0]
     means_ns = np.diff(instants, axis=0).mean(axis=1).tolist()
     return DataAge(len(newest), len(messages) - len(newest), float(ages_ns.mean()),

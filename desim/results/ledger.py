@@ -157,13 +157,17 @@ def _key(to: np.ndarray, source: np.ndarray, seq: np.ndarray, hosts: int) -> np.
     return ((to.astype(np.int64) * hosts + source) << 40) | seq
 
 
+_NO_CALLBACK = PublishingCallback(0, 0, "", 0, 0, 0, 0)
+
+
 def _births(numbers: np.ndarray, callbacks: Sequence[PublishingCallback]) -> list[pa.Array]:
     """The columns ``node`` to ``computing_ns`` of the messages with these ``numbers``."""
+    callbacks = [_NO_CALLBACK, *callbacks]
     nodes = list(dict.fromkeys(callback.node for callback in callbacks))
-    own = np.array([(*callback[:2], nodes.index(callback.node), *callback[3:])
-                    for callback in callbacks] or [[0] * len(PublishingCallback._fields)], np.int64)
-    own = own[np.searchsorted(own[:, 0], numbers, side="right") - 1]
-    mask = (numbers < own[:, 0]) | (numbers > own[:, 1])
+    table = np.array([(first, last, nodes.index(node), *times_ns)
+                      for first, last, node, *times_ns in callbacks], np.int64)
+    own = table[np.searchsorted(table[:, 0], numbers, side="right") - 1]
+    mask = numbers > own[:, 1]
     return [_words(own[:, 2], nodes, mask),
             *(pa.array(times_ns, mask=mask) for times_ns in own[:, 3:].T)]
 

@@ -21,8 +21,8 @@ from desim.results.message_log import DELIVERED
 # Before the parts, where the callback that published a message took time: it waited for its node,
 # and for a processor, and computed.
 BEFORE = ("node's queue", "run queue", "computing")
-# Behind them: from a message's arrival until its node looked at it first, or until a callback got it,
-# which had to wait for its node or for a processor.
+# Behind them: from a message's arrival until its node looked at it first, or until a callback got
+# it, which had to wait for its node or for a processor.
 READ, BUSY = "receiver's queue", "busy receiver"
 _BEFORE = ("node_queue_ns", "run_queue_ns", "computing_ns")  # columns
 _NAMED = 12  # topics in a complaint

@@ -45,8 +45,9 @@ def age(table):
     return breakdown(table, Query(topic="/cmd_vel", since="/scan")).age
 
 
-# Called at 50 and 150, commands are based on the scans of 1 and 101, and arrive at 85 and 185; those
-# called at 100 and 200 on the same, as the next ones arrive at 106 and 206. At 0 there was none.
+# Called at 50 and 150, commands are based on the scans of 1 and 101, and arrive at 85 and 185;
+# those called at 100 and 200 on the same, as the next ones arrive at 106 and 206. At 0 there was
+# none.
 BUSY = DataAge(4, 1, (84 + 134 + 84 + 134) / 4 * MS, 134 * MS, {
     "reading's way": 5 * MS, "unread": 44 * MS, "kept": 25 * MS, "callback": 30 * MS,
     "latency": 5 * MS})
@@ -77,5 +78,5 @@ def test_a_command_before_the_first_scan_is_blind():
 
 
 def test_an_unknown_topic_is_a_complaint():
-    with pytest.raises(InputError, match=r"no message has the topic '/scam' \(did you mean '/scan'"):
+    with pytest.raises(InputError, match=r"no message has the topic '/scam' \(did you mean '/sc"):
         breakdown(commands(None), Query(since="/scam"))

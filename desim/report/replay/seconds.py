@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from desim.report.replay.columns import Columns
@@ -9,7 +11,7 @@ from desim.results.file_names import ROBOTS
 from desim.results.source import ReplaySource
 from desim.units import MM_PER_M
 
-Seconds = dict[str, np.ndarray]  # the columns of robots.parquet
+Seconds = Mapping[str, np.ndarray]  # the columns of robots.parquet
 _NONE: Seconds = {name: np.empty(0) for name in (
     "time_s", "explored", "explored_union", "distance_m", "rx_bytes", "tx_bytes")}
 Computers = dict[str, list[float | None]]  # of each robot
