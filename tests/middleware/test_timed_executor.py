@@ -1,4 +1,4 @@
-"""What callbacks did before the birth of what they publish, by hand. Times are in ms."""
+"""The time of callbacks before the birth of their messages, by hand, in ms."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""What a run has of its robots once a second, for its replay."""
+"""The robots once a second, for the replay of a run: ways, bytes, shares, computers."""
 
 from __future__ import annotations
 
