@@ -43,6 +43,7 @@ MORE = {
         MAZE_8, "stop.elapsed=6 s", f"{LAN}.rate=20 Mb/s",
         "faults=[{at: 1003 ms, host: robot_3, down_for: 700 ms}, "
         "{at: 2400 ms, host: workstation, down_for: 10 ms}, {at: 3 s, host: robot_1}]"),
+    "computers that get busy": (MAZE_8, "stop.elapsed=3 s", "computers=measured"),
     "a radio whose transmissions are judged": (
         MAZE_8, "stop.elapsed=15 s", "deployment=field",
         "network.media={lan: null, air: {model: radio, rules: [{rule: loss, probability: 10 %}]}}"),
