@@ -102,6 +102,10 @@ class BusyHost(Host):
         graph.trace.row(graph.kernel.now_ns, graph.OVERWRITTEN, self.id, message.origin.id,
                         message.seq, message.about.id)
 
+    def program(self, node: str) -> str:
+        """The name of ``node`` without its namespace: ``slam`` of ``robot_3/slam``."""
+        return self.graph.without_hosts(node) if "/" in node else node
+
     def readers(self, topic: str) -> int:
         """The number of connections to nodes of this host that subscribe to ``topic``."""
         latest, subscriptions = self._ends_of(topic)
@@ -141,9 +145,9 @@ class BusyHost(Host):
     def _executor(self, node: str) -> Executor:
         """The thread of the node called ``node``."""
         if node not in self._executors:
-            callbacks = self.graph.callbacks
-            self._executors[node] = (Executor(node, self) if callbacks is None
-                                     else TimedExecutor(node, self, callbacks))
+            callbacks, program = self.graph.callbacks, self.program(node)
+            self._executors[node] = (Executor(node, program, self) if callbacks is None
+                                     else TimedExecutor(node, program, self, callbacks))
         return self._executors[node]
 
     def _missed(self, ticks: int) -> None:

@@ -69,7 +69,7 @@ class HostMemory:
     def _of(self, node: Node, waiting: Mapping[str, int]) -> int:
         kept = {"bytes": waiting.get(node.name, 0), **node.kept()}
         check_kept(f"node {node.name!r}", kept)
-        return self._memory.process_bytes(Kept(node.name, kept))
+        return self._memory.process_bytes(Kept(self._host.program(node.name), kept))
 
     def _kill(self, node: str, used_bytes: int, limit_bytes: int) -> None:
         self.kills.append(node)

@@ -67,7 +67,8 @@ class ExecutorHost(Protocol):
 
 
 class Executor(Job):
-    """Runs the callbacks of ``node``, a node of ``host``.
+    """Runs the callbacks of ``node``, a node of ``host``. ``program``: its name without its
+    namespace, by which cost models know it.
 
     A message costs its receiver time, read or not. That time is added to ``owed_ns``, which the
     node spends before its next callback. The same holds for subscriptions without a callback: a
@@ -75,12 +76,12 @@ class Executor(Job):
     ``uncharged`` are those of them in which messages may have arrived that are not in ``owed_ns``.
     """
 
-    __slots__ = ("node", "receive_ns", "owed_ns", "uncharged", "queue", "current", "idle",
-                 "_host", "_costs", "_processors", "_work", "_held")
+    __slots__ = ("node", "program", "receive_ns", "owed_ns", "uncharged", "queue", "current",
+                 "idle", "_host", "_costs", "_processors", "_work", "_held")
 
-    def __init__(self, node: str, host: ExecutorHost) -> None:
-        super().__init__(host.computer.priorities.get(node, 0))
-        self.node = node
+    def __init__(self, node: str, program: str, host: ExecutorHost) -> None:
+        super().__init__(host.computer.priorities.get(program, 0))
+        self.node, self.program = node, program
         self._host, self._costs = host, host.computer.costs
         self._processors = host.computer.processors
         self.receive_ns = self._costs.receive_ns
@@ -165,7 +166,7 @@ class Executor(Job):
         if size_bytes:
             self._work["bytes"] = size_bytes
         self.awaited = bool(self._held or self.queue) or entry.wants_end
-        cost_ns = self.owed_ns + self._costs.of_callback_ns(self.node, entry.trigger, self._work)
+        cost_ns = self.owed_ns + self._costs.of_callback_ns(self.program, entry.trigger, self._work)
         self.owed_ns = 0
         return cost_ns
 

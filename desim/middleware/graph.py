@@ -114,7 +114,7 @@ class Graph:
         return self._by_name[name]
 
     def without_hosts(self, topic: str) -> str:
-        """The name of a topic without the names of hosts: ``scan`` of ``/robot_3/scan``."""
+        """A topic's or node's name without the names of hosts: ``scan`` of ``/robot_3/scan``."""
         return "/".join(part for part in topic.split("/") if part and part not in self._by_name)
 
     def topic(self, name: str) -> Topic:

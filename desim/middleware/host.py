@@ -125,14 +125,10 @@ class Host:
         for medium in self.media:
             medium.switched(self.index, up)
 
-    def absolute(self, topic: str) -> str:
-        """``scan`` on ``robot_3`` is ``/robot_3/scan``; with a leading slash it is absolute."""
-        return topic if topic.startswith("/") else f"/{self.name}/{topic}"
-
     def advertise(self, node: str, topic: str, transport: str, via: str, queue: int,
                   latch: bool) -> Publisher:
-        """A publisher of ``topic`` for ``node``; see ``Node.advertise``."""
-        about = self.graph.topic(self.absolute(topic))
+        """A publisher of the absolute ``topic`` for ``node``; see ``Node.advertise``."""
+        about = self.graph.topic(topic)
         try:
             offer = Offer(Endpoint(self.index, node, about.name), TransportKind(transport),
                           Addressing(via), queue, latch)
@@ -148,8 +144,8 @@ class Host:
 
     def subscribe(self, node: str, topic: str, callback: Callable[[Message], object],
                   queue: int) -> None:
-        """See ``Node.subscribe``."""
-        about = self.graph.topic(self.absolute(topic))
+        """See ``Node.subscribe``; ``topic`` is absolute."""
+        about = self.graph.topic(topic)
         self.graph.connections += 1
         latest, subscriptions = self._ends_of(about.name)
         if latest is not None:
@@ -159,15 +155,14 @@ class Host:
         self.graph.context.subscribed(Endpoint(self.index, node, about.name))
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
-        """See ``Node.latest``."""
-        name = self.absolute(topic)
+        """See ``Node.latest``; ``topic`` is absolute."""
         self.graph.connections += 1
-        latest, subscriptions = self._ends_of(name)
+        latest, subscriptions = self._ends_of(topic)
         if latest is None:
-            latest = self._new_latest(name, wait_set)
-            self._ends[name] = latest, subscriptions
-            self.graph.topic(name).listens(self.index, latest, subscriptions)
-        self.graph.context.subscribed(Endpoint(self.index, node, name))
+            latest = self._new_latest(topic, wait_set)
+            self._ends[topic] = latest, subscriptions
+            self.graph.topic(topic).listens(self.index, latest, subscriptions)
+        self.graph.context.subscribed(Endpoint(self.index, node, topic))
         return latest
 
     def ticker(self, node: str, name: str, frequency_hz: Fraction | int,

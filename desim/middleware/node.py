@@ -21,14 +21,23 @@ if TYPE_CHECKING:
 
 class Node:
     """Subclasses call ``super().__init__(host, name)``; in ``start`` they advertise, subscribe and
-    set timers. Nothing of a stopped node runs any more."""
+    set timers. Nothing of a stopped node runs any more.
 
-    __slots__ = ("host", "name", "_graph", "_publishers", "_tickers", "_alive")
+    A node is in the ``namespace`` of its host, or of another one for which it works, as with ``ns``
+    in a launch file: ``scan`` is ``/robot_3/scan`` in ``robot_3``, wherever the node runs. Its
+    random numbers and its trace rows are of the namespace, too. ``name`` is unique on the host.
+    """
 
-    def __init__(self, host: Host, name: str) -> None:
+    __slots__ = ("host", "namespace", "name", "_named", "_id", "_graph", "_publishers", "_tickers",
+                 "_alive")
+
+    def __init__(self, host: Host, name: str, namespace: str | None = None) -> None:
         self.host = host
-        self.name = name
+        self.namespace = namespace or host.name
+        self.name = name if self.namespace == host.name else f"{namespace}/{name}"
+        self._named = "host", self.namespace, name  # of its random numbers
         self._graph = host.graph
+        self._id = host.graph.names.id(self.namespace)
         self._publishers: dict[str, Publisher] = {}
         self._tickers: list[Handle] = []
         self._alive = True
@@ -62,8 +71,8 @@ class Node:
         """``topic`` may be published from now on. ``transport``: stream or datagram; ``via``:
         unicast, or broadcast, which is always by datagram. ``queue`` bounds
         the outbox of each stream link (0: no bound). Returns the publisher."""
-        publisher = self._publishers[topic] = self.host.advertise(self.name, topic, transport, via,
-                                                                  queue, latch)
+        publisher = self._publishers[topic] = self.host.advertise(
+            self.name, self._absolute(topic), transport, via, queue, latch)
         return publisher
 
     def publish(self, topic: str, content: Content) -> None:
@@ -80,12 +89,12 @@ class Node:
     def subscribe(self, topic: str, callback: Callable[[Message], object], queue: int = 1) -> None:
         """Call ``callback(message)``, in phase CONTROL, for each message of ``topic``; ``queue``
         of them may wait, then the oldest goes (0: no bound)."""
-        self.host.subscribe(self.name, topic, callback, queue)
+        self.host.subscribe(self.name, self._absolute(topic), callback, queue)
 
     def latest(self, topic: str, wait_set: WaitSet | None = None) -> Latest:
         """Subscribe to ``topic`` without a callback: ``.message`` of the result is the last one
         that has arrived, or None. ``wait_set`` finds it where there is news."""
-        return self.host.latest(self.name, topic, wait_set)
+        return self.host.latest(self.name, self._absolute(topic), wait_set)
 
     def timer(self, frequency_hz: Fraction | int, callback: Callable[[int], object],
               start: str = "random", name: str = "timer") -> Handle:
@@ -95,8 +104,8 @@ class Node:
         offset_ns = 0
         if start == "random":
             period_ns = int(NS_PER_S / Fraction(frequency_hz))
-            offset_ns = self._graph.streams.integer(period_ns, "host", self.host.name, self.name,
-                                                    "timer", len(self._tickers))
+            offset_ns = self._graph.streams.integer(period_ns, *self._named, "timer",
+                                                    len(self._tickers))
         elif start != "zero":
             raise InputError(f"a timer starts at 'random' or 'zero', not {start!r}")
         ticker = self.host.ticker(self.name, name, frequency_hz, callback,
@@ -121,19 +130,19 @@ class Node:
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this node's own."""
-        return self._graph.streams("host", self.host.name, self.name, *name)
+        return self._graph.streams(*self._named, *name)
 
     def noise_key(self, *name: str | int) -> int:
         """A key for noise by counter (``desim.ports.kernels``), this node's own."""
-        return self._graph.streams.key("host", self.host.name, self.name, *name)
+        return self._graph.streams.key(*self._named, *name)
 
     def record(self, kind: str, a: int = 0, b: int = 0, c: int = 0) -> None:
-        """Write a trace row of this host, and notify the listener to its kind."""
+        """Write a trace row of the namespace, and notify the listener to its kind."""
         graph = self._graph
-        graph.trace.row(graph.kernel.now_ns, graph.names.id(kind), self.host.id, a, b, c)
+        graph.trace.row(graph.kernel.now_ns, graph.names.id(kind), self._id, a, b, c)
         listener = graph.listeners.get(kind)
         if listener is not None:
-            listener(self.host.name, a, b, c)
+            listener(self.namespace, a, b, c)
 
     @property
     def is_watched(self) -> bool:
@@ -144,7 +153,11 @@ class Node:
         """Show ``points_m`` [n, 2], with or without ``texts`` [n], to the one who looks at the run.
         No message is sent, and nothing in the run depends on it."""
         if self._graph.on_display is not None:
-            self._graph.on_display(self.host.name, kind, points_m, texts)
+            self._graph.on_display(self.namespace, kind, points_m, texts)
+
+    def _absolute(self, topic: str) -> str:
+        """``topic`` in the namespace; with a leading slash it is absolute."""
+        return topic if topic.startswith("/") else f"/{self.namespace}/{topic}"
 
     def _run(self, what: tuple[Callable[..., object], object]) -> None:
         if self._alive:

@@ -34,8 +34,9 @@ class TimedExecutor(Executor):
 
     __slots__ = ("_graph", "_log", "_due", "_due_ns", "_turn_ns", "_called_ns", "_computing_ns")
 
-    def __init__(self, node: str, host: BusyHost, log: list[PublishingCallback]) -> None:
-        super().__init__(node, host)
+    def __init__(self, node: str, program: str, host: BusyHost,
+                 log: list[PublishingCallback]) -> None:
+        super().__init__(node, program, host)
         self._graph, self._log = host.graph, log
         self._due: deque[int] = deque()  # since when each entry of the queue is there
         # Of the current callback:

@@ -181,13 +181,13 @@ class _Stage(Host):
     def advertise(self, node: str, topic: str, transport: str, via: str, queue: int,
                   latch: bool) -> Publisher:
         how: Wishes = {"transport": transport, "via": via, "queue": queue, "latch": latch}
-        self.advertised.append((node, self.absolute(topic), how))
+        self.advertised.append((node, topic, how))
         return super().advertise(node, topic, transport, via, queue, latch)
 
     def subscribe(self, node: str, topic: str, callback: Callable[[Message], object],
                   queue: int) -> None:
-        self.subscribed.add(self.absolute(topic))
+        self.subscribed.add(topic)
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
-        self.subscribed.add(self.absolute(topic))
+        self.subscribed.add(topic)
         return Latest(self)

@@ -42,7 +42,7 @@ class SensorContext:
 
     @property
     def name(self) -> str:
-        return self._node.host.name
+        return self._node.namespace
 
     @property
     def now_ns(self) -> int:
