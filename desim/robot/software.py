@@ -8,6 +8,7 @@ from desim.middleware.busy_host import BusyHost
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
+from desim.ports.localization import Localization
 from desim.ports.sharing import Sharing
 from desim.robot import monitor_feed, transform_broadcaster
 from desim.robot.coordination.coordinate import Coordinate
@@ -15,7 +16,9 @@ from desim.robot.coordination.explore import Explore
 from desim.robot.localization.checks import draws_map
 from desim.robot.localization.node import LocalizationNode
 from desim.robot.localization.pose_publisher import CorrectionNode, PosePublisher
+from desim.robot.localization.remote_slam import RemoteSlam
 from desim.robot.localization.sensor_pose import SENSORS, SensorPose
+from desim.robot.mapping.map_receiver import MapReceiver
 from desim.robot.mapping.node import Mapping
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.navigation import global_costmap, move_base
@@ -47,10 +50,8 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
         strategy = _strategy(choice)
     sharing = _sharing(coordination.exchange)
     drawn = drawn_beside(robot_map, sharing)
-    widest_m = max(kind.radius_m for kind in scenario.fleet.types.values())
-    bodies_m = 2.0 * widest_m if peers else 0.0
     nodes: list[Node] = [
-        *_localization(host, robot, drawn, start, bodies_m),
+        *_localization(host, robot, drawn, start, _bodies_m(scenario, peers)),
         MapSharing(host, sharing, robot_map, peers, team, drawn),
         move_base.MoveBase(host, robot, body, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
@@ -88,12 +89,21 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
     return nodes
 
 
+def remote_slam(host: Host, scenario: Scenario, name: str, robot: Equipment, robot_map: RobotMap,
+                peers: tuple[str, ...], start: Pose2D | None) -> Node:
+    """The node of SLAM for the robot ``name``, on another host than its own. Arguments as those of
+    ``robot_software``; ``robot_map`` is not the robot's."""
+    return RemoteSlam(host, name, _new_localization(robot), robot, robot_map, start,
+                      _bodies_m(scenario, peers))
+
+
 def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose2D | None,
                   bodies_m: float) -> list[Node]:
-    """The nodes that make poses and the robot's own map of the readings of sensors."""
-    choice = robot.localization
-    with below("robot.localization"):
-        localization = plugins.load("localization", choice.model)(choice.params)
+    """The nodes that make poses and the robot's own map of the readings of sensors, or take both
+    from the host that does."""
+    if robot.localization.host not in (None, host.name):
+        return [PosePublisher(host), MapReceiver(host, robot_map)]
+    localization = _new_localization(robot)
     source = SENSORS.get(type(localization))
     if source is not None:
         nodes: list[Node] = [SensorPose(host, source)]
@@ -106,6 +116,18 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
         return nodes
     return [*nodes, *(Mapping(host, robot.mapping, robot_map, topic)
                     for topic in robot.lasers_by_topic)]
+
+
+def _new_localization(robot: Equipment) -> Localization:
+    choice = robot.localization
+    with below("robot.localization"):
+        return plugins.load("localization", choice.model)(choice.params)
+
+
+def _bodies_m(scenario: Scenario, peers: tuple[str, ...]) -> float:
+    """The width of the widest teammate, 0 without one."""
+    widest_m = max(kind.radius_m for kind in scenario.fleet.types.values())
+    return 2.0 * widest_m if peers else 0.0
 
 
 def _strategy(choice: StrategyChoice) -> Strategy:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from math import nan
 from typing import NamedTuple
 
+from desim.errors import InputError
 from desim.ports import natural_key
 from desim.scenario.names import WORKSTATION, cluster_nodes, robot_names
 from desim.scenario.robot_types import equipment_of, types_of
@@ -28,7 +29,7 @@ class HostPlan(NamedTuple):
     whether robots send it their maps and distances. ``strategy``: of a host without a body that
     coordinates. ``antenna``: with its height above the ground. ``computer``: a robot's own, or its
     virtual machine, which is on ``node`` of the cluster. ``clock``: None where it shows the true
-    time.
+    time. ``slam``: indices of the other robots whose SLAM runs here.
     """
 
     name: str
@@ -43,10 +44,12 @@ class HostPlan(NamedTuple):
     computer: ComputerParams = ComputerParams()
     clock: ClockParams | None = None
     node: str | None = None
+    slam: tuple[int, ...] = ()
 
 
 def plan(scenario: Scenario) -> list[HostPlan]:
-    """The hosts of a scenario in natural order of their names."""
+    """The hosts of a scenario in natural order of their names. Raises ``InputError`` for a robot
+    that cannot reach the host of its SLAM."""
     testbed = scenario.deployment == "testbed"
     robots = robot_names(scenario)
     passive = frozenset(scenario.robot.passive)
@@ -70,4 +73,27 @@ def plan(scenario: Scenario) -> list[HostPlan]:
         hosts.append(HostPlan(name, None, x_m, y_m, (), None, stationary.monitor,
                               stationary.strategy, stationary.antenna, stationary.computer,
                               stationary.clock))
-    return sorted(hosts, key=lambda host: natural_key(host.name))
+    slam = _slam_elsewhere(scenario, [(host.name, host.software) for host in hosts])
+    return [host._replace(slam=tuple(slam.get(host.name, ())))
+            for host in sorted(hosts, key=lambda host: natural_key(host.name))]
+
+
+def _slam_elsewhere(scenario: Scenario, hosts: list[tuple[str, int | None]]
+                    ) -> dict[str, list[int]]:
+    """The robots whose SLAM runs on another host, by that host."""
+    equipment, found = equipment_of(scenario), dict[str, list[int]]()
+    forwarded = any(host.forwards for host in scenario.hosts.values())
+    for name, robot in hosts:
+        if robot is None:
+            continue
+        elsewhere = equipment[robot].localization.host
+        if elsewhere in (None, name):
+            continue
+        attached = [medium.hosts for medium in scenario.network.media.values()
+                    if not medium.inside]
+        if not forwarded and not any(own is None or {name, elsewhere} <= {*own}
+                                     for own in attached):
+            raise InputError(f"robot.localization.host: {name} and {elsewhere} have no medium in "
+                             "common (network.media.*.hosts), and no host forwards")
+        found.setdefault(elsewhere, []).append(robot)
+    return found

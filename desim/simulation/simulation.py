@@ -35,7 +35,7 @@ from desim.robot.mapping.fusion import robot_map_of
 from desim.robot.mapping.map_server import MapServer, map_of_terrain
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import TilePool
-from desim.robot.software import coordinator_software, robot_software
+from desim.robot.software import coordinator_software, remote_slam, robot_software
 from desim.robot.team import Team
 from desim.robot.transform_broadcaster import TransformBroadcaster, of_odometry
 from desim.scenario.recipients import topics_for
@@ -169,14 +169,16 @@ class Simulation:
         if host_plan.monitor:
             nodes.append(MonitorNode(host, self._explorers,
                                      scenario.robot.exploration.publishes_cost))
+        nodes += [remote_slam(host, scenario, self.world.robots[robot], self._equipment[robot],
+                              self._map(), self._peers(robot), self._known_start(robot))
+                  for robot in host_plan.slam]
         if host_plan.software is not None:
             robot_map = self._map()
             self._watch(host.name, robot_map)
             robot = host_plan.software
             nodes += robot_software(host, scenario, self._equipment[robot],
                                     self._strategies[robot], self.world.body(robot), robot_map,
-                                    tuple(n for n in self._explorers if n != host.name),
-                                    self._team(host.name), self._known_start(robot),
+                                    self._peers(robot), self._team(host.name), self._known_start(robot),
                                     monitored=any(other.monitor for other in self.plan),
                                     task=self._briefing)
         if host_plan.strategy is not None:
@@ -187,6 +189,10 @@ class Simulation:
         if robot_map is not None and self._terrain_map is not None:
             nodes.append(MapServer(host, robot_map, self._terrain_map))
         return [*nodes, *self._declared_traffic(host)]
+
+    def _peers(self, robot: int) -> tuple[str, ...]:
+        """The other robots that carry software."""
+        return tuple(name for name in self._explorers if name != self.world.robots[robot])
 
     def _declared_traffic(self, host: Host) -> list[Node]:
         """The nodes that publish and receive what the scenario declares."""

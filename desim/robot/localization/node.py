@@ -62,9 +62,10 @@ class LocalizationNode(Node):
     _topic = "pose"
 
     def __init__(self, host: Host, localization: Localization, robot: Equipment,
-                 robot_map: RobotMap, start: Pose2D | None, bodies_m: float) -> None:
+                 robot_map: RobotMap, start: Pose2D | None, bodies_m: float,
+                 namespace: str | None = None) -> None:
         self.draws_map = draws_map(localization)
-        super().__init__(host, "slam" if self.draws_map else "localization")
+        super().__init__(host, "slam" if self.draws_map else "localization", namespace)
         self.localization, self.robot_map = localization, robot_map
         self._usable_m = robot.mapping.usable_range_m
         self._context = SensorContext(self, robot, start, bodies_m)
@@ -80,7 +81,7 @@ class LocalizationNode(Node):
     def start(self) -> None:
         self.advertise(self._topic)
         if self.draws_map:
-            self.advertise("map")
+            self._advertise_map()
             self._others = [self.latest(topic) for topic in self._topics]
         self._scan = self.latest(SCAN)
         self.subscribe("odom", self._on_odometry)
@@ -131,7 +132,15 @@ class LocalizationNode(Node):
         for each in scans:
             self.robot_map.integrate_scan(x_m, y_m, yaw_rad, each, self._usable_m)
         if self.robot_map.version != version:
-            self.publish("map", Empty())
+            self._announce_map()
+
+    def _advertise_map(self) -> None:
+        """The map may be published from now on."""
+        self.advertise("map")
+
+    def _announce_map(self) -> None:
+        """Publish that the map has changed."""
+        self.publish("map", Empty())
 
     def _companions(self, stamp_ns: int) -> Iterator[LaserScan]:
         """The scans of the same instant of the lasers beside the first."""
@@ -157,7 +166,7 @@ class LocalizationNode(Node):
         self.robot_map.redraw_own(
             [(pose, scan) for pose, scans in zip(path, self._scans, strict=True)
              for scan in scans], self._usable_m)
-        self.publish("map", Empty())
+        self._announce_map()
 
 
 def publish_pose(node: Node, before: Pose | None, stamp_ns: int, pose: Pose2D) -> None:

@@ -140,6 +140,16 @@ class RobotMap:
         for observer in self.redraw_observers:
             observer(poses)
 
+    def replace_own(self, whole: LayerSnapshot) -> bool:
+        """Replace the own layer by complete evidence, which another host has drawn of this robot's
+        scans. Returns whether that changed the knowledge."""
+        before, self.own = self.own, Layer.of(whole)
+        tiles = before.changed_since(whole)
+        count = _exchange(tiles, before.indices[tiles], whole.indices[tiles],
+                          np.empty(len(tiles), np.int32), self.version + 1, self.pool.arrays,
+                          self.sum)
+        return self._note(count)
+
     def layers(self) -> tuple[LayerSnapshot, ...]:
         """Snapshots of all layers, own first: the map as it is now, immutable."""
         return (self.own.snapshot(), *self.received.values())

@@ -154,6 +154,15 @@ class Layer:
         self.indices = np.zeros(len(tiles), np.int32)
         self._latest: LayerSnapshot | None = None
 
+    @classmethod
+    def of(cls, whole: LayerSnapshot) -> Layer:
+        """A layer with the evidence of a complete snapshot."""
+        layer = cls(whole.pool, whole.tiles)
+        layer.indices[:] = whole.indices
+        _hold_all(layer.indices, whole.pool.arrays.refs)
+        layer._latest = whole
+        return layer
+
     def __del__(self, drop_all: Callable[..., None] = _drop_all,
                 at_exit: Callable[[], bool] = sys.is_finalizing) -> None:
         if not at_exit():  # kernels cannot be called any more, and the memory goes anyway

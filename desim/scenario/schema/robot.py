@@ -14,7 +14,16 @@ from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.power import PowerParams
 from desim.scenario.schema.shapes import BY_SHAPE
-from desim.units import Angle, Duration, Frequency, Length, MessageSize, Period, Position
+from desim.units import (
+    Angle,
+    Duration,
+    Frequency,
+    Length,
+    MessageSize,
+    Pace,
+    Period,
+    Position,
+)
 
 
 class Laser(Params):
@@ -145,12 +154,18 @@ class LocalizationChoice(PluginChoice):
     model: str = Field("ground_truth", description=(
         "a localization plug-in: ground_truth, odometry, gmapping, scan_matching (ours; the paper: "
         "gmapping)"))
+    host: str | None = Field(None, description=(
+        "SLAM runs on this host, which gets scans and odometry over the network, and sends poses "
+        "and maps back (null: on the robot itself)"))
+    map_period_ns: Pace = Field("5 s", description=(
+        "with a host: whole maps to the robot go out so often, if something was drawn (gmapping "
+        "map_update_interval)"))
 
 
 # The last parts of the topics that a robot's own software uses.
 OWN_TOPICS = (SCAN, "odom", "true_pose", "sonar", "bumper", "cmd_vel", "pose", "map", "costmap",
               "peers", "goal", "goal_result", "cost", "gain", "explored_map", "distance",
-              "team_state", "tf")
+              "team_state", "tf", "map_to_odom", "slam_map")
 OTHERS = "others"  # as a receiver: all robots but the sender
 
 
