@@ -186,6 +186,16 @@ def needs_body(sharing: str) -> bool:
     return bool(getattr(load("sharing", sharing), "needs_body", False))
 
 
+def follows_scans(sharing: str) -> bool:
+    """Whether it shares what the robot itself draws of its scans."""
+    return issubclass(load("sharing", sharing), FollowsScans)
+
+
+def draws_map(localization: str) -> bool:
+    """Whether a localization makes the robot's map, too."""
+    return bool(getattr(load("localization", localization), "draws_map", False))
+
+
 def uncoordinated(strategy: str, others: Iterable[str]) -> bool:
     """Whether a strategy of robots needs a coordinator of its own class, which is not among the
     strategies of hosts without a body."""

@@ -9,7 +9,14 @@ from itertools import pairwise
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.scenario import bodies, coordination, expression, generated_terrain, network_checks
+from desim.scenario import (
+    bodies,
+    coordination,
+    expression,
+    generated_terrain,
+    network_checks,
+    remote_slam,
+)
 from desim.scenario.complaints import Complaint
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
 from desim.scenario.quantities import ROBOTS, quantities, wants_power
@@ -284,6 +291,10 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("stop", "when"), ("measure", "when"), ("measure", "cost"), ("task",), ("robot", "power"),
       ("fleet",)), _expressions),
     *network_checks.CHECKS,
+    ((("robot", "localization"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),
+     remote_slam.hosts),
+    ((("robot", "localization"), ("fleet", "types"), ("coordination", "exchange")),
+     remote_slam.sharing),
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), coordination.briefed),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination.frames),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination.uncoordinated),

@@ -178,7 +178,8 @@ class Simulation:
             robot = host_plan.software
             nodes += robot_software(host, scenario, self._equipment[robot],
                                     self._strategies[robot], self.world.body(robot), robot_map,
-                                    self._peers(robot), self._team(host.name), self._known_start(robot),
+                                    self._peers(robot), self._team(host.name),
+                                    self._known_start(robot),
                                     monitored=any(other.monitor for other in self.plan),
                                     task=self._briefing)
         if host_plan.strategy is not None:

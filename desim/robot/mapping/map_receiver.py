@@ -11,7 +11,7 @@ from desim.middleware.node import Node
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import LayerSnapshot
 
-SLAM_MAP = "slam_map"  # the topic: gmapping's /map. The robot's own nodes hear of its map on ``map``.
+SLAM_MAP = "slam_map"  # gmapping's topic map; here that one announces the map that nodes share
 
 
 class WholeMap(NamedTuple):

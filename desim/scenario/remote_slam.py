@@ -1,0 +1,57 @@
+"""The checks of SLAM on another host than the robot's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+
+from desim import plugins
+from desim.errors import InputError
+from desim.scenario.names import unknown
+from desim.scenario.recipients import listeners
+from desim.scenario.robot_types import equipment_by_path
+from desim.scenario.schema.robot import LocalizationChoice
+from desim.scenario.schema.scenario import Scenario
+from desim.scenario.source_places import Folder, Path
+
+Found = Iterator[tuple[Path, str]]
+
+
+def hosts(scenario: Scenario, _: Folder) -> Found:
+    """Hosts that are not there, and localization that makes no map to send back."""
+    for path, choice in _elsewhere(scenario):
+        known = listeners(scenario)
+        if choice.host not in known:
+            yield (*path, "host"), unknown("host", str(choice.host), known)
+        with suppress(InputError):  # no such plug-in, which is complained of where it is named
+            if not plugins.draws_map(choice.model):
+                yield (*path, "host"), (
+                    f"{plugins.bare(choice.model)!r} draws no map, it stays on the robot; allowed "
+                    f"on another host: {', '.join(_installed('localization', plugins.draws_map))}")
+
+
+def sharing(scenario: Scenario, _: Folder) -> Found:
+    """Map sharing that follows each scan which the robot draws, where another host draws them."""
+    exchange = scenario.coordination.exchange
+    for path, choice in _elsewhere(scenario):
+        with suppress(InputError):
+            if exchange is not None and plugins.follows_scans(exchange.model):
+                others = _installed("sharing", lambda name: not plugins.follows_scans(name))
+                yield (*path, "host"), (
+                    f"{plugins.bare(exchange.model)!r} shares scans as the robot draws them, and "
+                    f"{choice.host} draws them; allowed then: {', '.join(others)}")
+
+
+def _elsewhere(scenario: Scenario) -> Iterator[tuple[Path, LocalizationChoice]]:
+    """The localization that names a host, with its paths."""
+    return (((*path, "localization"), equipment.localization)
+            for path, equipment in equipment_by_path(scenario)
+            if equipment.localization.host is not None)
+
+
+def _installed(kind: str, fits: Callable[[str], bool]) -> Iterator[str]:
+    """The installed plug-ins of this kind that fit."""
+    for name in plugins.available(kind):
+        with suppress(InputError):  # somebody's plug-in that cannot be loaded
+            if fits(name):
+                yield name
