@@ -46,6 +46,24 @@ WRONG = {
         "fleet: {types: {scout: {strategy: centralized}}}\nhosts: {base: {strategy: minpos}}", [
             "2:35: fleet.types.scout.strategy: 'centralized' needs a host without a body that runs "
             "it, too; write hosts: {base: {strategy: centralized}}"]),
+    "SLAM on a host that is not there": (
+        "robot: {localization: {model: gmapping, host: bse}}\nhosts: {base: {}}", [
+            "2:47: robot.localization.host: unknown host 'bse' (did you mean 'base'?); allowed: "
+            "base, robot_0, workstation"]),
+    "SLAM on a robot without software": (
+        "robot: {localization: {model: gmapping, host: robot_1}, passive: [robot_1]}\n"
+        "fleet: {size: 2}", [
+            "2:47: robot.localization.host: unknown host 'robot_1' (did you mean 'robot_0'?); "
+            "allowed: robot_0, workstation"]),
+    "a sensor of the pose on another host": (
+        "fleet: {types: {scout: {robot: {localization: {host: base}}}}}\nhosts: {base: {}}", [
+            "2:55: fleet.types.scout.robot.localization.host: 'ground_truth' draws no map, it stays "
+            "on the robot; allowed on another host: gmapping, scan_matching"]),
+    "scans that another host draws": (
+        "robot: {localization: {model: gmapping, host: base}}\nhosts: {base: {}}\n"
+        "coordination: {exchange: {model: submaps}}", [
+            "2:47: robot.localization.host: 'submaps' shares scans as the robot draws them, and "
+            "base draws them; allowed then: frontiers, own_maps, relayed"]),
     "poses without a common frame": (
         "coordination: {exchange: {model: registered_maps}, team_state: {period: 1 s}}", [
             "2:64: coordination.team_state: with 'registered_maps' robots do not know where the "

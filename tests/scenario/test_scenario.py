@@ -129,12 +129,13 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     assert data["coordination"]["exchange"]["period"] == "5 s"
     undecided = re.findall(r"^ *(\w+): null$", resolved(scenario()), re.MULTILINE)
     # each medium says itself what it is, and has all hosts; no condition, no such update; robots
-    # that go to the nearest frontier announce no goals; their type has nothing of its own; their
-    # antennas send as the medium says; maps in messages are as large as the terrain's; robots are
-    # round and have no sonar, and move_base's oscillation timeout is off; no host looks at
-    # carriers; computers have memory without a limit and clocks that show the true time
-    assert undecided == ["memory", "clock", "footprint", "robot", "strategy", "sonar", "power",
-                         "memory", "clock", "temporal_update", "published_size",
+    # that go to the nearest frontier announce no goals; their type has nothing of its own, and
+    # localization runs on them; their antennas send as the medium says; maps in messages are as
+    # large as the terrain's; robots are round and have no sonar, and move_base's oscillation
+    # timeout is off; no host looks at carriers; computers have memory without a limit and clocks
+    # that show the true time
+    assert undecided == ["memory", "clock", "footprint", "robot", "strategy", "host", "sonar",
+                         "power", "memory", "clock", "temporal_update", "published_size",
                          "oscillation_timeout", "fidelity", "hosts", "failover", "team_state",
                          "when"]
 
