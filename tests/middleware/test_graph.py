@@ -24,6 +24,32 @@ def link(**params):
     return AccessLink(AccessLink.Params(**params))
 
 
+def test_a_node_in_the_namespace_of_another_host():
+    """Its topics, rows and random numbers are those that it would have there."""
+    heard, drawn = [], []
+
+    def slam(life):
+        node = Node(life.host, "slam", "robot_1")
+        drawn.append((node.stream("dice"), node.noise_key("particles")))
+        node.advertise("talk")
+        node.record("woken", 7)
+        node.publish("talk", Words("hello"))
+        return node
+
+    def robot(life):
+        life.subscribe("talk", lambda message: heard.append(message.about.name))
+        assert slam(life).name == "slam"
+
+    def base(life):
+        life.subscribe("talk", lambda message: heard.append(message.about.name))
+        assert slam(life).name == "robot_1/slam"
+
+    net = Net({"robot_1": robot, "base": base}, Ideal(Ideal.Params())).run(S)
+    assert drawn[0] == drawn[1]  # a stream of one name is one object
+    assert [row[1:4] for row in net.rows() if row[1] == "woken"] == [("woken", "robot_1", 7)] * 2
+    assert heard == ["/robot_1/talk"]  # of the robot's own node: base spoke before it listened
+
+
 def test_the_whole_log_of_one_message():
     """Published at 1 s, 174 B on the wire at 1 Mb/s: 1.392 ms."""
     heard = []

@@ -45,7 +45,7 @@ def test_which_messages_go_where():
 
 
 def test_the_map_of_the_robot_is_the_one_that_arrived():
-    """What is drawn since the last message is not known to the robot."""
+    """Scans that were drawn since the last message are not known to the robot."""
     simulation = built(HELLO, *ALONE, LATE, "robot.localization.map_period=10 s",
                        "stop.elapsed=4 s")
     simulation.run()
@@ -95,7 +95,8 @@ def test_whoever_runs_slam_pays_for_it():
     costs = ("computers={model: table, callbacks: {slam: {odom: {fixed: 10 ms}}}, memory: "
              "{processes: {slam: {fixed: 3 MB}, pose_publisher: {fixed: 1 MB}}}}")
     for choice, slam_on, other in (("base", "base", "robot_0"), ("null", "robot_0", "base")):
-        simulation = built(HELLO, *ALONE, f"robot.localization.host={choice}", costs, "stop.elapsed=3050 ms",
+        simulation = built(HELLO, *ALONE, f"robot.localization.host={choice}", costs,
+                           "stop.elapsed=3050 ms",
                            "network.media={air: {model: ideal}}")
         simulation.run()
         hosts = {name: simulation.graph.host(name) for name in ("base", "robot_0")}
@@ -163,7 +164,7 @@ def test_it_does_not_matter_when_a_content_is_computed(payloads):
 
 def test_hosts_without_a_medium_in_common_are_refused():
     with pytest.raises(InputError) as refused:
-        built(HELLO, *TEAM, "network.media={air: {model: disk, hosts: [robot_0, robot_1, robot_2]}}")
+        built(HELLO, *TEAM, "network.media={air: {model: disk, hosts: [robot_0, robot_1]}}")
     assert str(refused.value) == (
         "robot.localization.host: robot_0 and base have no medium in common "
         "(network.media.*.hosts), and no host forwards")

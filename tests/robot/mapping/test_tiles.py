@@ -238,6 +238,29 @@ def test_a_map_that_is_drawn_anew_is_the_one_that_was_drawn_at_once(seen, better
     assert np.array_equal(robot_map.fused, again.fused)
 
 
+@given(st.lists(readings, min_size=1, max_size=5), st.lists(readings, min_size=1, max_size=5))
+def test_a_layer_drawn_elsewhere_takes_the_place_of_the_own_one_and_is_not_written_to(seen, later):
+    pool = TilePool(8)
+    there, here, other = (RobotMap(SPEC, pool) for _ in range(3))
+    see(other, later[0])
+    here.receive([("robot_9", 1, other.own.snapshot())])
+    for readings_ in (seen, later):
+        for reading in readings_:
+            see(there, reading)
+        whole, before = there.own.snapshot(), states(here.fused)
+        assert here.replace_own(whole) == (states(fuse((
+            whole, other.own.snapshot()))) != before).any()
+        assert not here.replace_own(whole)
+        assert np.array_equal(here.fused, fuse(here.layers()))
+    cells = whole.cells()
+    see(here, seen[0])
+    see(there, later[0])
+    assert np.array_equal(whole.cells(), cells)
+    del there, here, other, whole
+    gc.collect()
+    assert in_use(pool) == 0
+
+
 # ---- sharing ------------------------------------------------------------------------------------
 
 
