@@ -229,14 +229,15 @@ WRONG = {
         "path 'package.module:Class'"]),
     "a parameter of another localization": (
         "robot: {localization: {model: scan_matching, particles: 5}}", [
-            "2:46: robot.localization.particles: unknown key; allowed: model, redraw_every"]),
+            "2:46: robot.localization.particles: unknown key; allowed: model, host, map_period, "
+            "redraw_every"]),
     "a localization's parameter out of range": (
         "robot: {localization: {model: gmapping, particles: 0}}", [
             "2:52: robot.localization.particles: must be at least 1, got 0"]),
     "localization of a type": (
         "fleet: {types: {scout: {robot: {localization: {model: gmapping, particle: 5}}}}}", [
             "2:65: fleet.types.scout.robot.localization.particle: unknown key (did you mean "
-            "'particles'?); allowed: model, redraw_every, particles"]),
+            "'particles'?); allowed: model, host, map_period, redraw_every, particles"]),
     "a word in a list": ("measure: {on: [collison]}", [
         "2:16: measure.on.0: 'collison' is not allowed (did you mean 'collision'?); allowed: "
         "explored_10pct, collision, recovery, partition"]),
