@@ -26,6 +26,7 @@ DELAY_NS = 5 * _S  # delay_first_probe_time
 RETRANS_NS = _S  # retrans_time
 PROBES = 3  # ucast_solicit, and mcast_solicit
 QUEUE_BYTES = 212_992  # unres_qlen_bytes
+MOST_UP_NS = 3600 * _S  # ours: long beside all timers
 
 # States (NUD_...): nothing known, asked by broadcast, not found; known but old, to be asked soon,
 # asked by unicast, known.
@@ -54,6 +55,7 @@ class Neighbours:
         self.tick_ns = tick_ns
         self.passages = passages  # None: no ledger is kept
         self._known: dict[tuple[Route, int, int], Neighbour] = {}
+        self._up_ns: dict[int, int] = {}  # by host
         self._reachable: dict[tuple[int, int], int] = {}  # ns, by host and how often it was drawn
 
     def of(self, medium: Route, host: int, peer: int) -> Neighbour:
@@ -70,6 +72,15 @@ class Neighbours:
         for (_, owner, _), neighbour in self._known.items():
             if owner == host:
                 neighbour.forget()
+
+    def up_ns(self, host: int) -> int:
+        """For how long ``host`` had been up when the simulation began, drawn by its name: its
+        timers tick by that clock. (Of hosts that tick as one, questions that collided once on a
+        radio would collide for ever.)"""
+        if host not in self._up_ns:
+            stream = self.context.stream("arp", self.context.hosts[host], "up")
+            self._up_ns[host] = int(stream.integers(MOST_UP_NS))
+        return self._up_ns[host]
 
     def reachable_ns(self, host: int) -> int:
         """For how long ``host`` trusts an address that was confirmed: 0.5 to 1.5 times the base,
@@ -90,7 +101,8 @@ class Neighbour(BroadcastCarrier[int]):
 
     protocol = "arp"
     __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_all",
-                 "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns")
+                 "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns",
+                 "_up_ns")
 
     def __init__(self, all_: Neighbours, medium: Route, host: int, peer: int, entity: int) -> None:
         self.confirmed_ns = self.used_ns = -DELAY_NS - REACHABLE_NS
@@ -103,7 +115,7 @@ class Neighbour(BroadcastCarrier[int]):
         self._host, self._peer = host, peer
         self._entity = entity
         self._kernel = all_.context.kernel
-        self._tick_ns = all_.tick_ns
+        self._tick_ns, self._up_ns = all_.tick_ns, all_.up_ns(host)
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
                  broadcast: bool, carrier: AddressedCarrier[T_contra],
@@ -215,8 +227,9 @@ class Neighbour(BroadcastCarrier[int]):
 
     def _set_timer(self, delay_ns: int) -> None:
         self._rest()
-        self._call = self._kernel.at(fires_ns(self._kernel.now_ns, delay_ns, self._tick_ns),
-                                     Phase.NETWORK, self._entity, self._expired)
+        up_ns = self._up_ns
+        fires = fires_ns(self._kernel.now_ns + up_ns, delay_ns, self._tick_ns) - up_ns
+        self._call = self._kernel.at(fires, Phase.NETWORK, self._entity, self._expired)
 
     def _rest(self) -> None:
         if self._call is not None:

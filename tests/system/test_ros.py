@@ -40,3 +40,20 @@ def test_the_terrain_is_explored_though_the_base_is_lost_and_a_robot_cut_off(mid
 def test_the_same_seed_gives_the_same_run():
     digests = {finished(built(ROUGH, f"{MULTI}}}")).digest for _ in range(2)}
     assert len(digests) == 1
+
+
+def maps_over_the_air():
+    """Maps that came from robot to robot, of three that begin in one instant to look for their
+    master over the radio."""
+    simulation = built(HELLO, "stop.elapsed=10 s", "deployment=field",
+                       "middleware={model: ros1, master: base}", "hosts={base: {at: [0 m, 0 m]}}",
+                       "network.media={air: {model: radio}}")
+    simulation.run()
+    return [simulation.graph.topics[f"/map_exchange/robot_{k}"].counts.delivered for k in range(3)]
+
+
+def test_questions_that_collide_on_the_air_do_not_collide_for_ever(monkeypatch):
+    """Linux repeats them each second by its own clock, and no two hosts' clocks tick as one."""
+    assert maps_over_the_air() == [4, 4, 4]
+    monkeypatch.setattr("desim.middleware.arp.MOST_UP_NS", 1)
+    assert maps_over_the_air() == [0, 0, 0]
