@@ -139,9 +139,15 @@ class RoughWalk(Walk):
         self.spend(self.fleet.run, tenths * S // 10)
 
     def teardown(self):
+        """A rospy process that has not found its master at first has ended (ROSInitException):
+        somebody starts it again."""
         self.heal()
         self.talk(2)
         self.lossy.share = 0.0
+        processes = getattr(self.fleet.graph.middleware, "processes", None)
+        for host in [] if processes is None else [
+                host for host, process in processes._processes.items() if process._ended]:
+            self.fleet.stop(host)
         super().teardown()
 
 
