@@ -77,9 +77,10 @@ class Driver(Node):
         self.robots = tuple(robots)
         self._world = world
         self._equipment = equipment
-        self._scans: list[tuple[Laser, Readings]] = []
-        self._sonars: list[tuple[Sonar, Readings]] = []
-        self._poses: list[Readings] = []
+        # Of each kind that one of the robots here has, by its index among those of the fleet.
+        self._scans: dict[int, tuple[Laser, Readings]] = {}
+        self._sonars: dict[int, tuple[Sonar, Readings]] = {}
+        self._poses: dict[int, Readings] = {}
         self._lowest_m = [min(laser.height_m for laser in own.lasers_by_topic.values())
                           for own in equipment]
         self._alone = {i: np.array([i]) for i in self.robots}
@@ -108,31 +109,33 @@ class Driver(Node):
                 self._bumpers[robot] = f"{prefix}/bumper"
                 self.advertise(self._bumpers[robot])
             self._motors[self.latest(f"{prefix}/cmd_vel", self._commands)] = robot
-        self._scans = [(laser, Readings.of(those, laser_scan_bytes(laser.beams)))
-                       for laser, those in scans.items()]
-        self._sonars = [(sonar, Readings.of(those, point_cloud_bytes(len(sonar.transducers))))
-                        for sonar, those in sonars.items()]
-        self._poses = [Readings.of(those, ODOMETRY_BYTES) for those in poses.values()]
+        self._scans = {kind: (laser, Readings.of(those, laser_scan_bytes(laser.beams)))
+                       for kind, (laser, those) in enumerate(scans.items()) if those}
+        self._sonars = {
+            kind: (sonar, Readings.of(those, point_cloud_bytes(len(sonar.transducers))))
+            for kind, (sonar, those) in enumerate(sonars.items()) if those}
+        self._poses = {kind: Readings.of(those, ODOMETRY_BYTES)
+                       for kind, those in enumerate(poses.values()) if those}
 
     def sense_scan(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish scan number ``tick`` of every laser of a kind, by its index in
         ``kinds_of_lasers``; beams are cast when a node reads the scan."""
-        laser, (sensors, publisher) = self._scans[kind]
-        if sensors:
+        if kind in self._scans:
+            laser, (sensors, publisher) = self._scans[kind]
             publisher.publish(partial(self._scan, laser, sensors, snapshot, tick))
 
     def sense_sonar(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish reading number ``tick`` of every sonar of a kind, by its index in
         ``kinds_of_sonars``."""
-        sonar, (sensors, publisher) = self._sonars[kind]
-        if sensors:
+        if kind in self._sonars:
+            sonar, (sensors, publisher) = self._sonars[kind]
             publisher.publish(partial(self._sonar, sonar, sensors, snapshot, tick))
 
     def sense_pose(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish reading number ``tick`` of all odometers of a rate, by the index of the rate in
         the equipment of the fleet, and the true poses of these robots."""
-        sensors, publisher = self._poses[kind]
-        if sensors:
+        if kind in self._poses:
+            sensors, publisher = self._poses[kind]
             publisher.publish(partial(self._pose, sensors, snapshot, tick))
 
     def _scan(self, laser: Laser, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int,

@@ -34,6 +34,17 @@ def test_a_type_is_laid_over_the_fleet_key_by_key(tmp_path):
     assert resolved(load(file).scenario, tmp_path) == file.read_text()
 
 
+def test_a_type_whose_equipment_says_nothing_of_localization_has_that_of_the_fleet():
+    """A key that is not written is the fleet's, and not the default."""
+    def models(kind):
+        scenario = from_mapping({"name": "types", "robot": {"localization": "gmapping"}, "fleet": {
+            "robots": "own", "types": {"own": {"robot": kind}}}}).scenario
+        return equipment_of(scenario)[0].localization.model
+
+    assert models({"odometry": {"rate": "20 Hz"}}) == "gmapping"
+    assert models({"localization": "odometry"}) == "odometry"  # the twin: what is written counts
+
+
 def test_each_type_has_its_own_sensors_at_their_own_rates():
     simulation = Simulation(from_mapping(TWO).scenario)
     simulation.run()
@@ -156,3 +167,37 @@ def test_the_antenna_is_at_its_altitude():
             "robots": "flyer", "types": {"flyer": {"drive": "aerial", "altitude": "3 m", "robot": {
                 "antenna": {"height": "0.2 m"}}}}}}).scenario)
     assert [host.antenna.height_m for host in plans] == [pytest.approx(3.2)]
+
+
+FRONT = {"laser": {"max_range": "5 m"}}
+
+
+@pytest.mark.parametrize("carried", [
+    FRONT, {"lasers": {"front": FRONT["laser"], "rear": {"yaw": "180 deg"}}},
+    {"sonar": {}}, {"odometry": {"rate": "7 Hz"}}])
+def test_a_robot_has_the_sensors_of_its_type_alone_where_each_has_its_own_driver(carried):
+    scenario = from_mapping({
+        "name": "field", "deployment": "field", "stop": {"elapsed": "1 s"},
+        "robot": {"localization": "odometry"},
+        "fleet": {"robots": [{"type": "plain", "count": 1}, {"type": "other", "count": 1}],
+                  "types": {"plain": {}, "other": {"robot": carried}}}}).scenario
+    simulation = Simulation(scenario)
+    world, scanned, ticks = simulation.world, set(), {0: set(), 1: set()}
+    scan, odometry = world.scan, world.odometry
+
+    def noted_scan(snapshot, robots, tick, number=0):
+        scanned.add((int(robots[0]), number))
+        return scan(snapshot, robots, tick, number)
+
+    def noted_odometry(snapshot, robot, tick):
+        ticks[robot].add(tick)
+        return odometry(snapshot, robot, tick)
+
+    world.scan, world.odometry = noted_scan, noted_odometry
+    simulation.run()
+    equipment = equipment_of(scenario)
+    assert scanned == {
+        (robot, number) for robot, own in enumerate(equipment) for number in range(
+            len(own.lasers_by_topic) + (0 if own.sonar is None else len(own.sonar.cones)))}
+    for robot, own in enumerate(equipment):
+        assert own.odometry.rate_hz / 2 < max(ticks[robot], default=0) <= own.odometry.rate_hz  # of 1 s
