@@ -39,7 +39,7 @@ _EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},  # where it has 
 def complete(scenario: Scenario, folder: Folder) -> Scenario:
     """The scenario with nothing left to be decided. It must have passed all checks."""
     receivers = monitors(scenario)
-    robot = _equipment(scenario.robot, receivers)
+    robot = _localized(_equipment(scenario.robot, receivers))
     return _changed(
         scenario,
         environment=_environment(scenario.environment, folder),
@@ -85,15 +85,14 @@ def _type(kind: RobotType, equipment: Equipment, receivers: tuple[str, ...]) -> 
     if kind.footprint:
         kind = _changed(kind, radius_m=radii_m(kind.footprint)[1])
     if kind.robot is not None:
-        kind = _changed(kind, robot=filled_in(_equipment(kind.robot, receivers), equipment))
+        kind = _changed(kind, robot=_localized(filled_in(_equipment(kind.robot, receivers),
+                                                         equipment)))
     return kind.parsed()
 
 
 def _equipment(robot: E, receivers: tuple[str, ...]) -> E:
-    """Lasers by their parameters, and the values of those of localization. Who has several lasers
-    has not the only one, and the other way round. What is published goes to ``receivers``, where
-    nothing is said."""
-    robot = _changed(robot, localization=robot.localization.parsed())
+    """Lasers by their parameters. Who has several lasers has not the only one, and the other way
+    round. What is published goes to ``receivers``, where nothing is said."""
     if robot.publishes:
         robot = _changed(robot, publishes=tuple(
             _changed(one, to=words_of(one) or receivers) for one in robot.publishes))
@@ -103,6 +102,11 @@ def _equipment(robot: E, receivers: tuple[str, ...]) -> E:
     if "laser" in robot.model_fields_set:
         return _changed(robot, laser=robot.first_laser, lasers={})
     return robot
+
+
+def _localized(robot: E) -> E:
+    """The values of the parameters of localization, too."""
+    return _changed(robot, localization=robot.localization.parsed())
 
 
 def media(scenario: Scenario) -> dict[str, MediumChoice]:
