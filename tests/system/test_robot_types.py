@@ -200,4 +200,4 @@ def test_a_robot_has_the_sensors_of_its_type_alone_where_each_has_its_own_driver
         (robot, number) for robot, own in enumerate(equipment) for number in range(
             len(own.lasers_by_topic) + (0 if own.sonar is None else len(own.sonar.cones)))}
     for robot, own in enumerate(equipment):
-        assert own.odometry.rate_hz / 2 < max(ticks[robot], default=0) <= own.odometry.rate_hz  # of 1 s
+        assert own.odometry.rate_hz / 2 < max(ticks[robot], default=0) <= own.odometry.rate_hz
