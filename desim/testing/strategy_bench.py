@@ -43,16 +43,19 @@ _CELL_M = 0.5
 
 
 class StrategyBench:
-    """A robot at the origin, with free space all around, that heard of one other robot."""
+    """A robot at the origin, with free space all around, that heard of one other robot.
+    ``team_state``: whether teammates send their goals, as they do for ``reads_team_state``."""
 
     def __init__(self, frontiers: list[ports.Frontier], name: str = "robot_1",
-                 team: tuple[str, ...] = ("robot_2", "robot_10", "base")) -> None:
+                 team: tuple[str, ...] = ("robot_2", "robot_10", "base"), *,
+                 team_state: bool = True) -> None:
         self.name, self.team = name, team
         self.now_ns = 10 * NS_PER_S
         self.has_body = True
         self.pose: ports.Pose2D | None = ports.Pose2D(0.0, 0.0, 0.0)
         self.goal: ports.Place | None = None
-        self.peers = {"robot_2": ports.Peer(5.0, 5.0, 0.0, 9 * NS_PER_S, ports.Place(6.0, 5.0))}
+        self._their_goal = ports.Place(6.0, 5.0) if team_state else None
+        self.peers = {"robot_2": ports.Peer(5.0, 5.0, 0.0, 9 * NS_PER_S, self._their_goal)}
         self.heard = {"robot_2": ports.TeamLink(9 * NS_PER_S, lambda: -60.0)}
         self.known = frontiers
         self.task: Any = None
@@ -178,9 +181,9 @@ class StrategyBench:
             callback(self)
 
     def hear(self, name: str) -> None:
-        """Something of a teammate has come: its pose, its goal."""
+        """Something of a teammate has come: its pose, and its goal if it sends that."""
         self.peers = {**self.peers, name: ports.Peer(5.0, 5.0, 0.0, self.now_ns,
-                                                     ports.Place(6.0, 5.0))}
+                                                     self._their_goal)}
         self.heard[name] = ports.TeamLink(self.now_ns, lambda: -60.0)
 
     def deliver(self, message: ports.StrategyMessage) -> None:

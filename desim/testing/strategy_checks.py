@@ -51,7 +51,8 @@ class _Play:
         self._cls, self._strategy = cls, made(cls, params)
         others = tuple(other for other in ("robot_1", "robot_2", "robot_10", "base")
                        if other != name)
-        self._bench = StrategyBench([], name, others)
+        self._bench = StrategyBench([], name, others,
+                                    team_state=bool(getattr(cls, "reads_team_state", False)))
         self._bench.task = briefing
         self._team = Team(others, _LOST_AFTER_NS)
         self._events = StrategyEvents(self._strategy, self._bench, self._team)

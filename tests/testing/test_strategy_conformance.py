@@ -240,3 +240,20 @@ def test_what_each_part_is_there_for(cls, error, says):
 @pytest.mark.parametrize("cls", [Homing, answers()])
 def test_a_strategy_may_drive_home_and_hear(cls):
     check_strategy(cls)
+
+
+class ReadsGoals(NearestFrontier):
+    """Keeps away from the goals of others, and takes for granted that they are known."""
+
+    reads_team_state = True
+
+    def choose(self, context):
+        taken = [peer.goal.x_m for peer in context.peers.values()]
+        return None if 5.0 in taken else super().choose(context)
+
+
+def test_goals_of_teammates_are_known_only_to_a_strategy_that_reads_their_state():
+    check_strategy(ReadsGoals)
+    undeclared = type("Undeclared", (ReadsGoals,), {"reads_team_state": False})
+    with pytest.raises(AttributeError, match="'NoneType' object has no attribute 'x_m'"):
+        check_strategy(undeclared)
