@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 
@@ -15,12 +14,10 @@ import pyarrow.parquet as parquet
 from desim.statistics.intervals import t_interval
 
 
-def sent_mb(campaign: Path, run) -> float:
+def sent_mb(run) -> float:
     """The bytes of all topics of map sharing that were delivered, in MB."""
-    (file,) = campaign.glob(f"runs/*/{run['run_id']}/summary.json")
-    summary = json.loads(file.read_text())
-    return sum(counts["bytes"] for topic, counts in summary["messages_by_topic"].items()
-               if "map_exchange" in topic) / 1e6
+    return sum(bytes_ or 0 for column, bytes_ in run.items()
+               if "map_exchange" in column and column.endswith("_bytes")) / 1e6
 
 
 def main(campaign: Path) -> None:
@@ -32,7 +29,7 @@ def main(campaign: Path) -> None:
         time_s, wrong = (t_interval([run[key] for run in some])
                          for key in ("exploration_time_s", "map_error_cells"))
         print(f"| {kind} | {fusion} | {time_s.text()} "
-              f"| {np.mean([sent_mb(campaign, run) for run in some]):.1f} "
+              f"| {np.mean([sent_mb(run) for run in some]):.1f} "
               f"| {np.mean([run['map_age_s'] for run in some]):.1f} "
               f"| {wrong.text()} "
               f"| {np.mean([run['map_quality'] for run in some]):.3f} |")
