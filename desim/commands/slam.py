@@ -53,6 +53,7 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         from desim.commands.views.slam import outcome, text, title
         from desim.commands.views.terminal import Terminal
         from desim.imports.slam_logs.carmen import read_carmen
+        from desim.imports.slam_logs.map_memory import check_memory
         from desim.imports.slam_logs.relations import errors_of, read_relations
         from desim.plugins import bare
         from desim.report.picture_file import check_ending
@@ -69,8 +70,13 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
             raise InputError(f"--particles {particles}: {localization} has none; allowed with "
                              "gmapping")
         chosen = SlamSettings(resolution_m=resolution, laser=found.laser)
-        play = _player(localization, settings, chosen if particles is None
-                       else replace(chosen, particles=particles), seed)
+        if particles is not None:
+            chosen = replace(chosen, particles=particles)
+        play = _player(localization, settings, chosen, seed)
+        for warning in found.warnings:
+            say(f"warning: {warning}", err=True)
+        check_memory(log, found, resolution,
+                     chosen.particles if localization == "gmapping" else 1)
         with compiling(as_json):  # and of the CPU time, no part is a compiler's
             play(found.first(_WARM_UP), _unseen)
         with counting(Terminal(stderr=True), "scans") as done:

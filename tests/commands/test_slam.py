@@ -172,3 +172,32 @@ def test_the_text_of_a_plug_in_has_no_particles(plugin):
 def test_a_plug_in_that_goes_wrong_is_named(plugin, name, words, code, says):
     done = plugin(name, *words)
     assert (done.exit_code, done.stderr.startswith(says)) == (code, True), done.stderr
+
+
+def jumped(folder, metres):
+    """The log with odometry that is so far away in its last scan."""
+    lines = (folder / "made.log").read_text().splitlines()
+    last = max(k for k, line in enumerate(lines) if line.startswith("FLASER"))
+    words = lines[last].split()
+    for at in (-9, -6):  # x of the laser's pose, and of the robot's
+        words[at] = str(float(words[at]) + metres)
+    (folder / "jumped.log").write_text("\n".join([*lines[:last], " ".join(words)]) + "\n")
+    return folder / "jumped.log", last + 1
+
+
+def test_a_jump_of_the_odometry_is_warned_of_and_takes_no_memory_to_speak_of(folder):
+    log, line = jumped(folder, 300.0)
+    done = CliRunner().invoke(app, ["slam", str(log), "--localization", "scan_matching",
+                                    "--resolution", "0.1", "--to", str(folder / "jumped.png")])
+    assert done.exit_code == 0, done.output
+    assert done.stderr.startswith(f"warning: {log}:{line}: the odometry moves ")
+    assert done.stderr.count("; 1 such jump in the log\n") == 1
+
+
+def test_a_map_that_does_not_fit_into_memory_is_refused_by_its_cells(folder):
+    log, _ = jumped(folder, 90_000.0)
+    done = CliRunner().invoke(app, ["slam", str(log), "--to", str(folder / "jumped.png")])
+    assert done.exit_code == 2
+    assert done.stderr.splitlines()[1:] == [
+        f"{log}: the map is 90035 m x 34.145 m large by its odometry; in cells of 0.05 m it takes "
+        "15371 MB; allowed: up to 1000 MB, with --resolution 0.2"]

@@ -127,8 +127,6 @@ WRONG = {
                    "112 to 123"),
     "parameter": ("PARAM robot_front_laser_max far\n",
                   ":1: PARAM robot_front_laser_max has 'far' where a number is wanted"),
-    "far away": (f"{FLASER}\nFLASER 3 1 2 3 1e7 0 0 1e7 0 0 11 robot 1\n",
-                 ":2: the odometry is 1e+07 m from that of the first scan; allowed: up to 1000 m"),
     "no odometry": (RAWLASER, ":1: the log ends, and no RAWLASER1 is within the time of lines "
                               "ODOM; wanted: scans with odometry"),
     "two raw lasers": (f"ODOM 0 0 0 0 0 0 9\nODOM 0 0 0 0 0 0 11\n{RAWLASER}\n"
@@ -146,6 +144,30 @@ def test_the_error_of_a_wrong_log(tmp_path, name):
     with pytest.raises(InputError) as error:
         read_carmen(path)
     assert str(error.value) == f"{path}{message}"
+
+
+def logged(*scans):
+    """Scans of one beam, each at an x (m) and a time (s)."""
+    return "".join(f"FLASER 1 2.0 {x} 0 0 {x} 0 0 {time_s} robot 0\n" for x, time_s in scans)
+
+
+def test_the_warning_of_jumps_of_the_odometry_has_the_first_line_and_their_number(tmp_path):
+    path = written(tmp_path, logged((0, 0), (0.9, 0.1), (3.9, 0.2), (4.0, 0.3), (54.0, 0.4)))
+    log = read_carmen(path)
+    assert log.warnings == (f"{path}:3: the odometry moves 3 m in 0.1 s, farther than a robot "
+                            "drives; 2 such jumps in the log",)
+    assert log.odometry[:, 0].tolist() == [0.0, 0.9, 3.9, 4.0, 54.0]  # they stay
+    # the twin: a log with a gap, in which a robot may drive so far
+    assert read_carmen(written(tmp_path, logged((0, 0), (3.0, 1.0), (53.0, 11.0)))).warnings == ()
+
+
+def test_scans_stamped_earlier_than_one_before_are_left_out_with_a_warning(tmp_path):
+    path = written(tmp_path, logged((0, 10), (0.1, 10.2), (0.2, 9), (0.3, 10.1), (0.4, 10.2)))
+    log = read_carmen(path)
+    assert log.warnings == (f"{path}:3: the time stamp is 1.2 s earlier than one before; 2 scans "
+                            "with such stamps left out",)
+    assert log.times_s.tolist() == [10.0, 10.2, 10.2]
+    assert log.odometry[:, 0].tolist() == [0.0, 0.1, 0.4]
 
 
 def test_the_error_of_a_file_that_cannot_be_read(tmp_path):

@@ -15,6 +15,7 @@ import gzip
 import math
 import zlib
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -30,8 +31,10 @@ _READ = ("FLASER", "ROBOTLASER1", "RAWLASER1", "ODOM")
 _MOST_BEAMS = 100_000
 _AT_ONCE = 3  # numbers of ODOM that are read
 _ODOM_TIME = 7  # its time, which a scan without a pose needs
-# Maps take memory with the square of their extent: 30 particles, 5 cm, some GB at this distance.
-_FARTHEST_M = 1000.0
+# Odometry that moves farther between two scans has jumped: robots of logs drive slower than this,
+# and clocks of logs are late by a part of a second (ours).
+_FASTEST_MPS = 5.0
+_LATE_M = 0.5
 # The laser of FLASER lines by its number of beams, as CARMEN has it: a SICK LMS of 180 or 100
 # degrees, from its right; the last beam of an even number is left out.
 _SICK_DEG = {180: (180.0, 1.0), 181: (180.0, 1.0), 360: (180.0, 0.5), 361: (180.0, 0.5),
@@ -44,12 +47,14 @@ _SAME_M, _SAME_RAD = 0.01, 0.01  # a laser is mounted where its pose on the robo
 
 class CarmenLog(NamedTuple):
     """A log: ``times_s`` [scans], ``odometry`` [scans, 3] of the laser (x m, y m, yaw rad),
-    ``ranges`` [scans, beams] in m, and the laser's geometry."""
+    ``ranges`` [scans, beams] in m, and the laser's geometry. ``warnings``: all that is implausible,
+    with file and line."""
 
     times_s: np.ndarray
     odometry: np.ndarray
     ranges: np.ndarray
     laser: LaserGeometry
+    warnings: tuple[str, ...] = ()
 
     def first(self, scans: int) -> CarmenLog:
         """The log of its first scans."""
@@ -63,13 +68,14 @@ class _Scan(NamedTuple):
     robot: list[float]
     ranges: np.ndarray
     angles: tuple[float, float, float]  # first, increment, longest range; 0 where it is not said
+    where: str  # file and line
 
 
 def read_carmen(path: Path) -> CarmenLog:
     """A log of CARMEN, plain or compressed with gzip. Raises ``InputError`` with file and line.
 
     Where a log has scans of both kinds, those of the kind that comes first are taken; those without
-    a pose, if there are no others.
+    a pose, if there are no others. Scans that are stamped earlier than one before are left out.
     """
     scans: list[_Scan] = []
     raw: list[tuple[str, str]] = []
@@ -95,25 +101,47 @@ def read_carmen(path: Path) -> CarmenLog:
             kind = words[0]
             scan = (_flaser if kind == "FLASER" else _robotlaser)(words, where)
             scans.append(scan)
-            _same_laser(scan, scans[0], kind, where)
-            _near(scan, scans[0], where)
+            _same_laser(scan, scans[0], kind)
     if not scans:
         scans = _placed(raw, odometry, f"{path}:{number}")
-    return _log(scans, longest_m)
+    kept, late = _in_order(scans)
+    return _log(kept, longest_m)._replace(warnings=(*late, *_jumps(kept)))
 
 
-def _same_laser(scan: _Scan, first: _Scan, kind: str, where: str) -> None:
+def _same_laser(scan: _Scan, first: _Scan, kind: str) -> None:
     if len(scan.ranges) != len(first.ranges):
-        raise InputError(f"{where}: {kind} has {len(scan.ranges)} ranges, the first scan "
+        raise InputError(f"{scan.where}: {kind} has {len(scan.ranges)} ranges, the first scan "
                          f"{len(first.ranges)}; wanted: one laser")
 
 
-def _near(scan: _Scan, first: _Scan, where: str) -> None:
-    """Refuse odometry so far away that its map would not fit into memory."""
-    away_m = math.hypot(scan.robot[0] - first.robot[0], scan.robot[1] - first.robot[1])
-    if away_m > _FARTHEST_M:
-        raise InputError(f"{where}: the odometry is {away_m:.3g} m from that of the first scan; "
-                         f"allowed: up to {_FARTHEST_M:g} m")
+def _in_order(scans: list[_Scan]) -> tuple[list[_Scan], list[str]]:
+    """The scans whose stamps do not run backwards, and a warning if there are others."""
+    newest = np.maximum.accumulate([scan.time_s for scan in scans]).tolist()
+    late = [k for k, scan in enumerate(scans) if scan.time_s < newest[k]]
+    if not late:
+        return scans, []
+    first = scans[late[0]]
+    return [scan for k, scan in enumerate(scans) if scan.time_s >= newest[k]], [
+        f"{first.where}: the time stamp is {newest[late[0]] - first.time_s:.3g} s earlier than one "
+        f"before; {_counted(len(late), 'scan')} with such stamps left out"]
+
+
+def _jumps(scans: list[_Scan]) -> list[str]:
+    """A warning if odometry moves farther between two scans than a robot drives."""
+    found = []
+    for before, scan in pairwise(scans):
+        way_m = math.dist(before.robot[:2], scan.robot[:2])
+        if way_m > _LATE_M + _FASTEST_MPS * (scan.time_s - before.time_s):
+            found.append((scan.where, way_m, scan.time_s - before.time_s))
+    if not found:
+        return []
+    where, way_m, spent_s = found[0]
+    return [f"{where}: the odometry moves {way_m:.3g} m in {spent_s:.3g} s, farther than a robot "
+            f"drives; {_counted(len(found), 'such jump')} in the log"]
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count != 1 else ''}"
 
 
 def _placed(raw: list[tuple[str, str]], odometry: list[list[float]], end: str) -> list[_Scan]:
@@ -130,8 +158,7 @@ def _placed(raw: list[tuple[str, str]], odometry: list[list[float]], end: str) -
             columns = (table[:, 1], table[:, 2], np.unwrap(table[:, 3]))
             pose = [float(np.interp(scan.time_s, table[:, 0], column)) for column in columns]
             scans.append(scan._replace(laser=pose, robot=pose))
-            _same_laser(scan, scans[0], "RAWLASER1", where)
-            _near(scans[-1], scans[0], where)
+            _same_laser(scan, scans[0], "RAWLASER1")
     if not scans:
         raise InputError(f"{end}: the log ends, and no RAWLASER1 is within the time of lines "
                          "ODOM; wanted: scans with odometry")
@@ -176,20 +203,20 @@ def _flaser(words: list[str], where: str) -> _Scan:
     rest = _some(words, 2 + count, 7, where, "two poses and a time")
     values = finite(rest, where, "FLASER")
     return _Scan(values[6], values[:3], values[3:6],
-                 np.array(finite(ranges, where, "FLASER")), (0.0, 0.0, 0.0))
+                 np.array(finite(ranges, where, "FLASER")), (0.0, 0.0, 0.0), where)
 
 
 def _robotlaser(words: list[str], where: str) -> _Scan:
     ranges, angles, at = _beams(words, where)
     values = finite(_some(words, at, 12, where, "two poses and a time"), where, "ROBOTLASER1")
-    return _Scan(values[11], values[:3], values[3:6], ranges, angles)
+    return _Scan(values[11], values[:3], values[3:6], ranges, angles, where)
 
 
 def _rawlaser(words: list[str], where: str) -> _Scan:
     """A scan whose poses are to be found yet."""
     ranges, angles, at = _beams(words, where)
     time_s = finite(_some(words, at, 1, where, "a time"), where, "RAWLASER1")[0]
-    return _Scan(time_s, [], [], ranges, angles)
+    return _Scan(time_s, [], [], ranges, angles, where)
 
 
 def _beams(words: list[str], where: str) -> tuple[np.ndarray, tuple[float, float, float], int]:

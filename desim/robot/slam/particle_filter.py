@@ -254,9 +254,11 @@ class ParticleSlam:
     def map(self) -> GridMap:
         """The map of the best particle. A cell is occupied at 100 * returns / visits."""
         visits, hits, origin_m = self.maps.counts(self.best)
-        share = np.rint(100.0 * hits / np.maximum(visits, 1))
-        return GridMap(np.where(visits > 0, share, -1).astype(np.int8), origin_m,
-                       self._settings.resolution_m)
+        occupancy = np.full(visits.shape, -1, np.int8)
+        for row, seen, returned in zip(occupancy, visits, hits, strict=True):  # of large maps
+            at = np.flatnonzero(seen)
+            row[at] = np.rint(100.0 * returned[at] / seen[at])
+        return GridMap(occupancy, origin_m, self._settings.resolution_m)
 
 
 def _within(value: float, least: float, most: float) -> float:
