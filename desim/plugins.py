@@ -129,6 +129,7 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
                 found.append(_misfit(name, getattr(cls, name), wanted))
             elif part is contract:
                 found.append(f"have a method {name}({', '.join(wanted)})")
+    found += _misspelled(kind, cls)
     for attribute, fewest in (("reasons", 0), ("leads", 1)):
         names = getattr(cls, attribute, None)
         if hasattr(contract, attribute) and not (isinstance(names, tuple) and len(names) >= fewest
@@ -136,6 +137,18 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
             found.append(f"declare {attribute} = ('...',), a tuple of names, not {names!r}")
     return ", and ".join(filter(None, (*found, *_wrong_defaults(
         block_of(cls) or ports.Params))))
+
+
+def _misspelled(kind: str, cls: Callable[..., object]) -> list[str]:
+    """Advice about methods that are named nearly like an event, which nobody calls."""
+    events = [name for part in (CONTRACTS[kind], *_OPTIONAL.get(kind, ()))
+              for name in _methods(part) if name.startswith("on_")]
+    own = {name: method for base in getattr(cls, "__mro__", ())[:-1]
+           for name, method in vars(base).items() if isfunction(method)}
+    used = {name for method in own.values() for name in method.__code__.co_names}
+    return [f"have no method {name}, which is never called{meant}" for name in own
+            if name.startswith("on_") and name not in events and name not in used
+            and (meant := did_you_mean(name, events))]
 
 
 def _misfit(name: str, function: Callable[..., object], wanted: Sequence[str]) -> str:
@@ -204,15 +217,26 @@ def uncoordinated(strategy: str, others: Iterable[str]) -> bool:
             and not any(load("strategy", other) is cls for other in others))
 
 
+def needs(strategy: str) -> type | None:
+    """The class of the briefing that a strategy needs, if it needs one."""
+    found: type | None = getattr(load("strategy", strategy), "needs", None)
+    return found
+
+
+def gives(task: str) -> str:
+    """The name of the class of a task's briefing, empty if it gives none."""
+    found = getattr(load("task", task), "gives", type(None))
+    return "" if found is type(None) else str(found.__name__)
+
+
 def unbriefed(strategy: str, task: str) -> str:
     """A complaint if the strategy needs what the task does not tell; else an empty string."""
-    needs = getattr(load("strategy", strategy), "needs", None)
-    gives = getattr(load("task", task), "gives", type(None))
-    if needs is None or issubclass(gives, needs):
+    wanted = needs(strategy)
+    if wanted is None or issubclass(getattr(load("task", task), "gives", type(None)), wanted):
         return ""
-    return (f"{bare(strategy)!r} needs a task that gives robots a {needs.__name__}; the task "
-            f"{bare(task)!r} gives "
-            f"{'nothing' if gives is type(None) else f'a {gives.__name__}'}")
+    given = gives(task)
+    return (f"{bare(strategy)!r} needs a task that gives robots a {wanted.__name__}; the task "
+            f"{bare(task)!r} gives {f'a {given}' if given else 'nothing'}")
 
 
 def quantities(task: str) -> tuple[str, ...]:

@@ -37,11 +37,12 @@ from desim.monitor.relative_poses import RelativePoses
 from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
 from desim.monitor.triggers import Triggers
-from desim.plugins import bare
-from desim.ports.tasks import FollowsKnowledge, Ground, JudgesMap, Measures, Task
+from desim.plugins import bare, gives, needs
+from desim.ports.tasks import FollowsKnowledge, GivesMap, Ground, JudgesMap, Measures, Task
 from desim.robot.mapping.robot_map import RobotMap
 from desim.scenario.expression import condition, number
 from desim.scenario.quantities import ROBOTS, quantities
+from desim.scenario.robot_types import strategies_of
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.power import PowerParams
 from desim.scenario.schema.scenario import Scenario
@@ -151,7 +152,11 @@ class Monitor:
 
     def _begin(self, task: Task, scenario: Scenario, streams: Streams) -> None:
         self.task, self._view = task, TaskView(self, self._kernel, streams, scenario.stop)
-        self.task_name = bare(scenario.task.model)
+        self.task_name, self.task_gives = bare(scenario.task.model), gives(scenario.task.model)
+        # Strategies of robots that say nothing of the task, where there is nothing to explore.
+        self.uninformed = ([name for name in dict.fromkeys(
+            choice.strategy for choice in strategies_of(scenario)) if not needs(name)]
+            if self.task_gives and isinstance(task, GivesMap) and task.gives_map() else [])
         self._follows = task if isinstance(task, FollowsKnowledge) else None
         with below("task"):
             task.start(self._view)

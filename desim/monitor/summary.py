@@ -8,7 +8,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from desim.errors import ModelError, class_of
-from desim.middleware.graph import Graph
 from desim.monitor import energy_use
 from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
@@ -17,10 +16,10 @@ from desim.monitor.memory_use import NOTHING, fleet_summary
 from desim.monitor.monitor import Monitor
 from desim.monitor.traffic import background, by_kind, packets_lost, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
+from desim.monitor.warnings import warnings
 from desim.robot.mapping.tiles import raster
 from desim.units import NS_PER_S
 
-_MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 def summarize(monitor: Monitor, now_ns: int) -> Sample:
     """The summary of a run that ended at ``now_ns``, after ``monitor.finish``."""
@@ -95,37 +94,6 @@ def _of_task(monitor: Monitor) -> Sample:
             raise ModelError(f"{class_of(monitor.task)} has the metric {name} = {value!r}; wanted: "
                              "finite numbers, words, None, lists and mappings of them") from error
     return dict(metrics)
-
-
-def warnings(monitor: Monitor) -> list[str]:
-    """Warnings before anybody trusts the numbers: of networks that settle nothing, of hosts that
-    nobody could hear, and of fleets that never move."""
-    said = []
-    for medium in (*monitor.graph.media, *monitor.graph.inside):
-        waiting = medium.in_flight()
-        settles = medium.delivered or medium.dropped
-        if waiting >= (_MANY_FRAMES if settles else 1) and 2 * waiting > medium.intended:
-            said.append(f"medium {medium.name}: {waiting} of {medium.intended} frames are neither "
-                        "delivered nor dropped at the end: does its model settle every frame?")
-    said += [f"topics: no topic of the run has matched {pattern!r}"
-             for pattern in monitor.graph.routes.unmatched()]
-    said += [f"host {name} has no place (hosts.{name}.at), and no message from or to it has "
-             "arrived: nobody hears such a host over a radio" for name in _unheard(monitor.graph)]
-    if monitor.explorers and not monitor.travelled_m().any():
-        said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
-    return said
-
-
-def _unheard(graph: Graph) -> list[str]:
-    """The hosts without a place that have software, and whose messages never arrived, nor any for
-    them, while others' did."""
-    arrivals = np.array([host.last_arrival_ns for host in graph.hosts])
-    if not arrivals.any() or not graph.media:
-        return []
-    places = graph.media[0].positions(graph.kernel.now_ns)
-    return [host.name for i, host in enumerate(graph.hosts)
-            if host.nodes and np.isnan(places[i]).any()
-            and not arrivals[i].any() and not arrivals[:, i].any()]
 
 
 def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:

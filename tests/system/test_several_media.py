@@ -158,7 +158,7 @@ def test_a_pattern_without_a_topic_is_a_warning():
     simulation = built(HELLO, "stop.elapsed=1 s", "topics={scann: {medium: lan}, "
                                                   "scan: {medium: lan}}")
     simulation.run()
-    from desim.monitor.summary import warnings
+    from desim.monitor.warnings import warnings
     assert "topics: no topic of the run has matched 'scann'" in warnings(simulation.monitor)
     assert not [text for text in warnings(simulation.monitor) if "'scan'" in text]
 

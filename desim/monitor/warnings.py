@@ -1,0 +1,66 @@
+"""Warnings at the end of a run, before anybody trusts its numbers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim.errors import did_you_mean
+from desim.middleware.graph import Graph
+from desim.middleware.topics import Topic
+
+if TYPE_CHECKING:
+    from desim.monitor.monitor import Monitor
+
+_MANY_FRAMES = 100  # fewer may be on their way when a run ends
+
+
+def warnings(monitor: Monitor) -> list[str]:
+    """Warnings of networks that settle nothing, of topics and hosts that nobody could hear, of
+    strategies that have nothing to do, and of fleets that never move."""
+    said = []
+    for medium in (*monitor.graph.media, *monitor.graph.inside):
+        waiting = medium.in_flight()
+        settles = medium.delivered or medium.dropped
+        if waiting >= (_MANY_FRAMES if settles else 1) and 2 * waiting > medium.intended:
+            said.append(f"medium {medium.name}: {waiting} of {medium.intended} frames are neither "
+                        "delivered nor dropped at the end: does its model settle every frame?")
+    said += [f"topics: no topic of the run has matched {pattern!r}"
+             for pattern in monitor.graph.routes.unmatched()]
+    said += _silent(monitor.graph)
+    said += [f"the strategy {name!r} has nothing to explore: the task {monitor.task_name!r} gives "
+             f"robots the map; choose one that needs a {monitor.task_gives} (needs of its class)"
+             for name in monitor.uninformed]
+    said += [f"host {name} has no place (hosts.{name}.at), and no message from or to it has "
+             "arrived: nobody hears such a host over a radio" for name in _unheard(monitor.graph)]
+    if monitor.explorers and not monitor.travelled_m().any():
+        said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
+    return said
+
+
+def _silent(graph: Graph) -> list[str]:
+    """Warnings of topics to which strategies subscribe, and which no strategy has advertised."""
+    ends: dict[str, list[Topic]] = {}
+    for name, topic in sorted(graph.topics.items()):
+        _, _, of_strategy = name.partition("/strategy/")
+        if of_strategy:
+            ends.setdefault(of_strategy, []).append(topic)
+    advertised = [name for name, topics in ends.items()
+                  if any(topic.publishers or topic.counts.intended for topic in topics)]
+    return [f"strategies subscribe to {name!r}, which none advertises"
+            f"{did_you_mean(name, advertised)}"
+            for name, topics in ends.items() if name not in advertised
+            and any(topic.listening for topic in topics)]
+
+
+def _unheard(graph: Graph) -> list[str]:
+    """The hosts without a place that have software, and whose messages never arrived, nor any for
+    them, while others' did."""
+    arrivals = np.array([host.last_arrival_ns for host in graph.hosts])
+    if not arrivals.any() or not graph.media:
+        return []
+    places = graph.media[0].positions(graph.kernel.now_ns)
+    return [host.name for i, host in enumerate(graph.hosts)
+            if host.nodes and np.isnan(places[i]).any()
+            and not arrivals[i].any() and not arrivals[:, i].any()]
