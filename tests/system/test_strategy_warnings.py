@@ -1,4 +1,4 @@
-"""What a run says of strategies that hear nothing or have nothing to do."""
+"""The warnings of a run whose strategies hear nothing or have nothing to do."""
 
 import pytest
 from runs import HELLO, SCENARIOS, built
