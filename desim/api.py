@@ -48,7 +48,8 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     folder)`` is entered while the clock runs; ``rows`` gets all trace rows in batches. Ctrl-C ends
     the run in good order: its status is then ``interrupted`` (a finished run of the same id is not
     replaced), and ``KeyboardInterrupt`` is raised, with the folder's path if that is kept. An error
-    of the run is raised again when the manifest says ``failed``. Raises ``InputError`` for a wrong
+    of the run is raised again when the manifest says ``failed``, with a note of its cause: the
+    plug-in, its line, the host and the time. Raises ``InputError`` for a wrong
     scenario or a folder that cannot be written.
     """
     if isinstance(scenario, (str, Path)):
@@ -89,9 +90,11 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         if simulation is not None:
             with suppress(Exception):  # what failed may fail again
                 simulation.trace.flush()
+        cause = blame(error).line
         folder.abandon({"status": RunStatus.FAILED, "digest": None, "events": events,
-                        "command": command, **_costs(begin_s, now_ns), "error": blame(error).line,
+                        "command": command, **_costs(begin_s, now_ns), "error": cause,
                         "traceback": traceback.format_exc()})
+        error.add_note(cause)
         raise error
     if path is None:  # interrupted, and a finished run of the same id stays
         raise KeyboardInterrupt

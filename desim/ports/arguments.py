@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from inspect import signature
 
 from desim.errors import ModelError, class_of, did_you_mean
 from desim.ports.computers import KEPT, QUANTITIES
-from desim.ports.strategies import Frontier, Place, Pose2D, Strategy
+from desim.ports.strategies import Frontier, Mark, Place, Pose2D, Strategy
 
 _TOPIC = re.compile(r"[A-Za-z]\w*(/\w+)*", re.ASCII)  # as ROS names are
 SHORTEST_NS = 1_000_000
@@ -149,6 +149,16 @@ def start_of_ways(origin: Sequence[float] | None, pose: Pose2D | None, has_body:
     return pose.x_m, pose.y_m
 
 
+def checked_marks(marks: Iterable[tuple[float, float, str]]) -> list[Mark]:
+    """The marks to show: two finite numbers and a text each."""
+    found = []
+    for mark in marks:
+        if not (is_place(mark) and len(mark) == 3 and isinstance(mark[2], str)):  # noqa: PLR2004
+            raise ModelError(f"a mark is two finite numbers and a text, not {mark!r}")
+        found.append(Mark(*mark))
+    return found
+
+
 def check_body(host: str, has_body: bool) -> None:
     """A host that can drive."""
     if not has_body:
@@ -157,10 +167,10 @@ def check_body(host: str, has_body: bool) -> None:
 
 def check_choice(strategy: Strategy, chosen: object, shown: Sequence[Frontier],
                  is_free: Callable[[float, float], bool]) -> None:
-    """A strategy's choice: a frontier that it was ``shown``, a place where the robot can be as far
-    as is known, or None."""
-    if not (chosen is None or isinstance(chosen, Frontier | Place)
-            and (chosen in shown or is_place(chosen) and is_free(chosen.x_m, chosen.y_m))):
+    """A strategy's choice: a frontier that it was just ``shown``, a place where the robot can be as
+    far as is known, or None."""
+    if not (chosen is None or isinstance(chosen, Frontier) and chosen in shown
+            or isinstance(chosen, Place) and is_place(chosen) and is_free(*chosen)):
         what = f"a list of {len(chosen)}" if isinstance(chosen, list) else repr(chosen)
         raise ModelError(f"{class_of(strategy)} chose {what}; wanted: one of frontiers(), a Place "
                          "that is free in the robot's map, or None")

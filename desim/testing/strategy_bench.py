@@ -27,6 +27,7 @@ from desim.ports.arguments import (
     check_timers,
     check_topic,
     check_work,
+    checked_marks,
     checked_place,
     checked_places,
     start_of_ways,
@@ -163,10 +164,7 @@ class StrategyBench:
         return Streams(0)("view", *name)
 
     def show(self, kind: str, marks: Iterable[ports.Mark]) -> None:
-        self.shown[kind] = list(marks)
-        for x_m, y_m, text in self.shown[kind]:
-            assert math.isfinite(x_m) and math.isfinite(y_m) and isinstance(text, str), \
-                f"a mark is two finite numbers and a text, not {(x_m, y_m, text)!r}"
+        self.shown[kind] = checked_marks(marks)
 
     # --------------------------------------------------------------------------- what a test does
 

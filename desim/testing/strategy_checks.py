@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import count
 
 from desim import ports
@@ -39,8 +41,19 @@ def check_strategy(cls: PluginClass[ports.Strategy], briefing: object = None,
          f"be checked with the briefing that it needs: check_strategy(..., briefing={needs}(...))")
     with own_streams(cls), own_state(cls):
         choices = [_Play(cls, params, briefing).played() for _ in range(2)]
-        _talk([_Play(cls, params, briefing, name) for name in ("robot_1", "robot_2")])
+        with _situation("two robots receive each other's messages at once"):
+            _talk([_Play(cls, params, briefing, name) for name in ("robot_1", "robot_2")])
     need(choices[0] == choices[1], cls, f"choose alike in like situations, got {choices}")
+
+
+@contextmanager
+def _situation(words: str) -> Iterator[None]:
+    """Add the situation to an error that is raised in it."""
+    try:
+        yield
+    except Exception as error:
+        error.add_note(f"in check_strategy: {words}")
+        raise
 
 
 class _Play:
@@ -64,31 +77,35 @@ class _Play:
         """All choices, and all goals that the strategy set by itself."""
         bench, pose = self._bench, self._bench.pose
         bench.pose, bench.peers, bench.heard = None, {}, {}  # there is no map and no pose yet
-        self._events.started()
-        for _ in range(3):
-            bench.now_ns += NS_PER_S
-            bench.run_timers()
+        with _situation("there is no map and no pose yet"):
+            self._events.started()
+            for _ in range(3):
+                bench.now_ns += NS_PER_S
+                bench.run_timers()
         bench.pose = pose
-        self._map(_EARLY)
-        self._go_on(_ROUNDS)  # every message is lost
+        with _situation("there is a map, and every message is lost"):
+            self._map(_EARLY)
+            self._go_on(_ROUNDS)
         sent = list(bench.published)
         self._map(_LATE)
-        for message in sent * 2:  # they come after all, twice, from a teammate
-            self._team.spoke("robot_2", bench.now_ns)
-            bench.hear("robot_2")
-            bench.deliver(message._replace(source="robot_2"))
-            self._go_on(1)
-        bench.hear("robot_2")
-        self._team.spoke("robot_2", bench.now_ns)
-        self._go_on(_ROUNDS)  # who is lost again
-        bench.hear("robot_2")
-        self._team.spoke("robot_2", bench.now_ns)
-        self._go_on(1)  # and comes back
+        with _situation("messages come late and twice, as if robot_2 had sent them"):
+            for message in sent * 2:
+                self._team.spoke("robot_2", bench.now_ns)
+                bench.hear("robot_2")
+                bench.deliver(message._replace(source="robot_2"))
+                self._go_on(1)
+        for seconds, what in ((_ROUNDS, "is lost"), (1, "comes back")):
+            with _situation(f"robot_2 {what}"):
+                bench.hear("robot_2")
+                self._team.spoke("robot_2", bench.now_ns)
+                self._go_on(seconds)
         for end in ports.GoalEnd:
-            self._events.goal_ended(ports.Place(4.0, 0.0), end)
-            self._go_on(1)
-        self._map([])
-        self._go_on(2)
+            with _situation(f"a drive has ended: {end}"):
+                self._events.goal_ended(ports.Place(4.0, 0.0), end)
+                self._go_on(1)
+        with _situation("no frontier is left"):
+            self._map([])
+            self._go_on(2)
         return [*self._choices, *bench.goals]
 
     # ------------------------------------------------------------------------- with a second robot

@@ -2,9 +2,12 @@
 
 import pytest
 
+import desim
 from desim import ports
 from desim.errors import ModelError
+from desim.ports.arguments import checked_marks
 from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
+from desim.scenario.load import from_mapping
 from desim.testing import check_strategy
 
 S = 10**9
@@ -257,3 +260,24 @@ def test_goals_of_teammates_are_known_only_to_a_strategy_that_reads_their_state(
     undeclared = type("Undeclared", (ReadsGoals,), {"reads_team_state": False})
     with pytest.raises(AttributeError, match="'NoneType' object has no attribute 'x_m'"):
         check_strategy(undeclared)
+
+
+def test_a_run_refuses_a_frontier_that_it_has_not_shown(tmp_path):
+    scenario = from_mapping({"name": "one", "stop": {"elapsed": "5 s"}, "coordination": {
+        "strategy": "test_strategy_conformance:Inventive"}})
+    with pytest.raises(ModelError) as caught:
+        desim.run(scenario, out=tmp_path)
+    wrong = ("chose Frontier(x_m=1.0, y_m=2.0, path_m=3.0, cells=4); wanted: one of frontiers(), a "
+             "Place that is free in the robot's map, or None")
+    assert str(caught.value).endswith(wrong)
+    assert caught.value.__notes__[-1].endswith(f"{wrong} (robot_0, 0.605517 s)")
+
+
+@pytest.mark.parametrize("marks", [[(1.0, 2.0)], [(1.0, NAN, "far")], [(1.0, 2.0, 3.0)]])
+def test_a_mark_is_two_numbers_and_a_text(marks):
+    with pytest.raises(ModelError) as caught:
+        check_strategy(doing("on_map", lambda self, context: context.show("bid", marks)))
+    assert str(caught.value) == f"a mark is two finite numbers and a text, not {marks[0]!r}"
+    assert caught.value.__notes__ == [
+        "in check_strategy: there is a map, and every message is lost"]
+    assert checked_marks([(1.0, 2.0, "12 m")]) == [ports.Mark(1.0, 2.0, "12 m")]  # the twin

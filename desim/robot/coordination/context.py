@@ -35,6 +35,7 @@ from desim.ports.arguments import (
     check_period,
     check_timers,
     check_topic,
+    checked_marks,
     checked_place,
     checked_places,
     name_of,
@@ -207,7 +208,7 @@ class HostContext:
 
     def show(self, kind: str, marks: Iterable[Mark]) -> None:
         if self._node.is_watched:
-            shown = list(marks)
+            shown = checked_marks(marks)
             places = np.array([mark[:2] for mark in shown], float).reshape(-1, 2)
             self._node.display(kind, places, tuple(mark.text for mark in shown))
 

@@ -196,7 +196,8 @@ class Explore(Node):
                 self._halt()
 
     def _chosen(self) -> Frontier | Place | None:
-        """The strategy's choice. Raises ``ModelError`` for a place where the robot cannot be."""
+        """The strategy's choice. Raises ``ModelError`` for a frontier that it was not shown, and
+        for a place where the robot cannot be."""
         chosen = self._strategy.choose(self._context)
         check_choice(self._strategy, chosen, self._shown, self._queries.is_free)
         return chosen
