@@ -59,12 +59,15 @@ def test_alone_on_a_plain_every_strategy_but_the_best_view_takes_the_nearest(cls
 
 
 @pytest.mark.parametrize("cls, kind, texts", [
-    (ExploreMultirobot, "cost", ["cost 3.0: way 5.0, gain 2.0", "cost 8.0: way 10.0, gain 2.0"]),
-    (Connectivity, "way", ["10 m", "20 m"]),
-    (GreedyAssignment, "value", ["value 15 m", "value 5 m"]),
-    (NearestFrontier, "way", ["10 m"]),
-    (NextBestView, "utility", ["0.5 m2", "0.1 m2"]),
-    (Voronoi, "way", ["10 m", "20 m, outside by 14 m"]),
+    (ExploreMultirobot, "cost", ["cost 3.0 m: way 5.0 m, gain 2.0 m",
+                                 "cost 8.0 m: way 10.0 m, gain 2.0 m"]),
+    (Connectivity, "way", ["way 10 m", "way 20 m"]),
+    (GreedyAssignment, "value", ["value 15 m: way 10 m", "value 5 m: way 20 m"]),
+    (MinPos, "rank", ["rank 0, way 10 m", "rank 1, way 20 m"]),
+    (NearestFrontier, "way", ["way 10 m"]),
+    (NextBestView, "utility", ["utility 0.5 m2: gain 4.0 m2, way 10 m",
+                               "utility 0.1 m2: gain 4.0 m2, way 20 m"]),
+    (Voronoi, "way", ["way 10 m", "way 20 m, outside by 14 m"]),
 ])
 def test_what_a_choice_goes_by_is_shown_beside_the_frontiers(cls, kind, texts):
     context = bench((0, 0), [(16, -18)], [(10, 0), (16, -12)], cells=4)

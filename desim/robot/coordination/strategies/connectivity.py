@@ -54,7 +54,7 @@ class Connectivity:
         if silent_ns >= self._params.failsafe_after_ns:
             return None
         frontiers = robot.frontiers()
-        robot.show("way", (ports.Mark(*one[:2], f"{one.path_m:.0f} m"
+        robot.show("way", (ports.Mark(*one[:2], f"way {one.path_m:.0f} m"
                                       + ("" if self._keeps(one) else ", out of range"))
                            for one in frontiers))
         for frontier in frontiers:

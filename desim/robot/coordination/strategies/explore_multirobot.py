@@ -108,8 +108,8 @@ class ExploreMultirobot:
         candidates = [one for one in robot.frontiers()
                       if one.cells * resolution_m >= params.min_frontier_m
                       and not self._is_avoided(one, _ALIKE_CELLS * resolution_m)]
-        robot.show("cost", (ports.Mark(*one[:2], f"cost {way(one) - gain(one):.1f}: way "
-                                       f"{way(one):.1f}, gain {gain(one):.1f}")
+        robot.show("cost", (ports.Mark(*one[:2], f"cost {way(one) - gain(one):.1f} m: way "
+                                       f"{way(one):.1f} m, gain {gain(one):.1f} m")
                             for one in candidates))
         best = min(candidates, key=lambda one: way(one) - gain(one), default=None)
         self._done = best is None and params.done == "for_good"

@@ -38,6 +38,7 @@ class GreedyAssignment:
             return self._beta_m * utility - frontier.path_m
 
         values_m = {frontier: value_m(frontier) for frontier in context.frontiers()}
-        context.show("value", (ports.Mark(*one[:2], f"value {value:.0f} m")
+        context.show("value", (ports.Mark(*one[:2], f"value {value:.0f} m: way "
+                                         f"{one.path_m:.0f} m")
                                for one, value in values_m.items()))
         return max(values_m, key=lambda one: values_m[one], default=None)

@@ -26,6 +26,6 @@ class MinPos:
             lengths_m = context.path_lengths_m(places, ports.Place(peer.x_m, peer.y_m))
             for frontier, length_m in zip(frontiers, lengths_m.tolist(), strict=True):
                 ranks[frontier] += length_m < frontier.path_m
-        context.show("rank", (ports.Mark(*one[:2], f"rank {rank}, {one.path_m:.0f} m")
+        context.show("rank", (ports.Mark(*one[:2], f"rank {rank}, way {one.path_m:.0f} m")
                               for one, rank in ranks.items()))
         return min(frontiers, key=lambda one: (ranks[one], one.path_m), default=None)

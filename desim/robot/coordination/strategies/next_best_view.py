@@ -20,11 +20,12 @@ class NextBestView:
         self._decay_per_m = params.decay_per_m
 
     def choose(self, context: ports.StrategyContext) -> ports.Frontier | None:
-        def utility(frontier: ports.Frontier) -> float:
-            gain_m2 = context.gain_m2(frontier[:2])
-            return gain_m2 * math.exp(-self._decay_per_m * frontier.path_m)
+        gains_m2 = {frontier: context.gain_m2(frontier[:2]) for frontier in context.frontiers()}
 
-        utilities = {frontier: utility(frontier) for frontier in context.frontiers()}
-        context.show("utility", (ports.Mark(*one[:2], f"{value:.1f} m2")
-                                 for one, value in utilities.items()))
-        return max(utilities, key=lambda one: utilities[one], default=None)
+        def utility_m2(frontier: ports.Frontier) -> float:
+            return gains_m2[frontier] * math.exp(-self._decay_per_m * frontier.path_m)
+
+        context.show("utility", (
+            ports.Mark(*one[:2], f"utility {utility_m2(one):.1f} m2: gain {gain:.1f} m2, way "
+                                 f"{one.path_m:.0f} m") for one, gain in gains_m2.items()))
+        return max(gains_m2, key=utility_m2, default=None)

@@ -31,4 +31,5 @@ class Voronoi:
 
 
 def _described(frontier: ports.Frontier, outside_m: float) -> str:
-    return f"{frontier.path_m:.0f} m" + (f", outside by {outside_m:.0f} m" if outside_m else "")
+    outside = f", outside by {outside_m:.0f} m" if outside_m else ""
+    return f"way {frontier.path_m:.0f} m{outside}"
