@@ -255,7 +255,7 @@ def parameters(kind: str, name: str) -> type[ports.Params]:
     block = block_of(load(kind, name))
     if block is None:
         raise InputError(f"the {kind} {bare(name)!r} has no class Params, a desim.ports.Params: it "
-                         "is not a plug-in for this place")
+                         "needs one, if only an empty one")
     try:
         block.model_validate_json("{}", strict=True)
     except ValidationError as error:

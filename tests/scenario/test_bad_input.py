@@ -767,8 +767,8 @@ def test_a_plug_in_that_keeps_its_contract_in_part(here, monkeypatch):
         f"{WANTED}World"]
     assert complaints_about("case.yaml", "coordination.strategy=in_part:Mute") == [
         "--set coordination.strategy=in_part:Mute: coordination.strategy: the strategy "
-        "'in_part:Mute' has no class Params, a desim.ports.Params: it is not a plug-in for this "
-        "place"]
+        "'in_part:Mute' has no class Params, a desim.ports.Params: it needs one, if only "
+        "an empty one"]
 
 
 @pytest.mark.parametrize("data, complaint", [

@@ -14,7 +14,7 @@ from desim.middleware.contents import Empty, GoalResult, Lazy, Pose
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
-from desim.ports import Frontier, Peer
+from desim.ports import Frontier, Peer, Place
 from desim.robot.coordination.blacklist import Blacklist
 from desim.robot.coordination.explore import Explore
 from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
@@ -207,7 +207,7 @@ def test_all_frontiers_that_a_strategy_looks_at_are_displayed():
 def test_a_strategy_of_ones_own_may_choose_any_place():
     class Fixed:
         def choose(self, view):
-            return Frontier(2.5, 1.5, 0.0, 1)
+            return Place(2.5, 1.5)
 
     play = Play(strategy=Fixed())
     play.script.answer = True
