@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NoReturn
 
 from desim.errors import ModelError, class_of
 from desim.ports.computers import Kept, MemoryModel
@@ -18,14 +19,19 @@ class Memory:
 
     def system_bytes(self) -> int:
         """See ``MemoryModel.system_bytes``."""
-        return self._checked(self.model.system_bytes(), "system_bytes()")
+        size_bytes = self.model.system_bytes()
+        return size_bytes if _is_size(size_bytes) else self._refuse(size_bytes, "system_bytes()")
 
     def process_bytes(self, kept: Kept) -> int:
         """See ``MemoryModel.process_bytes``."""
-        return self._checked(self.model.process_bytes(kept), f"process_bytes({kept})")
+        size_bytes = self.model.process_bytes(kept)
+        return size_bytes if _is_size(size_bytes) else self._refuse(size_bytes,
+                                                                    f"process_bytes({kept})")
 
-    def _checked(self, size_bytes: object, asked: str) -> int:
-        if type(size_bytes) is int and size_bytes >= 0:
-            return size_bytes
-        raise ModelError(f"{class_of(self.model)} answered {size_bytes!r} to {asked}; wanted: an "
-                         "int >= 0, in bytes")
+    def _refuse(self, answer: object, asked: str) -> NoReturn:
+        raise ModelError(f"{class_of(self.model)} answered {answer!r} to {asked}; wanted: an int "
+                         ">= 0, in bytes")
+
+
+def _is_size(answer: object) -> bool:
+    return type(answer) is int and answer >= 0

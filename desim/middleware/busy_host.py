@@ -116,19 +116,16 @@ class BusyHost(Host):
         if self.memory is not None:
             self.memory.called(node)
 
-    def waiting_bytes(self) -> dict[str, int]:
-        """The bytes of the messages that wait, by node: for its callbacks, and at each link on
-        which they have not arrived. Nodes without any are left out."""
-        waiting: dict[str, int] = {}
-        for subscription in self._subscriptions:
-            if size_bytes := subscription.waiting_bytes():
-                waiting[subscription.node] = waiting.get(subscription.node, 0) + size_bytes
+    def waiting_bytes(self, node: str) -> int:
+        """The bytes of the messages of ``node`` that wait: for its callbacks, and at each link on
+        which they have not arrived."""
+        queued = sum(subscription.waiting_bytes() for subscription in self._subscriptions
+                     if subscription.node == node)
         for publisher in self._publishers:
-            assert isinstance(publisher, HeldPublisher)  # ``_new_publisher`` has made it
-            if size_bytes := publisher.waiting_bytes():
-                node = publisher.offer.publisher.node
-                waiting[node] = waiting.get(node, 0) + size_bytes
-        return waiting
+            if publisher.offer.publisher.node == node:
+                assert isinstance(publisher, HeldPublisher)  # ``_new_publisher`` has made it
+                queued += publisher.waiting_bytes()
+        return queued
 
     def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
         return HeldPublisher(self, topic, offer)

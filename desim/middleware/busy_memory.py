@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from desim.computers.memory import Memory
@@ -43,8 +42,7 @@ class HostMemory:
 
     def of_processes(self) -> dict[str, int]:
         """The memory of each process by its node, now."""
-        waiting = self._host.waiting_bytes()
-        return {node.name: self._of(node, waiting) for node in self._host.nodes}
+        return {node.name: self._of(node) for node in self._host.nodes}
 
     def called(self, name: str) -> None:
         """A callback of the node ``name`` has been called. Let the largest process die if there is
@@ -53,9 +51,7 @@ class HostMemory:
         if limit_bytes is None or self._dying:
             return
         sizes = self._sizes = self._sizes or self.of_processes()
-        waiting = self._host.waiting_bytes()
-        sizes |= {node.name: self._of(node, waiting) for node in self._host.nodes
-                  if node.name == name}
+        sizes |= {node.name: self._of(node) for node in self._host.nodes if node.name == name}
         used_bytes = self._memory.system_bytes() + sum(sizes.values())
         if used_bytes > limit_bytes:
             self._dying = True
@@ -66,8 +62,8 @@ class HostMemory:
         self._dying = False
         self._sizes = {}
 
-    def _of(self, node: Node, waiting: Mapping[str, int]) -> int:
-        kept = {"bytes": waiting.get(node.name, 0), **node.kept()}
+    def _of(self, node: Node) -> int:
+        kept = {"bytes": self._host.waiting_bytes(node.name), **node.kept()}
         check_kept(f"node {node.name!r}", kept)
         return self._memory.process_bytes(Kept(self._host.program(node.name), kept))
 

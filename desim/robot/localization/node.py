@@ -67,6 +67,7 @@ class LocalizationNode(Node):
         self.draws_map = draws_map(localization)
         super().__init__(host, "slam" if self.draws_map else "localization", namespace)
         self.localization, self.robot_map = localization, robot_map
+        self._keeper = localization if isinstance(localization, Keeps) else None
         self._usable_m = robot.mapping.usable_range_m
         self._context = SensorContext(self, robot, start, bodies_m)
         self._scan = Latest(host)
@@ -90,8 +91,7 @@ class LocalizationNode(Node):
     def kept(self) -> dict[str, int]:
         """See ``Node.kept``: the map that it publishes, and what the plug-in keeps."""
         cells = {"cells": self.robot_map.spec.cells if self.draws_map else 0}
-        plugin = self.localization
-        return {**cells, **plugin.kept()} if isinstance(plugin, Keeps) else cells
+        return cells if self._keeper is None else {**cells, **self._keeper.kept()}
 
     def _on_odometry(self, message: Message) -> None:
         before, odometry = self._odometry, message.content

@@ -40,6 +40,7 @@ class MapSharing(Node):
         super().__init__(host, "map_sharing")
         self.robot_map, self.peers, self.team, self.drawn = robot_map, peers, team, drawn
         self._sharing = sharing
+        self._keeper = sharing if isinstance(sharing, Keeps) else None
         self._pose = Latest(host)
 
     def start(self) -> None:
@@ -61,7 +62,7 @@ class MapSharing(Node):
         one, and what the plug-in keeps."""
         maps = 0 if self._sharing is None else 2 + len(self.robot_map.received)
         cells = {"cells": maps * self.robot_map.spec.cells}
-        return {**cells, **self._sharing.kept()} if isinstance(self._sharing, Keeps) else cells
+        return cells if self._keeper is None else {**cells, **self._keeper.kept()}
 
     @property
     def pose(self) -> Pose2D | None:

@@ -6,11 +6,20 @@ import math
 
 import numpy as np
 
-from desim.robot.slam.kernels.tiles import CELLS, SIDE, Maps, Stock, register_all, resample, unroll
+from desim.robot.slam.kernels.tiles import (
+    CELLS,
+    SIDE,
+    Maps,
+    Stock,
+    hash_patches,
+    register_all,
+    resample,
+    unroll,
+)
 
 _PATCH = 32 // SIDE  # tiles along a side of one of gmapping's patches
-_WEIGHTS = np.multiply.accumulate(np.full(_PATCH * _PATCH, 0x9E3779B97F4A7C15, np.uint64)
-                                  ).reshape(_PATCH, 1, _PATCH)  # of a hash (Knuth, 6.4)
+# Of a hash (Knuth, 6.4).
+_WEIGHTS = np.multiply.accumulate(np.full(_PATCH * _PATCH, 0x9E3779B97F4A7C15, np.uint64))
 _MARGIN = 4  # tiles around what is needed, when the table grows
 
 
@@ -106,15 +115,12 @@ class SharedMaps:
         """The number of different patches of 32 x 32 cells in all maps, as gmapping would keep
         them: what two particles share counts once, where all of the patch is the same."""
         maps = self.arrays
-        above, left = maps.low % _PATCH, maps.left % _PATCH  # patches begin at multiples of it
-        tiles = maps.visit_tiles.reshape(len(maps.visit_tiles), -1, maps.columns)
-        below, right = (-(before + count) % _PATCH for before, count in
-                        zip((above, left), tiles.shape[1:], strict=True))
-        tiles = np.pad(tiles, ((0, 0), (above, below), (left, right)))
-        rows, columns = tiles.shape[1] // _PATCH, tiles.shape[2] // _PATCH
-        patches = tiles.reshape(-1, rows, _PATCH, columns, _PATCH)
+        particles, tiles = maps.visit_tiles.shape
+        top, right = maps.low + tiles // maps.columns - 1, maps.left + maps.columns - 1
+        hashes = np.zeros((particles, top // _PATCH - maps.low // _PATCH + 1,
+                           right // _PATCH - maps.left // _PATCH + 1), np.uint64)
         # Of 64 bits: those of two patches are the same by chance once in 1e19 pairs.
-        hashes = (patches.astype(np.uint64) * _WEIGHTS).sum((2, 4), np.uint64)
+        hash_patches(maps, _PATCH, _WEIGHTS, hashes)
         return len(np.unique(hashes[hashes != 0]))
 
 

@@ -224,3 +224,17 @@ def unroll(particle, visits, hits, maps):
                 r, c = row * SIDE + (cell >> 3), column * SIDE + (cell & 7)
                 visits[r, c] = maps.visits[visit_tile, cell]
                 hits[r, c] = maps.hits[hit_tile, cell]
+
+
+@lean(types.void(MAPS, _i8, types.uint64[::1], types.uint64[:, :, ::1]))
+def hash_patches(maps, side, weights, hashes):
+    """Hashes [particles, rows, columns] of the patches of ``side`` x ``side`` tiles of each map, 0
+    where one is empty. ``weights`` [side * side]: those of the tiles in a patch."""
+    low, left = maps.low // side, maps.left // side
+    particles, tiles = maps.visit_tiles.shape
+    for tile in range(tiles):
+        y, x = maps.low + tile // maps.columns, maps.left + tile % maps.columns
+        row, column = y // side - low, x // side - left
+        weight = weights[y % side * side + x % side]
+        for particle in range(particles):
+            hashes[particle, row, column] += np.uint64(maps.visit_tiles[particle, tile]) * weight
