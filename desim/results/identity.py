@@ -27,8 +27,8 @@ PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx",
 
 # Where code can change results or the files that hold them.
 _COMPUTES = frozenset({"units.py", "errors.py", "files.py", "plugins.py", "compiler", "ports",
-                       "engine", "scenario", "world", "network", "middleware", "robot", "monitor",
-                       "simulation", "results"})
+                       "engine", "scenario", "world", "network", "computers", "middleware", "robot",
+                       "monitor", "simulation", "results"})
 
 
 class Identity:

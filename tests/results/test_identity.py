@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from packages import LAYERS
 
 from desim.results import identity
 from desim.scenario.load import load
@@ -40,11 +41,18 @@ def test_where_the_code_lies_says_nothing(folders):
 
 
 @pytest.mark.parametrize("path, moves", [("engine/kernel.py", True),
+                                         ("computers/costs/measured.py", True),
                                          ("campaign/design/plan.py", False)])
 def test_a_change_of_what_computes_moves_it(folders, path, moves):
     for folder in folders:
         before = source_in(folder)
         assert (source_in(folder, path) != before) == moves
+
+
+def test_every_layer_of_a_run_is_hashed():
+    """Those of pictures and of campaigns' statistics have no part in a run."""
+    of_a_run = {*LAYERS[:LAYERS.index("results") + 1]} - {"colours", "statistics"}
+    assert {name.removesuffix(".py") for name in identity._COMPUTES} == of_a_run
 
 
 NAMED = """\
