@@ -13,6 +13,7 @@ from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes, terminable
 from desim.commands.output import say, say_json
 from desim.commands.targets import writing_to
+from desim.errors import InputError
 
 if TYPE_CHECKING:
     from desim.campaign.design.design import LoadedDesign
@@ -114,14 +115,30 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
            out: Annotated[Path | None, typer.Option(
                help="folder for the report (default: CAMPAIGN/report)",
                show_default=False)] = None,
+           leaderboard: Annotated[Path | None, typer.Option(
+               metavar="PAGE", show_default=False,
+               help="enter the results of a reference design into this Markdown page, and write no "
+                    "report")] = None,
            quiet: Quiet = False) -> None:
     """Write the report of a campaign: a page, figures and tables."""
     with exit_codes():
         from desim.campaign.design.design import read_design
         from desim.campaign.folder.campaign import Campaign
-        from desim.report.campaign.campaign_report import write
 
         read = read_design(str(design))[0] if design else Campaign(campaign).design
+        if leaderboard is not None:
+            from desim.report.campaign.numbers import Study
+            from desim.report.leaderboard.page import enter
+
+            if out is not None:
+                raise InputError("--out is the folder of a report, and with --leaderboard there is "
+                                 "none")
+            entered = enter(Study(campaign, read), leaderboard)
+            if not quiet:
+                say(f"leaderboard: {leaderboard}: {entered}")
+            return
+        from desim.report.campaign.campaign_report import write
+
         with writing_to(out, campaign / "report", "--out FOLDER") as folder:
             page = write(campaign, read, folder)
         if not quiet:

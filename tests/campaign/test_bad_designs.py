@@ -68,7 +68,7 @@ WRONG = PARAMETERS | {
     "unknown key": ("paramters: {}",
         "3:1: paramters: unknown key (did you mean 'parameters'?); allowed: name, question, "
         "base, set, parameters, vectors, iterations, seed, random_numbers, stop, measure, "
-        "limits, metrics, report"),
+        "limits, metrics, report, reference"),
     "iterations x": ("parameters: {p: {key: robot.laser.beams, from: 1, to: "
         "1000}}\niterations: 100000",
         "4:13: iterations: 1,000 vectors of 100,000 iterations; at most 1,000,000 runs"),
@@ -155,6 +155,31 @@ WRONG = PARAMETERS | {
         "allowed: robots"),
     "report metrics empty": (P + "report: {metrics: []}",
         "4:19: report.metrics: must be a list of at least 1, got a list of 0"),
+    "reference number": ("reference: 1",
+        "3:12: reference: must be a mapping with version, got 1"),
+    "reference empty": ("reference: {}",
+        "3:1: reference: the key 'version' is missing: of the design; raise it with every change "
+        "after which results do not compare with those of before"),
+    "reference zero": ("reference: {version: 0}",
+        "3:22: reference.version: must be at least 1, got 0"),
+    "reference words": ("reference: {version: '1.0'}",
+        "3:22: reference.version: must be a whole number, got '1.0'"),
+    "reference unknown": ("reference: {verson: 1}",
+        "3:13: reference.verson: unknown key (did you mean 'version'?); allowed: version"),
+    "reference varies more": ("reference: {version: 1}\n"
+        "parameters: {b: {key: robot.laser.beams, values: [10, 20]}}",
+        "4:17: parameters.b: sets robot.laser.beams; a parameter of a reference design sets either "
+        "the terrain, the network, the robots (fleet) or the strategy"),
+    "reference varies two": ("reference: {version: 1}\nparameters: {both: {levels: {a: "
+        "{fleet.size: 1, coordination.strategy: random_frontier}}}}",
+        "4:20: parameters.both: sets robots and strategy; a parameter of a reference design sets "
+        "either the terrain, the network, the robots (fleet) or the strategy"),
+    "reference varies hosts": ("reference: {version: 1}\n"
+        "parameters: {h: {levels: {a: {hosts.base: {}}}}}",
+        "4:17: parameters.h: sets none of these; a parameter of a reference design sets either the "
+        "terrain, the network, the robots (fleet) or the strategy"),
+    "reference of a patrol": ("reference: {version: 1}\nset: {task: patrolling}",
+        "3:12: reference: the leaderboard ranks explorations, not patrolling"),
     "stop": ("stop: {elapsed: 5}",
         "3:17: stop.elapsed: 5 has no unit; allowed: s, ms, us, ns, min, h, µs, e.g. '5 s'"),
     "stop unknown": ("stop: {elapse: 5 s}",

@@ -7,7 +7,8 @@ from collections.abc import Collection, Mapping
 from desim.campaign.design.plan import Plan
 from desim.campaign.design.quantities import as_numbers
 
-FIXED = ("run_id", "vector", "iteration", "seed", "status", "error", "digest")
+DESIM = "desim"  # version, and the hash of the source
+FIXED = ("run_id", "vector", "iteration", "seed", "status", "error", "digest", DESIM)
 
 
 def labelled(plan: Plan, name: str) -> dict[str, Mapping[str, object]]:

@@ -112,6 +112,14 @@ class Presentation(Params):
                                              "next one)")
 
 
+class Reference(Params):
+    """What makes a design a reference design, whose results the leaderboard compares."""
+
+    version: int = Field(ge=1, description=(
+        "of the design; raise it with every change after which results do not compare with those "
+        "of before"))
+
+
 class Design(Params):
     """One question, and the runs that answer it."""
 
@@ -141,6 +149,9 @@ class Design(Params):
         "your own, beside those of summary.json: an expression over these, or "
         "'package.module:function' of a desim.Run"))
     report: Presentation = Field(default_factory=Presentation)
+    reference: Reference | None = Field(None, description=(
+        "a reference design by its version: desim report --leaderboard takes its results (null: "
+        "none; one that extends it is none either, unless it says so itself)"))
 
 
 def led_by(design: Design, tasks: Iterable[str]) -> Design:
@@ -187,6 +198,8 @@ def load_design(path: str | os.PathLike) -> LoadedDesign:
 def read_design(file: str) -> tuple[Design, Places]:
     """The design in a file by itself, whether or not its base is there. Raises ``InputError``."""
     data, places = merge.extended(file)
+    if places.key(("reference",)).source != places.root.source:  # the extended design's
+        data.pop("reference", None)
     if "base" not in data and any(family in data for family in _OF_SCENARIOS):
         raise InputError(f"{file}: this is a scenario, of one run: desim run {file}; a design has "
                          "a base and parameters")

@@ -12,6 +12,7 @@ from desim.campaign.design.design import MOST_RUNS, LoadedDesign, Until, led_by
 from desim.campaign.design.file_paths import leaves
 from desim.campaign.design.parameters import Level, Setting, parameters_of
 from desim.campaign.design.quantities import quantity
+from desim.campaign.design.reference import reference_design
 from desim.campaign.design.vectors import Combination, combinations
 from desim.errors import did_you_mean
 from desim.results.identity import Identity, source
@@ -28,13 +29,15 @@ _OF_THE_DESIGN = {"name": "runs of all vectors lie in one folder",
 
 
 class Vector(NamedTuple):
-    """One combination of values. It has a ``run_id`` for each seed, the size of the fleet, and the
-    simulated time at which its runs end in any case."""
+    """One combination of values. It has a ``run_id`` for each seed, the ``source`` of the code that
+    makes its runs, the size of the fleet, and the simulated time at which its runs end in any case.
+    """
 
     number: int
     levels: Combination
     changes: tuple[Change, ...]
     run_id: Callable[[int], str]
+    source: str
     robots: int
     limit_s: float
 
@@ -51,7 +54,8 @@ class Vector(NamedTuple):
 class Plan:
     """The vectors of a design, and the scenario, seed and id of each run. A vector has
     ``least_iterations`` to ``most_iterations``. ``tasks`` are those of all vectors; what leads them
-    is what the ``design``'s report shows, unless it names metrics itself.
+    is what the ``design``'s report shows, unless it names metrics itself. ``reference``: the
+    reference design that it is, if it is one.
 
     ``checked`` is called with the number of vectors that are checked, and of all. Raises
     ``InputError`` for the first vector whose scenario is wrong.
@@ -81,15 +85,16 @@ class Plan:
             changes = _changes(loaded, levels)
             scenario = self._variants.of(changes).scenario
             tasks[scenario.task.model] = None
+            identity = Identity(scenario, hashed)
             self.vectors.append(Vector(
-                number, levels, changes, Identity(scenario, hashed).run_id,
-                fleet_size(scenario.fleet),
-                scenario.stop.elapsed_ns / NS_PER_S))
+                number, levels, changes, identity.run_id, identity.source,
+                fleet_size(scenario.fleet), scenario.stop.elapsed_ns / NS_PER_S))
             if checked is not None:
                 checked(number + 1, len(chosen))
         self.tasks = tuple(tasks)
         self.design = led_by(loaded.design, self.tasks)
         self.loaded = replace(loaded, design=self.design)
+        self.reference = reference_design(loaded, tasks, self.scenario(self.vectors[0], 0).scenario)
 
     def seed(self, vector: Vector, iteration: int) -> int:
         """The seed of a run."""

@@ -1,7 +1,8 @@
 """``runs.parquet``: one row a run, with its parameters and its metrics.
 
 It holds results only, no times: the same design gives the same file, on whatever machine and
-however often it was interrupted. Its metadata say which metrics raised.
+however often it was interrupted. Its metadata say which metrics raised, and of which reference
+design it is.
 """
 
 from __future__ import annotations
@@ -13,14 +14,17 @@ from pathlib import Path
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from desim.campaign.design.columns import FIXED, labelled
+from desim.campaign.design.columns import DESIM, FIXED, labelled
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.design.plan import Plan, Vector
 from desim.files import replacing
+from desim.results.identity import versions
 from desim.results.row import Row, Rows
 from desim.results.status import RunStatus
 
-RAISED = "desim.raised"  # of the metadata: by metric, in how many runs, and the first error
+# Of the metadata.
+RAISED = "desim.raised"  # by metric, in how many runs, and the first error
+REFERENCE = "desim.reference"  # a ``ReferenceDesign``
 
 
 def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
@@ -35,6 +39,7 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
         "seed": [plan.seed(vector, iteration) for vector, iteration, _ in made],
         **{name: [rows[run_id].get(name) for _, _, run_id in made]
            for name in ("status", "error", "digest")},
+        DESIM: [f"{versions()['desim']} {vector.source}" for vector, _, _ in made],
         **{column: [of[vector.levels[name].label] for vector, _, _ in made]
            for name in plan.parameters for column, of in labelled(plan, name).items()}}
     found = [metrics.of(rows[run_id]) if rows[run_id]["status"] == RunStatus.FINISHED else {}
@@ -45,7 +50,10 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
     table = pa.table({name: _column(values, pa.string() if name in FIXED else pa.float64())
                       for name, values in columns.items()})
     finished = {run_id: rows[run_id] for _, _, run_id in made}.values()
-    table = table.replace_schema_metadata({RAISED: json.dumps(raised(metrics, finished))})
+    metadata = {RAISED: json.dumps(raised(metrics, finished))}
+    if plan.reference is not None:
+        metadata[REFERENCE] = json.dumps(plan.reference._asdict())
+    table = table.replace_schema_metadata(metadata)
     with replacing(path) as beside:
         pq.write_table(table, beside, compression="zstd")
 

@@ -6,17 +6,18 @@ import json
 from collections.abc import Sequence
 from functools import cache, cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from desim.campaign.design.columns import FIXED
+from desim.campaign.design.columns import DESIM, FIXED
 from desim.campaign.design.design import Design, LatinHypercube, Saltelli, Sobol, led_by
 from desim.campaign.design.quantities import SUFFIXES
-from desim.campaign.folder.table import RAISED
+from desim.campaign.design.reference import ReferenceDesign
+from desim.campaign.folder.table import RAISED, REFERENCE
 from desim.errors import InputError, did_you_mean, printable
 from desim.results.run import readable
 from desim.results.status import RunStatus
@@ -86,7 +87,7 @@ class Study:
             self._table = pq.read_table(file)
         if not self._table.num_rows:
             raise InputError(f"{folder}: no run has ended yet")
-        missing = [name for name in FIXED if name not in self._table.column_names]
+        missing = [name for name in FIXED if name not in (DESIM, *self._table.column_names)]
         if missing:
             raise InputError(f"{file}: not the table of a campaign: it has no {missing[0]}")
         self.design = led_by(design, self._tasks())
@@ -140,8 +141,13 @@ class Study:
     @cached_property
     def raised(self) -> dict[str, tuple[int, str]]:
         """The metrics whose function raised: in how many runs, and the first error."""
-        text = (self._table.schema.metadata or {}).get(RAISED.encode(), b"{}")
-        return {name: (runs, error) for name, (runs, error) in json.loads(text).items()}
+        return {name: (runs, error) for name, (runs, error) in self._said(RAISED).items()}
+
+    @property
+    def reference(self) -> ReferenceDesign | None:
+        """The reference design of which these are runs, None if of none."""
+        said = self._said(REFERENCE)
+        return ReferenceDesign(**said) if said else None
 
     @property
     def has_aim(self) -> bool:
@@ -225,6 +231,10 @@ class Study:
         unless some are named."""
         return ", ".join(f"{axis.name} = {axis.label(vector)}"
                          for axis in axes or self.axes.values())
+
+    def _said(self, key: str) -> dict[str, Any]:
+        """What the table's metadata say."""
+        return json.loads((self._table.schema.metadata or {}).get(key.encode(), b"{}"))
 
     def _tasks(self) -> list[str]:
         """The tasks of the runs that have finished."""
