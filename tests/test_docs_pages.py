@@ -13,7 +13,8 @@ from desim.plugins import GROUPS
 PAGES = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"]
 FOLDERS = ("desim/", "netmodels/", "tools/", "tests/", "scenarios/", "docs/")
 # Groups of entry points, a key of metadata, a name of the past in the changelog.
-NOT_PYTHON = {*GROUPS.values(), "desim.raised", "netmodels.radio.Radio"}
+NOT_PYTHON = {*GROUPS.values(), "desim.raised", "desim.reference",
+              "netmodels.radio.Radio"}
 
 
 def pages(repository):

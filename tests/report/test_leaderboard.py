@@ -1,6 +1,7 @@
 """The leaderboard: entries of campaigns of reference designs in a Markdown page."""
 
 import json
+import re
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -10,6 +11,8 @@ from hypothesis import strategies as st
 from synthetic import campaign, design, timed
 from typer.testing import CliRunner
 
+from desim.campaign.design.design import load_design, read_design
+from desim.campaign.design.plan import Plan
 from desim.campaign.design.reference import ReferenceDesign
 from desim.campaign.folder.table import REFERENCE
 from desim.cli import app
@@ -306,3 +309,42 @@ def test_a_report_and_the_leaderboard_are_two_commands(swept, tmp_path):
     assert complaint(swept, "--leaderboard", tmp_path / "a.md", "--out", tmp_path / "b") == (
         "--out is the folder of a report, and with --leaderboard there is none\n")
     assert not (tmp_path / "a.md").exists()
+
+
+# ------------------------------------------------------------------------------ docs/leaderboard.md
+
+
+@pytest.fixture
+def example(repository):
+    """The design in the page, of somebody's own strategy."""
+    block, = re.findall(r"```yaml\n(extends: .*?)```",
+                        (repository / "docs" / "leaderboard.md").read_text(), re.DOTALL)
+    return block.replace("extends: ", f"extends: {repository / 'scenarios' / 'studies'}/")
+
+
+def test_the_page_is_what_the_studies_tables_give(repository, tmp_path):
+    page = tmp_path / "leaderboard.md"
+    text = (repository / "docs" / "leaderboard.md").read_text()
+    titles = re.findall(r"^## (\S+), version 1$", text, re.MULTILINE)
+    page.write_text(re.sub(r"\| [\d.]+ \(.*\n", "| 1.0 | 1 | 0 | 0 | – | – | – | – |\n", text))
+    assert page.read_text() != text
+    for name in titles:
+        design, _ = read_design(str(repository / "scenarios" / "studies" / f"{name}.yaml"))
+        enter(Study(repository / "docs" / "studies" / name, design), page)
+    assert titles and page.read_text() == text
+
+
+def test_a_strategy_of_ones_own_enters_the_design_that_it_extends(tmp_path, example):
+    (tmp_path / "mine.yaml").write_text(example)
+    (tmp_path / "mine.py").write_text("""\
+from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
+
+
+class Mine(NearestFrontier):
+    pass
+""")
+    plan = Plan(load_design(tmp_path / "mine.yaml"))
+    chosen = [vector for vector in plan.vectors if vector.matches(("strategy=mine",))]
+    assert len(chosen) == 16
+    assert plan.reference == ReferenceDesign("strategies", 1, {
+        role: [role] for role in ("strategy", "terrain", "network", "robots")}, {})

@@ -113,7 +113,7 @@ class Presentation(Params):
 
 
 class Reference(Params):
-    """What makes a design a reference design, whose results the leaderboard compares."""
+    """The mark of a reference design, whose results the leaderboard compares."""
 
     version: int = Field(ge=1, description=(
         "of the design; raise it with every change after which results do not compare with those "

@@ -40,8 +40,8 @@ class ReferenceDesign(NamedTuple):
 
 def reference_design(loaded: LoadedDesign, tasks: Iterable[str], scenario: Scenario,
                      ) -> ReferenceDesign | None:
-    """What a design is the reference of, None if of nothing. ``tasks`` are those of its vectors,
-    ``scenario`` that of one. Raises ``InputError`` for a design that the leaderboard cannot show.
+    """The reference design that a design is, None if it is none. ``tasks`` are those of its
+    vectors, ``scenario`` that of one. Raises ``InputError`` for what the leaderboard cannot show.
     """
     design = loaded.design
     if design.reference is None:

@@ -233,7 +233,7 @@ class Study:
                          for axis in axes or self.axes.values())
 
     def _said(self, key: str) -> dict[str, Any]:
-        """What the table's metadata say."""
+        """An entry of the table's metadata; empty where there is none."""
         return json.loads((self._table.schema.metadata or {}).get(key.encode(), b"{}"))
 
     def _tasks(self) -> list[str]:
