@@ -1,4 +1,6 @@
-"""The latency of messages by family of topics: a ledger's sums of its parts, and of its losses."""
+"""The latency of messages by family of topics: a ledger's sums of its parts, and of its losses, and
+what was before the messages' birth.
+"""
 
 from __future__ import annotations
 
@@ -28,15 +30,34 @@ class Lost(NamedTuple):
     messages: int
 
 
+class Quantiles(NamedTuple):
+    """The median of times, and their 95th percentile."""
+
+    median_ns: int
+    p95_ns: int
+
+
+class MessageAges(NamedTuple):
+    """The age of messages on their arrival, in three steps: the callback that published them had
+    ``waited`` for its node and for a processor, it had ``computed``, and they were ``on_the_way``.
+    """
+
+    waited: Quantiles
+    computed: Quantiles
+    on_the_way: Quantiles
+
+
 @dataclass(frozen=True)
 class TopicBreakdown:
     """The messages of a family of topics: of those ``delivered`` the sum of their latencies, and
-    the time (ns) in each part, in the order of ``PARTS``; and those ``lost``."""
+    the time (ns) in each part, in the order of ``PARTS``; those ``lost``; and the ``ages`` of those
+    delivered that callbacks published, None where computers are ideal."""
 
     delivered: int
     latency_ns: int
     times_ns: dict[str, int]
     lost: tuple[Lost, ...]
+    ages: MessageAges | None = None
 
     @property
     def dropped(self) -> int:
@@ -69,8 +90,20 @@ def by_topic(ledger: pa.Table, hosts: Collection[str]) -> TopicBreakdowns:
     return {name: TopicBreakdown(
         int(delivered[i]), int(sums[i]),
         {str(part): int(time_ns) for part, time_ns in zip(PARTS, times_ns[i], strict=True)
-         if time_ns}, losses(ledger.filter(pa.array(lost & (of_row == i)))))
+         if time_ns}, losses(ledger.filter(pa.array(lost & (of_row == i)))),
+        _ages(ledger.filter(pa.array(~lost & (of_row == i)))))
         for i, name in enumerate(names)}
+
+
+def _ages(delivered: pa.Table) -> MessageAges | None:
+    timed = delivered.filter(pc.is_valid(delivered["computing_ns"]))
+    if not len(timed):
+        return None
+    node_queue_ns, run_queue_ns, computing_ns, latency_ns = (timed[name].to_numpy() for name in (
+        "node_queue_ns", "run_queue_ns", "computing_ns", "latency_ns"))
+    steps = node_queue_ns + run_queue_ns, computing_ns, latency_ns
+    median_ns, p95_ns = np.rint(np.quantile(steps, (0.5, 0.95), axis=1)).astype(int).tolist()
+    return MessageAges(*map(Quantiles, median_ns, p95_ns))
 
 
 def losses(dropped: pa.Table) -> tuple[Lost, ...]:
@@ -89,15 +122,24 @@ def without_numbers(place: str) -> str:
 def as_json(found: TopicBreakdowns) -> Json:
     """The sums as JSON, which ``from_json`` reads."""
     return {name: {"delivered": one.delivered, "latency_ns": one.latency_ns,
-                   "times_ns": one.times_ns, "lost": [lost._asdict() for lost in one.lost]}
+                   "times_ns": one.times_ns, "lost": [lost._asdict() for lost in one.lost],
+                   "ages": one.ages and {step: times._asdict()
+                                         for step, times in one.ages._asdict().items()}}
             for name, one in found.items()}
 
 
 def from_json(found: Json) -> TopicBreakdowns:
     """The sums that ``as_json`` has written."""
     return {name: TopicBreakdown(one["delivered"], one["latency_ns"], one["times_ns"],
-                                 tuple(Lost(**lost) for lost in one["lost"]))
+                                 tuple(Lost(**lost) for lost in one["lost"]),
+                                 _ages_from(one.get("ages")))
             for name, one in found.items()}
+
+
+def _ages_from(found: Json | None) -> MessageAges | None:
+    """The ages of ``as_json``; runs of before there were ages have none."""
+    return None if found is None else MessageAges(
+        **{step: Quantiles(**times) for step, times in found.items()})
 
 
 def _times_ns(ledger: pa.Table, of_row: np.ndarray, families: int) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 import csv
 import json
+import re
+from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -14,6 +16,7 @@ from desim.report.campaign.campaign_report import write
 from desim.report.campaign.figures.latency import latency_figure
 from desim.report.campaign.numbers import Estimates, Study
 from desim.report.campaign.numbers.latencies import by_topic_and_vector
+from desim.report.campaign.tables.latency import age_table
 from desim.results.file_names import LEDGER, LEDGER_TOPICS
 from desim.results.latency_by_topic import as_json, by_topic, from_json, hosts_of, without_numbers
 from desim.results.run import Run
@@ -23,13 +26,13 @@ from desim.statistics.intervals import t_interval
 PARTS = {"sender's queue": "senders_queue_s", "queue": "queue_s", "airtime": "airtime_s",
          "propagation": "propagation_s", "retransmission": "retransmission_s"}
 
-def swept(folder, repository, ledger):
+def swept(folder, repository, ledger, more=""):
     """A campaign on a LAN of 300 kb/s: maps wait, and outboxes lose some."""
     design = folder / "design.yaml"
     design.write_text(f"""\
 name: d
 base: {repository / "scenarios" / "hello.yaml"}
-set: {{stop.elapsed: 4 s, trace.ledger: {ledger},
+set: {{stop.elapsed: 4 s, trace.ledger: {ledger}, {more}
       network.media: {{lan: {{model: switch, rate: 300 kb/s}}}}}}
 parameters: {{robots: {{key: fleet.size, values: [2, 3]}}}}
 iterations: 2
@@ -140,6 +143,86 @@ def test_losses_by_reason_and_place(kept, by_hand):
     assert all(0.0 < float(row["share"]) <= 1.0 for row in rows)
 
 
+@pytest.fixture(scope="module")
+def busy(tmp_path_factory, repository):
+    """The same with computers that are too slow, and its design."""
+    return swept(tmp_path_factory.mktemp("busy"), repository, "true",
+                 "computers: measured, robot.computer.speed: 0.1,")
+
+
+def ages_by_hand(folder, design):
+    """From ``ledger.parquet``: of each vector and topic the median and the 95th percentile of each
+    step, s, sorted and picked by hand, as means over the runs."""
+    found, study = {}, Study(folder, design)
+    for vector in study.vectors:
+        for row in vector.rows:
+            times = {}
+            ledger = pq.read_table(study.run_folders[study.text("run_id")[row]] / LEDGER)
+            for message in ledger.to_pylist():
+                if message["latency_ns"] is not None and message["computing_ns"] is not None:
+                    topic = re.sub(r"robot_\d|workstation", "*", message["topic"])
+                    times.setdefault((vector.number, topic), []).append((
+                        message["node_queue_ns"] + message["run_queue_ns"],
+                        message["computing_ns"], message["latency_ns"]))
+            for key, messages in times.items():
+                steps = [sorted(step) for step in zip(*messages, strict=True)]
+                found.setdefault(key, []).append([between(step, share) / 1e9 for step in steps
+                                                  for share in (0.5, 0.95)])
+    return {key: np.mean(runs, axis=0) for key, runs in found.items()}
+
+
+def between(ordered, share):
+    """The value at a share of the way from the first to the last one."""
+    whole, part = divmod(share * (len(ordered) - 1), 1)
+    low, high = ordered[int(whole)], ordered[min(int(whole) + 1, len(ordered) - 1)]
+    return low + part * (high - low)
+
+
+STEPS = [f"{step}_{of}_s" for step in ("waited", "computed", "on_the_way")
+         for of in ("median", "p95")]
+
+
+def ages_that_disagree(folder, design, rows):
+    wanted = ages_by_hand(folder, design)
+    assert {(int(row["vector"]), row["topic"]) for row in rows} == set(wanted)
+    return [row for row in rows if not np.allclose(
+        [float(row[step]) for step in STEPS], wanted[int(row["vector"]), row["topic"]],
+        rtol=1e-9, atol=1e-9)]
+
+
+def test_the_table_has_the_ages_of_the_ledgers(busy):
+    assert "Before the birth, and on the way" in write(*busy).read_text()
+    rows = rows_of(busy[0], "age_by_topic")
+    assert not ages_that_disagree(*busy, rows)
+    assert {"/*/cmd_vel"} < {row["topic"] for row in rows}
+    assert all(float(row["computed_median_s"]) > 0.0 for row in rows)
+    assert max(float(row["waited_p95_s"]) for row in rows) > 1e-3
+
+
+def test_a_computation_that_is_counted_as_waiting_is_noticed(busy, monkeypatch):
+    """The twin."""
+    monkeypatch.setattr("desim.report.campaign.numbers.latencies.from_json", lambda found: {
+        name: replace(one, ages=one.ages and one.ages._replace(waited=one.ages.computed))
+        for name, one in from_json(found).items()})
+    study = Study(*busy)
+    table = age_table(study, by_topic_and_vector(study, Estimates(study)))
+    assert ages_that_disagree(*busy, [dict(zip(table.exact_head, row, strict=True))
+                                      for row in table.exact_rows])
+
+
+def test_ideal_computers_have_no_ages(kept):
+    study = Study(*kept)
+    assert age_table(study, by_topic_and_vector(study, Estimates(study))) is None
+
+
+def test_sums_without_ages_are_read(busy):
+    """Those of runs that are older than ages."""
+    folder = next(iter(Study(*busy).run_folders.values()))
+    sums = json.loads(Run(folder).file(LEDGER_TOPICS).read_text())
+    removed = [one.pop("ages") for one in sums.values()]
+    assert any(removed) and not any(one.ages for one in from_json(sums).values())
+
+
 def test_without_ledgers_the_report_has_nothing_of_it(tmp_path, repository, kept):
     folder, design = swept(tmp_path, repository, "false")
     page = write(folder, design).read_text()
@@ -158,8 +241,9 @@ def test_runs_without_a_ledger_are_left_out(kept, tmp_path):
     assert {one.runs for one in found if one.vector is not vector} == {2}
 
 
-def test_a_run_keeps_the_sum_of_its_ledger(kept):
-    study = Study(*kept)
+@pytest.mark.parametrize("campaign", ["kept", "busy"])
+def test_a_run_keeps_the_sum_of_its_ledger(campaign, request):
+    study = Study(*request.getfixturevalue(campaign))
     for folder in study.run_folders.values():
         ledger = Run(folder).ledger
         summed = by_topic(ledger, hosts_of(ledger))

@@ -226,6 +226,9 @@ class _Report:
                 f"whole as a dark line. {left_out}"))
         parts.append(page.folded("By topic and vector", self._written(
             latency.latency_table(study, found), wide=True)))
+        ages = latency.age_table(study, found)
+        if ages is not None:
+            parts.append(page.folded("Before the birth, and on the way", self._written(ages)))
         lost = latency.loss_table(study, found)
         parts.append(page.paragraph("No message was lost.") if lost is None else page.folded(
             "Losses by reason and place", self._written(lost)))

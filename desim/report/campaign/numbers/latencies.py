@@ -14,6 +14,7 @@ from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study, VectorRuns
 from desim.results.file_names import LEDGER_TOPICS
 from desim.results.latency_by_topic import (
+    MessageAges,
     TopicBreakdown,
     TopicBreakdowns,
     from_json,
@@ -39,7 +40,8 @@ class TopicLatency(NamedTuple):
     """A family of topics in the ``runs`` of a vector that kept a ledger: how many messages were
     ``delivered`` and what was ``lost`` in the mean of these. The ``latency`` (s) and its
     ``parts_s`` are means over the runs that delivered any of a run's mean, None and empty without
-    such a run."""
+    such a run. ``ages_s``: the median and the 95th percentile (s) of each step of the messages'
+    age, as means over the runs that have them; empty where computers are ideal."""
 
     vector: VectorRuns
     topic: str
@@ -48,6 +50,7 @@ class TopicLatency(NamedTuple):
     latency: Interval | None
     parts_s: dict[str, float]
     lost: tuple[MeanLoss, ...]
+    ages_s: dict[str, tuple[float, float]]
 
 
 def by_topic_and_vector(study: Study, estimates: Estimates) -> list[TopicLatency]:
@@ -85,7 +88,14 @@ def _mean(vector: VectorRuns, topic: str, runs: list[TopicBreakdown], estimates:
     ).within(0.0, math.inf) if arrived else None
     return TopicLatency(vector, topic, len(runs),
                         float(np.mean([one.delivered for one in runs])), latency, means,
-                        _losses(runs))
+                        _losses(runs), _ages(runs))
+
+
+def _ages(runs: list[TopicBreakdown]) -> dict[str, tuple[float, float]]:
+    steps = [one.ages._asdict() for one in runs if one.ages is not None]
+    return {step: (float(np.mean([ages[step].median_ns for ages in steps])) / 1e9,
+                   float(np.mean([ages[step].p95_ns for ages in steps])) / 1e9)
+            for step in MessageAges._fields} if steps else {}
 
 
 def _losses(runs: list[TopicBreakdown]) -> tuple[MeanLoss, ...]:

@@ -13,6 +13,7 @@ from desim.report.campaign.tables.overview import (
     vector_head,
 )
 from desim.report.campaign.tables.table import ReportTable, Shown
+from desim.results.latency_by_topic import MessageAges
 
 _MS = 1e3
 
@@ -38,6 +39,29 @@ def latency_table(study: Study, found: list[TopicLatency]) -> ReportTable:
         ["topic", *exact_vector_head(study), "ledgers", "delivered", "latency_s", "latency_low_s",
          "latency_high_s", "n", *(f"{part.replace(chr(39), '').replace(' ', '_')}_s"
                                   for part in parts)], exact)
+
+
+def age_table(study: Study, found: list[TopicLatency]) -> ReportTable | None:
+    """The age of messages on their arrival, from when the callback that published them was due;
+    None where computers are ideal."""
+    rows, exact = [], []
+    for one in found:
+        if one.ages_s:
+            times_s = [time_s for times in one.ages_s.values() for time_s in times]
+            rows.append([one.topic, *vector_cells(study, one.vector),
+                         *(_MS * time_s for time_s in times_s)])
+            exact.append([one.topic, *exact_vector_cells(study, one.vector), one.runs, *times_s])
+    if not rows:
+        return None
+    steps = [step.replace("_", " ") for step in MessageAges._fields]
+    return ReportTable(
+        "age_by_topic", "Age of messages on their arrival [ms], since the callback was due that "
+        "published them: it waited (for its node and for a processor), it computed, and they were "
+        "on the way. Median and 95th percentile of a run's messages, as means over the runs.",
+        ["topic", *vector_head(study), *(f"{step}, {of}" for step in steps
+                                         for of in ("median", "p95"))], rows,
+        ["topic", *exact_vector_head(study), "ledgers", *(
+            f"{step}_{of}_s" for step in MessageAges._fields for of in ("median", "p95"))], exact)
 
 
 def loss_table(study: Study, found: list[TopicLatency]) -> ReportTable | None:
