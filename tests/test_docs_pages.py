@@ -3,6 +3,7 @@
 import ast
 import importlib
 import re
+from pathlib import Path
 
 import pytest
 from packages import LAYERS
@@ -138,3 +139,24 @@ def test_the_page_of_commands_has_all_and_says_which_end_with_1_for_an_outcome(r
 @pytest.mark.parametrize("name, words", [("architecture.md", 600)])
 def test_a_page_that_is_read_first_is_short(repository, name, words):
     assert len((repository / "docs" / name).read_text().split()) <= words
+
+
+def not_in_the_index(repository, index):
+    """Pages and tables of studies that the index does not link to, and designs that it does not
+    name."""
+    folder, scenarios = repository / "docs" / "studies", repository / "scenarios"
+    linked = {(folder / link).resolve() for link in re.findall(r"\]\(([^)#]+)", index)}
+    files = {*folder.glob("*.md"), *folder.glob("*/runs.parquet")} - {folder / "README.md"}
+    designs = {file.relative_to(scenarios).as_posix().removeprefix("studies/")
+               for place in ("studies", "paper") for file in (scenarios / place).glob("*.yaml")
+               if not file.stem.endswith("_small")}
+    return sorted(map(str, {file.resolve() for file in files} - linked)) + sorted(
+        designs - set(re.findall(r"`([\w/]+\.yaml)`", index)))
+
+
+def test_every_study_is_in_the_index(repository):
+    index = (repository / "docs" / "studies" / "README.md").read_text()
+    assert not not_in_the_index(repository, index)
+    assert [Path(missing).name for missing in not_in_the_index(repository, (
+        index.replace("](ladder.md)", "](gone.md)").replace("`doors.yaml`", "").replace(
+            "(range/runs.parquet)", "()")))] == ["ladder.md", "runs.parquet", "doors.yaml"]

@@ -19,7 +19,7 @@ from desim.cli import app
 from desim.errors import InputError
 from desim.report.campaign.numbers import Study
 from desim.report.leaderboard import page as leaderboard
-from desim.report.leaderboard.entries import Entry, MedianTime
+from desim.report.leaderboard.entries import LeaderboardEntry, MedianTime
 from desim.report.leaderboard.page import enter
 
 PARAMETERS = {"strategy": ["near", "far"], "robots": [2, 10]}
@@ -151,7 +151,7 @@ TEXT = st.text(st.characters(exclude_categories=("C", "Z"), include_characters="
                max_size=9).map(lambda text: " ".join(text.split()) or "x")
 
 
-@given(st.lists(st.builds(Entry, *[TEXT] * len(Entry._fields)), max_size=4))
+@given(st.lists(st.builds(LeaderboardEntry, *[TEXT] * len(LeaderboardEntry._fields)), max_size=4))
 def test_entries_are_read_as_they_were_written(found):
     text = leaderboard._written(ReferenceDesign("d", 1, {}, {}), "", found)
     block, = leaderboard._blocks("page", text)
@@ -164,7 +164,7 @@ def test_entries_are_read_as_they_were_written(found):
     ("> 2000.0 (40.0 to –)", (float("inf"), 40.0, float("inf"))),
     ("–", (float("inf"), 0.0, float("inf")))])
 def test_times_as_numbers(text, times):
-    entry = Entry(*"abcd", text, *"efghijk")
+    entry = LeaderboardEntry(*"abcd", text, *"efghijk")
     assert entry.times == MedianTime(*times)
 
 

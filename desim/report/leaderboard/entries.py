@@ -26,7 +26,7 @@ class MedianTime(NamedTuple):
     high: float
 
 
-class Entry(NamedTuple):
+class LeaderboardEntry(NamedTuple):
     """A row of the leaderboard, as text: place, median exploration time (s) with its 95 % interval;
     the number of runs, of those that did not reach the aim, of those that failed; means of the
     other runs; version of desim and hash of its source."""
@@ -64,7 +64,7 @@ class Entry(NamedTuple):
                      float(high) if high and high != _UNKNOWN else math.inf)
 
 
-def entries(study: Study, reference: ReferenceDesign) -> list[Entry]:
+def entries(study: Study, reference: ReferenceDesign) -> list[LeaderboardEntry]:
     """The entries of a campaign, one for each vector. Raises ``InputError`` if no run has finished.
     """
     if TIMES[0] not in study.metrics:
@@ -76,7 +76,7 @@ def entries(study: Study, reference: ReferenceDesign) -> list[Entry]:
         time = estimates.of(TIMES[0], vector)
         way, quality, sent = (estimates.of(name, vector).mean if study.has(name) else None
                               for name in ("exploration_cost_m", "map_quality", "bytes_on_air"))
-        found.append(Entry(
+        found.append(LeaderboardEntry(
             **names, time=_time(time), runs=str(time.runs), late=str(time.late),
             failed=str(time.failed), way=formatting.number(way, 4),
             quality=formatting.number(quality, 4),

@@ -20,7 +20,7 @@ from desim.errors import InputError
 from desim.files import content, target
 from desim.ports import natural_key
 from desim.report.campaign.numbers import Study
-from desim.report.leaderboard.entries import Entry, entries
+from desim.report.leaderboard.entries import LeaderboardEntry, entries
 
 _NEW = "# Leaderboard\n"  # a page that is not there yet
 _MOST_BYTES = 50_000_000
@@ -65,8 +65,8 @@ def _read(page: Path) -> str:
         raise InputError(f"--leaderboard: {page} cannot be read: {error}") from error
 
 
-def _entered(page: Path, text: str, reference: ReferenceDesign, question: str, new: list[Entry],
-             ) -> str:
+def _entered(page: Path, text: str, reference: ReferenceDesign, question: str,
+             new: list[LeaderboardEntry]) -> str:
     blocks = list(_blocks(page, text))
     own = next((block for block in blocks if block[:2] == reference[:2]), None)
     if own is None:
@@ -92,7 +92,7 @@ def _blocks(page: Path, text: str) -> Iterator[_Block]:
         yield _Block(match[1], int(match[2]), match.start(), end + len(_END))
 
 
-def _known(page: Path, text: str, block: _Block) -> Iterator[Entry]:
+def _known(page: Path, text: str, block: _Block) -> Iterator[LeaderboardEntry]:
     """The entries of a block."""
     at = text.find(_row(_COLUMNS), block.begin, block.end)
     if at < 0:
@@ -107,7 +107,7 @@ def _known(page: Path, text: str, block: _Block) -> Iterator[Entry]:
         if len(cells) != len(_COLUMNS):
             raise InputError(f"{_line(page, text, at, number)}: {len(cells)} cells, but "
                              f"{len(_COLUMNS)} columns")
-        yield Entry(*cells)
+        yield LeaderboardEntry(*cells)
 
 
 def _line(page: Path, text: str, at: int, below: int = 0) -> str:
@@ -116,7 +116,7 @@ def _line(page: Path, text: str, at: int, below: int = 0) -> str:
     return f"{page}:{before + 1 + below}"
 
 
-def _written(reference: ReferenceDesign, question: str, ordered: list[Entry]) -> str:
+def _written(reference: ReferenceDesign, question: str, ordered: list[LeaderboardEntry]) -> str:
     """A block."""
     title = f"{reference.name}, version {reference.version}"
     return "\n".join([
@@ -125,7 +125,7 @@ def _written(reference: ReferenceDesign, question: str, ordered: list[Entry]) ->
         "The fastest:\n", _fastest(ordered), "All:\n", _table(_COLUMNS, ordered)]) + _END
 
 
-def _fastest(ordered: list[Entry]) -> str:
+def _fastest(ordered: list[LeaderboardEntry]) -> str:
     """The table of the fastest strategies, terrain by terrain."""
     terrains = tuple(dict.fromkeys(entry.terrain for entry in ordered))
     rows: dict[tuple[str, str], dict[str, str]] = {}
@@ -136,7 +136,7 @@ def _fastest(ordered: list[Entry]) -> str:
         for where in sorted(rows, key=lambda where: [*map(natural_key, where)])))
 
 
-def _first(group: list[Entry]) -> str:
+def _first(group: list[LeaderboardEntry]) -> str:
     """The fastest one, and in brackets how many others have an interval that overlaps its own."""
     first = group[0]
     if math.isinf(first.times.median):
