@@ -50,7 +50,8 @@ def study(folder, times=None, version=1, name="made_up", desim="0.1.0 abc", ques
                                 fixed or {"terrain": "maze", "network": "field: air"})
     pq.write_table(table.replace_schema_metadata({REFERENCE: json.dumps(reference._asdict())}),
                    folder / "runs.parquet")
-    return Study(folder, design(parameters, question=question))
+    return Study(folder, design(parameters, question=question, name=name,
+                                reference={"version": version}))
 
 
 BLOCK = """\
@@ -204,6 +205,13 @@ def test_campaigns_and_pages_that_cannot_be(tmp_path):
             "c: not the runs of a reference design; the design of such runs has the key reference, "
             r"which desim sweep notes in runs\.parquet$")):
         enter(Study(made.folder, made.design), tmp_path / "board.md")
+    for number, (of, by, said) in enumerate((
+            ({"version": 2}, made.design, "made_up, version 2; the design is made_up, version 1"),
+            ({"name": "a"}, made.design, "a, version 1; the design is made_up, version 1"),
+            ({}, design(PARAMETERS), "made_up, version 1; the design is made_up, version none"))):
+        other = study(tmp_path / str(number), **of)
+        with pytest.raises(InputError, match=f"{number}: the runs are of {said}$"):
+            enter(Study(other.folder, by), tmp_path / "board.md")
     (tmp_path / "binary.md").write_bytes(b"\xff")
     with pytest.raises(InputError, match=r"^--leaderboard: .*binary\.md cannot be read: "):
         enter(made, tmp_path / "binary.md")

@@ -60,8 +60,8 @@ class LeaderboardEntry(NamedTuple):
         found = _TIME.fullmatch(self.time)
         longer, median, low, high = found.groups() if found else (None, None, None, None)
         return MedianTime(math.inf if longer or not median else float(median),
-                     float(low) if low and low != _UNKNOWN else 0.0,
-                     float(high) if high and high != _UNKNOWN else math.inf)
+                          float(low) if low and low != _UNKNOWN else 0.0,
+                          float(high) if high and high != _UNKNOWN else math.inf)
 
 
 def entries(study: Study, reference: ReferenceDesign) -> list[LeaderboardEntry]:

@@ -43,17 +43,26 @@ class _Block(NamedTuple):
 def enter(study: Study, page: Path) -> str:
     """Enter a campaign's results into a page, which is made where there is none: its entries take
     the place of those of the same design, version, terrain, network, robots and strategy. Returns
-    what was entered, in words. Raises ``InputError`` for runs of no reference design, and for a
-    page that cannot be read or written."""
-    reference = study.reference
-    if reference is None:
-        raise InputError(f"{study.folder}: not the runs of a reference design; the design of such "
-                         "runs has the key reference, which desim sweep notes in runs.parquet")
+    what was entered, in words. Raises ``InputError`` for runs of no reference design or of another
+    one than the study's design, and for a page that cannot be read or written."""
+    reference = _reference(study)
     found = entries(study, reference)
     with target(page, "--leaderboard") as beside:
         text = _entered(page, _read(page), reference, study.design.question, found)
         beside.write_bytes(text.encode())
     return f"{len(found)} entries of {reference.name}, version {reference.version}"
+
+
+def _reference(study: Study) -> ReferenceDesign:
+    reference, design = study.reference, study.design
+    if reference is None:
+        raise InputError(f"{study.folder}: not the runs of a reference design; the design of such "
+                         "runs has the key reference, which desim sweep notes in runs.parquet")
+    version = design.reference.version if design.reference else "none"
+    if reference[:2] != (design.name, version):
+        raise InputError(f"{study.folder}: the runs are of {reference.name}, version "
+                         f"{reference.version}; the design is {design.name}, version {version}")
+    return reference
 
 
 def _read(page: Path) -> str:
