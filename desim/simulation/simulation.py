@@ -7,6 +7,7 @@ Nothing is computed here.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Generator, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
@@ -120,6 +121,7 @@ class Simulation:
                              if isinstance(task, GivesMap) and task.gives_map() else None)
         for host_plan in self.plan:
             self.graph.host(host_plan.name).software = partial(self.nodes, host_plan=host_plan)
+        self._outages: Counter[str] = Counter()  # that keep a host down
         self.graph.listeners["out_of_memory"] = self._out_of_memory
         for number, fault in enumerate(scenario.faults):
             self.kernel.process(self._outage(fault), Phase.WORLD,
@@ -258,15 +260,18 @@ class Simulation:
         yield from self._down(fault.host, fault.down_for_ns)
 
     def _down(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
-        """Stop a host, and start it again."""
+        """Stop a host, and start it again when the last of its outages has ended."""
         host = self.graph.host(name)
+        self._outages[name] += 1
         host.stop()
         self._drivers.pop(name, None)
         if name in self._explorers:
             self._watch(name, None)
         if for_ns is not None:
             yield for_ns
-            host.start()
+            self._outages[name] -= 1
+            if not self._outages[name]:
+                host.start()
 
     def _out_of_memory(self, name: str, *_: int) -> None:
         """A process of the host is killed. ``required`` in a launch file: the others go with it."""

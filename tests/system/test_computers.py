@@ -1,9 +1,12 @@
 """Whole runs on computers that get busy."""
 
+import numpy as np
 import pytest
 from runs import HELLO, MAZE_8, ROUGH, built, finished, outcome_of
 
+from desim.engine.kernel import Phase
 from desim.monitor.summary import robots_table, samples_table, summarize
+from desim.units import NS_PER_S
 
 SHORT = "stop.elapsed=20 s"
 SLAM = "robot.localization=gmapping"
@@ -142,6 +145,29 @@ def test_a_robot_without_memory_enough_dies_and_starts_empty():
     assert len(down) == 2 * found["robots"]["robot_0"]["killed"]["slam"] > 0
     assert known[down[0] - 1] > 0.7 and known[down[0]] == 0  # and teammates tell it most again
     assert used_mb[down[1] + 1] < used_mb[down[0] - 1]
+
+
+@pytest.mark.parametrize(("fault", "up_s"), [
+    ("", [0.0, 9.0]),  # killed at 5 s, down for 4 s
+    ("{at: 6 s, host: robot_0, down_for: 1 s}", [0.0, 9.0]),
+    ("{at: 6 s, host: robot_0, down_for: 6 s}", [0.0, 12.0]),
+    ("{at: 6 s, host: robot_0, down_for: 3 s}", [0.0, 9.0]),  # both end in one instant
+    ("{at: 2 s, host: robot_0, down_for: 1 s}, {at: 8 s, host: robot_0, down_for: 3 s}",
+     [0.0, 3.0, 11.0]),
+    ("{at: 6 s, host: robot_0}", [0.0])])
+def test_a_host_is_down_until_the_last_of_its_outages_has_ended(fault, up_s):
+    """Killed for want of memory, and in the same time by a fault of the scenario."""
+    rows = []
+    simulation = built(HELLO, f"faults=[{fault}]", "robot.computer.respawn_delay=4 s",
+                       "stop.elapsed=15 s", trace_sink=lambda batch: rows.append(batch.copy()))
+    kernel, names = simulation.kernel, simulation.names
+    kernel.after(5 * NS_PER_S, Phase.CONTROL, names.id("robot_0"),
+                 simulation.graph.listeners["out_of_memory"], "robot_0")
+    simulation.run()
+    rows = np.concatenate(rows)
+    starts = rows[(rows["kind"] == names.id("host_started"))
+                  & (rows["entity"] == names.id("robot_0"))]
+    assert (starts["t_ns"] / NS_PER_S).tolist() == up_s
 
 
 def test_a_limit_that_is_not_reached_changes_nothing():
