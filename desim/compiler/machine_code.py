@@ -25,7 +25,7 @@ class _Method(ctypes.Structure):
                 ("doc", ctypes.c_char_p)]
 
 
-_kept: list[object] = []  # what functions refer to as long as the process lives
+_kept: list[object] = []  # the engines, with the machine code of functions
 
 
 @cache
@@ -63,7 +63,9 @@ def _function(address: int, name: str) -> Callable[..., object]:
     new = ctypes.pythonapi.PyCFunction_NewEx
     new.restype, new.argtypes = ctypes.py_object, [ctypes.c_void_p] * 3
     method = _Method(name.encode(), address, _FASTCALL, None)
-    _kept.append(method)
+    # Never freed: at its end Python clears this module first, and then reads what a function that
+    # is left refers to (``meth_traverse`` and ``meth_dealloc`` of methodobject.c).
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(method))
     function: Callable[..., object] = new(ctypes.addressof(method), None, None)
     return function
 

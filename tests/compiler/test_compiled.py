@@ -172,6 +172,18 @@ def test_a_kernel_is_called_without_a_way_over_its_object():
     assert compiled_function(abs) is abs  # what a kernel is with NUMBA_DISABLE_JIT: a function
 
 
+KEPT_TO_THE_END = """
+from desim.world.kernels.flood import flood
+around = [flood.function]
+around.append(around)  # so that it is left to the collection of garbage at the end
+"""
+
+
+def test_a_function_that_is_left_at_the_end_refers_to_nothing_freed():
+    """glibc fills what is freed with 2s, which are the flag METH_METHOD of a function: a class."""
+    output_of(KEPT_TO_THE_END, **os.environ, PYTHONMALLOC="malloc", MALLOC_PERTURB_="2")
+
+
 # ------------------------------------------------------------------------------ how they are kept
 
 PRINT_FOLDER = "import os, desim; print(os.environ['NUMBA_CACHE_DIR'])"
