@@ -31,6 +31,7 @@ class Bottlenecks:
         self._computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
         self._since_ns = 0  # of the present window
         self._processors_ns = [0] * len(self._computers)
+        self._kills = 0  # of processes, for want of memory
         self._media_ns: dict[str, np.ndarray | None] = {}
         self._lost = 0
         self._peaks: dict[str, float] = {}
@@ -69,10 +70,14 @@ class Bottlenecks:
                 for host, before, after in zip(self._computers, self._processors_ns, processors_ns,
                                                strict=True))
             self._processors_ns = processors_ns
-        limited = [(host.memory.used_bytes(), host.memory.limit_bytes) for host in self._computers
+        limited = [(host.memory, host.memory.limit_bytes) for host in self._computers
                    if host.memory is not None and host.memory.limit_bytes is not None]
         if limited:
-            yield "memory", max(used_bytes / limit_bytes for used_bytes, limit_bytes in limited)
+            kills = sum(len(memory.kills) for memory, _ in limited)
+            # A host whose software has died since then was full, and is empty now.
+            yield "memory", max(float(kills > self._kills), *(
+                memory.used_bytes() / limit_bytes for memory, limit_bytes in limited))
+            self._kills = kills
         for medium in self._graph.media:
             before_ns = self._media_ns.get(medium.name)
             share = utilisation(medium, elapsed_ns, 0 if before_ns is None else before_ns)

@@ -27,3 +27,9 @@ class InterfaceRates:
                  for before, after in zip(self._bytes, now, strict=True)]
         self._since_ns, self._bytes = now_ns, now
         return dict(zip(("rx_kBps", "tx_kBps"), rates, strict=True))
+
+
+def mean_rates(host: Host, elapsed_ns: int) -> Sample:
+    """The rates of ``host`` over the whole run."""
+    kilo_s = max(elapsed_ns, 1) / NS_PER_S * 1000.0
+    return {"rx_kBps": host.rx_bytes / kilo_s, "tx_kBps": host.tx_bytes / kilo_s}

@@ -34,6 +34,7 @@ from desim.monitor.partitions import Partitions
 from desim.monitor.processor_load import ProcessorLoad
 from desim.monitor.reachability import SampledReachability
 from desim.monitor.relative_poses import RelativePoses
+from desim.monitor.stationary_hosts import StationaryHosts
 from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
 from desim.monitor.triggers import Triggers
@@ -99,6 +100,9 @@ class Monitor:
         self.hosts = [graph.host(name) for name in robots]
         self.processor_load = ProcessorLoad(self.hosts, nodes or {})
         self.memory_use = MemoryUse(self.hosts)
+        bodies = frozenset(robots)
+        self.stationary_hosts = StationaryHosts([host for host in graph.hosts
+                                                 if host.name not in bodies])
         self.energy_use = EnergyUse(self.hosts, powers or [None] * len(robots), travelled_m)
         self.bottlenecks = Bottlenecks(graph)
         self._interface_rates = InterfaceRates(self.hosts)
@@ -356,6 +360,7 @@ class Monitor:
                                  self.processor_load.missed_ticks(),
                                  self.memory_use.used_bytes(), self.memory_use.kills(),
                                  self.energy_use.joules(now_ns)))
+        self.stationary_hosts.each_second()
         self.bottlenecks.sample(now_ns)
         if self.links is not None:
             self.links.sample(now_ns)

@@ -11,6 +11,7 @@ from desim.errors import ModelError, class_of
 from desim.monitor import energy_use
 from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
+from desim.monitor.interface_rates import mean_rates
 from desim.monitor.localization_errors import wall_errors
 from desim.monitor.memory_use import NOTHING, fleet_summary
 from desim.monitor.monitor import Monitor
@@ -72,6 +73,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **energy_use.fleet_summary(list(robots.values())),
         **monitor.bottlenecks.summary(),
         "robots": robots,
+        "hosts": monitor.stationary_hosts.summary(now_ns),
         "warnings": warnings(monitor),
     }
     twice = sorted(own.keys() & general.keys())
@@ -107,7 +109,6 @@ def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:
 
 def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
     """Per robot; kB are 1000 bytes, means over the whole run."""
-    kilo_s = max(now_ns, 1) / NS_PER_S * 1000.0
     travelled_m = monitor.travelled_m().tolist()
     shares = dict(zip(monitor.explorers, monitor.coverage.known, strict=True))
     memory = monitor.memory_use.summary([track.ram_bytes for track in monitor.tracks])
@@ -119,8 +120,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
         **in_vain.get(name, {"outdated_goal_s": None, "outdated_goal_m": None}),
         "collisions": monitor.collisions_of[i],
         "recoveries": monitor.recoveries_of[i],
-        "rx_kBps": host.rx_bytes / kilo_s,
-        "tx_kBps": host.tx_bytes / kilo_s,
+        **mean_rates(host, now_ns),
         **monitor.processor_load.of(host, now_ns),
         **memory.get(name, NOTHING),
         **energy[i],

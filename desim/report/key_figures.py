@@ -119,6 +119,8 @@ def _processors(m: Summary) -> list[tuple[str, str, str]]:
     waited_s = sum(node["waited_s"] for node in m.get("cluster_nodes", {}).values())
     return [("processors", f"{m['mean_cpu_percent']:.1f} % busy",
              f"of the robots', on average; at most {busiest:.1f} %"),
+            *(("", f"{host['cpu_percent']:.1f} % busy", f"of {name}'s")
+              for name, host in m.get("hosts", {}).items()),
             *([("", f"{waited_s:.1f} s", "that virtual ones waited for those of their nodes")]
               if waited_s else []),
             ("", _counted(m["missed_ticks"], "missed tick"), "of timers whose nodes were busy"),

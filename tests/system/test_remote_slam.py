@@ -105,6 +105,15 @@ def test_whoever_runs_slam_pays_for_it():
         used = {name: host.memory.used_bytes() for name, host in hosts.items()}
         assert used == {other: 0, slam_on: 3_000_000, "robot_0": 1_000_000 + 3_000_000 * (
             slam_on == "robot_0")}
+        found = summarize(simulation.monitor, simulation.kernel.now_ns)
+        own = {**found["hosts"], **found["robots"]}
+        assert list(found["hosts"]) == ["base"]
+        assert own[slam_on]["cpu_s"] == pytest.approx(0.31)
+        assert own[slam_on]["cpu_percent"] == pytest.approx(100 * 0.31 / (2 * 3.05))
+        assert own[other]["cpu_percent"] == 0
+        assert {name: own[name]["peak_ram_mb"] * 1e6 for name in hosts} == used
+        for towards, away in (("rx_kBps", "tx_kBps"), ("tx_kBps", "rx_kBps")):
+            assert own["base"][towards] == own["robot_0"][away]
 
 
 def test_a_busy_base_serves_a_fleet_late():

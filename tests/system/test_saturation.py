@@ -42,6 +42,14 @@ def test_what_is_too_small_gives_in(first, overrides):
     assert summary(*ample)["gives_in_first"] is None  # the twin
 
 
+def test_memory_that_is_full_between_two_looks_gives_in():
+    """Software that does not fit dies at its first callbacks; at the end of a window it is down."""
+    found = summary(KEEPS, "robot.computer={memory: 71 MB, respawn_delay: 1 min}")
+    assert found["memory_kills"] == 3
+    assert found["gives_in_first"] == "memory"
+    assert found["saturation"]["memory"] == {"peak": 1.0, "from_s": 5.0}
+
+
 def test_full_queues_are_counted():
     found = summary(NARROW)
     lost = found["messages_dropped"].get("outbox_full", 0) + found["messages_dropped"].get(

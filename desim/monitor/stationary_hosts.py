@@ -1,0 +1,30 @@
+"""The hosts without a body: their processors, their memory, and the bytes on their interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from desim.middleware.host import Host
+from desim.monitor.belief_metrics import Sample
+from desim.monitor.interface_rates import mean_rates
+from desim.monitor.memory_use import NOTHING, MemoryUse
+from desim.monitor.processor_load import ProcessorLoad
+
+
+class StationaryHosts:
+    """Watches ``hosts``: a workstation, a base. Memory is as of each second."""
+
+    def __init__(self, hosts: Sequence[Host]) -> None:
+        self._hosts = hosts
+        self._load, self._memory = ProcessorLoad(hosts, {}), MemoryUse(hosts)
+        self._used_bytes: list[list[int]] = []
+
+    def each_second(self) -> None:
+        """A second has passed: note the memory in use."""
+        self._used_bytes.append(self._memory.used_bytes())
+
+    def summary(self, now_ns: int) -> dict[str, Sample]:
+        """By host, over the whole run; what is not measured is null, as of robots."""
+        memory = self._memory.summary(self._used_bytes)
+        return {host.name: {**mean_rates(host, now_ns), **self._load.of(host, now_ns),
+                            **memory.get(host.name, NOTHING)} for host in self._hosts}
