@@ -31,14 +31,15 @@ class BusyHost(Host):
     which stand for sensors and motors.
     """
 
-    __slots__ = ("computer", "memory", "calling", "missed_ticks", "_executors", "_subscriptions",
-                 "_awake", "_booked")
+    __slots__ = ("computer", "memory", "calling", "missed_ticks", "programs", "_executors",
+                 "_subscriptions", "_awake", "_booked")
 
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
         super().__init__(graph, name, index)
         self.computer = computer
         self.calling: Executor | None = None  # its callback is being called now
         self.missed_ticks = 0  # of timers, so far
+        self.programs: dict[str, None] = {}  # that have run here, in the order of their starts
         self._executors: dict[str, Executor] = {}  # by node
         self._subscriptions: list[QueuedSubscription] = []
         self._awake: list[Executor] = []  # a turn for each callback that came
@@ -143,6 +144,7 @@ class BusyHost(Host):
         """The thread of the node called ``node``."""
         if node not in self._executors:
             callbacks, program = self.graph.callbacks, self.program(node)
+            self.programs[program] = None
             self._executors[node] = (Executor(node, program, self) if callbacks is None
                                      else TimedExecutor(node, program, self, callbacks))
         return self._executors[node]

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from desim.computers.costs.table import TableOfCosts
 from desim.errors import did_you_mean
+from desim.middleware.busy_host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
 
@@ -17,8 +19,9 @@ _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 
 def warnings(monitor: Monitor) -> list[str]:
-    """Warnings of networks that settle nothing, of topics and hosts that nobody could hear, of
-    strategies that have nothing to do, and of fleets that never move."""
+    """Warnings of networks that settle nothing, of topics and nodes that there are not, of topics
+    and hosts that nobody could hear, of strategies that have nothing to do, and of fleets that
+    never move."""
     said = []
     for medium in (*monitor.graph.media, *monitor.graph.inside):
         waiting = medium.in_flight()
@@ -28,6 +31,7 @@ def warnings(monitor: Monitor) -> list[str]:
                         "delivered nor dropped at the end: does its model settle every frame?")
     said += [f"topics: no topic of the run has matched {pattern!r}"
              for pattern in monitor.graph.routes.unmatched()]
+    said += _strange_nodes(monitor.graph)
     said += _silent(monitor.graph)
     said += [f"the strategy {name!r} has nothing to explore: the task {monitor.task_name!r} gives "
              f"robots the map; choose one that needs a {monitor.task_gives} (needs of its class)"
@@ -37,6 +41,20 @@ def warnings(monitor: Monitor) -> list[str]:
     if monitor.explorers and not monitor.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said
+
+
+def _strange_nodes(graph: Graph) -> list[str]:
+    """Warnings of nodes that have a priority or a row of a table of costs, and that never ran."""
+    computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
+    ran = {program for host in computers for program in host.programs}
+    named: dict[tuple[str, str], None] = {}  # key of the scenario and node
+    for host in computers:
+        named |= dict.fromkeys(("computer.priorities", node) for node in host.computer.priorities)
+        costs = host.computer.costs
+        if isinstance(costs, TableOfCosts):
+            named |= dict.fromkeys(("computers", node) for node in costs.nodes)
+    return [f"{key}: no node of the run was called {node!r}{did_you_mean(node, sorted(ran))}"
+            for key, node in named if node not in ran]
 
 
 def _silent(graph: Graph) -> list[str]:

@@ -6,6 +6,7 @@ from runs import HELLO, MAZE_8, ROUGH, built, finished, outcome_of
 
 from desim.engine.kernel import Phase
 from desim.monitor.summary import robots_table, samples_table, summarize
+from desim.monitor.warnings import warnings
 from desim.units import NS_PER_S
 
 SHORT = "stop.elapsed=20 s"
@@ -101,6 +102,21 @@ def test_the_load_of_processors_is_measured():
     assert found["mean_cpu_percent"] == pytest.approx(sum(samples["cpu_percent"][1:5]) / 4)
     assert list(robots["cpu_s"][-3:]) == [robot["cpu_s"] for robot in own]
     assert list(robots["missed_ticks"][-3:]) == [robot["missed_ticks"] for robot in own]
+
+
+def test_names_of_nodes_that_never_ran_are_said():
+    rows = ("computers={model: table, callbacks: {slamm: {odom: {fixed: 1 ms}}, move_base: {any: "
+            "{fixed: 1 ms}}}, memory: {processes: {mov_base: {fixed: 1 MB}}}}")
+    simulation = built(HELLO, SLAM, rows, "robot.computer={scheduling: fixed_priority, "
+                       "priorities: {move_base: 2, explorer: 1}}", "stop.elapsed=3 s")
+    simulation.run()
+    assert [text for text in warnings(simulation.monitor) if "node" in text] == [
+        "computer.priorities: no node of the run was called 'explorer' (did you mean 'explore'?)",
+        "computers: no node of the run was called 'slamm' (did you mean 'slam'?)",
+        "computers: no node of the run was called 'mov_base' (did you mean 'move_base'?)"]
+    simulation = built(HELLO, COSTS, SLAM, "stop.elapsed=3 s")
+    simulation.run()
+    assert not warnings(simulation.monitor)
 
 
 MEMORY = (COSTS[:-1] + ", memory: {system: 30 MB, processes: {slam: {fixed: 1 MB, per: {patches: "

@@ -88,6 +88,7 @@ class TableOfCosts(LinearCosts):
         memory: MemoryRows = Field(default_factory=MemoryRows, description="likewise")
 
     def __init__(self, params: Params) -> None:
+        self.nodes = (*params.callbacks, *params.memory.processes)  # that have rows
         send, receive = params.send, params.receive
         super().__init__(
             {node: {trigger: CallbackCost(row.fixed_ps, row.per) for trigger, row in rows.items()}
