@@ -58,7 +58,7 @@ class Dimension:
         if isinstance(value, (int, float, Fraction)) and not isinstance(value, bool):
             raise ValueError(f"{value} has no unit; {self._allowed}")
         if not isinstance(value, str):
-            raise ValueError(f"{_short(value)} is not a {self.name}; {self._allowed}")
+            raise ValueError(f"{_short(value)} is not {self._a_name}; {self._allowed}")
         return self._read(value)
 
     def format(self, quantity: Number) -> str:
@@ -79,14 +79,14 @@ class Dimension:
     def _parsed(self, value: str) -> Number:
         match = _NUMBER.fullmatch(value)
         if match is None or len(value) > _LONGEST:
-            raise ValueError(f"{_short(value)} is not a {self.name}; {self._allowed}")
+            raise ValueError(f"{_short(value)} is not {self._a_name}; {self._allowed}")
         number, unit = match.groups()
         if len(number) > _LONGEST_NUMBER:
             raise ValueError(f"{_short(value)} has too many digits; at most {_LONGEST_NUMBER}")
         if unit is None:
             raise ValueError(f"{value!r} has no unit; {self._allowed}")
         if unit not in self.units:
-            raise ValueError(f"unknown unit {unit!r} for a {self.name}; {self._allowed}")
+            raise ValueError(f"unknown unit {unit!r} for {self._a_name}; {self._allowed}")
         return self._inner(value, Fraction(number) * self.units[unit])
 
     def _inner(self, text: str, exact: Fraction) -> Number:
@@ -115,6 +115,10 @@ class Dimension:
             if read == exact or (self.kind is float and float(read) == quantity):
                 return text
         return f"{_digits(exact) if self.kind is Fraction else repr(quantity)} {self.inner}"
+
+    @property
+    def _a_name(self) -> str:
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
 
     @cached_property
     def _allowed(self) -> str:

@@ -167,17 +167,20 @@ def _known_names(scenario: Scenario, _: Folder) -> Found:
 
 
 def _time_servers(scenario: Scenario, _: Folder) -> Found:
-    """NTP clients ask another host."""
-    clocks: list[tuple[Path, ClockParams | None]] = [
-        *((path, equipment.clock) for path, equipment in equipment_by_path(scenario)),
-        (("testbed",), scenario.testbed.clock),
-        *((("hosts", name), host.clock) for name, host in scenario.hosts.items())]
-    for path, clock in clocks:
+    """NTP clients ask another host. Of robots that share a block one may be the server of all."""
+    clocks: list[tuple[Path, ClockParams | None, str | None]] = [
+        *((path, equipment.clock, None) for path, equipment in equipment_by_path(scenario)),
+        (("testbed",), scenario.testbed.clock, WORKSTATION),
+        *((("hosts", name), host.clock, name) for name, host in scenario.hosts.items())]
+    for path, clock, own in clocks:
         if clock is None or clock.ntp is None:
             continue
         server, hosts = clock.ntp.server, host_names(scenario)
         if server not in hosts:
             yield (*path, "clock", "ntp", "server"), unknown("host", server, hosts)
+        elif server == own:
+            yield (*path, "clock", "ntp", "server"), (
+                f"{server!r} is the host itself; allowed: another one")
 
 
 def _faults(scenario: Scenario, _: Folder) -> Found:

@@ -588,6 +588,12 @@ WRONG = {
     "unknown time server": ("robot: {clock: {ntp: {server: bas}}}\nhosts: {base: {}}", [
         "2:31: robot.clock.ntp.server: unknown host 'bas' (did you mean 'base'?); allowed: base, "
         "robot_0, workstation"]),
+    "time servers that follow themselves": (
+        "testbed: {clock: {ntp: {server: workstation}}}\nhosts: {base: {clock: {ntp: {server: base}"
+        "}}}\nrobot: {clock: {ntp: {server: robot_0}}}", [
+            "2:33: testbed.clock.ntp.server: 'workstation' is the host itself; allowed: another "
+            "one",
+            "3:38: hosts.base.clock.ntp.server: 'base' is the host itself; allowed: another one"]),
     "host with a robot's name": ("hosts: {robot_0: {}}", [
         "2:18: hosts.robot_0: 'robot_0' is the name of another host"]),
     "power without a unit": ("robot: {power: {base: {idle: 3}}}", [
