@@ -29,6 +29,8 @@ def warnings(monitor: Monitor) -> list[str]:
         if waiting >= (_MANY_FRAMES if settles else 1) and 2 * waiting > medium.intended:
             said.append(f"medium {medium.name}: {waiting} of {medium.intended} frames are neither "
                         "delivered nor dropped at the end: does its model settle every frame?")
+    said += [f"medium {name}: nothing has arrived inside of a host: does its model carry frames from "
+             "a host to itself, as link and bus do?" for name in _silent_inside(monitor.graph)]
     said += [f"topics: no topic of the run has matched {pattern!r}"
              for pattern in monitor.graph.routes.unmatched()]
     said += _strange_nodes(monitor.graph)
@@ -41,6 +43,16 @@ def warnings(monitor: Monitor) -> list[str]:
     if monitor.explorers and not monitor.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said
+
+
+def _silent_inside(graph: Graph) -> list[str]:
+    """The media inside hosts that had frames and delivered none, in any host."""
+    delivered: dict[str, int] = {}
+    for medium in graph.inside:
+        if medium.intended:
+            name = medium.name.partition("@")[0]
+            delivered[name] = delivered.get(name, 0) + medium.delivered
+    return [name for name, count in delivered.items() if not count]
 
 
 def _strange_nodes(graph: Graph) -> list[str]:

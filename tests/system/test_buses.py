@@ -50,6 +50,14 @@ def test_scans_over_a_slow_line_are_old_and_few():
     assert summary["utilisation"]["line"]["mean"] > 0.99
 
 
+@pytest.mark.parametrize(("model", "said"), [("radio", 1), ("link", 0)])
+def test_a_medium_that_carries_nothing_from_a_host_to_itself_is_named(model, said):
+    summary = summary_of(f"network.media.line={{model: {model}, inside: true}}", SENSORS,
+                         "stop.elapsed=3 s")
+    texts = [text for text in summary["warnings"] if text.startswith("medium line: nothing")]
+    assert len(texts) == said
+
+
 @pytest.mark.parametrize("middleware", ["direct", "ros1", "multimaster", "dds", "zenoh"])
 def test_under_every_middleware_messages_inside_take_the_line(middleware):
     summary = summary_of(line("12 Mb/s"), SENSORS, f"middleware={middleware}")
