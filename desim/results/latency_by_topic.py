@@ -1,6 +1,4 @@
-"""The latency of messages by family of topics: a ledger's sums of its parts, and of its losses, and
-what was before the messages' birth.
-"""
+"""Messages by family of topics: sums of a ledger's parts of latency and of its losses, and ages."""
 
 from __future__ import annotations
 
