@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from desim.middleware.host import Host
 from desim.monitor.belief_metrics import Sample
@@ -14,19 +14,22 @@ class InterfaceRates:
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
-        self._since_ns = 0  # of the last sample
-        self._bytes = 0, 0  # received and sent by then
+        # When each was taken last, and the bytes by then.
+        self._last = dict.fromkeys(("rx_kBps", "tx_kBps"), (0, 0))
 
-    def sample(self, now_ns: int) -> Sample:
-        """The rates since the sample before, as means over the hosts; at the instant of that one
-        they are null."""
-        now = (sum(host.rx_bytes for host in self._hosts),
-               sum(host.tx_bytes for host in self._hosts))
-        kilo_s = len(self._hosts) * (now_ns - self._since_ns) / NS_PER_S * 1e3
-        rates = [(after - before) / kilo_s if kilo_s else None
-                 for before, after in zip(self._bytes, now, strict=True)]
-        self._since_ns, self._bytes = now_ns, now
-        return dict(zip(("rx_kBps", "tx_kBps"), rates, strict=True))
+    def sample(self, now_ns: int, due: Callable[[str], bool]) -> Sample:
+        """The rates since each was ``due`` before, as means over the hosts; at the instant of that
+        sample they are null."""
+        return {"rx_kBps": self._rate("rx_kBps", sum(host.rx_bytes for host in self._hosts), now_ns)
+                if due("rx_kBps") else None,
+                "tx_kBps": self._rate("tx_kBps", sum(host.tx_bytes for host in self._hosts), now_ns)
+                if due("tx_kBps") else None}
+
+    def _rate(self, name: str, bytes_: int, now_ns: int) -> float | None:
+        since_ns, before = self._last[name]
+        self._last[name] = now_ns, bytes_
+        kilo_s = len(self._hosts) * (now_ns - since_ns) / NS_PER_S * 1e3
+        return (bytes_ - before) / kilo_s if kilo_s else None
 
 
 def mean_rates(host: Host, elapsed_ns: int) -> Sample:

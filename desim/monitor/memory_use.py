@@ -19,6 +19,17 @@ class MemoryUse:
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._memories = {host.name: host.memory for host in hosts
                           if isinstance(host, BusyHost) and host.memory is not None}
+        self._seconds = 0  # that were looked at
+        self._sums = [0] * len(self._memories)  # of what was in use then
+        self._peaks = [0] * len(self._memories)
+
+    def each_second(self) -> list[int]:
+        """A second has passed; returns the memory in use on each host."""
+        used_bytes = self.used_bytes()
+        self._seconds += 1
+        self._sums = [total + now for total, now in zip(self._sums, used_bytes, strict=True)]
+        self._peaks = list(map(max, self._peaks, used_bytes))
+        return used_bytes
 
     def used_bytes(self) -> list[int]:
         """The memory in use on each host now."""
@@ -35,14 +46,15 @@ class MemoryUse:
         return _means([self._of(name, used_bytes) for name, used_bytes in
                        zip(self._memories, self.used_bytes(), strict=True)])
 
-    def summary(self, used: Sequence[Sequence[int]]) -> dict[str, Sample]:
-        """By host, of ``used_bytes`` at instants: the means, the largest, and the processes that
-        were killed, by node."""
+    def summary(self) -> dict[str, Sample]:
+        """By host, of the seconds: the means, the largest, and the processes that were killed, by
+        node."""
         summaries: dict[str, Sample] = {}
-        for name, of_host in zip(self._memories, zip(*used, strict=True), strict=True):
-            kills = self._memories[name].kills
-            summaries[name] = {**self._of(name, sum(of_host) / len(of_host)),
-                               "peak_ram_mb": max(of_host) / _MB,
+        for (name, memory), total, peak in zip(self._memories.items(), self._sums, self._peaks,
+                                               strict=True):
+            kills = memory.kills
+            summaries[name] = {**self._of(name, total / max(self._seconds, 1)),
+                               "peak_ram_mb": peak / _MB,
                                "killed": {node: kills.count(node) for node in sorted(set(kills))}}
         return summaries
 

@@ -8,9 +8,8 @@ the fleet is to do, and when that is done, its ``task`` says.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from enum import StrEnum
-from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +30,7 @@ from desim.monitor.memory_use import MemoryUse
 from desim.monitor.outdated_goals import MOVING_M, OutdatedGoals
 from desim.monitor.overlap import Overlap
 from desim.monitor.partitions import Partitions
+from desim.monitor.periods import Periods, all_due
 from desim.monitor.processor_load import ProcessorLoad
 from desim.monitor.reachability import SampledReachability
 from desim.monitor.relative_poses import RelativePoses
@@ -42,12 +42,14 @@ from desim.plugins import bare, gives, needs
 from desim.ports.tasks import FollowsKnowledge, GivesMap, Ground, JudgesMap, Measures, Task
 from desim.robot.mapping.robot_map import RobotMap
 from desim.scenario.expression import condition, number
-from desim.scenario.quantities import ROBOTS, quantities
+from desim.scenario.quantities import ROBOTS, ROBOTS_TABLE, quantities
 from desim.scenario.robot_types import strategies_of
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.power import PowerParams
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
+
+BYTES = "bytes_per_s"  # of a sample: the bytes by family so far, of which the table makes rates
 
 
 class StopReason(StrEnum):
@@ -117,11 +119,16 @@ class Monitor:
         self.collisions_of = [0] * len(robots)
         self.recoveries_of = [0] * len(robots)
         self.stop_reason: str | None = None
-        self.samples: list[Sample] = []
-        self.tracks: list[Track] = []  # one each second
+        self.samples: list[Sample] = []  # None: it was not due
+        self.latest: dict[str, float] = {}  # the quantities at the last of them
+        self.tracks: list[Track] = []
+        self._second_ns = -1  # the last full second
         self._kernel, self.trace = kernel, trace
         self.poses, self.travelled_m = poses, travelled_m
         self._measured_on = frozenset(scenario.measure.on)
+        own_ns = dict(scenario.measure.periods)
+        self._tracked_ns = own_ns.pop(ROBOTS_TABLE, NS_PER_S)
+        self._periods = Periods(scenario.measure.every_ns, own_ns)
         self.safety_scale = scenario.measure.safety_scale
         self.started_ns = 0  # when the first robot's software started
         self._has_started = False
@@ -150,8 +157,7 @@ class Monitor:
         self._name_rows(trace)
         # Entity 0: before the sample of the same instant, whichever was booked first.
         kernel.ticker(1, Phase.OBSERVE, 0, self._each_second)
-        kernel.ticker(Fraction(NS_PER_S, scenario.measure.every_ns), Phase.OBSERVE, self._entity,
-                      lambda k: self._sample("period"))
+        kernel.process(self._by_period(), Phase.OBSERVE, self._entity)
         self._begin(task, scenario, streams)
 
     def _begin(self, task: Task, scenario: Scenario, streams: Streams) -> None:
@@ -294,22 +300,33 @@ class Monitor:
         if self._finished:
             return self.stop_reason
         self._finished = True
-        if not self.tracks or self.tracks[-1].time_ns < self._kernel.now_ns:
+        if self._second_ns < self._kernel.now_ns:
             self._each_second(-1)
+        if self.tracks[-1].time_ns < self._kernel.now_ns:
+            self._track(self.poses().copy(), self.travelled_m().copy(),
+                        self.memory_use.used_bytes())
         self.partitions.close(self._kernel.now_ns)
         self._sample("end")
         return self.stop_reason
 
     def cost(self) -> float | None:
         """The cost of equation 1 at the last sample, by ``measure.cost``; None: it is unknown."""
-        return self._cost.evaluate({**self.samples[-1], ROBOTS: len(self.robots)})
+        return self._cost.evaluate({**self.latest, ROBOTS: len(self.robots)})
 
-    def _sample(self, *causes: str) -> None:
+    def _by_period(self) -> Generator[int, None, None]:
+        while True:
+            now_ns = self._kernel.now_ns
+            self._sample("period", due=self._periods.due(now_ns))
+            yield self._periods.next_ns(now_ns) - now_ns
+
+    def _sample(self, *causes: str, due: Callable[[str], bool] = all_due) -> None:
         values = self.quantities()
-        self._keep(values, [*causes, *self._triggers.newly_met(values)])
+        met = self._triggers.newly_met(values)
+        self._keep(values, [*causes, *met], all_due if met else due)
         self._judge(values)
 
-    def _keep(self, values: dict[str, float], causes: Sequence[str]) -> None:
+    def _keep(self, values: dict[str, float], causes: Sequence[str],
+              due: Callable[[str], bool] = all_due) -> None:
         now_ns, row, kind = self._kernel.now_ns, self.trace.row, self._kind
         # The row has what the media were given: what they take is their models' affair.
         refused_bytes = sum(medium.refused_bytes for medium in self.graph.media)
@@ -319,15 +336,15 @@ class Monitor:
             int(values["messages_delivered"]), int(values["bytes_on_air"]) + refused_bytes)
         row(now_ns, kind["sample_motion"], self._entity, int(values["collisions"]),
             int(values["recoveries"]), bits(values["distance_m"]))
-        self.samples.append({**values, "parts": self.partitions.parts,
-                             "map_age_s": map_age_s(self.maps, now_ns, {
-                                 host.name: host.clock.ahead_ns(now_ns)
-                                 for host in self.graph.hosts if host.clock is not None}),
-                             **self.belief_metrics.sample(),
-                             **self.processor_load.sample(now_ns),
-                             **self.memory_use.sample(),
-                             **self._interface_rates.sample(now_ns), "cause": "+".join(causes),
-                             "bytes": self.families.bytes()})
+        self.latest = values
+        sample = {**values, "parts": self.partitions.parts,
+                  "map_age_s": map_age_s(self.maps, now_ns, {
+                      host.name: host.clock.ahead_ns(now_ns)
+                      for host in self.graph.hosts if host.clock is not None}),
+                  **self.belief_metrics.sample(), **self.processor_load.sample(now_ns, due),
+                  **self.memory_use.sample(), **self._interface_rates.sample(now_ns, due),
+                  "cause": "+".join(causes), BYTES: self.families.bytes()}
+        self.samples.append({name: value if due(name) else None for name, value in sample.items()})
 
     def _judge(self, values: dict[str, float]) -> None:
         if (self._condition is not None and self.stop_reason is None
@@ -352,14 +369,9 @@ class Monitor:
         self._moving = int(np.count_nonzero(travelled_m - self._moved_m > MOVING_M))
         self._moved_m = travelled_m
         self.outdated_goals.each_second(now_ns, travelled_m[self._own], list(self.maps.values()))
-        self.tracks.append(Track(now_ns, poses, tuple(self.coverage.known),
-                                 self.coverage.union_known, travelled_m,
-                                 [host.rx_bytes for host in self.hosts],
-                                 [host.tx_bytes for host in self.hosts],
-                                 self.processor_load.busy_ns(),
-                                 self.processor_load.missed_ticks(),
-                                 self.memory_use.used_bytes(), self.memory_use.kills(),
-                                 self.energy_use.joules(now_ns)))
+        self._second_ns, used_bytes = now_ns, self.memory_use.each_second()
+        if now_ns % self._tracked_ns == 0:
+            self._track(poses, travelled_m, used_bytes)
         self.stationary_hosts.each_second()
         self.bottlenecks.sample(now_ns)
         if self.links is not None:
@@ -369,6 +381,14 @@ class Monitor:
         if self.partitions.sample(now_ns, links):
             row(now_ns, self._kind["partition"], self._entity, self.partitions.parts)
             self._happened("partition")
+
+    def _track(self, poses: np.ndarray, travelled_m: np.ndarray, used_bytes: list[int]) -> None:
+        self.tracks.append(Track(
+            self._kernel.now_ns, poses, tuple(self.coverage.known), self.coverage.union_known,
+            travelled_m, [host.rx_bytes for host in self.hosts],
+            [host.tx_bytes for host in self.hosts], self.processor_load.busy_ns(),
+            self.processor_load.missed_ticks(), used_bytes, self.memory_use.kills(),
+            self.energy_use.joules(self._kernel.now_ns)))
 
     def _links(self) -> np.ndarray | None:
         """[n, n] bool of the explorers that are up: do frames get from one to the other now?"""

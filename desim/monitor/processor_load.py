@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from desim.computers.cluster_node import ClusterNode
 from desim.computers.processors import Processors
@@ -48,14 +48,11 @@ class ProcessorLoad:
         """The callbacks of timers that each host has left out so far."""
         return [host.missed_ticks for host in self._hosts]
 
-    def sample(self, now_ns: int) -> Sample:
-        """The mean loads of hosts and nodes since the sample before."""
-        if not self._hosts:
-            return {}
-        own: Sample = {"cpu_percent": self._busy_hosts.percent(now_ns)}
-        if self._nodes:
-            own["node_cpu_percent"] = self._busy_nodes.percent(now_ns)
-        return own
+    def sample(self, now_ns: int, due: Callable[[str], bool]) -> Sample:
+        """The mean loads of hosts and nodes since each was ``due`` before."""
+        loads = {} if not self._hosts else {"cpu_percent": self._busy_hosts, **(
+            {"node_cpu_percent": self._busy_nodes} if self._nodes else {})}
+        return {name: load.percent(now_ns) if due(name) else None for name, load in loads.items()}
 
     def of(self, host: Host, elapsed_ns: int) -> Sample:
         """The load of ``host`` over the whole run; null where there is none."""

@@ -17,14 +17,13 @@ class StationaryHosts:
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
         self._load, self._memory = ProcessorLoad(hosts, {}), MemoryUse(hosts)
-        self._used_bytes: list[list[int]] = []
 
     def each_second(self) -> None:
-        """A second has passed: note the memory in use."""
-        self._used_bytes.append(self._memory.used_bytes())
+        """A second has passed: look at the memory in use."""
+        self._memory.each_second()
 
     def summary(self, now_ns: int) -> dict[str, Sample]:
         """By host, over the whole run; what is not measured is null, as of robots."""
-        memory = self._memory.summary(self._used_bytes)
+        memory = self._memory.summary()
         return {host.name: {**mean_rates(host, now_ns), **self._load.of(host, now_ns),
                             **memory.get(host.name, NOTHING)} for host in self._hosts}

@@ -14,7 +14,7 @@ from desim.monitor.coverage import evaluate
 from desim.monitor.interface_rates import mean_rates
 from desim.monitor.localization_errors import wall_errors
 from desim.monitor.memory_use import NOTHING, fleet_summary
-from desim.monitor.monitor import Monitor
+from desim.monitor.monitor import BYTES, Monitor
 from desim.monitor.traffic import background, by_kind, packets_lost, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
 from desim.monitor.warnings import warnings
@@ -26,7 +26,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
     """The summary of a run that ended at ``now_ns``, after ``monitor.finish``."""
     judged = monitor.judged_robot()
     belief = known_map(monitor, judged)
-    last, robots = monitor.samples[-1], _robots(monitor, now_ns)
+    last, robots = monitor.latest, _robots(monitor, now_ns)
     traffic = totals(monitor.graph)
     own = _of_task(monitor)
     general = {
@@ -111,7 +111,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
     """Per robot; kB are 1000 bytes, means over the whole run."""
     travelled_m = monitor.travelled_m().tolist()
     shares = dict(zip(monitor.explorers, monitor.coverage.known, strict=True))
-    memory = monitor.memory_use.summary([track.ram_bytes for track in monitor.tracks])
+    memory = monitor.memory_use.summary()
     energy = monitor.energy_use.summary(now_ns)
     in_vain = {name: monitor.outdated_goals.of(i) for i, name in enumerate(monitor.explorers)}
     return {name: {
@@ -129,17 +129,23 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
 
 
 def samples_table(monitor: Monitor) -> dict[str, list]:
-    """The time series: quantities, cause, and bytes/s by topic family since the row before."""
+    """The time series: quantities, cause, and bytes/s by topic family since they were taken before.
+    What was not due is null."""
     rows = monitor.samples
-    table = {name: [row[name] for row in rows] for name in rows[0] if name != "bytes"}
-    for topic in sorted({topic for row in rows for topic in row["bytes"]}):
-        total = np.array([row["bytes"].get(topic, 0) for row in rows], np.float64)
-        steps_s = np.diff(table["time_s"], prepend=0.0)
-        rate = np.divide(np.diff(total, prepend=0.0), steps_s, out=np.zeros(len(rows)),
+    table = {name: [row[name] for row in rows] for name in rows[0] if name != BYTES}
+    taken = [i for i, row in enumerate(rows) if row[BYTES] is not None]
+    totals_ = [rows[i][BYTES] for i in taken]
+    steps_s = np.diff(np.array(table["time_s"])[taken], prepend=0.0)
+    # A second sample of one instant has the rate of the first.
+    latest = np.maximum.accumulate(np.where(steps_s > 0.0, np.arange(len(taken)), 0))
+    for topic in sorted({topic for total in totals_ for topic in total}):
+        total = np.array([total.get(topic, 0) for total in totals_], np.float64)
+        rate = np.divide(np.diff(total, prepend=0.0), steps_s, out=np.zeros(len(taken)),
                          where=steps_s > 0.0)
-        # A second sample of one instant has the rate of the first.
-        latest = np.maximum.accumulate(np.where(steps_s > 0.0, np.arange(len(rows)), 0))
-        table[f"bytes_per_s:{topic}"] = rate[latest].tolist()
+        column: list[float | None] = [None] * len(rows)
+        for i, value in zip(taken, rate[latest].tolist(), strict=True):
+            column[i] = value
+        table[f"{BYTES}:{topic}"] = column
     return table
 
 

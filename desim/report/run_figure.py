@@ -23,6 +23,7 @@ from desim.report.log_axis import plain
 from desim.report.picture_file import save
 from desim.results.maps import OccupancyMap
 from desim.results.run import Run
+from desim.results.samples import measured
 from desim.results.status import RunStatus
 
 NAMED = len(ROBOTS)  # up to so many have a line each in the legend, more share a colour bar
@@ -202,22 +203,22 @@ def _partitions(axes: Axes, run: Run) -> None:
 
 
 def _traffic(axes: Axes, run: Run) -> None:
-    samples = run.samples
-    families = sorted((name for name in samples if name.startswith(_PREFIX)),
-                      key=lambda name: -samples[name].max())
-    for name in families:
+    rates = {name.removeprefix(_PREFIX): measured(run.samples, name) for name in run.samples
+             if name.startswith(_PREFIX)}
+    most = {family: values.max() for family, (_, values) in rates.items()}
+    for family in sorted(most, key=lambda family: -most[family]):
+        times_s, values = rates[family]
         # A row has the mean since the row before.
-        axes.plot(samples["time_s"], 1e-3 * samples[name], linewidth=1.3, drawstyle="steps-pre",
-                  label=name.removeprefix(_PREFIX))
+        axes.plot(times_s, 1e-3 * values, linewidth=1.3, drawstyle="steps-pre", label=family)
     axes.set(title="(d) Delivered between hosts, by topic (* is any robot)",
              xlabel="simulated time [s]", ylabel="contents [kB/s], 1 kB = 1000 bytes",
              xlim=(0.0, max(run.metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)
     _partitions(axes, run)
-    if any(samples[name].max() > 0.0 for name in families):
+    if any(value > 0.0 for value in most.values()):
         axes.set_yscale("symlog", linthresh=0.1)
         plain(axes.yaxis)
-        axes.set_ylim(0.0, 3e-3 * max(samples[name].max() for name in families))
+        axes.set_ylim(0.0, 3e-3 * max(most.values()))
         _legend_below(axes, ncols=3)
     else:
         axes.text(0.5, 0.5, "no messages between hosts", transform=axes.transAxes, ha="center")

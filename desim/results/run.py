@@ -49,12 +49,13 @@ class Run(InNotebooks):
 
     @cached_property
     def samples(self) -> dict[str, np.ndarray]:
-        """The monitor's time series, by column."""
+        """The monitor's time series, by column; NaN where a number was not due
+        (``measure.periods``)."""
         return self.table("samples")
 
     @cached_property
     def robots(self) -> dict[str, np.ndarray]:
-        """The robots' places, once a second, by column."""
+        """The robots' places, once a second (``measure.periods.robots``), by column."""
         return self.table("robots")
 
     @cached_property

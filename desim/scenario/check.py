@@ -19,7 +19,13 @@ from desim.scenario import (
 )
 from desim.scenario.complaints import Complaint
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
-from desim.scenario.quantities import ROBOTS, quantities, wants_power
+from desim.scenario.quantities import (
+    ROBOTS,
+    ROBOTS_TABLE,
+    measurements,
+    quantities,
+    wants_power,
+)
 from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import Fault
@@ -30,7 +36,7 @@ from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
 from desim.scenario.schema.robot import BUILT_IN_LASERS
 from desim.scenario.schema.scenario import Physics, Scenario
 from desim.scenario.source_places import Folder, Path
-from desim.units import DURATION, LENGTH
+from desim.units import DURATION, LENGTH, NS_PER_S
 
 Found = Iterator[tuple[Path, str]]
 
@@ -267,6 +273,23 @@ def _expressions(scenario: Scenario, _: Folder) -> Found:
             yield path, str(error)
 
 
+def _periods(scenario: Scenario, _: Folder) -> Found:
+    """Those of single measurements."""
+    try:
+        known = measurements(plugins.quantities(scenario.task.model))
+    except InputError:
+        return  # as above
+    for name in scenario.measure.periods:
+        if name not in known:
+            yield ("measure", "periods", name), (
+                f"unknown measurement {name!r}{did_you_mean(name, known)}; allowed: "
+                f"{', '.join(known)}")
+        elif name == ROBOTS_TABLE and scenario.measure.periods[name] % NS_PER_S:
+            yield ("measure", "periods", name), (
+                "must be whole seconds, got "
+                f"{DURATION.format(scenario.measure.periods[name])}")
+
+
 def _world(scenario: Scenario, _: Folder) -> Found:
     name = scenario.physics.model
     if name == Physics.model_fields["model"].default:
@@ -293,6 +316,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("stop", "when"), ("measure", "when"), ("measure", "cost"), ("task",), ("robot", "power"),
       ("fleet",)), _expressions),
+    ((("measure", "periods"), ("task",)), _periods),
     *network_checks.CHECKS,
     ((("robot", "localization"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),
      remote_slam.hosts),

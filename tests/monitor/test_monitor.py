@@ -6,6 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
@@ -16,6 +18,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.monitor.monitor import Monitor
 from desim.monitor.partitions import Partitions, components
+from desim.monitor.periods import Periods
 from desim.monitor.summary import robots_table, samples_table, summarize
 from desim.monitor.tasks.exploration import Exploration
 from desim.monitor.traffic import family, kind
@@ -197,6 +200,35 @@ def test_a_condition_causes_a_sample_when_it_becomes_true():
     assert list(zip(table["time_s"], table["cause"], strict=True)) == [
         (0.0, "period"), (1.5, "explored > 0.5"), (4.0, "period"), (5.0, "explored > 0.5"),
         (8.0, "period+collisions > 1"), (9.0, "end")]
+
+
+def test_a_measurement_may_have_its_own_period():
+    """At its own instants; where a sample has another cause than the time, all are taken."""
+    fleet = Fleet(measure={"every": "4 s", "when": ["collisions > 0"], "periods": {
+        "explored": "3 s", "distance_m": "8 s", "robots": "5 s"}})
+    fleet.learn(1.0, "robot_0", 512)
+    fleet.at(6.5, lambda: fleet.monitor.collided(0, -1))
+    fleet.run(10)
+    table = samples_table(fleet.monitor)
+    assert list(zip(table["time_s"], table["cause"], table["explored"], table["collisions"],
+                    table["distance_m"], strict=True)) == [
+        (0.0, "period", 0.0, 0, 0.0), (3.0, "period", 0.5, None, None),
+        (4.0, "period", None, 0, None), (6.0, "period", 0.5, None, None),
+        (6.5, "collisions > 0", 0.5, 1, 0.0), (8.0, "period", None, 1, 0.0),
+        (9.0, "period", 0.5, None, None), (10.0, "end", 0.5, 1, 0.0)]
+    assert robots_table(fleet.monitor)["time_s"].tolist() == [0, 0, 5, 5, 10, 10]
+
+
+@given(every=st.integers(1, 50), own=st.dictionaries(st.sampled_from("abc"), st.integers(1, 50)))
+def test_something_is_due_at_each_instant_and_nothing_between(every, own):
+    periods, now = Periods(every, own), 0
+    for _ in range(20):
+        due = {name for name in "abcd" if periods.due(now)(name)}
+        assert due == {name for name in "abcd" if now % own.get(name, every) == 0}
+        following = periods.next_ns(now)
+        assert not any(instant % period == 0 for period in (every, *own.values())
+                       for instant in range(now + 1, following))
+        now = following
 
 
 def test_a_cost_is_an_expression():

@@ -576,6 +576,18 @@ WRONG = {
         "2:17: physics.rate: '1e6 Hz' is too large; at most 10 kHz"]),
     "too many samples": ("measure: {every: 1 ns}", [
         "2:18: measure.every: '1 ns' is too small; at least 1 ms"]),
+    "a period without a unit": ("measure: {periods: {ghosts: 1}}", [
+        "2:29: measure.periods.ghosts: 1 has no unit; allowed: s, ms, us, ns, min, h, µs, e.g. "
+        "'5 s'"]),
+    "periods of what is not measured": (
+        "measure: {periods: {cpu_percnt: 1 s, robots: 1500 ms}}", [
+            "2:33: measure.periods.cpu_percnt: unknown measurement 'cpu_percnt' (did you mean "
+            "'cpu_percent'?); allowed: explored, explored_union, explored_all, collisions, "
+            "recoveries, messages_sent, messages_delivered, messages_dropped, bytes_on_air, "
+            "distance_m, partitions, robots_moving, energy_j, parts, map_age_s, stale_age_s, "
+            "registry_divergence, ghosts, cpu_percent, node_cpu_percent, ram_mb, ram_percent, "
+            "rx_kBps, tx_kBps, bytes_per_s, robots",
+            "2:46: measure.periods.robots: must be whole seconds, got 1.5 s"]),
     "too many maps": (
         "coordination: {exchange: {period: 999 us}}\ntestbed: {monitor_period: 1 us}", [
             "2:35: coordination.exchange.period: '999 us' is too small; at least 1 ms",

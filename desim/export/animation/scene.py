@@ -19,6 +19,7 @@ from desim.monitor.recorder import StandingWall
 from desim.results.file_names import SAMPLES
 from desim.results.merged_map import merged
 from desim.results.recording import Recording
+from desim.results.samples import measured
 from desim.scenario.robot_types import types_of
 from desim.scenario.schema.fleet import BodyType
 from desim.units import MM_PER_M, NS_PER_S
@@ -50,9 +51,9 @@ class AnimationScene:
         self._frame()
         self._territory()
         run = recording.run
-        rows = run.samples if run.has(SAMPLES) else {"time_s": np.empty(0)}
-        self._explored = (rows["time_s"] * NS_PER_S, rows["explored_union"]) \
-            if len(rows["time_s"]) else None
+        times_s, shares = (measured(run.samples, "explored_union") if run.has(SAMPLES) else
+                           (np.empty(0), np.empty(0)))
+        self._explored = (times_s * NS_PER_S, shares) if len(times_s) else None
 
     def picture(self, time_ns: int) -> Image.Image:
         """The scene at ``time_ns``, RGB, about 640 pixels wide."""

@@ -32,6 +32,7 @@ from desim.monitor.map_growth import MapGrowth
 from desim.monitor.recorder import ShownPlan
 from desim.results.file_names import SAMPLES
 from desim.results.merged_map import known_at
+from desim.results.samples import measured
 from desim.results.source import ReplaySource
 from desim.scenario.schema.robot import SCAN
 from desim.units import MM_PER_M, NS_PER_S
@@ -213,7 +214,6 @@ def _explored(recording: ReplaySource, types: RosTypes) -> Iterator[Timed]:
     """The share of the terrain that some robot knows, as the monitor has sampled it, if it has."""
     if not recording.run.has(SAMPLES):
         return
-    rows = recording.run.samples
-    for time_s, share in zip(rows["time_s"].tolist(), rows["explored_union"].tolist(),
-                             strict=True):
+    times_s, shares = measured(recording.run.samples, "explored_union")
+    for time_s, share in zip(times_s.tolist(), shares.tolist(), strict=True):
         yield round(time_s * NS_PER_S), types.make(FLOAT64, data=share)

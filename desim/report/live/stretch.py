@@ -121,7 +121,7 @@ class Stretches:
     def _next_samples(self) -> dict[str, np.ndarray]:
         samples = self._simulation.monitor.samples
         begin, self._samples = self._samples, len(samples)
-        return {name: np.array([sample[name] for sample in samples[begin:]])
+        return {name: np.array([sample[name] for sample in samples[begin:]], np.float64)
                 for name in ("time_s", "explored_union")}
 
     def _next_poses(self) -> tuple[Poses, np.ndarray]:

@@ -49,6 +49,9 @@ class Measure(Params):
     """The samples that the monitor takes."""
 
     every_ns: Pace = Field("5 s", description="period of samples (the paper's robot log)")
+    periods: dict[str, Pace] = Field({}, description=(
+        "periods of single measurements in its place, by column of samples.parquet: {cpu_percent: "
+        "1 s}; bytes_per_s: of all topics; robots: rows of robots.parquet, whole seconds (1 s)"))
     on: tuple[Literal["explored_10pct", "collision", "recovery", "partition"], ...] = Field(
         (), description="events that also cause a sample")
     when: tuple[str, ...] = Field((), description=(

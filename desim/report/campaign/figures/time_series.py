@@ -15,6 +15,7 @@ from desim.report.campaign.numbers import Panel, Study, VectorRuns
 from desim.report.campaign.numbers.lines import evenly
 from desim.results.file_names import SAMPLES
 from desim.results.run import Run
+from desim.results.samples import measured
 
 _MOST_LINES = 6  # in a panel
 _MOST_PANELS = 4
@@ -67,6 +68,7 @@ def _read(study: Study, vector: VectorRuns) -> Iterator[tuple[np.ndarray, np.nda
             continue
         table = pq.read_table(file, columns=["time_s", "explored"])
         if table.num_rows:
-            yield (table["time_s"].to_numpy(),
-                   100.0 * table["explored"].to_numpy(zero_copy_only=False).astype(float))
+            times_s, shares = measured({name: table[name].to_numpy(zero_copy_only=False)
+                                        for name in table.column_names}, "explored")
+            yield times_s, 100.0 * shares
 

@@ -1,0 +1,30 @@
+"""The periods of measurements: some have one of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from desim.scenario.quantities import ALWAYS
+
+
+class Periods:
+    """``every_ns`` of all measurements, but of those by name in ``own_ns``. Each is due at the
+    multiples of its period."""
+
+    def __init__(self, every_ns: int, own_ns: Mapping[str, int]) -> None:
+        self._every_ns, self._own_ns = every_ns, own_ns
+        self._all_ns = sorted({every_ns, *own_ns.values()})
+
+    def due(self, now_ns: int) -> Callable[[str], bool]:
+        """Whether the measurement of a name is due."""
+        own_ns, every_ns = self._own_ns, self._every_ns
+        return lambda name: name in ALWAYS or now_ns % own_ns.get(name, every_ns) == 0
+
+    def next_ns(self, now_ns: int) -> int:
+        """The next instant at which one is due."""
+        return min(now_ns - now_ns % period_ns + period_ns for period_ns in self._all_ns)
+
+
+def all_due(_: str) -> bool:
+    """Every measurement is: of a sample that has another cause than the time."""
+    return True
