@@ -136,7 +136,9 @@ def _memory(m: Summary) -> list[tuple[str, str, str]]:
              f"of the robots', on average; at most {most_mb:.0f} MB")]
     if m["memory_kills"]:
         rows.append(("", f"{m['memory_kills']} killed", "processes, for want of memory"))
-    return rows
+    return rows + [("", f"{sum(host['killed'].values())} killed",
+                    f"processes of {name}, for want of memory")
+                   for name, host in m.get("hosts", {}).items() if host["killed"]]
 
 
 def _gives_in(m: Summary) -> list[tuple[str, str, str]]:

@@ -4,7 +4,7 @@ import pytest
 from runs import HELLO, built
 
 from desim.monitor.summary import samples_table, summarize
-from desim.report.key_figures import _gives_in, _memory
+from desim.report.key_figures import _gives_in, _memory, _processors
 
 SHORT = "stop.elapsed=12 s"
 NARROW = "network.media={lan: {model: switch, rate: 300 kb/s}}"
@@ -64,6 +64,16 @@ def test_memory_is_in_the_terminal_s_table_where_it_is_measured():
     assert [row[:2] for row in _memory(found)] == [
         ("memory", f"{found['mean_ram_mb']:.0f} MB"), ("", f"{found['memory_kills']} killed")]
     assert _memory(summary()) == []
+
+
+def test_the_terminal_s_table_names_hosts_beside_robots():
+    """A base whose SLAM does not fit dies again and again."""
+    found = summary("robot.localization={model: gmapping, host: base}", "computers=measured",
+                    "hosts={base: {computer: {memory: 60 MB, respawn_delay: 2 s}}}")
+    rows = _processors(found)
+    assert ("", f"{found['hosts']['base']['killed']['robot_0/slam']} killed",
+            "processes of base, for want of memory") in rows
+    assert ("", "0.0 % busy", "of workstation's") in rows
 
 
 def test_rates_of_interfaces_are_those_of_the_run():
