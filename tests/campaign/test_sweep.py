@@ -55,8 +55,8 @@ def test_a_campaigns_folder(whole):
     assert sorted(path.name for path in whole.iterdir()) == [
         ".lock", "design.yaml", "index.jsonl", "runs", "runs.parquet"]
     found = pq.read_table(whole / "runs.parquet").to_pydict()
-    assert list(found)[:9] == ["run_id", "vector", "iteration", "seed", "status", "error",
-                               "digest", "robots", "stop_reason"]
+    assert list(found)[:10] == ["run_id", "vector", "iteration", "seed", "status", "error",
+                                "digest", "desim", "robots", "stop_reason"]
     assert found["vector"] == [0, 0, 0, 1, 1, 1] and found["iteration"] == [0, 1, 2] * 2
     assert found["seed"] == [1, 2, 3] * 2 and found["robots"] == [1, 1, 1, 2, 2, 2]
     assert found["half"] == [value / 2 for value in found["explored"]]
