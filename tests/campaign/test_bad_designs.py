@@ -190,8 +190,8 @@ WRONG = PARAMETERS | {
     "stop when raises": ("stop: {when: 'bad_functions:raises_q'}",
         "2:7: base: a run fails at once: ValueError: oh no"),
     "measure": ("measure: {evry: 5 s}",
-        "3:17: measure.evry: unknown key (did you mean 'every'?); allowed: every, on, when, cost, "
-        "safety_scale"),
+        "3:17: measure.evry: unknown key (did you mean 'every'?); allowed: every, periods, on, "
+        "when, cost, safety_scale"),
     "set": ("set: {robot.laser: 5}",
         "3:20: robot.laser: must be text, or a mapping with beams, field_of_view, max_range, "
         "height, rate, noise, pose, x, y, yaw, got 5"),
