@@ -131,7 +131,7 @@ def test_values_far_from_normal_are_pointed_at_where_runs_are_few(tmp_path):
 
 def test_many_small_vectors_of_normal_values_are_not_pointed_at():
     random = np.random.default_rng(7)
-    experiments = 200
+    experiments = 100
     warned = sum(warnings.are_odd(list(random.normal(size=(100, 5)))) for _ in range(experiments))
     # The test's level is 1 %; residuals of one sample depend on each other, which adds a little.
     assert stats.binomtest(warned, experiments, 0.04, "greater").pvalue > 0.01
