@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import NoReturn
 
-from desim.computers.costs.linear import LinearCosts
+from desim.computers.costs.linear import LinearCosts, RememberedCosts
 from desim.computers.memory import Memory
 from desim.computers.processors import Processors
 from desim.errors import ModelError, class_of
@@ -16,15 +17,15 @@ from desim.ports.computers import CostModel, Work
 class Computer:
     """The processors, the memory and the costs of one host. ``priorities``: by node, 0 for nodes
     without one; under ``fixed_priority`` the highest runs first. ``memory``: None where the cost
-    model says nothing of it. What ``costs`` says is checked; linear costs cannot be wrong."""
+    model says nothing of it."""
 
     __slots__ = ("processors", "costs", "priorities", "memory")
 
     def __init__(self, processors: Processors, costs: CostModel, priorities: Mapping[str, int],
                  memory: Memory | None = None) -> None:
         self.processors, self.priorities, self.memory = processors, priorities, memory
-        self.costs: LinearCosts | CheckedCosts = (
-            costs if isinstance(costs, LinearCosts) else CheckedCosts(costs))
+        self.costs: RememberedCosts | CheckedCosts = (
+            costs.remembered if isinstance(costs, LinearCosts) else CheckedCosts(costs))
 
 
 class CheckedCosts:
@@ -33,8 +34,11 @@ class CheckedCosts:
     def __init__(self, model: CostModel) -> None:
         self._model = model
 
-    def of_callback_ns(self, node: str, trigger: str, quantities: Mapping[str, int]) -> int:
-        """See ``CostModel.callback_ns``."""
+    def of_callback(self, node: str, trigger: str) -> Callable[[Mapping[str, int]], int]:
+        """``CostModel.callback_ns`` as a function of the quantities alone."""
+        return partial(self._callback_ns, node, trigger)
+
+    def _callback_ns(self, node: str, trigger: str, quantities: Mapping[str, int]) -> int:
         work = Work(node, trigger, quantities)
         cost_ns = self._model.callback_ns(work)
         return cost_ns if _is_cost(cost_ns) else self._refuse(cost_ns, f"callback_ns({work})")

@@ -27,11 +27,12 @@ _PARTS = 1 << 32  # of a nanosecond: a thousand events a second round off 0.02 n
 class Job(ABC):
     """A piece of work for one processor. How much it is shows when it first gets one."""
 
-    __slots__ = ("priority", "awaited", "begun", "left", "since_ns", "due_ns")
+    __slots__ = ("priority", "awaited", "over", "begun", "left", "since_ns", "due_ns")
 
     def __init__(self, priority: int = 0) -> None:
         self.priority = priority  # the highest first, where the discipline looks at it
-        self.awaited = True  # else ``end`` may be called later, when the computer has an event
+        self.awaited = True  # else ``end`` is not called
+        self.over = True  # its work is done, as far as the processors have noticed; or none came
         self.begun = False
         self.left = 0  # work to be done yet, in parts
         # Of a job that has a processor to itself, to which ``left`` is not brought up to date:
@@ -45,7 +46,7 @@ class Job(ABC):
 
     @abstractmethod
     def end(self) -> object:
-        """The work is done."""
+        """The work, which was awaited, is done."""
 
 
 class Processors:
@@ -59,9 +60,9 @@ class Processors:
     to wait, or to share, is the work of all jobs brought up to date at each event.
     """
 
-    __slots__ = ("count", "node", "_kernel", "_entity", "_discipline", "_work_a_ns", "_parts_a_ns",
-                 "_ready", "_running", "_granted", "_physical", "_share", "_has_left", "_done",
-                 "_since_ns", "_busy_ns", "_call", "_due_ns")
+    __slots__ = ("count", "node", "_kernel", "_entity", "_order", "_enqueue", "_grant",
+                 "_work_a_ns", "_parts_a_ns", "_ready", "_running", "_granted", "_physical",
+                 "_share", "_has_left", "_done", "_since_ns", "_busy_ns", "_call", "_due_ns")
 
     def __init__(self, kernel: Kernel, entity: int, count: int, speed: Fraction,
                  discipline: Discipline) -> None:
@@ -70,7 +71,8 @@ class Processors:
                               f"{count!r} and {speed!r}")
         self.count = count
         self.node: ClusterNode | None = None
-        self._kernel, self._entity, self._discipline = kernel, entity, discipline
+        self._kernel, self._entity, self._order = kernel, entity, _CONTROL + entity
+        self._enqueue, self._grant = discipline.enqueue, discipline.grant
         self._work_a_ns = speed.numerator * _PARTS  # parts that a processor does in a nanosecond
         self._parts_a_ns = speed.denominator * _PARTS  # parts of a nanosecond of work
         self._ready: list[Job] = []  # in the discipline's order
@@ -82,8 +84,8 @@ class Processors:
         self._done: list[Job] = []  # awaited ones, and ``end`` is still to be called
         self._since_ns = kernel.now_ns  # of what has been accounted for, where somebody waits
         self._busy_ns = 0
-        self._call: Call | None = None
-        self._due_ns = -1  # of the call
+        self._call: Call | None = None  # of ``_end``
+        self._due_ns = -1  # when it fires; -1: it has fired, or there is none
 
     @property
     def ready(self) -> int:
@@ -109,21 +111,38 @@ class Processors:
 
     def submit(self, job: Job) -> None:
         """``job`` is ready."""
-        job.awaited, job.begun = True, False
+        job.awaited, job.over = True, False
         ready = self._ready
         if self._share is not None or self.node is not None or len(ready) >= self.count:
             self.advance()
-        self._discipline.enqueue(ready, job)
-        if self._share is not None or self.node is not None or len(ready) > self.count:
-            self._dispatch()
-        elif self._begins(job) and job.awaited and not 0 <= self._due_ns <= job.due_ns:
-            self._book_at(job.due_ns)
+            if self._share is not None or self.node is not None or len(ready) >= self.count:
+                job.begun = False
+                self._enqueue(ready, job)
+                self._dispatch()
+                return
+        # It has a processor to itself.
+        left = job.begin() * self._parts_a_ns
+        if not left:
+            self._finish(job)
+            return
+        self._enqueue(ready, job)
+        job.begun, job.left = True, left
+        job.since_ns = now_ns = self._kernel.now_ns
+        job.due_ns = due_ns = now_ns - -left // self._work_a_ns
+        if job.awaited:
+            if self._due_ns < 0 and self._call is not None:  # as most often
+                self._kernel.again(due_ns, self._order, self._call)
+                self._due_ns = due_ns
+            elif not 0 <= self._due_ns <= due_ns:
+                self._book_at(due_ns)
 
-    def attend(self, job: Job) -> None:
-        """``job``, which was not awaited, is awaited now. If its work is done already, it ends."""
+    def attend(self, job: Job) -> bool:
+        """``job``, which was not awaited, is awaited now, unless its work is done. Returns whether
+        it is."""
         if self._share is not None:
             self.advance()
-            job.awaited = True
+            if not job.over:
+                job.awaited = True
             self._book()
         elif job.due_ns <= self._kernel.now_ns:
             self._leave(job)
@@ -131,6 +150,7 @@ class Processors:
             job.awaited = True
             if not 0 <= self._due_ns <= job.due_ns:
                 self._book_at(job.due_ns)
+        return job.over
 
     def withdraw(self, job: Job) -> None:
         """Forget ``job`` if it is ready, without its ``end``."""
@@ -178,19 +198,24 @@ class Processors:
         if job.awaited:
             self._done.append(job)
         else:
-            job.end()
+            job.over = True
 
-    def _begins(self, job: Job) -> bool:
-        """``job`` begins. Returns whether there is something left to be done then."""
+    def _begins(self, job: Job) -> None:
+        """``job``, which is ready, begins."""
         job.begun = True
         job.left = job.begin() * self._parts_a_ns
         if not job.left:
             self._ready.remove(job)
-            job.end()
-            return False
+            self._finish(job)
+            return
         job.since_ns = now_ns = self._kernel.now_ns
         job.due_ns = now_ns - -job.left // self._work_a_ns
-        return True
+
+    def _finish(self, job: Job) -> None:
+        """``job`` is over."""
+        job.over = True
+        if job.awaited:
+            job.end()
 
     def _dispatch(self) -> None:
         """Let those jobs run that are the first now."""
@@ -199,7 +224,7 @@ class Processors:
             if len(ready) <= self.count:
                 self._running, self._granted = len(ready), None
             else:
-                self._running, *share = self._discipline.grant(len(ready), self.count)
+                self._running, *share = self._grant(len(ready), self.count)
                 self._granted = share[0], share[1]
             for job in ready[:self._running]:
                 if not job.begun:
@@ -246,30 +271,34 @@ class Processors:
 
     def _book_at(self, due_ns: int) -> None:
         """Have ``_end`` called then, and not before; -1: not at all."""
-        if self._call is not None:
-            self._call.cancel()
-        self._due_ns, kernel = due_ns, self._kernel
-        self._call = None if due_ns < 0 else kernel.after(due_ns - kernel.now_ns, _CONTROL,
-                                                          self._entity, self._end)
+        kernel, call = self._kernel, self._call
+        if call is not None and self._due_ns >= 0:
+            call.cancel()
+            self._call = call = None
+        self._due_ns = due_ns
+        if due_ns >= 0:
+            if call is not None and due_ns > kernel.now_ns:
+                kernel.again(due_ns, self._order, call)
+            else:
+                self._call = kernel.at(due_ns, _CONTROL, self._entity, self._end)
 
     def _end(self, _: object) -> None:
-        self._call, self._due_ns = None, -1
-        if self._share is None and not self._done:
-            self._end_alone()
+        self._due_ns = -1
+        if self._share is not None or self._done:
+            self.advance()
+            done, self._done = self._done, []
+            for job in done:
+                self._finish(job)
+            self._dispatch()
             return
-        self.advance()
-        done, self._done = self._done, []
-        for job in done:
-            job.end()
-        self._dispatch()
-
-    def _end_alone(self) -> None:
-        """``_end`` where nobody waits for a processor that gets free."""
+        # Nobody waits for a processor that gets free.
         now_ns, ready = self._kernel.now_ns, self._ready
         for job in ready[:]:
             if job.due_ns <= now_ns:
                 ready.remove(job)
                 self._busy_ns += job.due_ns - job.since_ns
-                job.end()
+                job.over = True
+                if job.awaited:
+                    job.end()
         if ready:
             self._book()

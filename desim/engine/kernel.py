@@ -91,14 +91,14 @@ def _nothing(_: object) -> None:
 class Ticker:
     """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
 
-    __slots__ = ("_book", "_num", "_step", "_order", "_fn", "_start_ns", "_k", "_call")
+    __slots__ = ("_again", "_num", "_step", "_order", "_fn", "_start_ns", "_k", "_call")
 
     def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
                  fn: Callable[[int], object], start_ns: int) -> None:
         if type(frequency_hz) not in (int, Fraction) or not 0 < frequency_hz <= NS_PER_S:
             raise KernelError(f"frequency_hz must be an int or a Fraction above 0, at most 10**9, "
                               f"got {frequency_hz!r} for {_name(fn)}")
-        self._book = kernel._book
+        self._again = kernel.again
         self._num, self._step = frequency_hz.numerator, NS_PER_S * frequency_hz.denominator
         self._order, self._fn = phase + entity, fn
         self._start_ns = start_ns
@@ -112,7 +112,7 @@ class Ticker:
     def _tick(self, _: object) -> None:
         self._k = k = self._k + 1
         # The next tick is booked first, so that the callback may cancel it.
-        self._book(self.time_ns(k), self._order, self._call)
+        self._again(self.time_ns(k), self._order, self._call)
         self._fn(k - 1)
 
     def cancel(self) -> None:
@@ -285,8 +285,9 @@ class Kernel:
             self._stopping = None
         raise StopSimulation(None)
 
-    def _book(self, time_ns: int, order: int, call: Call) -> None:
-        """Book a call that has fired again, at a later time."""
+    def again(self, time_ns: int, order: int, call: Call) -> None:
+        """Book a call that has fired again, at a later time: ``order`` is phase + entity. It costs
+        a third of a new one."""
         heappush(self._agenda, (time_ns, order, next(self._numbers), call))
 
     def _fire_all(self, group: tuple[Sequence[int], Callable[[Sequence[T]], object], Sequence[T]]
@@ -348,8 +349,8 @@ class _Guest(Kernel):
         for entity, arg in zip(entities, args, strict=True):
             self.after(delay_ns, phase, entity, fn, [arg])
 
-    def _book(self, time_ns: int, order: int, call: Call) -> None:
-        super()._book(time_ns, order, call)
+    def again(self, time_ns: int, order: int, call: Call) -> None:
+        super().again(time_ns, order, call)
         call.callbacks = (partial(self._fire, order),)
 
     def _fire(self, order: int, call: Call) -> None:

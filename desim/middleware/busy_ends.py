@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -21,27 +20,28 @@ class QueuedSubscription(Subscription):
     """A callback whose messages wait until its node is free. A new message takes the turn of the
     one that it overwrites (ros_comm, subscription.cpp: a full queue adds no callback)."""
 
-    __slots__ = ("trigger", "_host", "_executor", "_messages")
+    __slots__ = ("trigger", "cost_ns", "_host", "_host_id", "_graph", "_executor", "_messages")
     wants_end = False  # the next message has its own turn
 
     def __init__(self, host: BusyHost, executor: Executor, topic: Topic,
                  callback: Callable[[Message], object], limit: int) -> None:
         super().__init__(topic, callback, limit)
         self.trigger = host.graph.without_hosts(topic.name)
-        self._host, self._executor = host, executor
-        self._messages: deque[Message] = deque()
+        self.cost_ns = executor.cost_of(self.trigger)
+        self._host, self._host_id, self._graph = host, host.id, host.graph
+        self._executor = executor
+        self._messages: list[Message] = []
 
     def put(self, message: Message) -> None:
         """``message`` has arrived."""
-        executor = self._executor
+        executor, messages = self._executor, self._messages
         executor.owed_ns += executor.receive_ns(self.trigger, message.size_bytes)
-        self.topic.counts.queued += 1
-        self._messages.append(message)
-        if 0 < self.limit < len(self._messages):
-            self._host.overwritten(self._messages.popleft())
+        messages.append(message)
+        if 0 < self.limit < len(messages):
+            self._host.overwritten(messages.pop(0))
         else:
             executor.add(self)
-            if executor.idle or not executor.awaited:  # else its end is an event
+            if executor.over or not executor.awaited:  # else its end is an event
                 self._host.wake(executor)
 
     @property
@@ -51,7 +51,7 @@ class QueuedSubscription(Subscription):
 
     def waiting_bytes(self) -> int:
         """The bytes of the messages that wait."""
-        return sum(message.size_bytes for message in self._messages)
+        return sum([message.size_bytes for message in self._messages]) if self._messages else 0
 
     def discard(self) -> None:
         """The host stops."""
@@ -59,10 +59,10 @@ class QueuedSubscription(Subscription):
         self._messages.clear()
 
     def run(self) -> int:
-        message, graph = self._messages.popleft(), self._host.graph
-        self.topic.counts.called += 1
-        graph.put(pack(graph.kernel.now_ns, graph.CALLBACK, self._host.id, message.origin.id,
-                       message.seq, message.about.id))
+        message, graph, about = self._messages.pop(0), self._graph, self.topic
+        about.counts.called += 1
+        graph.put(pack(graph.kernel.now_ns, graph.CALLBACK, self._host_id, message.origin.id,
+                       message.seq, about.id))
         self.callback(message)
         return message.size_bytes
 
@@ -97,11 +97,12 @@ class PaidLatest(Latest):
         feed = self.feed
         if feed is None:
             return bool(self._expected)
-        fresh = feed.landed() - self._paid
-        if fresh > 0:
-            self._paid += fresh
+        landed = feed.landed()
+        if landed > self._paid:
+            fresh, self._paid = landed - self._paid, landed
+            trigger, size_bytes = self.trigger, feed.size_bytes
             for executor in self.readers:
-                executor.owed_ns += fresh * executor.receive_ns(self.trigger, feed.size_bytes)
+                executor.owed_ns += fresh * executor.receive_ns(trigger, size_bytes)
         return True
 
     def take_from(self, feed: Feed | None) -> None:
@@ -115,9 +116,10 @@ class PaidLatest(Latest):
         self._may_get_more()
 
     def _take(self, message: Message) -> None:
-        super()._take(message)
+        self._message, self._unread = message, True
+        trigger, size_bytes = self.trigger, message.size_bytes
         for executor in self.readers:
-            executor.owed_ns += executor.receive_ns(self.trigger, message.size_bytes)
+            executor.owed_ns += executor.receive_ns(trigger, size_bytes)
 
     def _may_get_more(self) -> None:
         """Messages may arrive from now on without an event."""
@@ -129,20 +131,27 @@ class HeldPublisher(Publisher):
     """A publisher whose messages leave when the time of the callback that publishes them is
     over."""
 
-    __slots__ = ("_busy_host", "_name", "_newest_bytes")
+    __slots__ = ("_busy_host", "_name", "_newest_bytes", "_links", "_connections")
 
     def __init__(self, host: BusyHost, topic: Topic, offer: Offer) -> None:
         super().__init__(host, topic, offer)
         self._busy_host = host
         self._name = host.graph.without_hosts(topic.name)
         self._newest_bytes = 0  # of the message that a callback published last
+        self._links = 0  # over which a message would go
+        self._connections = -1  # of the graph, when they were counted
 
     def publish(self, content: Content) -> None:
-        calling = self._busy_host.calling
+        host = self._busy_host
+        calling = host.calling
         if calling is None:  # the node starts, or is a driver
             super().publish(content)
-        else:
-            calling.hold(self, content, self._name, self._links())
+            return
+        if self._connections != host.graph.connections:
+            self._count_links()
+        calling.held.append((self, content))
+        if self._links:
+            calling.owed_ns += calling.send_ns(self._name, content.size_bytes, self._links)
 
     def release(self, content: Content) -> None:
         self._newest_bytes = content.size_bytes
@@ -152,11 +161,13 @@ class HeldPublisher(Publisher):
         """The bytes of the messages that have not arrived, each as large as the newest."""
         return self._newest_bytes * self.transport.waiting() if self._newest_bytes else 0
 
-    def _links(self) -> int:
-        """The number of connections over which a message would go now."""
+    def _count_links(self) -> None:
+        """Count the connections over which a message would go now."""
         if self._stale:
             self._refresh()
-        links = len(self._receivers)
-        if links > 1 and self.offer.via is Addressing.BROADCAST:
-            links = 1
-        return links + self._busy_host.readers(self.topic.name) if self._local else links
+        self._links = len(self._receivers)
+        if self._links > 1 and self.offer.via is Addressing.BROADCAST:
+            self._links = 1
+        if self._local:
+            self._links += self._busy_host.readers(self.topic.name)
+        self._connections = self._busy_host.graph.connections

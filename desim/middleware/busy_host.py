@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from desim.computers.computer import Computer
 from desim.engine.kernel import Phase
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from desim.middleware.graph import Graph
 
 
+_CONTROL = Phase.CONTROL  # looking a member up costs more than using it
+
+
 class BusyHost(Host):
     """A host each of whose nodes runs one callback at a time, on the processors of ``computer``.
 
@@ -31,8 +34,8 @@ class BusyHost(Host):
     which stand for sensors and motors.
     """
 
-    __slots__ = ("computer", "memory", "calling", "missed_ticks", "programs", "_executors",
-                 "_subscriptions", "_awake", "_booked")
+    __slots__ = ("computer", "memory", "calling", "called", "missed_ticks", "programs",
+                 "_executors", "_subscriptions", "_awake", "_booked")
 
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
         super().__init__(graph, name, index)
@@ -44,7 +47,10 @@ class BusyHost(Host):
         self._subscriptions: list[QueuedSubscription] = []
         self._awake: list[Executor] = []  # a turn for each callback that came
         self._booked = False
-        self.memory = None if computer.memory is None else HostMemory(self, computer.memory)
+        self.memory = memory = (None if computer.memory is None
+                                else HostMemory(self, computer.memory))
+        self.called: Callable[[str], object] | None = (
+            None if memory is None or memory.limit_bytes is None else memory.called)
 
     def stop(self) -> None:
         for executor in self._executors.values():
@@ -84,9 +90,11 @@ class BusyHost(Host):
         latest, subscriptions = ends
         if latest is not None:
             latest.put(message)
-        for subscription in subscriptions:
-            assert isinstance(subscription, QueuedSubscription)  # ``_new_subscription`` made it
-            subscription.put(message)
+        if subscriptions:
+            message.about.counts.queued += len(subscriptions)
+            # ``_new_subscription`` has made them.
+            for subscription in cast(Sequence[QueuedSubscription], subscriptions):
+                subscription.put(message)
         return True
 
     def wake(self, executor: Executor) -> None:
@@ -94,7 +102,7 @@ class BusyHost(Host):
         self._awake.append(executor)
         if not self._booked:
             self._booked = True
-            self.graph.kernel.after(0, Phase.CONTROL, self.id, self._take_turns)
+            self.graph.kernel.after(0, _CONTROL, self.id, self._take_turns)
 
     def overwritten(self, message: Message) -> None:
         """``message`` has left a full queue."""
@@ -111,11 +119,6 @@ class BusyHost(Host):
         """The number of connections to nodes of this host that subscribe to ``topic``."""
         latest, subscriptions = self._ends_of(topic)
         return len(subscriptions) + (len(latest.readers) if isinstance(latest, PaidLatest) else 0)
-
-    def called(self, node: str) -> None:
-        """A callback of ``node`` has been called."""
-        if self.memory is not None:
-            self.memory.called(node)
 
     def waiting_bytes(self, node: str) -> int:
         """The bytes of the messages of ``node`` that wait: for its callbacks, and at each link on
@@ -153,10 +156,11 @@ class BusyHost(Host):
         self.missed_ticks += ticks
 
     def _take_turns(self, _: object) -> None:
+        awake = self._awake
         for _ in range(MAX_CALLBACKS):
-            if not self._awake:
+            if not awake:
                 self._booked = False
                 return
-            self._awake.pop(0).step()
+            awake.pop(0).step()
         raise KernelError(f"more than {MAX_CALLBACKS} callbacks on {self.name} at "
                           f"{self.graph.kernel.now_ns} ns: they cost nothing and wake each other")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from desim.computers.memory import Memory
@@ -21,12 +22,13 @@ class HostMemory:
     the most (Linux, mm/oom_kill.c: ``oom_badness``), and the run is told: row ``out_of_memory``.
     """
 
-    __slots__ = ("kills", "_host", "_memory", "_sizes", "_dying")
+    __slots__ = ("kills", "_host", "_memory", "_sizes", "_known", "_dying")
 
     def __init__(self, host: BusyHost, memory: Memory) -> None:
         self.kills: list[str] = []
         self._host, self._memory = host, memory
         self._sizes: dict[str, int] = {}  # by node, each as of its last callback
+        self._known: dict[str, tuple[Mapping[str, int], int]] = {}  # what it kept, and its memory
         self._dying = False
 
     @property
@@ -63,9 +65,15 @@ class HostMemory:
         self._sizes = {}
 
     def _of(self, node: Node) -> int:
-        kept = {"bytes": self._host.waiting_bytes(node.name), **node.kept()}
-        check_kept(f"node {node.name!r}", kept)
-        return self._memory.process_bytes(Kept(self._host.program(node.name), kept))
+        name = node.name
+        kept = {"bytes": self._host.waiting_bytes(name), **node.kept()}
+        known = self._known.get(name)
+        if known is not None and known[0] == kept:
+            return known[1]
+        check_kept(f"node {name!r}", kept)
+        size_bytes = self._memory.process_bytes(Kept(self._host.program(name), kept))
+        self._known[name] = kept, size_bytes
+        return size_bytes
 
     def _kill(self, node: str, used_bytes: int, limit_bytes: int) -> None:
         self.kills.append(node)

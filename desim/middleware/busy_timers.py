@@ -15,12 +15,12 @@ _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 class OneShot:
     """One call of ``fn(arg)``, at ``due_ns`` or when its node is free after that."""
 
-    __slots__ = ("trigger", "_executor", "_fn", "_arg", "_call")
+    __slots__ = ("cost_ns", "_executor", "_fn", "_arg", "_call")
     wants_end = False
 
     def __init__(self, kernel: Kernel, entity: int, executor: Executor, trigger: str,
                  delay_ns: int, fn: Callable[..., object], arg: object) -> None:
-        self.trigger, self._executor = trigger, executor
+        self.cost_ns, self._executor = executor.cost_of(trigger), executor
         self._fn, self._arg = fn, arg
         self._call = kernel.after(delay_ns, Phase.CONTROL, entity, executor.add_due, self)
 
@@ -46,21 +46,22 @@ class BusyTimer:
     from now, and ``missed`` gets the number of ticks without a callback. Callback number k gets k.
     """
 
-    __slots__ = ("trigger", "_kernel", "_entity", "_executor", "_callback", "_missed", "_num",
-                 "_step", "_start_ns", "_k", "_calls", "_call", "wants_end")
+    __slots__ = ("cost_ns", "_kernel", "_entity", "_order", "_executor", "_callback", "_missed",
+                 "_num", "_step", "_start_ns", "_k", "_calls", "_call", "wants_end")
 
     def __init__(self, kernel: Kernel, entity: int, executor: Executor, trigger: str,
                  frequency_hz: Fraction | int, callback: Callable[[int], object], start_ns: int,
                  missed: Callable[[int], object]) -> None:
-        self.trigger, self._executor, self._callback = trigger, executor, callback
-        self._kernel, self._entity, self._missed = kernel, entity, missed
+        self.cost_ns, self._executor = executor.cost_of(trigger), executor
+        self._callback = callback
+        self._kernel, self._entity, self._order = kernel, entity, _CONTROL + entity
+        self._missed = missed
         self._num, self._step = frequency_hz.numerator, NS_PER_S * frequency_hz.denominator
         self._start_ns = start_ns
         self._k = 0  # of the next callback, since ``start_ns``
         self._calls = 0
         self.wants_end = False  # the next tick is due, and the current callback is not over
-        self._call: Call | None = None
-        self._book(start_ns - kernel.now_ns)
+        self._call: Call | None = kernel.at(start_ns, _CONTROL, entity, self._fall_due)
 
     def cancel(self) -> None:
         """No further callback."""
@@ -70,13 +71,13 @@ class BusyTimer:
         self._executor.remove(self)
 
     def run(self) -> int:
-        self._k += 1
-        delay_ns = self._time_ns(self._k) - self._kernel.now_ns
-        self.wants_end = delay_ns < 0
+        self._k = k = self._k + 1
+        due_ns, now_ns = self._start_ns + k * self._step // self._num, self._kernel.now_ns
+        self.wants_end = due_ns < now_ns
         if not self.wants_end:
-            self._book(delay_ns)
-        self._calls += 1
-        self._callback(self._calls - 1)
+            self._book(due_ns)
+        self._calls = calls = self._calls + 1
+        self._callback(calls - 1)
         return 0
 
     def ended(self) -> None:
@@ -86,13 +87,18 @@ class BusyTimer:
         if self._time_ns(self._k + 1) < now_ns:
             self._missed((now_ns - self._time_ns(self._k)) * self._num // self._step)
             self._start_ns, self._k = now_ns, 0
-        self._book(0)
+        self._book(now_ns)
 
     def _time_ns(self, k: int) -> int:
         return self._start_ns + k * self._step // self._num
 
-    def _book(self, delay_ns: int) -> None:
-        self._call = self._kernel.after(delay_ns, _CONTROL, self._entity, self._fall_due)
+    def _book(self, due_ns: int) -> None:
+        """Fall due then: the last call, if any, has fired."""
+        kernel = self._kernel
+        if self._call is not None and due_ns > kernel.now_ns:
+            kernel.again(due_ns, self._order, self._call)
+        else:
+            self._call = kernel.at(due_ns, _CONTROL, self._entity, self._fall_due)
 
     def _fall_due(self, _: object) -> None:
         executor = self._executor

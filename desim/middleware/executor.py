@@ -9,8 +9,7 @@ nothing, and no message arrives while they run.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from desim.computers.computer import Computer
@@ -23,9 +22,11 @@ if TYPE_CHECKING:
 
 
 class QueuedCallback(Protocol):
-    """A callback in the queue of a node. ``trigger``: see ``ports.computers.Work``."""
+    """A callback in the queue of a node. ``cost_ns`` gives its time, from its work."""
 
-    trigger: str
+    @property
+    def cost_ns(self) -> Callable[[Mapping[str, int]], int]:
+        """``CostModel.callback_ns`` of its node and trigger."""
 
     @property
     def wants_end(self) -> bool:
@@ -54,13 +55,12 @@ class PolledSubscription(Protocol):
 
 
 class ExecutorHost(Protocol):
-    """The host of an executor. ``calling``: the executor whose callback is being called now."""
+    """The host of an executor. ``calling``: the executor whose callback is being called now.
+    ``called``, if it is not None, is told of each callback by its node."""
 
     computer: Computer
     calling: Executor | None
-
-    def called(self, node: str) -> None:
-        """A callback of ``node`` has been called."""
+    called: Callable[[str], object] | None
 
     def wake(self, executor: Executor) -> None:
         """``executor`` has something in its queue, and may be idle."""
@@ -76,31 +76,31 @@ class Executor(Job):
     ``uncharged`` are those of them in which messages may have arrived that are not in ``owed_ns``.
     """
 
-    __slots__ = ("node", "program", "receive_ns", "owed_ns", "uncharged", "queue", "current",
-                 "idle", "_host", "_costs", "_processors", "_work", "_held")
+    __slots__ = ("node", "program", "receive_ns", "send_ns", "owed_ns", "uncharged", "queue", "add",
+                 "current", "held", "_host", "_processors", "_work")
 
     def __init__(self, node: str, program: str, host: ExecutorHost) -> None:
         super().__init__(host.computer.priorities.get(program, 0))
         self.node, self.program = node, program
-        self._host, self._costs = host, host.computer.costs
-        self._processors = host.computer.processors
-        self.receive_ns = self._costs.receive_ns
+        self._host, self._processors = host, host.computer.processors
+        costs = host.computer.costs
+        self.receive_ns, self.send_ns = costs.receive_ns, costs.send_ns
         self.owed_ns = 0
         self.uncharged: dict[PolledSubscription, None] = {}
-        self.queue: deque[QueuedCallback] = deque()
+        self.queue: list[QueuedCallback] = []  # short: a deque would fill more of the caches
+        self.add: Callable[[QueuedCallback], object] = self.queue.append
         self.current: QueuedCallback | None = None  # was called; its time may be over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
-        self._held: list[tuple[HeldPublication, Content]] = []  # published by it
-        self.idle = True
+        self.held: list[tuple[HeldPublication, Content]] = []  # published by it
+
+    def cost_of(self, trigger: str) -> Callable[[Mapping[str, int]], int]:
+        """``CostModel.callback_ns`` of this node, as a function of the quantities."""
+        return self._host.computer.costs.of_callback(self.program, trigger)
 
     def runs(self, entry: QueuedCallback) -> bool:
         """Whether ``entry`` has been called and its time is not over. If so, its end is an event
         from now on."""
-        return not (self.idle or self._is_free()) and self.current is entry
-
-    def add(self, entry: QueuedCallback) -> None:
-        """Append ``entry`` to the queue."""
-        self.queue.append(entry)
+        return not self._is_free() and self.current is entry
 
     def add_due(self, entry: QueuedCallback) -> None:
         """Append ``entry``, and ask for a processor. To be called in the computer's turn of phase
@@ -115,69 +115,65 @@ class Executor(Job):
 
     def step(self) -> None:
         """Ask for a processor, if a callback waits and none is running."""
-        if self.queue and (self.idle or self._is_free()):
-            self.idle = False
-            self._submit()
-
-    def _submit(self) -> None:
-        self._processors.submit(self)
+        if self.queue and (self.over or self._is_free()):
+            self.current = None
+            self._processors.submit(self)
 
     def _is_free(self) -> bool:
         """Whether the current callback's time is over. If not, its end is an event from now on."""
-        if not self.awaited:
-            self._processors.attend(self)
-        return self.idle
+        return self.over or not self.awaited and self._processors.attend(self)
 
     def stop(self) -> None:
         """Forget everything: the process is gone."""
         self._processors.withdraw(self)
         self.queue.clear()
-        self._held.clear()
-        self.current, self.idle = None, False
+        self.held.clear()
+        self.current, self.over = None, False  # it is never free again
 
     def worked(self, quantities: Mapping[str, int]) -> None:
         """The node declares work of the callback that is being called; see ``Node.worked``."""
-        work = self._work
         for name, count in quantities.items():
             if name not in QUANTITIES or type(count) is not int or count < 0:
                 check_work(f"node {self.node!r}", quantities)
+        work = self._work
+        if not work:
+            self._work = dict(quantities)
+            return
+        for name, count in quantities.items():
             work[name] = work.get(name, 0) + count
 
-    def hold(self, publisher: HeldPublication, content: Content, topic: str, links: int) -> None:
-        """The callback publishes ``content`` on ``topic``, to so many ``links``."""
-        self._held.append((publisher, content))
-        if links:
-            self.owed_ns += self._costs.send_ns(topic, content.size_bytes, links)
-
     def begin(self) -> int:
-        if not self.queue:  # what there was to do was cancelled while it waited for a processor
+        queue, host = self.queue, self._host
+        if not queue:  # what there was to do was cancelled while it waited for a processor
             return 0
-        entry = self.current = self.queue.popleft()
-        if self._work:
-            self._work = {}
+        entry = self.current = queue.pop(0)
         if self.uncharged:
             for subscription in tuple(self.uncharged):
                 if not subscription.charge_readers():
                     del self.uncharged[subscription]
-        self._host.calling = self
+        host.calling = self
         size_bytes = entry.run()
-        self._host.calling = None
-        self._host.called(self.node)
+        host.calling = None
+        if host.called is not None:
+            host.called(self.node)
+        work = self._work
         if size_bytes:
-            self._work["bytes"] = size_bytes
-        self.awaited = bool(self._held or self.queue) or entry.wants_end
-        cost_ns = self.owed_ns + self._costs.of_callback_ns(self.program, entry.trigger, self._work)
+            work["bytes"] = size_bytes
+        self.awaited = True if self.held or queue else entry.wants_end
+        cost_ns = self.owed_ns + entry.cost_ns(work)
         self.owed_ns = 0
+        if work:
+            self._work = {}
         return cost_ns
 
     def end(self) -> None:
         entry, self.current = self.current, None
-        self.idle = True
-        if self._held:
-            held, self._held = self._held, []
+        held = self.held
+        if held:
             for publisher, content in held:
                 publisher.release(content)
+            held.clear()
         if entry is not None and entry.wants_end:
             entry.ended()
-        if self.queue and self.awaited:  # else what came has a turn already
+        if self.queue:
             self._host.wake(self)

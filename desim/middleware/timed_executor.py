@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim.middleware.executor import Executor, QueuedCallback
@@ -38,13 +37,15 @@ class TimedExecutor(Executor):
                  log: list[PublishingCallback]) -> None:
         super().__init__(node, program, host)
         self._graph, self._log = host.graph, log
-        self._due: deque[int] = deque()  # since when each entry of the queue is there
+        self._due: list[int] = []  # since when each entry of the queue is there
+        self.add = self._add
         # Of the current callback:
         self._due_ns = self._turn_ns = self._called_ns = self._computing_ns = 0
 
-    def add(self, entry: QueuedCallback) -> None:
-        self._due.append(self._graph.kernel.now_ns)
-        super().add(entry)
+    def step(self) -> None:
+        if self.queue and self._is_free():
+            self._turn_ns = self._graph.kernel.now_ns
+        super().step()
 
     def remove(self, entry: QueuedCallback) -> None:
         if entry in self.queue:
@@ -58,7 +59,7 @@ class TimedExecutor(Executor):
     def begin(self) -> int:
         self._called_ns = self._graph.kernel.now_ns
         if self._due:
-            self._due_ns = self._due.popleft()
+            self._due_ns = self._due.pop(0)
         cost_ns = super().begin()
         self._computing_ns = self._processors.alone_ns(cost_ns)
         return cost_ns
@@ -73,6 +74,6 @@ class TimedExecutor(Executor):
                 before + 1, last, self.node, self._called_ns, self._turn_ns - self._due_ns,
                 run_queue_ns, self._computing_ns))
 
-    def _submit(self) -> None:
-        self._turn_ns = self._graph.kernel.now_ns
-        super()._submit()
+    def _add(self, entry: QueuedCallback) -> None:
+        self._due.append(self._graph.kernel.now_ns)
+        self.queue.append(entry)

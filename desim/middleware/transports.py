@@ -119,7 +119,7 @@ class LinkedTransport(Generic[L]):
 
     def waiting(self) -> int:
         """Messages in outboxes and on the wire."""
-        return sum(link.waiting for link in self._links.values())
+        return sum([link.waiting for link in self._links.values()])
 
 
 class Stream(LinkedTransport["StreamLink"]):

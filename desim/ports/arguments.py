@@ -49,21 +49,22 @@ def check_period(period_ns: object) -> None:
 
 def check_work(who: str, quantities: Mapping[str, int]) -> None:
     """Quantities of work by their names."""
-    _check_quantities(f"{who} worked", quantities, QUANTITIES)
+    _check_quantities(who, "worked", quantities, QUANTITIES)
 
 
 def check_kept(who: str, quantities: Mapping[str, int]) -> None:
     """Quantities that are kept in memory, by their names."""
-    _check_quantities(f"{who} keeps", quantities, KEPT)
+    _check_quantities(who, "keeps", quantities, KEPT)
 
 
-def _check_quantities(said: str, quantities: Mapping[str, int], known: Mapping[str, str]) -> None:
+def _check_quantities(who: str, does: str, quantities: Mapping[str, int],
+                      known: Mapping[str, str]) -> None:
     for name, count in quantities.items():
         if name not in known:
-            raise ModelError(f"{said} {name}={count!r}{did_you_mean(name, known)}; "
+            raise ModelError(f"{who} {does} {name}={count!r}{did_you_mean(name, known)}; "
                              f"known: {', '.join(known)}")
         if type(count) is not int or count < 0:
-            raise ModelError(f"{said} {name}={count!r}; a quantity is an int >= 0")
+            raise ModelError(f"{who} {does} {name}={count!r}; a quantity is an int >= 0")
 
 
 def name_of(callback: Callable[..., object]) -> str:

@@ -79,7 +79,8 @@ class Kept(NamedTuple):
 
 @runtime_checkable
 class MemoryModel(Protocol):
-    """A cost model that says how much memory things take, too, in bytes: an int >= 0."""
+    """A cost model that says how much memory things take, too, in bytes: an int >= 0. It is asked
+    again only about a process that keeps something else."""
 
     def system_bytes(self) -> int:
         """The memory of all that is not a node here: libraries that processes share, other

@@ -33,9 +33,10 @@ def _answers(costs: CostModel) -> Iterator[int]:
     checked = CheckedCosts(costs)
     for node in _NODES:
         for trigger in _TRIGGERS:
+            of_callback_ns = checked.of_callback(node, trigger)
             for count in (0, 1, 10_000):
-                yield checked.of_callback_ns(node, trigger, dict.fromkeys(QUANTITIES, count))
-            yield checked.of_callback_ns(node, trigger, {})
+                yield of_callback_ns(dict.fromkeys(QUANTITIES, count))
+            yield of_callback_ns({})
     for size_bytes in _SIZES:
         yield checked.receive_ns("scan", size_bytes)
         for links in (1, 30):

@@ -262,6 +262,20 @@ def test_a_call_that_is_set_for_later_waits_for_its_node(log):
     assert log == [(5, "clock", "a"), (25, "clock", "b")]
 
 
+def test_a_tick_falls_due_while_its_node_waits_for_the_processor(log):
+    """The node's last callback was that timer's, long ago: the tick is no second one of it."""
+    def clock(node):
+        log.hears("/talk")(node)
+        log.ticks(10)(node)
+    net = Net({"robot": {"clock": clock, "hog": log.hears("/load")},
+               "mouth": {"load": says([(60 * MS, "much")], "/load"),
+                         "talk": says([(70 * MS, "hello")])}},
+              costs=Fixed(clock=5, hog=200), discipline="fifo")
+    net.run(300 * MS)
+    assert log == [(0, "clock", 0), (60, "hog", "much"), (260, "clock", "hello"), (265, "clock", 1),
+                   (270, "clock", 2), (300, "clock", 3)]
+
+
 # --------------------------------------------------------------------------------- what is charged
 
 

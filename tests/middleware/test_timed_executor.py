@@ -74,7 +74,7 @@ def test_callbacks_wait_for_their_node_and_for_the_processor():
 
 def test_turns_that_are_not_noted_are_not_those(monkeypatch):
     """The twin of the test above."""
-    monkeypatch.delattr(TimedExecutor, "_submit")
+    monkeypatch.delattr(TimedExecutor, "step")
     assert in_line() != IN_LINE
 
 

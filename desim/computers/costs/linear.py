@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 from desim.ports.computers import Kept, Work
@@ -10,6 +11,7 @@ from desim.ports.computers import Kept, Work
 ANY = "any"  # the trigger that stands for all that have no row of their own
 _PS_PER_NS = 1000
 _HALF_PS = 500  # for rounding
+_REMEMBERED = 1 << 12  # costs of messages; those of a run have few sizes
 
 
 class CallbackCost(NamedTuple):
@@ -18,6 +20,21 @@ class CallbackCost(NamedTuple):
 
     fixed_ps: int = 0
     per_ps: Mapping[str, int] = {}
+
+    def by_quantities(self) -> Callable[[Mapping[str, int]], int]:
+        """The cost in ns as a function of the quantities."""
+        base_ps, per_ps = self.fixed_ps + _HALF_PS, tuple(self.per_ps.items())
+        if not per_ps:
+            return lambda quantities: base_ps // _PS_PER_NS
+
+        def cost_ns(quantities: Mapping[str, int]) -> int:
+            cost_ps = base_ps
+            for name, each_ps in per_ps:
+                if name in quantities:
+                    cost_ps += quantities[name] * each_ps
+            return cost_ps // _PS_PER_NS
+
+        return cost_ns
 
 
 class MessageCost(NamedTuple):
@@ -44,6 +61,16 @@ class MemoryTable(NamedTuple):
     processes: Mapping[str, ProcessMemory] = {}
 
 
+class RememberedCosts:
+    """The costs of ``model``, which are the same each time. A callback's is a function of the
+    quantities alone; all computers have the same functions, which so stay in the caches."""
+
+    def __init__(self, model: LinearCosts) -> None:
+        self.of_callback = cache(lambda node, trigger: model.row(node, trigger).by_quantities())
+        self.send_ns = lru_cache(_REMEMBERED)(model.send_ns)
+        self.receive_ns = lru_cache(_REMEMBERED)(model.receive_ns)
+
+
 class LinearCosts:
     """Costs of ``callbacks`` by node and trigger, ``ANY`` for other triggers of that node. A
     callback without a row costs nothing, and a process without one has no memory. Sums are rounded
@@ -53,23 +80,15 @@ class LinearCosts:
                  receive: MessageCost, memory: MemoryTable) -> None:
         self._callbacks, self._send, self._receive = callbacks, send, receive
         self._memory = memory
+        self.remembered = RememberedCosts(self)
 
     def callback_ns(self, work: Work) -> int:
-        return self.of_callback_ns(*work)
+        return self.remembered.of_callback(work.node, work.trigger)(work.quantities)
 
-    def of_callback_ns(self, node: str, trigger: str, quantities: Mapping[str, int]) -> int:
-        """``callback_ns`` of ``Work`` that nobody makes."""
-        rows = self._callbacks.get(node)
-        row = None if rows is None else rows.get(trigger) or rows.get(ANY)
-        if row is None:
-            return 0
-        fixed_ps, per_ps = row
-        cost_ps = fixed_ps + _HALF_PS
-        if per_ps:
-            for name, count in quantities.items():
-                if name in per_ps:
-                    cost_ps += count * per_ps[name]
-        return cost_ps // _PS_PER_NS
+    def row(self, node: str, trigger: str) -> CallbackCost:
+        """The cost of a callback."""
+        rows = self._callbacks.get(node, {})
+        return rows.get(trigger) or rows.get(ANY) or CallbackCost()
 
     def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
         cost = self._send
@@ -87,6 +106,8 @@ class LinearCosts:
         row = self._memory.processes.get(kept.node)
         if row is None:
             return 0
-        per_bytes = row.per_bytes
-        return row.fixed_bytes + sum(count * per_bytes.get(name, 0)
-                                     for name, count in kept.quantities.items())
+        size_bytes, per_bytes = row.fixed_bytes, row.per_bytes
+        for name, count in kept.quantities.items():
+            if name in per_bytes:
+                size_bytes += count * per_bytes[name]
+        return size_bytes
