@@ -15,17 +15,18 @@ from desim.ports.computers import CostModel, Work
 
 
 class Computer:
-    """The processors, the memory and the costs of one host. ``priorities``: by node, 0 for nodes
-    without one; under ``fixed_priority`` the highest runs first. ``memory``: None where the cost
-    model says nothing of it."""
+    """The processors, the memory and the costs of one host, those that the cost ``model`` says.
+    ``priorities``: by node, 0 for nodes without one; under ``fixed_priority`` the highest runs
+    first. ``memory``: None where the model says nothing of it."""
 
-    __slots__ = ("processors", "costs", "priorities", "memory")
+    __slots__ = ("processors", "model", "costs", "priorities", "memory")
 
-    def __init__(self, processors: Processors, costs: CostModel, priorities: Mapping[str, int],
+    def __init__(self, processors: Processors, model: CostModel, priorities: Mapping[str, int],
                  memory: Memory | None = None) -> None:
         self.processors, self.priorities, self.memory = processors, priorities, memory
+        self.model = model
         self.costs: RememberedCosts | CheckedCosts = (
-            costs.remembered if isinstance(costs, LinearCosts) else CheckedCosts(costs))
+            model.remembered if isinstance(model, LinearCosts) else CheckedCosts(model))
 
 
 class CheckedCosts:

@@ -62,9 +62,9 @@ def _strange_nodes(graph: Graph) -> list[str]:
     named: dict[tuple[str, str], None] = {}  # key of the scenario and node
     for host in computers:
         named |= dict.fromkeys(("computer.priorities", node) for node in host.computer.priorities)
-        costs = host.computer.costs
-        if isinstance(costs, TableOfCosts):
-            named |= dict.fromkeys(("computers", node) for node in costs.nodes)
+        model = host.computer.model
+        if isinstance(model, TableOfCosts):
+            named |= dict.fromkeys(("computers", node) for node in model.nodes)
     return [f"{key}: no node of the run was called {node!r}{did_you_mean(node, sorted(ran))}"
             for key, node in named if node not in ran]
 
