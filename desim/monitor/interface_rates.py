@@ -20,10 +20,10 @@ class InterfaceRates:
     def sample(self, now_ns: int, due: Callable[[str], bool]) -> Sample:
         """The rates since each was ``due`` before, as means over the hosts; at the instant of that
         sample they are null."""
-        return {"rx_kBps": self._rate("rx_kBps", sum(host.rx_bytes for host in self._hosts), now_ns)
-                if due("rx_kBps") else None,
-                "tx_kBps": self._rate("tx_kBps", sum(host.tx_bytes for host in self._hosts), now_ns)
-                if due("tx_kBps") else None}
+        totals = {"rx_kBps": sum(host.rx_bytes for host in self._hosts),
+                  "tx_kBps": sum(host.tx_bytes for host in self._hosts)}
+        return {name: self._rate(name, total, now_ns) if due(name) else None
+                for name, total in totals.items()}
 
     def _rate(self, name: str, bytes_: int, now_ns: int) -> float | None:
         since_ns, before = self._last[name]
