@@ -107,20 +107,13 @@ class Latest:
         """The last message that has arrived, or None."""
         if self._expected or self.feed is not None:
             self.catch_up()
-        message = self._message
-        if self._unread and message is not None:
-            self._unread = False
-            if message.number:
-                host = self._host
-                graph = host.graph
-                graph.put(pack(graph.kernel.now_ns, graph.READ, host.id, message.origin.id,
-                               message.seq, message.about.id))
-        return message
+        return self._read() if self._unread else self._message
 
     def news(self) -> Message | None:
         """The last message that has arrived, if it has not been read yet."""
-        self.catch_up()
-        return self.message if self._unread else None
+        if self._expected or self.feed is not None:
+            self.catch_up()
+        return self._read() if self._unread else None
 
     def put(self, message: Message) -> None:
         """``message`` has arrived."""
@@ -174,6 +167,17 @@ class Latest:
     def _take(self, message: Message) -> None:
         self._message = message
         self._unread = True
+
+    def _read(self) -> Message | None:
+        """The last message, which is read for the first time."""
+        self._unread = False
+        message = self._message
+        if message is not None and message.number:
+            host = self._host
+            graph = host.graph
+            graph.put(pack(graph.kernel.now_ns, graph.READ, host.id, message.origin.id,
+                           message.seq, message.about.id))
+        return message
 
     def _next_expected(self) -> tuple[int, Expecting, Message]:
         if len(self._expected) == 1:

@@ -182,54 +182,62 @@ class Medium(Account):
         ``at_once``: if the arrival time is known, count the frame as delivered now and skip the
         carrier; see ``post``."""
         self.frames = number = self.frames + 1
-        count = len(receivers)
-        self.intended += count
-        self.packets_intended += count * segments
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))
-        terms: dict[int, Terms] | None = None
-        if not self._passes:
-            frame, terms = self._admit(frame, carrier, token)
-            if terms is not None and not terms:
-                self.barred_bytes[source] += size_bytes
-                return None
         if broadcast:
-            self._broadcast(frame, carrier, token, terms)
+            self._broadcast(frame, carrier, token)
             return None
+        self.intended += 1
+        self.packets_intended += segments
         (receiver,) = receivers
         own = PLAIN
-        if terms is not None:
-            own = terms[receiver]
-            if own.lost:
-                own, frame = own.within(frame)
-                self.barred_bytes[source] += size_bytes - frame.size_bytes
-        return self._offer(frame, (carrier, token, receiver, size_bytes, segments, own), at_once)
+        if not self._passes:
+            frame, terms = self._admit(frame, carrier, token)
+            if terms is not None:
+                if not terms:
+                    self.barred_bytes[source] += size_bytes
+                    return None
+                own = terms[receiver]
+                if own.lost:
+                    own, frame = own.within(frame)
+                    self.barred_bytes[source] += size_bytes - frame.size_bytes
+        return self._offer(number, frame, (carrier, token, receiver, size_bytes, segments, own),
+                           at_once)
 
-    def _offer(self, frame: Frame, claim: Claim, at_once: bool = False) -> int | None:
-        """Hand a unicast frame to the model; see ``transmit``."""
-        self._open[frame.id] = claim
+    def _offer(self, number: int, frame: Frame, claim: Claim, at_once: bool = False) -> int | None:
+        """Hand a unicast frame of this ``number`` to the model; see ``transmit``."""
+        self._open[number] = claim
         delay_ns = self._send(frame)
         if delay_ns is None:
             return None
-        found = self._open.pop(frame.id, None)
-        if found is None:
-            raise self._unexpected(frame, frame.receivers)
-        carrier, token, receiver, size_bytes, segments, own = claim = found
-        if own is not PLAIN:
-            self._begin_on_terms(frame, claim, arrival_of(self.model, delay_ns))
-            return None
-        if at_once and self.flights.up[receiver]:
-            arrival_of(self.model, delay_ns)
-            self.delivered += 1
-            self.packets_delivered += segments
-            self.rx_bytes[receiver] += size_bytes
-            return self._kernel.now_ns + delay_ns
+        found = self._open.pop(number, None)
+        if found is not claim or at_once or claim[5] is not PLAIN:
+            return self._settle_at_once(frame, found, delay_ns, at_once)
         try:
             self._begin(frame.source, claim, delay_ns)
         except KernelError:
             arrival_of(self.model, delay_ns)
             raise
-        return None if at_once else self._kernel.now_ns + delay_ns
+        return self._kernel.now_ns + delay_ns
+
+    def _settle_at_once(self, frame: Frame, claim: Claim | None, delay_ns: int, at_once: bool
+                        ) -> int | None:
+        """The model has returned the delay of a frame that is to be delivered now (``at_once``), or
+        of which a rule has changed something, or the model has lost packets."""
+        if claim is None:
+            raise self._unexpected(frame, frame.receivers)
+        _, _, receiver, size_bytes, segments, own = claim
+        arrival_of(self.model, delay_ns)
+        if own is not PLAIN:
+            self._begin_on_terms(frame, claim, delay_ns)
+            return None
+        if not at_once or not self.flights.up[receiver]:
+            self._begin(frame.source, claim, delay_ns)
+            return None if at_once else self._kernel.now_ns + delay_ns
+        self.delivered += 1
+        self.packets_delivered += segments
+        self.rx_bytes[receiver] += size_bytes
+        return self._kernel.now_ns + delay_ns
 
     def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier[T],
              token: T) -> int | None:
@@ -275,7 +283,8 @@ class Medium(Account):
         self.flights.count += len(ahead)
         carriers.expected_many(token, ahead)
         for i in range(len(known), count):
-            self._offer(Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
+            self._offer(number + i,
+                        Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
                         (carriers[i], token, receivers[i], size_bytes, segments, PLAIN))
 
     # For those who watch.
@@ -311,9 +320,17 @@ class Medium(Account):
 
     # Inside.
 
-    def _broadcast(self, frame: Frame, carrier: Carrier[T], token: T,
-                   terms: dict[int, Terms] | None) -> None:
-        """Hand a broadcast to the model."""
+    def _broadcast(self, frame: Frame, carrier: Carrier[T], token: T) -> None:
+        """Hand a broadcast to the model, if rules let it pass."""
+        _, source, receivers, size_bytes, segments, _ = frame
+        self.intended += len(receivers)
+        self.packets_intended += len(receivers) * segments
+        terms: dict[int, Terms] | None = None
+        if not self._passes:
+            frame, terms = self._admit(frame, carrier, token)
+            if terms is not None and not terms:
+                self.barred_bytes[source] += size_bytes
+                return
         self._broadcasts[frame.id] = Broadcast(
             carrier, token, frame, terms)  # type: ignore[arg-type] # a BroadcastCarrier
         self._awaited += len(frame.receivers)

@@ -150,7 +150,10 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
     def writable(self) -> bool:
         """Whether poll() reports the socket as writable: a third of the send buffer is free (Linux
         sk_stream_is_writeable). A writer that has waited for that may go on while it ``takes``."""
-        pending = self.written - self.una if self.express is None else self.pending  # no call
+        express = self.express
+        pending = self.written - self.una
+        if express is not None and express.flight is not None:
+            pending += express.flying()
         return 3 * pending < self.memory_bytes or 3 * (
             pending + _PIECE_BYTES * self._pieces()) <= 2 * self.memory_bytes
 

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from desim.robot.sharing.node import MapSharing
 
 
+_new = tuple.__new__  # a named tuple at half the price
+
+
 class MapContext(MapAccess):
     """The ``SharingContext`` of a host."""
 
@@ -104,7 +107,8 @@ class TeamInbox:
 
 
 def _shared(message: Message) -> SharedMessage:
-    return SharedMessage(message.origin.name, message.content, message.stamp_ns)
+    origin = message.origin
+    return _new(SharedMessage, (origin.name, message.content, origin.clock_ns(message.born_ns)))
 
 
 def _absolute(host: str, topic: str) -> str:

@@ -77,10 +77,12 @@ class MapSharing(Node):
         for source, version, pose, evidence in contributions:
             if pose is not None:
                 team.note_pose(source, *pose, version, now_ns)
+            if evidence is None:
+                continue
             if isinstance(evidence, LayerSnapshot):
                 self.worked(cells=len(evidence.tiles) * CELLS)
                 updates.append((source, version, evidence))
-            elif evidence is not None:
+            else:
                 raise ModelError(f"evidence comes from a context, from own() or drawn(), not "
                                  f"{evidence!r}")
         if len(team.peers) > before:
