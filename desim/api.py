@@ -61,6 +61,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     scenario = scenario.scenario if isinstance(scenario, Loaded) else scenario
     folder, simulation = RunFolder(out, scenario), None
     begin_s = _worked_s()
+    _forget_peak_memory()
     try:
         with _blamed(loaded):
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
@@ -169,6 +170,13 @@ def _worked_s() -> tuple[float, float]:
     """Clock time and CPU time of this process, but for compiling."""
     wall_s, cpu_s = compiling_s()
     return time.perf_counter() - wall_s, time.process_time() - cpu_s
+
+
+def _forget_peak_memory() -> None:
+    """Count the peak of this process's memory from now on (Linux, proc(5), clear_refs): a worker of
+    a campaign makes many runs."""
+    with suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5", "ascii")
 
 
 def _costs(begin_s: tuple[float, float], simulated_ns: int) -> dict[str, object]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import signal
 from contextlib import contextmanager
 
@@ -77,6 +78,14 @@ def test_the_contract(finished):
         "partitions", "traffic", "latency_by_topic"}
     assert set(finished.metrics["robots"]) == {"robot_0", "robot_1", "robot_2"}
     assert set(finished.metrics["robots"]["robot_0"]) >= {"rx_kBps", "tx_kBps"}
+
+
+def test_the_peak_of_memory_is_that_of_the_run_alone(hello, tmp_path):
+    """Not of what the process did before."""
+    np.ones(50_000_000)  # 400 MB
+    before_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    run = desim.run(hello, overrides=SHORT, out=tmp_path)
+    assert run.manifest["peak_memory_mb"] < before_mb - 200
 
 
 def test_the_digest_is_that_of_the_rows(finished, tmp_path):
