@@ -46,6 +46,16 @@ def narrow():
     return link(rate="50 Mb/s", queue="100 kB")
 
 
+def far():
+    """Too far for TCP to take it for near: only single segments go by express."""
+    return link(rate="100 Mb/s", latency="1 ms")
+
+
+def lossy():
+    """Far, with a queue that soon loses some: windows shrink and grow."""
+    return link(rate="10 Mb/s", latency="2 ms", queue="20 kB")
+
+
 def switch():
     return Switch(Switch.Params())
 
@@ -141,7 +151,7 @@ TWICE = "disturb", "copied", (1, 10 * MS)
 @example([(MS, ("say", 0, 3_500_000)), (0, LAST), (1_027_673, ("say", 0, 5000)),
           (MS, ("say_last", 1, 800))], False, wire)
 @given(st.lists(st.tuples(GAPS_NS, MORE_DEEDS), max_size=40), st.booleans(),
-       st.sampled_from([wire, taciturn, narrow, switch, crowded, ideal]))
+       st.sampled_from([wire, taciturn, narrow, far, lossy, switch, crowded, ideal]))
 def test_by_express_or_through_the_stream_all_is_the_same(deeds, nodelay, model):
     """Rows, what ends know and when, and what is counted, whatever users and the network do."""
     the_same([(0, ("call",)), *deeds], nodelay=nodelay, model=model)
@@ -275,11 +285,20 @@ def test_what_goes_by_express():
     assert pair.connection.sender(0).express is not None
 
 
-@pytest.mark.parametrize("model, params", [
-    (wire, {}), (lambda: link(rate="1 Gb/s", latency="1 ms"), IMPLIED), (wire, {
-        "acks": "implied", "near": "0 ns"})])
-def test_where_nothing_goes_by_express(model, params):
-    pair = Pair(model(), params=params)
+def test_where_acknowledgements_are_frames_nothing_goes_by_express():
+    pair = Pair(wire())
     pair.call()
     pair.run(S)
     assert pair.connection.sender(0).express is pair.connection.sender(1).express is None
+
+
+def test_between_hosts_that_are_not_near_only_single_segments_go_by_express():
+    with patch.object(ImpliedReceiver, "arrived", autospec=True,
+                      side_effect=ImpliedReceiver.arrived) as arrived:
+        pair = Pair(far(), params=IMPLIED)
+        pair.call()
+        for k, size_bytes in enumerate([800, 1448, 1449, 3000, 800]):
+            pair.at((k + 1) * S, pair.say, k, size_bytes)
+        pair.run(10 * S)
+    assert len(pair.heard()) == 5 and not pair.connection.sender(0).near
+    assert arrived.call_count == 1 + 2  # what a client says first, and the larger ones

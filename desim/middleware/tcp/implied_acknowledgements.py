@@ -1,10 +1,10 @@
 """Implied acknowledgements (``acks: implied``): a sender knows at once what has arrived.
 
 They allow a shortcut for a message over a connection at rest: no sequence numbers, and no timer if
-it will arrive in time. Between near hosts most messages go this way: nothing else is under way, the
-network tells at once when the message will arrive, and its sender knows it then. Any other event
-before that (another message, a loss, a stop) moves the message into the ordinary stream (``join``),
-as if it had been sent there.
+it will arrive in time. Most messages go this way, between hosts that are not near those of one
+segment: nothing else is under way, the network tells at once when the message will arrive, and its
+sender knows it then. Any other event before that (another message, a loss, a stop) moves the message
+into the ordinary stream (``join``), as if it had been sent there.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class Express(AddressedCarrier[Flight]):
 
     protocol = "tcp"
     __slots__ = ("ready", "flight", "more", "_sender", "_kernel", "_context", "_way",
-                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_large_bytes",
-                 "_patience_ns", "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
+                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_patience_ns",
+                 "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
 
     def __init__(self, sender: Sender) -> None:
         params = sender.params
@@ -54,7 +54,6 @@ class Express(AddressedCarrier[Flight]):
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = context.host_ids[end.host], context.host_ids[end.peer]
         self._most_bytes = min(params.train * MSS_BYTES, params.window_bytes)
-        self._large_bytes = sender.initial // 2
         self._patience_ns = params.rto_min_ns
         self._timed = False  # the timer runs
         self._since_ns = 0  # from when it does, or would
@@ -66,7 +65,9 @@ class Express(AddressedCarrier[Flight]):
     def send(self, size_bytes: int, arrived: Callable[..., object], token: Token,
              kind: str | None, writes: int) -> bool:
         """Send a message, or return False: the ordinary stream has to (what is under way joins)."""
-        if not self.ready or size_bytes > self._most_bytes or kind is FIN or writes > 1 \
+        sender = self._sender
+        if not self.ready or kind is FIN or writes > 1 \
+                or size_bytes > (self._most_bytes if sender.near else min(MSS_BYTES, sender.cwnd)) \
                 or (self.flight is not None and not self._follows(size_bytes)):
             self.join()
             return False
@@ -80,12 +81,11 @@ class Express(AddressedCarrier[Flight]):
         else:
             self._context.record_control(kind, self._host, self._to_id, on_wire_bytes)
         flight = size_bytes, arrived, token, kind, now_ns
-        sender = self._sender
         if self.flight is None:
             self.flight = flight
             self._since_ns = now_ns
             self._joined.clear()
-            if now_ns - sender.sent_ns > self._patience_ns or sender.cwnd >= sender.ssthresh:
+            if sender.cwnd != sender.initial or size_bytes > MSS_BYTES:
                 sender.wake()
         else:
             self.more.append(flight)
@@ -116,7 +116,7 @@ class Express(AddressedCarrier[Flight]):
             self._sender.transit.receiver.arrived(self._train(flight), receiver)
             return
         sender = self._sender
-        if self.more or flight[0] > self._large_bytes:
+        if self.more or flight[0] * 2 > sender.cwnd:
             flying = self.flying()
             if flying * 2 > sender.cwnd:
                 sender.grow(flight[0], flying, self._kernel.now_ns)
@@ -192,7 +192,7 @@ class ImpliedReceiver(Receiver):
             self.transit.sender.arrived((self.nxt, self.echo_ns, tuple(self.ranges)), self._peer)
 
     def express_for(self, sender: Sender) -> Express | None:
-        return Express(sender) if sender.near else None
+        return Express(sender)
 
     def shut(self) -> None:
         was_open = self.open

@@ -231,8 +231,8 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             self.transit.clear()
             self.end.finished()
         elif self.express is not None:
-            self.express.ready = (self.near and self.transit.receiver.open
-                                  and self.repair is None)
+            self.express.ready = (self.transit.receiver.open and self.repair is None
+                                  and not self.retransmission.uneasy)
         if self._waiters:
             self._notify_waiters()
 
