@@ -30,7 +30,8 @@ T = TypeVar("T")
 MAX_ROUNDS = 1000
 
 # A priority, from its lowest bit: 64 bits of entity, 3 of phase, the round.
-_PHASE_MASK = 7 << 64
+_PHASE_BIT = 64
+_PHASE_MASK = 7 << _PHASE_BIT
 _ROUND_BIT = 67
 _LAST = 1 << 200  # after all else of an instant: MAX_ROUNDS ends below bit 78
 
@@ -235,16 +236,22 @@ class Kernel:
         time_ns, order = self._fired[:2]
         return order >> _ROUND_BIT if time_ns == self.now_ns else 0
 
-    def over(self, time_ns: int, phase: Phase) -> bool:
-        """Whether what was booked for ``phase`` of the instant ``time_ns`` has fired: it is no
-        later than now, and what runs now belongs to a later phase."""
-        return time_ns < self.now_ns or time_ns <= self.last_over_ns(phase)
+    def over(self, time_ns: int, phase: Phase, round_: int = 0) -> bool:
+        """Whether what was booked for ``phase`` of the instant ``time_ns``, in its round ``round_``
+        (see ``round_of``), has fired: it is no later than now, and what runs now comes behind it.
+        """
+        return time_ns < self.now_ns or time_ns <= self.last_over_ns(phase, round_)
 
-    def last_over_ns(self, phase: Phase) -> int:
-        """The last instant of which ``phase`` is over."""
-        now_ns = self.now_ns
-        running = now_ns == self._fired[0] and now_ns != self._complete_ns
-        return now_ns - (running and self._fired[1] & _PHASE_MASK <= phase)
+    def last_over_ns(self, phase: Phase, round_: int = 0) -> int:
+        """The last instant of which ``phase`` is over, in its round ``round_``."""
+        now_ns, (time_ns, order) = self.now_ns, self._fired[:2]
+        running = now_ns == time_ns and now_ns != self._complete_ns
+        return now_ns - (running and order >> _PHASE_BIT
+                         <= (phase >> _PHASE_BIT) + (round_ << _ROUND_BIT - _PHASE_BIT))
+
+    def round_of(self, phase: Phase) -> int:
+        """The round of this instant in which a call would fire that is booked for ``phase`` now."""
+        return self._next(phase, 0, self.round_of) >> _ROUND_BIT
 
     def _loop(self) -> None:
         """Like ``env.run()``, but it calls the function directly. SimPy's ``step`` and callback
