@@ -159,7 +159,7 @@ class HeldPublisher(Publisher):
 
     def waiting_bytes(self) -> int:
         """The bytes of the messages that have not arrived, each as large as the newest."""
-        return self._newest_bytes * self.transport.waiting() if self._newest_bytes else 0
+        return self._newest_bytes * self.waiting() if self._newest_bytes else 0
 
     def _count_links(self) -> None:
         """Count the connections over which a message would go now."""

@@ -52,6 +52,10 @@ class BusyHost(Host):
         self.called: Callable[[str], object] | None = (
             None if memory is None or memory.limit_bytes is None else memory.called)
 
+    @property
+    def holds(self) -> bool:
+        return self.calling is not None
+
     def stop(self) -> None:
         for executor in self._executors.values():
             executor.stop()

@@ -26,7 +26,8 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack, pack_each
 from desim.errors import InputError, below, did_you_mean
-from desim.middleware.batches import BatchPublisher, TakesArrivals
+from desim.middleware.batch_publisher import BatchPublisher
+from desim.middleware.batch_way import TakesArrivals
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.context import GraphContext
 from desim.middleware.host import Host, receive_all
@@ -206,7 +207,8 @@ class Graph:
         origin, counts = message.origin, message.about.counts
         counts.bytes += message.size_bytes
         counts.latency.add(latency_ns)
-        origin.last_arrival_ns[host.index] = time_ns
+        if time_ns > origin.last_arrival_ns[host.index]:  # it may be entered late
+            origin.last_arrival_ns[host.index] = time_ns
         if origin.on_next_arrival:
             origin.has_arrived(host.index, time_ns, time_ns)
         self.put(pack(time_ns, self.DELIVERED, host.id, origin.id, message.seq, latency_ns))

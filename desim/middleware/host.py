@@ -61,6 +61,11 @@ class Host:
         self._inbox: list[tuple[Subscription, Message]] | None = None
 
     @property
+    def holds(self) -> bool:
+        """Whether what is published now leaves later."""
+        return False
+
+    @property
     def up(self) -> bool:
         return self.graph.up[self.index]
 
@@ -222,7 +227,8 @@ class Host:
     def has_arrived(self, receiver: int, first_ns: int, last_ns: int) -> None:
         """Messages of this host have arrived at ``receiver``, the first at ``first_ns``, the last
         at ``last_ns``."""
-        self.last_arrival_ns[receiver] = last_ns
+        if last_ns > self.last_arrival_ns[receiver]:
+            self.last_arrival_ns[receiver] = last_ns
         if self.on_next_arrival and receiver in self.on_next_arrival:
             self.on_next_arrival.pop(receiver)(first_ns)
 

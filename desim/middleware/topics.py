@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from operator import itemgetter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Protocol
 
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack
 from desim.middleware.answer_checks import subscribers_of
+from desim.middleware.batch_publisher import BatchPublisher, FanOut
+from desim.middleware.batches import BatchLink, LendsLinks
 from desim.middleware.contents import Content
 from desim.middleware.counts import TopicCounts
 from desim.middleware.inside import WithInside
 from desim.middleware.message import Message
-from desim.middleware.transports import Link, Stream
 from desim.ports.middleware import Addressing, Offer, Transport
 
 if TYPE_CHECKING:
@@ -80,7 +81,10 @@ class Feed(Protocol):
         """Its last message that has arrived, unless it is ``known`` or older."""
 
     def landed(self) -> int:
-        """The number of messages that have arrived so far, about: it may be late by one."""
+        """The number of messages that have arrived so far."""
+
+    def release(self) -> None:
+        """Make events of arrivals that are still to come."""
 
 
 class Latest:
@@ -92,7 +96,7 @@ class Latest:
     a ``callback``. ``wait_set`` is notified.
     """
 
-    __slots__ = ("feed", "_host", "_message", "_unread", "_expected", "_wait_set")
+    __slots__ = ("feed", "number", "_host", "_message", "_unread", "_expected", "_wait_set")
 
     def __init__(self, host: Host, wait_set: WaitSet | None = None) -> None:
         self.feed: Feed | None = None
@@ -101,6 +105,7 @@ class Latest:
         self._unread = False
         self._expected: list[tuple[int, Expecting, Message]] = []  # by time of arrival
         self._wait_set = wait_set
+        self.number = 0 if wait_set is None else wait_set.join()
 
     @property
     def message(self) -> Message | None:
@@ -146,23 +151,22 @@ class Latest:
         """From now on messages come from ``feed``, too."""
         self.catch_up()
         self.feed = feed
+        if feed is not None and self._wait_set is not None:
+            self._wait_set.add(self)
 
     def book(self) -> None:
         """Somebody waits now: make events of the arrivals that are still to come."""
         self.catch_up()
+        if self.feed is not None:
+            self.feed.release()
         while self._expected:
             due_ns, link, message = self._next_expected()
             link.await_(message, due_ns)
 
     @property
-    def wakes(self) -> bool:
-        """Whether a node waits for news."""
-        return self._wait_set is not None
-
-    @property
     def expects(self) -> bool:
-        """Whether messages are on their way that nobody waits for."""
-        return bool(self._expected)
+        """Whether messages may arrive without an event."""
+        return bool(self._expected) or self.feed is not None
 
     def _take(self, message: Message) -> None:
         self._message = message
@@ -189,17 +193,25 @@ class WaitSet:
     """The subscriptions of a node that may have something new, as rclcpp's of this name: it need
     not look at all of them."""
 
-    __slots__ = ("_ready",)
+    __slots__ = ("_ready", "_members")
 
     def __init__(self) -> None:
         self._ready: dict[Latest, None] = {}
+        self._members = 0
+
+    def join(self) -> int:
+        """Take one more subscription. Returns its number."""
+        self._members += 1
+        return self._members
 
     def add(self, latest: Latest) -> None:
+        """``latest``, which has joined, may have something new."""
         self._ready[latest] = None
 
     def news(self) -> Iterator[tuple[Latest, Message]]:
-        """The subscriptions with a message that has arrived and was not read, and that message."""
-        ready, self._ready = self._ready, {}
+        """The subscriptions with a message that has arrived and was not read, and that message, in
+        the order of subscribing."""
+        ready, self._ready = sorted(self._ready, key=_by_number), {}
         for latest in ready:
             message = latest.news()
             if latest.expects:
@@ -208,14 +220,18 @@ class WaitSet:
                 yield latest, message
 
 
+_by_number = attrgetter("number")
+
+
 class Publisher:
     """One node's right to publish one topic, with its connections to the hosts that listen.
 
     It asks the registries again only after a change of the topic.
     """
 
-    __slots__ = ("host", "topic", "offer", "transport", "latch", "_last", "_local", "_inside",
-                 "_stale", "_receivers", "_has_subscribers", "_unmatched", "_owed")
+    __slots__ = ("host", "topic", "offer", "transport", "latch", "batches", "_fans_out", "_last",
+                 "_local", "_inside", "_stale", "_receivers", "_has_subscribers", "_unmatched",
+                 "_owed")
 
     def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
         self.host = host
@@ -227,6 +243,8 @@ class Publisher:
             self.transport = WithInside(host.index, host.graph.context.default_transport(
                 offer._replace(via=Addressing.UNICAST)), self.transport)
         self.latch = offer.latch
+        self.batches: BatchPublisher | None = None  # of which it is one
+        self._fans_out = isinstance(self.transport, LendsLinks) and not self.latch
         self._last: Content | None = None  # of a latched topic
         self._local = self._has_subscribers = False
         self._stale = True
@@ -234,14 +252,26 @@ class Publisher:
         self._unmatched: list[int] | None = None  # see ``_missed``; None: not counted yet
         self._owed: list[int] = []  # those of them that miss a latched topic's last message
 
-    def only_link(self) -> Link | None:
-        """The link to its one receiver; None if it has several, or the topic is not its own alone,
+    def lending(self) -> Mapping[int, BatchLink]:
+        """The links by receiver, which may lend themselves; none if the topic is not its own alone,
         or it also publishes to its own host, or what it publishes is missed or latched."""
-        one = (len(self._receivers) == len(self.topic.publishers) == 1
-               and not (self._local or self.latch or self._missed() or self._stale))
-        return self.transport.only_link() if one and isinstance(self.transport, Stream) else None
+        alone = len(self.topic.publishers) == 1 and not (
+            self._local or self.latch or self._missed() or self._stale)
+        return (self.transport.lending() if alone and isinstance(self.transport, LendsLinks)
+                else {})
 
     def publish(self, content: Content) -> None:
+        """Send ``content`` to all subscribers."""
+        batches = self.batches
+        if batches is None and self._fans_out and len(self._receivers) > 1:
+            batches = FanOut(self, content.size_bytes)
+        if batches is None:
+            self.send(content)
+        else:
+            batches.publish_one(self, content)
+
+    def send(self, content: Content) -> None:
+        """Send ``content`` to all subscribers, message by message."""
         if self._stale:
             self._refresh()
         unmatched = self._unmatched
@@ -265,6 +295,11 @@ class Publisher:
         if self._receivers:
             graph.depart(message, len(self._receivers))
             self.transport.send(message)
+
+    def waiting(self) -> int:
+        """Receptions under way: messages times receivers."""
+        in_batches = 0 if self.batches is None else self.batches.waiting(self)
+        return self.transport.waiting() + in_batches
 
     def has_subscribers(self) -> bool:
         if self._stale:

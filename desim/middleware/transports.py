@@ -8,7 +8,7 @@ settles it, with no acknowledgement on the air.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
@@ -16,6 +16,7 @@ from desim.engine.kernel import Phase, pair
 from desim.engine.trace import pack
 from desim.middleware.jiffies import TICK_NS, fires_ns
 from desim.network.carrier import Carrier
+from desim.network.medium import UNKNOWN_NS
 from desim.network.ways import Way
 from desim.ports import packet_sizes
 
@@ -100,10 +101,9 @@ class LinkedTransport(Generic[L]):
                 link.close("link_closed")
         return [receiver for receiver, link in self._links.items() if old.get(receiver) is not link]
 
-    def only_link(self) -> L | None:
-        """The link, if there is just one and a way to each receiver."""
-        links = self._links
-        return next(iter(links.values())) if len(links) == 1 and not self._unrouted else None
+    def links(self) -> dict[int, L]:
+        """The links by receiver; none if there is no way to one of them."""
+        return {} if self._unrouted else self._links
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
         for receiver in self._links if only is None else only:
@@ -135,6 +135,10 @@ class Stream(LinkedTransport["StreamLink"]):
 
         super().__init__(link_to, graph.drop)
 
+    def lending(self) -> dict[int, StreamLink]:
+        """See ``LendsLinks``."""
+        return self.links()
+
 
 class StreamLink(Carrier["Message"]):
     """One message on the wire; an outbox behind it that drops its oldest when full.
@@ -148,9 +152,11 @@ class StreamLink(Carrier["Message"]):
     """
 
     protocol = "tcp"
-    __slots__ = ("_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_flights", "_send",
-                 "_record_loss", "_limit", "_outbox", "_wire", "_train", "_trip_ns", "_tries",
-                 "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead", "_latest")
+    patience_ns = 2 * UNKNOWN_NS  # it has a timer only after losses
+    __slots__ = ("medium", "_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_flights",
+                 "_send", "_record_loss", "_limit", "_outbox", "_wire", "_train", "_trip_ns",
+                 "_tries", "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead",
+                 "_latest")
 
     def __init__(self, source: Host, destination: Host, medium: Medium | Way, limit: int) -> None:
         self._graph = source.graph
@@ -159,7 +165,7 @@ class StreamLink(Carrier["Message"]):
         self._to, self._to_id = (destination.index,), destination.id
         # Over a way that may change, nothing is expected ahead of time.
         self._flights = None if isinstance(medium, Way) else medium.flights
-        self._send = medium.transmit
+        self.medium, self._send = medium, medium.transmit
         self._record_loss = source.graph.context.record_loss
         self._limit = limit
         self._outbox: deque[Message] = deque()
@@ -174,24 +180,26 @@ class StreamLink(Carrier["Message"]):
         self.ahead = False
         self._latest: Latest | None = None  # expects the message on the wire
 
-    @property
-    def host(self) -> Host:
-        """The host at its end."""
-        return self._host
+    # For batches: see ``BatchLink``.
 
     @property
-    def is_idle(self) -> bool:
-        """Whether nothing is on the wire, and nothing waits."""
+    def carrier(self) -> StreamLink:
+        return self
+
+    def lend(self, size_bytes: int) -> bool:
         if self._latest is not None:
             self._latest.catch_up()
         return self._wire is None
 
-    def take(self, message: Message) -> None:
-        """``message`` was sent at its birth, by somebody else, and is on the wire."""
+    def landed(self, sent_ns: Sequence[int], trips_ns: Sequence[int]) -> None:
+        self.note_trip(min(trips_ns))
+
+    def take(self, message: Message, due_ns: int) -> Message:
         self._wire = message
         self._train = stream_frame(message.size_bytes)
         self._first_ns = self._sent_ns = message.born_ns
         self.ahead = False
+        return message
 
     def offer(self, message: Message) -> None:
         if self._latest is not None:

@@ -73,6 +73,7 @@ class BeliefMetrics:
         before, self._reach = self._reach, reach
         if np.array_equal(before, reach):
             return
+        self._graph.catch_up()  # what has arrived by now comes before the next arrival
         for believer, other in np.argwhere(before & ~reach).tolist():
             self._part(believer, other)
         for believer, other in np.argwhere(reach & ~before).tolist():

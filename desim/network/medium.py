@@ -271,15 +271,14 @@ class Medium(Account):
                              f"for {count} frames")
         ahead: list[int] = []
         for i, delay_ns in enumerate(known):
+            if type(delay_ns) is int and delay_ns >= 0 and len(ahead) == i:
+                ahead.append(delay_ns)
+                continue
             claim = carriers[i], token, receivers[i], size_bytes, segments, PLAIN
             if delay_ns is None:
                 self._open[number + i] = claim
-            elif type(delay_ns) is not int or delay_ns < 0:
-                arrival_of(self.model, delay_ns)
-            elif len(ahead) == i:
-                ahead.append(delay_ns)
             else:
-                self._begin(source, claim, delay_ns)
+                self._begin(source, claim, arrival_of(self.model, delay_ns))
         self.flights.count += len(ahead)
         carriers.expected_many(token, ahead)
         for i in range(len(known), count):

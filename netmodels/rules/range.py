@@ -38,8 +38,14 @@ class Range:
         self._placeless = np.isnan(context.positions(context.now_ns)).any(axis=1).tolist()
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
+        return self._judge(frame.source, receivers)
+
+    def all_pass(self, frames: ports.Frames) -> bool:
+        return self._judge(frames.source, frames.receivers) is None
+
+    def _judge(self, source: int, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         placeless = self._placeless
-        if placeless[frame.source] or len(receivers) == 1 and placeless[receivers[0]]:
+        if placeless[source] or len(receivers) == 1 and placeless[receivers[0]]:
             return None
         now_ns = self._context.now_ns
         if now_ns != self._updated_ns:
@@ -47,7 +53,7 @@ class Range:
         if self._all_near:
             return None
         places = self._places
-        x_m, y_m = places[frame.source]
+        x_m, y_m = places[source]
         verdicts: list[ports.Verdict] | None = None
         limit_m2 = self._distance_m2
         for i, receiver in enumerate(receivers):
@@ -58,9 +64,6 @@ class Range:
                     verdicts = [ports.PASS] * len(receivers)
                 verdicts[i] = _FAR
         return verdicts
-
-    def all_pass(self, frames: ports.Frames) -> bool:
-        return bool(self._placeless[frames.source])
 
     def _update(self, now_ns: int) -> None:
         self._updated_ns = now_ns

@@ -85,11 +85,11 @@ class CompiledQueues(Generic[T]):
             if taken != FULL:
                 break
             self._grow()
-        delays: list[int | None] = self._state.many[:taken].tolist()
-        for i, answer in enumerate(delays):
-            if answer is not None and answer < 0:
-                self._tokens[-1 - answer] = token(i)
-                delays[i] = None
+        many = self._state.many[:taken]
+        delays: list[int | None] = many.tolist()
+        for i in (many < 0).nonzero()[0].tolist():
+            self._tokens[-1 - int(many[i])] = token(i)
+            delays[i] = None
         return delays
 
     def wake(self, now_ns: int) -> list[Fate[T]]:

@@ -52,22 +52,14 @@ def balance(simulation: Simulation) -> None:
     what is in flight is found where it waits (a stopped host's last frames are the media's)."""
     graph = simulation.graph
     graph.catch_up()
-    stopped, in_batches = bool(simulation.scenario.faults), on_their_way(graph)
+    stopped = bool(simulation.scenario.faults)
     for topic in graph.topics.values():
-        waiting = in_batches[topic.name] + sum(
-            publisher.transport.waiting() for publisher in topic.publishers)
+        waiting = sum(publisher.waiting() for publisher in topic.publishers)
         in_flight = topic.counts.in_flight
         assert waiting <= in_flight if stopped else waiting == in_flight, topic.name
     for medium in (*graph.media, *graph.inside):
         assert medium.intended == (medium.delivered + sum(medium.dropped.values())
                                    + medium.in_flight()), medium.name
-
-
-def on_their_way(graph) -> Counter:
-    """The messages of batches that have not arrived, by topic."""
-    return Counter(batches._route.members[index].publisher.topic.name
-                   for batches in graph.batches for batch in batches._batches
-                   for index in batch.open)
 
 
 def close(simulation: Simulation) -> None:

@@ -294,6 +294,8 @@ class End(AddressedCarrier[Control]):
     def _keepalive_expired(self) -> None:
         """Probe a peer that was silent for so long; data under way has its own timer."""
         params, sender = self._params, self.sender
+        sender.reclaim()
+        self.far.sender.reclaim()
         idle_ns = self._kernel.now_ns - max(
             self.received_ns, sender.received_ns, sender.transit.express_ns, self.last_data_ns())
         if sender.pending:

@@ -1,16 +1,19 @@
 """Implied acknowledgements (``acks: implied``): a sender knows at once what has arrived.
 
 They allow a shortcut for a message over a connection at rest: no sequence numbers, and no timer if
-it will arrive in time. Most messages go this way, between hosts that are not near those of one
-segment: nothing else is under way, the network tells at once when the message will arrive, and its
-sender knows it then. Any other event before that (another message, a loss, a stop) moves the message
-into the ordinary stream (``join``), as if it had been sent there.
+it will arrive in time. Most messages go this way (between hosts that are not near, those of one
+segment): nothing else is under way, the network tells at once when the message will arrive, and its
+sender knows it then. Any other event before that (another message, a loss, a stop) moves the
+message into the ordinary stream (``join``), as if it had been sent there.
+
+A connection at rest may be lent: others send its messages in batches (``desim.middleware.batches``)
+and report later what became of them. Whatever looks at it or changes it reclaims it first.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from desim.middleware.arp import AddressedCarrier
@@ -33,14 +36,14 @@ class Express(AddressedCarrier[Flight]):
     ``more`` behind it."""
 
     protocol = "tcp"
-    __slots__ = ("ready", "flight", "more", "_sender", "_kernel", "_context", "_way",
+    __slots__ = ("ready", "lent", "flight", "more", "_sender", "_kernel", "_context", "_way",
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_most_bytes", "_patience_ns",
                  "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
 
     def __init__(self, sender: Sender) -> None:
         params = sender.params
         end = sender.end
-        self.ready = False
+        self.ready = self.lent = False
         self.flight: Flight | None = None
         self.more: list[Flight] = []
         self._joined: list[tuple[Flight, int]] = []  # since all was at rest, and where they begin
@@ -65,6 +68,8 @@ class Express(AddressedCarrier[Flight]):
     def send(self, size_bytes: int, arrived: Callable[..., object], token: Token,
              kind: str | None, writes: int) -> bool:
         """Send a message, or return False: the ordinary stream has to (what is under way joins)."""
+        if self.lent:
+            self.reclaim()
         sender = self._sender
         if not self.ready or kind is FIN or writes > 1 \
                 or size_bytes > (self._most_bytes if sender.near else min(MSS_BYTES, sender.cwnd)) \
@@ -97,6 +102,50 @@ class Express(AddressedCarrier[Flight]):
             self._timed = True
             sender.timer.expect(since_ns + sender.rto_ns)
         return True
+
+    # Others send in its stead.
+
+    def lend(self, size_bytes: int) -> bool:
+        """Whether a message of ``size_bytes`` would go at once in one step, and change nothing but
+        times and the estimate of the round trip. If so, others may send such messages from now on,
+        and report them by ``landed``, until somebody looks at the sender (``reclaim``)."""
+        sender = self._sender
+        if not (self.ready or self.lent) or self.flight is not None or not self._way.known \
+                or size_bytes > (min(self._most_bytes, sender.cwnd // 2) if sender.near
+                                 else MSS_BYTES) or not sender.is_fresh:
+            return False
+        self.lent, self.ready = True, False
+        return True
+
+    def landed(self, sent_ns: Sequence[int], trips_ns: Sequence[int]) -> None:
+        """Messages that were sent in its stead at these times have arrived so much later."""
+        sender, arrived_ns = self._sender, 0
+        for begin_ns, trip_ns in zip(sent_ns, trips_ns, strict=True):
+            arrived_ns = begin_ns + trip_ns
+            sender.sample(trip_ns, arrived_ns)
+        sender.sent_ns = sent_ns[-1]
+        sender.transit.express_ns = arrived_ns
+        self._way.used(sent_ns[-1], arrived_ns)
+
+    def reclaim(self) -> None:
+        """Take over what others have sent in its stead, and lend no more."""
+        if self.lent:
+            self.lent, self.ready = False, True
+            self._context.release(self._host)
+
+    def take(self, size_bytes: int, arrived: Callable[..., object], token: Token, sent_ns: int,
+             due_ns: int) -> Flight:
+        """Take over a message that was sent in its stead, and will arrive at ``due_ns``."""
+        flight = size_bytes, arrived, token, None, sent_ns
+        sender = self._sender
+        self.flight = flight
+        self._since_ns = sender.sent_ns = sent_ns
+        self._joined.clear()
+        self._way.used(sent_ns)
+        if due_ns - sent_ns >= self._patience_ns:
+            self._timed = True
+            sender.timer.expect(sent_ns + sender.rto_ns)
+        return flight
 
     def flying(self) -> int:
         """The bytes on their way."""
@@ -148,6 +197,7 @@ class Express(AddressedCarrier[Flight]):
 
     def join(self) -> None:
         """Move what is under way into the ordinary stream."""
+        self.reclaim()
         self.ready = False
         if self.flight is None:
             return

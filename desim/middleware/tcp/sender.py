@@ -124,6 +124,11 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         if self.express is not None:
             self.express.join()
 
+    def reclaim(self) -> None:
+        """Take over what others have sent over the connection in its stead."""
+        if self.express is not None:
+            self.express.reclaim()
+
     def finish(self, finishes: Callable[..., object]) -> None:
         """Send all that was written, without delay, and a FIN behind it: one byte of the sequence,
         which the network carries as one byte, too."""

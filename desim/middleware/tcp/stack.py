@@ -21,6 +21,10 @@ class Known:
     def __init__(self, transmit: Callable[..., int | None]) -> None:
         self.transmit = transmit
         self.confirmed_ns = 0
+        self.known = True
+
+    def used(self, sent_ns: int, confirmed_ns: int = 0) -> None:
+        """Do nothing: it does not expire."""
 
 
 class Tcp:

@@ -1,0 +1,198 @@
+"""Publishers whose messages go in batches: see ``desim.middleware.batches``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim.engine.kernel import Phase
+from desim.middleware.batch_way import BatchWay
+from desim.middleware.batches import Batch, Member
+from desim.middleware.contents import Content, Lazy
+from desim.middleware.transports import stream_frame
+
+if TYPE_CHECKING:
+    from desim.middleware.topics import Publisher
+
+
+class BatchPublisher:
+    """Publishers of one host that always publish in one instant, messages of ``size_bytes``.
+    ``last`` and ``before`` are the last two batches."""
+
+    def __init__(self, publishers: Sequence[Publisher], size_bytes: int) -> None:
+        self._publishers = list(publishers)
+        for publisher in publishers:
+            publisher.batches = self
+        self.host = publishers[0].host
+        self._graph = self.host.graph
+        self.kernel = self._graph.kernel
+        self.size_bytes = size_bytes
+        self.mixed = False  # links may have messages of their own
+        self.published = 0  # batches, so far
+        self.frame = stream_frame(size_bytes)
+        self._connections = -1  # of the graph, when the way was found
+        self._way: BatchWay | None = None
+        self._batches: list[Batch] = []  # with something that is not counted yet
+        self.before: Batch | None = None
+        self.last: Batch | None = None
+        self._graph.batches.append(self)
+
+    def publish(self, read: Callable[[int], object]) -> None:
+        """Publish one message of each publisher that has subscribers; ``read(k)`` computes the
+        content of publisher k's. (Where a callback's messages are held back, each is for itself.)
+        """
+        def content(k: int) -> Lazy:
+            return Lazy(self.size_bytes, partial(read, k))
+
+        if self.host.holds:
+            self._publish_singly(content)
+        else:
+            self._publish(content)
+
+    def publish_one(self, publisher: Publisher, content: Content) -> None:
+        """One of them publishes for itself."""
+        publisher.send(content)
+
+    def _publish(self, content: Callable[[int], Content]) -> None:
+        graph, host, kernel = self._graph, self.host, self.kernel
+        if self._connections != graph.connections:
+            self._connect()
+        way = self._way
+        if way is None or not self._is_free(way) or not way.medium.lets_pass(
+                host.index, way.receivers, *self.frame):
+            self._publish_singly(content)
+            return
+        messages = len(way.publishers)
+        self.published += 1
+        batch = Batch(kernel.now_ns, kernel.round_of(Phase.DELIVER), host.published + 1,
+                      graph.messages + 1, self.published, messages, len(way.members), content)
+        host.published += messages
+        graph.messages += messages
+        self._batches.append(batch)
+        self.before, self.last = self.last, batch
+        way.medium.transmit_many(host.index, way.receivers, *self.frame, way, batch)
+        late_ns = batch.born_ns + way.patience_ns
+        if max(batch.arrivals) >= late_ns:
+            kernel.at(late_ns, Phase.NETWORK, host.id, self._needs_timers, batch)
+
+    def release(self) -> None:
+        """Hand messages on their way over to their links: what follows may change their fate, or
+        looks at their links."""
+        self.catch_up()  # links wait by the round trips that were measured so far
+        self.mixed = True
+        last, way = self.last, self._way
+        if last is None or way is None or not last.open:
+            return
+        over_ns = last.over_ns(self.kernel)
+        for index in [index for index in last.open if last.arrivals[index] > over_ns]:
+            way.members[index].give(last)
+
+    def _needs_timers(self, batch: Batch) -> None:
+        """Links need timers for what has not arrived yet."""
+        if batch is self.last:  # else all has
+            self.release()
+
+    def catch_up(self) -> None:
+        """Write the rows of what has happened by now, and count it."""
+        way, batches = self._way, self._batches
+        if not batches or way is None:
+            return
+        unsent = [batch for batch in batches if not batch.sent]
+        if unsent:
+            way.count_sent(unsent)
+        arrivals = np.array([batch.arrivals for batch in batches])
+        landed = arrivals <= np.array([[batch.over_ns(self.kernel)] for batch in batches])
+        for batch, there in zip(batches, landed, strict=True):
+            if len(batch.open) < len(there):
+                there &= np.isin(np.arange(len(there)), list(batch.open))
+            if there.all():
+                batch.open.clear()
+            for index in np.flatnonzero(there).tolist() if batch.open else ():
+                del batch.open[index]
+        self._batches = [batch for batch in batches if batch.open]
+        if landed.any():
+            way.count_arrived(batches, arrivals, landed)
+
+    def waiting(self, publisher: Publisher) -> int:
+        """The receptions of messages of ``publisher`` on their way."""
+        last, way = self.last, self._way
+        if last is None or way is None or not last.open:
+            return 0
+        over_ns = last.over_ns(self.kernel)
+        return sum(last.arrivals[index] > over_ns and way.members[index].publisher is publisher
+                   for index in last.open)
+
+    def _connect(self) -> None:
+        """Find the way of the next batches, which may be none."""
+        members = self._members()
+        self._connections = self._graph.connections
+        before = self._way.members if self._way is not None else []
+        if before and [member.ends for member in members] == [member.ends for member in before]:
+            return
+        self.release()
+        for member in before:
+            if member.latest is not None:
+                member.latest.take_from(None)
+        self.before = self.last = None
+        self._way = BatchWay.of(self.host, self.size_bytes, self.frame, members)
+        for member in self._way.members if self._way is not None else []:
+            if member.latest is not None:
+                member.latest.take_from(member)
+
+    def _members(self) -> list[Member]:
+        """The places of the publishers with subscribers; none where they cannot publish in batches.
+        """
+        members: list[Member] = []
+        messages = 0
+        for number, publisher in enumerate(self._publishers):
+            if not publisher.has_subscribers():
+                continue
+            links = publisher.lending()
+            if not links or self._graph.payloads != "lazy":
+                return []
+            members += [Member(self, index, messages, number, link, publisher,
+                               self._graph.hosts[receiver])
+                        for index, (receiver, link) in enumerate(links.items(), len(members))]
+            messages += 1
+        return members
+
+    def _is_free(self, way: BatchWay) -> bool:
+        """Whether each link can send at once."""
+        last = self.last
+        if last is not None and last.open:
+            latest_ns = (max(last.arrivals) if len(last.open) == len(last.arrivals)
+                         else max(last.arrivals[index] for index in last.open))
+            if latest_ns > last.over_ns(self.kernel):
+                return False
+        if self.mixed and not all(member.link.lend(self.size_bytes) for member in way.members):
+            return False
+        self.mixed = False
+        return True
+
+    def _publish_singly(self, content: Callable[[int], Content]) -> None:
+        self.release()
+        for number, publisher in enumerate(self._publishers):
+            if publisher.has_subscribers():
+                publisher.publish(content(number))
+
+
+class FanOut(BatchPublisher):
+    """One publisher with several receivers, each of whose messages is a batch of its own, if it has
+    the size of the first one."""
+
+    def __init__(self, publisher: Publisher, size_bytes: int) -> None:
+        super().__init__([publisher], size_bytes)
+        self._publisher = publisher
+
+    def publish_one(self, publisher: Publisher, content: Content) -> None:
+        if content.size_bytes == self.size_bytes:
+            self._publish(lambda _: content)
+        else:
+            self._publish_singly(lambda _: content)
+
+    def _publish_singly(self, content: Callable[[int], Content]) -> None:
+        self.release()
+        self._publisher.send(content(0))

@@ -1,0 +1,162 @@
+"""The way of batches, and the account of what they have done."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain, compress
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from desim.engine.trace import ROW
+from desim.middleware.batches import Batch, Member
+from desim.network.medium import UNKNOWN_NS, Medium
+
+if TYPE_CHECKING:
+    from desim.middleware.host import Host
+    from desim.middleware.topics import Publisher
+
+
+class BatchArrivals(NamedTuple):
+    """Messages of one host that were delivered: the host, their size, and arrays of their numbers,
+    trace ids of their topics, receiving hosts, births (when their frames were sent, too) and
+    arrivals."""
+
+    source: int
+    size_bytes: int
+    numbers: np.ndarray
+    topics: np.ndarray
+    receivers: np.ndarray
+    born_ns: np.ndarray
+    arrived_ns: np.ndarray
+
+
+@runtime_checkable
+class TakesArrivals(Protocol):
+    """A listener to the fates of messages that takes many at once."""
+
+    def arrivals(self, batch: BatchArrivals) -> object:
+        """All of these messages were delivered."""
+
+
+@dataclass(frozen=True, slots=True)
+class BatchWay:
+    """The way of batches of ``host``, with messages of ``size_bytes`` in frames of ``frame`` (bytes
+    and segments): the members, one a place, and the publishers of the messages with their places.
+    Of each message it has the trace id of its topic; of each place the message's number in its
+    batch, the receiver's index and its trace id. ``patience_ns`` is the shortest one of the links.
+    """
+
+    host: Host
+    size_bytes: int
+    frame: tuple[int, int]
+    medium: Medium
+    members: list[Member]
+    publishers: list[tuple[Publisher, slice]]
+    patience_ns: int
+    topics: np.ndarray
+    messages: np.ndarray
+    receivers: tuple[int, ...]
+    hosts: np.ndarray
+    awaited: list[Member]  # by callbacks
+
+    @classmethod
+    def of(cls, host: Host, size_bytes: int, frame: tuple[int, int], members: list[Member]
+           ) -> BatchWay | None:
+        """The way of ``members``; None if they have no one medium in common."""
+        medium = members[0].link.medium if members else None
+        if not isinstance(medium, Medium) or any(
+                member.link.medium is not medium for member in members):
+            return None
+        places: dict[Publisher, list[int]] = {}
+        for member in members:
+            places.setdefault(member.publisher, []).append(member.index)
+        publishers = [(publisher, slice(own[0], own[-1] + 1)) for publisher, own in places.items()]
+        return cls(host, size_bytes, frame, medium, members, publishers,
+                   min(member.link.patience_ns for member in members),
+                   np.array([publisher.topic.id for publisher, _ in publishers], np.int64),
+                   np.array([member.message_index for member in members], np.int64),
+                   tuple(member.host.index for member in members),
+                   np.array([member.host.id for member in members], np.int64),
+                   [member for member in members if member.latest is None])
+
+    def __getitem__(self, index: int) -> Member:
+        return self.members[index]
+
+    def expected_many(self, batch: Batch, delays_ns: Sequence[int]) -> None:
+        """See ``Carriers``."""
+        now_ns, arrivals = batch.born_ns, batch.arrivals
+        arrivals[:len(delays_ns)] = [now_ns + delay_ns for delay_ns in delays_ns]
+        for member in self.awaited:
+            arrival_ns = arrivals[member.index]
+            if arrival_ns != UNKNOWN_NS:
+                member.await_(batch, arrival_ns)
+
+    def count_sent(self, batches: list[Batch]) -> None:
+        """Write the rows ``sent`` and ``frame`` of batches."""
+        graph, own, born_ns = self.host.graph, self.host.id, _of(batches, "born_ns")[:, None]
+        seqs = _of(batches, "seq")[:, None]
+        graph.trace.put_rows(_rows(born_ns, graph.SENT, own, self.topics,
+                                   seqs + np.arange(len(self.topics)), self.size_bytes))
+        graph.trace.put_rows(_rows(born_ns, graph.FRAME, own, self.hosts, seqs + self.messages,
+                                   self.frame[0]))
+        for batch in batches:
+            batch.sent = True
+        for publisher, places in self.publishers:
+            publisher.topic.counts.intended += len(batches) * (places.stop - places.start)
+
+    def count_arrived(self, batches: list[Batch], arrivals: np.ndarray, landed: np.ndarray) -> None:
+        """Write the rows ``delivered`` of the messages that have ``landed`` [batches, places], and
+        notify all who count them."""
+        graph, own = self.host.graph, self.host.id
+        born_ns = _of(batches, "born_ns")[:, None]
+        latencies = arrivals - born_ns
+        rows = _rows(arrivals, graph.DELIVERED, self.hosts, own,
+                     _of(batches, "seq")[:, None] + self.messages, latencies)
+        graph.trace.put_rows(rows if landed.all() else rows[landed.ravel()])
+        self._count_trips([batch.born_ns for batch in batches], latencies.T.tolist(),
+                          landed.T.tolist())
+        self.medium.flights.landed_each(self.receivers, *self.frame, landed.sum(axis=0).tolist())
+        if graph.on_arrivals is not None:
+            numbers = _of(batches, "number")[:, None] + self.messages
+            graph.on_arrivals(BatchArrivals(self.host.index, self.size_bytes, *(
+                np.broadcast_to(values, landed.shape)[landed] for values in (
+                    numbers, self.topics[self.messages], np.array(self.receivers), born_ns,
+                    arrivals))))
+        elif graph.on_fate is not None:
+            for k, index in np.argwhere(landed).tolist():
+                member, batch = self.members[index], batches[k]
+                graph.on_fate(member.message(batch), member.host.index, batch.arrivals[index],
+                              None, batch.born_ns, batch.born_ns)
+
+    def _count_trips(self, births: list[int], trips_ns: list[list[int]], landed: list[list[bool]]
+                     ) -> None:
+        """Tell links and topics how long the messages have taken that were born at ``births`` and
+        have ``landed`` [places, births]."""
+        for index, (member, there) in enumerate(zip(self.members, landed, strict=True)):
+            sent_ns, mine = births, trips_ns[index]
+            if not all(there):
+                sent_ns, mine = [*compress(births, there)], [*compress(mine, there)]
+                trips_ns[index] = mine
+            if mine:
+                member.link.landed(sent_ns, mine)
+                self.host.has_arrived(member.host.index, sent_ns[0] + mine[0],
+                                      sent_ns[-1] + mine[-1])
+        for publisher, places in self.publishers:
+            counts, all_ns = publisher.topic.counts, [*chain.from_iterable(trips_ns[places])]
+            counts.bytes += len(all_ns) * self.size_bytes
+            counts.latency.extend(all_ns)
+
+
+def _of(batches: list[Batch], field: str) -> np.ndarray:
+    return np.array([getattr(batch, field) for batch in batches], np.int64)
+
+
+def _rows(t_ns: np.ndarray, kind: int, entity: int | np.ndarray, a: int | np.ndarray,
+          b: np.ndarray, c: int | np.ndarray) -> np.ndarray:
+    """Trace rows of all messages of some batches."""
+    rows = np.empty(b.shape, ROW)
+    rows["t_ns"], rows["kind"], rows["entity"] = t_ns, kind, entity
+    rows["a"], rows["b"], rows["c"] = a, b, c
+    return rows.ravel()
