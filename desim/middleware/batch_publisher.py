@@ -76,24 +76,30 @@ class BatchPublisher:
         way.medium.transmit_many(host.index, way.receivers, *self.frame, way, batch)
         late_ns = batch.born_ns + way.patience_ns
         if max(batch.arrivals) >= late_ns:
-            kernel.at(late_ns, Phase.NETWORK, host.id, self._needs_timers, batch)
+            self._give(late_ns)
 
     def release(self) -> None:
         """Hand messages on their way over to their links: what follows may change their fate, or
         looks at their links."""
-        self.catch_up()  # links wait by the round trips that were measured so far
         self.mixed = True
-        last, way = self.last, self._way
-        if last is None or way is None or not last.open:
-            return
-        over_ns = last.over_ns(self.kernel)
-        for index in [index for index in last.open if last.arrivals[index] > over_ns]:
-            way.members[index].give(last)
+        self._give(0)
 
-    def _needs_timers(self, batch: Batch) -> None:
-        """Links need timers for what has not arrived yet."""
-        if batch is self.last:  # else all has
-            self.release()
+    def tell_links(self) -> None:
+        """Tell the links of all that has arrived by now."""
+        self.catch_up()
+        if self._way is not None:
+            self._way.tell_links()
+
+    def _give(self, least_ns: int) -> None:
+        """Hand those messages on their way over to their links that will not arrive before
+        ``least_ns``."""
+        self.tell_links()  # they wait by the round trips that were measured so far
+        last, way = self.last, self._way
+        if last is not None and way is not None and last.open:
+            over_ns = last.over_ns(self.kernel)
+            for index in [index for index in last.open if last.arrivals[index] > over_ns
+                          and last.arrivals[index] >= least_ns]:
+                way.members[index].give(last)
 
     def catch_up(self) -> None:
         """Write the rows of what has happened by now, and count it."""

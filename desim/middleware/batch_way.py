@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.topics import Publisher
 
+MOST_UNTOLD = 1 << 8  # times of catching up: 0.1 MB with thirty receivers
+
+# Births [batches], latencies [batches, places] and which messages have landed, likewise.
+Arrivals = tuple[np.ndarray, np.ndarray, np.ndarray]
+
 
 class BatchArrivals(NamedTuple):
     """Messages of one host that were delivered: the host, their size, and arrays of their numbers,
@@ -60,6 +65,7 @@ class BatchWay:
     receivers: tuple[int, ...]
     hosts: np.ndarray
     awaited: list[Member]  # by callbacks
+    untold: list[Arrivals]  # of which links have not heard yet
 
     @classmethod
     def of(cls, host: Host, size_bytes: int, frame: tuple[int, int], members: list[Member]
@@ -79,7 +85,7 @@ class BatchWay:
                    np.array([member.message_index for member in members], np.int64),
                    tuple(member.host.index for member in members),
                    np.array([member.host.id for member in members], np.int64),
-                   [member for member in members if member.latest is None])
+                   [member for member in members if member.latest is None], [])
 
     def __getitem__(self, index: int) -> Member:
         return self.members[index]
@@ -108,15 +114,21 @@ class BatchWay:
 
     def count_arrived(self, batches: list[Batch], arrivals: np.ndarray, landed: np.ndarray) -> None:
         """Write the rows ``delivered`` of the messages that have ``landed`` [batches, places], and
-        notify all who count them."""
+        notify all who count them. (Links hear of them when somebody looks at links: that is
+        seldom, and each of them is then told of many.)"""
         graph, own = self.host.graph, self.host.id
-        born_ns = _of(batches, "born_ns")[:, None]
+        births = _of(batches, "born_ns")
+        born_ns = births[:, None]
         latencies = arrivals - born_ns
+        self.untold.append((births, latencies, landed))
+        if len(self.untold) > MOST_UNTOLD:
+            self.tell_links()
         rows = _rows(arrivals, graph.DELIVERED, self.hosts, own,
                      _of(batches, "seq")[:, None] + self.messages, latencies)
         graph.trace.put_rows(rows if landed.all() else rows[landed.ravel()])
-        self._count_trips([batch.born_ns for batch in batches], latencies.T.tolist(),
-                          landed.T.tolist())
+        self._count(latencies.T.tolist(), landed)
+        self.host.have_arrived(self.receivers, np.where(landed, arrivals, UNKNOWN_NS).min(axis=0),
+                               np.where(landed, arrivals, 0).max(axis=0))
         self.medium.flights.landed_each(self.receivers, *self.frame, landed.sum(axis=0).tolist())
         if graph.on_arrivals is not None:
             numbers = _of(batches, "number")[:, None] + self.messages
@@ -130,21 +142,28 @@ class BatchWay:
                 graph.on_fate(member.message(batch), member.host.index, batch.arrivals[index],
                               None, batch.born_ns, batch.born_ns)
 
-    def _count_trips(self, births: list[int], trips_ns: list[list[int]], landed: list[list[bool]]
-                     ) -> None:
-        """Tell links and topics how long the messages have taken that were born at ``births`` and
-        have ``landed`` [places, births]."""
-        for index, (member, there) in enumerate(zip(self.members, landed, strict=True)):
-            sent_ns, mine = births, trips_ns[index]
-            if not all(there):
-                sent_ns, mine = [*compress(births, there)], [*compress(mine, there)]
-                trips_ns[index] = mine
-            if mine:
-                member.link.landed(sent_ns, mine)
-                self.host.has_arrived(member.host.index, sent_ns[0] + mine[0],
-                                      sent_ns[-1] + mine[-1])
+    def tell_links(self) -> None:
+        """Tell the links of all messages that have arrived since the last time."""
+        if not self.untold:
+            return
+        births, trips, landed = zip(*self.untold, strict=True)
+        self.untold.clear()
+        sent_ns = np.concatenate(births).tolist()
+        for member, trips_ns, there in zip(self.members, np.concatenate(trips).T.tolist(),
+                                           np.concatenate(landed).T.tolist(), strict=True):
+            if all(there):
+                member.link.landed(sent_ns, trips_ns)
+            elif any(there):
+                member.link.landed([*compress(sent_ns, there)], [*compress(trips_ns, there)])
+
+    def _count(self, latencies_ns: list[list[int]], landed: np.ndarray) -> None:
+        """Enter ``latencies_ns`` [places, batches] of messages that have ``landed`` [batches,
+        places] in the counts of their topics."""
+        if not landed.all():
+            latencies_ns = [[*compress(mine, there)] for mine, there in zip(
+                latencies_ns, landed.T.tolist(), strict=True)]
         for publisher, places in self.publishers:
-            counts, all_ns = publisher.topic.counts, [*chain.from_iterable(trips_ns[places])]
+            counts, all_ns = publisher.topic.counts, [*chain.from_iterable(latencies_ns[places])]
             counts.bytes += len(all_ns) * self.size_bytes
             counts.latency.extend(all_ns)
 

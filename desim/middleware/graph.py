@@ -210,7 +210,7 @@ class Graph:
         if time_ns > origin.last_arrival_ns[host.index]:  # it may be entered late
             origin.last_arrival_ns[host.index] = time_ns
         if origin.on_next_arrival:
-            origin.has_arrived(host.index, time_ns, time_ns)
+            origin.has_arrived(host.index, time_ns)
         self.put(pack(time_ns, self.DELIVERED, host.id, origin.id, message.seq, latency_ns))
         if self.on_fate is not None:
             self.on_fate(message, host.index, time_ns, None, first_ns, last_ns)
@@ -238,7 +238,7 @@ class Graph:
             last_arrival_ns[receiver] = now_ns
         if origin.on_next_arrival:
             for receiver in receivers:
-                origin.has_arrived(receiver, now_ns, now_ns)
+                origin.has_arrived(receiver, now_ns)
         self.put(pack_each(now_ns, self.DELIVERED, map(self._packed_ids.__getitem__, receivers),
                            origin.id, message.seq, latency_ns))
         if self.on_fate is not None:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack, pack_each, pack_id
 from desim.errors import InputError, KernelError
@@ -224,13 +226,21 @@ class Host:
         about.counts.queued += len(subscriptions)
         return True
 
-    def has_arrived(self, receiver: int, first_ns: int, last_ns: int) -> None:
-        """Messages of this host have arrived at ``receiver``, the first at ``first_ns``, the last
-        at ``last_ns``."""
-        if last_ns > self.last_arrival_ns[receiver]:
-            self.last_arrival_ns[receiver] = last_ns
+    def has_arrived(self, receiver: int, time_ns: int) -> None:
+        """A message of this host has arrived at ``receiver``."""
+        self.last_arrival_ns[receiver] = max(self.last_arrival_ns[receiver], time_ns)
         if self.on_next_arrival and receiver in self.on_next_arrival:
-            self.on_next_arrival.pop(receiver)(first_ns)
+            self.on_next_arrival.pop(receiver)(time_ns)
+
+    def have_arrived(self, receivers: Sequence[int], first_ns: np.ndarray, last_ns: np.ndarray
+                     ) -> None:
+        """Messages of this host have arrived at ``receivers``, the first at ``first_ns``, the last
+        at ``last_ns``, which is 0 where none has."""
+        np.maximum.at(np.frombuffer(self.last_arrival_ns, np.int64), np.array(receivers), last_ns)
+        if self.on_next_arrival:
+            for receiver, time_ns in zip(receivers, first_ns.tolist(), strict=True):
+                if receiver in self.on_next_arrival and time_ns <= self.last_arrival_ns[receiver]:
+                    self.on_next_arrival.pop(receiver)(time_ns)
 
     def _overwrite(self, inbox: list[tuple[Subscription, Message]], subscription: Subscription
                    ) -> None:
