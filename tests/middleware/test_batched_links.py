@@ -18,7 +18,6 @@ from desim.middleware.context import GraphContext
 from desim.middleware.direct import Direct
 from desim.middleware.host import Host
 from desim.middleware.ros1.ros1 import Ros1
-from desim.middleware.ros1.transports import Outlet
 from desim.middleware.tcp import stack
 from desim.middleware.tcp.implied_acknowledgements import Express
 from desim.middleware.topics import WaitSet
@@ -318,7 +317,7 @@ def test_what_goes_to_everybody_goes_in_batches(middleware):
 
 CUT_AND_STOP = Story(everybody() + everybody("both", 2, 1400, "zero"), [(25, "a"), (25, "b")],
                      [(1800, "c", 300)], [(2500, 2800, "b")])
-lend = Outlet.lend
+give = BatchPublisher._give
 TOGETHER = Story(everybody(start="zero"))
 SELDOM = Story(everybody(hz=2))
 
@@ -328,9 +327,8 @@ SELDOM = Story(everybody(hz=2))
     (Express, "reclaim", lambda express: None, CUT_AND_STOP, "near", "connections"),
     (Neighbour, "used", lambda entry, sent_ns, confirmed_ns=0: None, SELDOM, "near", "addresses"),
     (GraphContext, "release", lambda context, host: None, SELDOM, "near", "addresses"),
-    (Outlet, "lend", lambda outlet, size_bytes: (
-        setattr(outlet, "patience_ns", 1 << 63), lend(outlet, size_bytes))[1], SELDOM, "stalls",
-     "rows"),
+    (BatchPublisher, "_give", lambda batches, least_ns: None if least_ns else give(batches, 0),
+     SELDOM, "stalls", "rows"),
     (BatchPublisher, "waiting", lambda batches, publisher: 0, SELDOM, "very far", "samples"),
     (Member, "await_", lambda member, batch, arrival_ns: None, CUT_AND_STOP, "near", "heard"),
     (Member, "newer", lambda member, known: None, TOGETHER, "near", "heard"),
