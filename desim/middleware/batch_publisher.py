@@ -84,16 +84,16 @@ class BatchPublisher:
         self.mixed = True
         self._give(0)
 
-    def tell_links(self) -> None:
+    def notify_links(self) -> None:
         """Tell the links of all that has arrived by now."""
         self.catch_up()
         if self._way is not None:
-            self._way.tell_links()
+            self._way.notify_links()
 
     def _give(self, least_ns: int) -> None:
         """Hand those messages on their way over to their links that will not arrive before
         ``least_ns``."""
-        self.tell_links()  # they wait by the round trips that were measured so far
+        self.notify_links()  # they wait by the round trips that were measured so far
         last, way = self.last, self._way
         if last is not None and way is not None and last.open:
             over_ns = last.over_ns(self.kernel)

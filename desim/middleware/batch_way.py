@@ -122,7 +122,7 @@ class BatchWay:
         latencies = arrivals - born_ns
         self.untold.append((births, latencies, landed))
         if len(self.untold) > MOST_UNTOLD:
-            self.tell_links()
+            self.notify_links()
         rows = _rows(arrivals, graph.DELIVERED, self.hosts, own,
                      _of(batches, "seq")[:, None] + self.messages, latencies)
         graph.trace.put_rows(rows if landed.all() else rows[landed.ravel()])
@@ -142,7 +142,7 @@ class BatchWay:
                 graph.on_fate(member.message(batch), member.host.index, batch.arrivals[index],
                               None, batch.born_ns, batch.born_ns)
 
-    def tell_links(self) -> None:
+    def notify_links(self) -> None:
         """Tell the links of all messages that have arrived since the last time."""
         if not self.untold:
             return

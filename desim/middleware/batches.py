@@ -215,6 +215,6 @@ class Member(Carrier[Batch]):
     def _given(self, batch: Batch) -> object:
         """The token of a frame, which the link takes now if it has not had it."""
         if self.index not in batch.given:
-            self._batches.tell_links()  # it waits by the round trips that were measured so far
+            self._batches.notify_links()  # it waits by the round trips that were measured so far
             self.give(batch)
         return batch.given[self.index]
