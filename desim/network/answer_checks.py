@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from desim.errors import ModelError, class_of
-from desim.ports import LimitsReach, NetworkModel, Rule, Verdict
+from desim.ports import Drop, Frame, LimitsReach, NetworkModel, Rule, Verdict
 
 Plugin = Rule | NetworkModel
 
@@ -59,6 +59,25 @@ def undeclared(plugin: Plugin, reason: str) -> ModelError:
                       f"declare (reasons = {plugin.reasons!r})")
 
 
+def reason_of(model: NetworkModel, medium: str, reasons: Collection[str], verdict: object) -> str:
+    """The reason of a drop that the model of ``medium`` has settled. Raises ``ModelError`` unless
+    it is one of ``reasons``."""
+    if type(verdict) is not Drop:
+        raise ModelError(f"{_model(model, medium)} settled with {verdict!r}; Deliver or Drop is "
+                         "wanted")
+    if verdict.reason not in reasons:
+        raise undeclared(model, verdict.reason)
+    return verdict.reason
+
+
+def unexpected(model: NetworkModel, medium: str, frame: Frame, receiver: int | Sequence[int] | None
+               ) -> ModelError:
+    """The error about a fate at a receiver where there is none to settle."""
+    (where,) = receiver if isinstance(receiver, tuple) and len(receiver) == 1 else (receiver,)
+    return ModelError(f"{_model(model, medium)} settled {frame} at receiver {where}, which is "
+                      "settled already or was never intended")
+
+
 def reach_m_of(part: Plugin) -> float:
     """The distance in m beyond which a rule or a model lets no frame get; infinity if it does not
     say. Raises ``ModelError`` if that is no distance."""
@@ -67,3 +86,7 @@ def reach_m_of(part: Plugin) -> float:
         raise ModelError(f"{class_of(part)} has reach_m = {reach_m!r}; wanted: a number of metres "
                          ">= 0")
     return reach_m
+
+
+def _model(model: NetworkModel, medium: str) -> str:
+    return f"{class_of(model)} of medium {medium!r}"

@@ -19,7 +19,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import KernelError, ModelError, below, class_of
 from desim.network.account import Account
-from desim.network.answer_checks import arrival_of, check_packets, undeclared
+from desim.network.answer_checks import arrival_of, check_packets, reason_of, unexpected
 from desim.network.broadcast import Broadcast
 from desim.network.carrier import Carrier, Carriers
 from desim.network.flights import Flights
@@ -63,11 +63,10 @@ class Medium(Account):
     A frame is open until its model has settled it, then on its way until it is delivered.
     """
 
-    __slots__ = ("name", "id", "model", "rules", "flights", "attached", "frames", "_refuses",
-                 "_kernel", "_after", "_send", "_begin", "_streams", "_place", "positions", "_open",
-                 "_broadcasts", "_awaited", "_reasons", "_hosts",
-                 "_control", "_reachability", "judge_transmission", "shared", "_admit", "_passes",
-                 "_all_pass", "_send_many")
+    __slots__ = ("name", "id", "model", "rules", "flights", "attached", "frames", "positions",
+                 "shared", "judge_transmission", "_refuses", "_kernel", "_after", "_send", "_begin",
+                 "_streams", "_place", "_open", "_broadcasts", "_awaited", "_reasons", "_hosts",
+                 "_control", "_reachability", "_admit", "_passes", "_all_pass", "_send_many")
 
     def __init__(self, name: str, model: NetworkModel,
                  rules: Sequence[Rule | ports.RuleFunction] = (), *, kernel: Kernel, names: Names,
@@ -141,7 +140,7 @@ class Medium(Account):
             else:
                 self._begin_on_terms(frame, claim, verdict.delay_ns)
         else:
-            reason = self._declared(verdict)
+            reason = reason_of(self.model, self.name, self._reasons, verdict)
             self._dropped(frame, (receiver,), reason, claim[4] - len(claim[5].lost))
             claim[0].lost(claim[1], receiver, reason)
 
@@ -151,7 +150,8 @@ class Medium(Account):
             for receiver in frame.receivers if receivers is None else receivers:
                 self.settle(frame, receiver, verdict)
             return
-        reason = "" if type(verdict) is Deliver else self._declared(verdict)
+        reason = ("" if type(verdict) is Deliver
+                  else reason_of(self.model, self.name, self._reasons, verdict))
         if not receivers and frame.id not in self._broadcasts:
             return  # nobody is left
         broadcast, settled = self._settled(frame, receivers)
@@ -225,7 +225,7 @@ class Medium(Account):
         """The model has returned the delay of a frame that is to be delivered now (``at_once``), or
         of which a rule has changed something, or the model has lost packets."""
         if claim is None:
-            raise self._unexpected(frame, frame.receivers)
+            raise unexpected(self.model, self.name, frame, frame.receivers)
         _, _, receiver, size_bytes, segments, own = claim
         arrival_of(self.model, delay_ns)
         if own is not PLAIN:
@@ -243,10 +243,9 @@ class Medium(Account):
              token: T) -> int | None:
         """Transmit one packet to one host without an event, if the model knows at once when (ns) it
         will arrive and no rule has touched it. Returns that time, and does not notify the carrier.
-        None: the carrier will be notified of the frame's fate.
-
-        Use it for frames whose arrival triggers nothing, such as acknowledgements. Such a frame
-        counts as delivered at once, even if its receiver should stop while it is on its way."""
+        None: the carrier will be notified of the frame's fate. It is for frames whose arrival
+        triggers nothing, such as acknowledgements, and counts them as delivered at once, even if
+        the receiver should stop while they are on their way."""
         return self.transmit(source, receivers, size_bytes, 1, False, carrier, token, True)
 
     def lets_pass(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int
@@ -336,7 +335,7 @@ class Medium(Account):
         delay_ns = self._send(frame)
         if delay_ns is not None:
             if frame.id not in self._broadcasts:
-                raise self._unexpected(frame, frame.receivers)
+                raise unexpected(self.model, self.name, frame, frame.receivers)
             self.settle_many(frame, None, Deliver(arrival_of(self.model, delay_ns)))
 
     def _settled(self, frame: Frame, receivers: Sequence[int] | None
@@ -346,7 +345,7 @@ class Medium(Account):
             broadcast = self._broadcasts[frame.id]
             settled = broadcast.settle(receivers)
         except KeyError:
-            raise self._unexpected(frame, receivers) from None
+            raise unexpected(self.model, self.name, frame, receivers) from None
         self._awaited -= len(settled)
         if not broadcast.left:
             del self._broadcasts[frame.id]
@@ -365,20 +364,20 @@ class Medium(Account):
     def _begin_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
         """A frame that rules may have delayed or copied is on its way to one receiver."""
         if delay_ns < 0:
-            raise ModelError(f"{self._model()} delivers {-delay_ns} ns in the past")
+            raise ModelError(f"{class_of(self.model)} delivers {-delay_ns} ns in the past")
         self.flights.begin_on_terms(frame.source, claim, delay_ns)
 
     def _leaves(self, frame: Frame, receiver: int, verdict: Drop, packets: tuple[int, ...]) -> bool:
         """Take out the ``packets`` that the model has lost at one receiver. Returns whether any are
         left; if not, the frame is dropped."""
-        reason = self._declared(verdict)
+        reason = reason_of(self.model, self.name, self._reasons, verdict)
         check_packets(self.model, packets, frame.segments)
         claim = self._open.get(frame.id)
         broadcast = self._broadcasts.get(frame.id)
         if broadcast is not None and broadcast.awaits(receiver):
             claim = broadcast.claim(receiver)
         if claim is None or claim[2] != receiver:
-            raise self._unexpected(frame, receiver)
+            raise unexpected(self.model, self.name, frame, receiver)
         *_, segments, before = claim
         after = before.losing(before.numbers(packets, segments), reason)
         if len(after.lost) == segments:
@@ -398,19 +397,3 @@ class Medium(Account):
         self.count_drops(reason, len(receivers), packets)
         if reason in self._refuses and frame.receivers[0] in receivers:  # once a frame
             self.count_refused(frame.source, frame.size_bytes)
-
-    def _declared(self, verdict: object) -> str:
-        """The reason of a drop. Raises ``ModelError`` for anything else."""
-        if type(verdict) is not Drop:
-            raise ModelError(f"{self._model()} settled with {verdict!r}; Deliver or Drop is wanted")
-        if verdict.reason not in self._reasons:
-            raise undeclared(self.model, verdict.reason)
-        return verdict.reason
-
-    def _unexpected(self, frame: Frame, receiver: int | Sequence[int] | None) -> ModelError:
-        (where,) = receiver if isinstance(receiver, tuple) and len(receiver) == 1 else (receiver,)
-        return ModelError(f"{self._model()} settled {frame} at receiver {where}, which is "
-                          "settled already or was never intended")
-
-    def _model(self) -> str:
-        return f"{class_of(self.model)} of medium {self.name!r}"
