@@ -28,7 +28,8 @@ def warnings(monitor: Monitor) -> list[str]:
         settles = medium.delivered or medium.dropped
         if waiting >= (_MANY_FRAMES if settles else 1) and 2 * waiting > medium.intended:
             said.append(f"medium {medium.name}: {waiting} of {medium.intended} frames are neither "
-                        "delivered nor dropped at the end: does its model settle every frame?")
+                        "delivered nor dropped at the end: does its model settle every frame"
+                        + (", or do they wait for want of bandwidth?" if settles else "?"))
     said += [f"medium {name}: nothing has arrived inside of a host: does its model carry frames "
              "from a host to itself, as link and bus do?" for name in _silent_inside(monitor.graph)]
     said += [f"topics: no topic of the run has matched {pattern!r}"

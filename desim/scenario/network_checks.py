@@ -126,7 +126,8 @@ def _publications(scenario: Scenario, _: Folder) -> Found:
         for i, publication in enumerate(equipment.publishes):
             at: Path = (*path, "publishes", i)
             topic = publication.topic
-            if topic.rpartition("/")[2] in OWN_TOPICS or topic.startswith("strategy/"):
+            copied = topic.partition("/copy_")[0]  # see testbed.processes
+            if copied.rpartition("/")[2] in OWN_TOPICS or topic.startswith("strategy/"):
                 yield (*at, "topic"), f"{topic!r} is a topic of the robot's own; choose another"
             elif topic in topics[:i]:
                 yield (*at, "topic"), f"{topic!r} is published already, by another of this list"

@@ -95,10 +95,13 @@ WRONG = {
     "what robots publish": (
         "fleet: {size: 2}\n"
         "robot: {publishes: [{topic: low/scan, size: 1 kB, rate: 1 Hz},\n"
-        "  {topic: strategy/bid, size: 1 kB, rate: 1 Hz}]}", [
+        "  {topic: strategy/bid, size: 1 kB, rate: 1 Hz},\n"
+        "  {topic: scan/copy_2, size: 1 kB, rate: 1 Hz}]}", [
             "3:29: robot.publishes.0.topic: 'low/scan' is a topic of the robot's own; choose "
             "another",
             "4:11: robot.publishes.1.topic: 'strategy/bid' is a topic of the robot's own; choose "
+            "another",
+            "5:11: robot.publishes.2.topic: 'scan/copy_2' is a topic of the robot's own; choose "
             "another"]),
     "receivers of what robots publish": (
         "fleet: {size: 2}\n"
