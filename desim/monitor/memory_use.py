@@ -17,8 +17,9 @@ class MemoryUse:
     """The memory of ``hosts``. Where computers are ideal there is none, and nothing is measured."""
 
     def __init__(self, hosts: Sequence[Host]) -> None:
-        self._memories = {host.name: host.memory for host in hosts
-                          if isinstance(host, BusyHost) and host.memory is not None}
+        busy = [host for host in hosts if isinstance(host, BusyHost)]
+        self._ideal = not busy
+        self._memories = {host.name: host.memory for host in busy if host.memory is not None}
         self._seconds = 0  # that were looked at
         self._sums = [0] * len(self._memories)  # of what was in use then
         self._peaks = [0] * len(self._memories)
@@ -38,6 +39,15 @@ class MemoryUse:
     def kills(self) -> list[int]:
         """The processes that were killed on each host so far."""
         return [len(memory.kills) for memory in self._memories.values()]
+
+    def quantities(self) -> dict[str, float]:
+        """The memory in use now, as a mean over the hosts, and the processes that were killed so
+        far, as expressions see them: 0 where the cost model knows no memory."""
+        if self._ideal:
+            return {}
+        used_bytes = self.used_bytes() or [0]
+        return {"ram_mb": sum(used_bytes) / len(used_bytes) / _MB,
+                "memory_kills": sum(self.kills())}
 
     def sample(self) -> Sample:
         """The memory in use now, as a mean over the hosts."""

@@ -264,6 +264,8 @@ class Monitor:
             "partitions": self.partitions.count,
             "robots_moving": self._moving,
             **self.energy_use.quantities(self._kernel.now_ns),
+            **self.processor_load.quantities(),
+            **self.memory_use.quantities(),
             **self._measured(),
         }
 

@@ -48,6 +48,12 @@ class ProcessorLoad:
         """The callbacks of timers that each host has left out so far."""
         return [host.missed_ticks for host in self._hosts]
 
+    def quantities(self) -> dict[str, float]:
+        """The work of all hosts so far, as expressions see it; none where computers are ideal."""
+        if not self._hosts:
+            return {}
+        return {"cpu_s": sum(self.busy_ns()) / NS_PER_S, "missed_ticks": sum(self.missed_ticks())}
+
     def sample(self, now_ns: int, due: Callable[[str], bool]) -> Sample:
         """The mean loads of hosts and nodes since each was ``due`` before."""
         loads = {} if not self._hosts else {"cpu_percent": self._busy_hosts, **(

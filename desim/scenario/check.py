@@ -23,14 +23,13 @@ from desim.scenario.quantities import (
     ROBOTS,
     ROBOTS_TABLE,
     measurements,
+    not_measured,
     quantities,
-    wants_power,
 )
 from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
-from desim.scenario.schema.experiment import ENERGY
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
 from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
 from desim.scenario.schema.robot import BUILT_IN_LASERS
@@ -263,9 +262,9 @@ def _expressions(scenario: Scenario, _: Folder) -> Found:
     if scenario.stop.when is not None:
         written.insert(0, (("stop", "when"), scenario.stop.when, expression.condition, names))
     for path, text, read, known in written:
-        if wants_power(scenario, text):
-            yield path, (f"{ENERGY} is measured where robot.power says what robots draw, e.g. "
-                         "{} (a Pioneer 3-DX)")
+        complaint = not_measured(scenario, text)
+        if complaint:
+            yield path, complaint
             continue
         try:
             read(text, known)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from desim.scenario.robot_types import are_metered
-from desim.scenario.schema.experiment import ENERGY, QUANTITIES
+from desim.scenario.schema.experiment import ENERGY, OF_COMPUTERS, QUANTITIES
 from desim.scenario.schema.scenario import Scenario
 
 ROBOTS = "robots"  # of a cost, beside the others: their number
@@ -16,20 +16,33 @@ _SAMPLED = ("parts", "map_age_s", "stale_age_s", "registry_divergence", "ghosts"
             "node_cpu_percent", "ram_mb", "ram_percent", "rx_kBps", "tx_kBps", "bytes_per_s")
 ROBOTS_TABLE = "robots"  # the rows of robots.parquet
 
-_ENERGY = re.compile(rf"\b{ENERGY}\b")
+_WORD = re.compile(r"\w+")
 
 
 def quantities(scenario: Scenario, of_task: Sequence[str]) -> tuple[str, ...]:
-    """Those of every run, the energy where it is measured, and those of its task."""
-    return (*QUANTITIES, *((ENERGY,) if are_metered(scenario) else ()), *of_task)
+    """Those of every run, those of power and computers where they are measured, and those of its
+    task."""
+    return (*QUANTITIES, *((ENERGY,) if are_metered(scenario) else ()),
+            *(OF_COMPUTERS if _get_busy(scenario) else ()), *of_task)
 
 
 def measurements(of_task: Sequence[str]) -> tuple[str, ...]:
     """The names of what may have a period of its own, whether or not a run measures it."""
-    names = (*QUANTITIES, ENERGY, *of_task, *_SAMPLED, ROBOTS_TABLE)
-    return tuple(name for name in names if name not in ALWAYS)
+    names = (*QUANTITIES, ENERGY, *OF_COMPUTERS, *of_task, *_SAMPLED, ROBOTS_TABLE)
+    return tuple(dict.fromkeys(name for name in names if name not in ALWAYS))
 
 
-def wants_power(scenario: Scenario, text: str) -> bool:
-    """Whether an expression names the energy, and no robot's is measured."""
-    return _ENERGY.search(text) is not None and not are_metered(scenario)
+def not_measured(scenario: Scenario, text: str) -> str:
+    """A complaint of an expression about what ``scenario`` does not measure; empty without any."""
+    named = set(_WORD.findall(text))
+    if ENERGY in named and not are_metered(scenario):
+        return (f"{ENERGY} is measured where robot.power says what robots draw, e.g. {{}} (a "
+                "Pioneer 3-DX)")
+    busy = [name for name in OF_COMPUTERS if name in named]
+    if busy and not _get_busy(scenario):
+        return f"{busy[0]} is measured where computers get busy, e.g. computers: measured"
+    return ""
+
+
+def _get_busy(scenario: Scenario) -> bool:
+    return scenario.computers.model != "ideal"

@@ -587,9 +587,9 @@ WRONG = {
             "2:33: measure.periods.cpu_percnt: unknown measurement 'cpu_percnt' (did you mean "
             "'cpu_percent'?); allowed: explored, explored_union, explored_all, collisions, "
             "recoveries, messages_sent, messages_delivered, messages_dropped, bytes_on_air, "
-            "distance_m, partitions, robots_moving, energy_j, parts, map_age_s, stale_age_s, "
-            "registry_divergence, ghosts, cpu_percent, node_cpu_percent, ram_mb, ram_percent, "
-            "rx_kBps, tx_kBps, bytes_per_s, robots",
+            "distance_m, partitions, robots_moving, energy_j, cpu_s, missed_ticks, memory_kills, "
+            "ram_mb, parts, map_age_s, stale_age_s, registry_divergence, ghosts, cpu_percent, "
+            "node_cpu_percent, ram_percent, rx_kBps, tx_kBps, bytes_per_s, robots",
             "2:46: measure.periods.robots: must be whole seconds, got 1.5 s"]),
     "too many maps": (
         "coordination: {exchange: {period: 999 us}}\ntestbed: {monitor_period: 1 us}", [
@@ -627,6 +627,10 @@ WRONG = {
         "fleet: {types: {other: {robot: {power: {}}}}}\nmeasure: {cost: energy_j}", [
             "3:17: measure.cost: energy_j is measured where robot.power says what robots draw, "
             "e.g. {} (a Pioneer 3-DX)"]),
+    "work of ideal computers": ("measure: {when: [missed_ticks > 5, explored > cpu_s]}", [
+        *(f"2:{column}: measure.when.{i}: {name} is measured where computers get busy, e.g. "
+          "computers: measured" for i, (column, name) in enumerate(
+              [(18, "missed_ticks"), (36, "cpu_s")]))]),
     "a cost that is no number": ("measure: {cost: explored > 1}", [
         "2:17: measure.cost: 'explored > 1' is a condition where a number is needed, e.g. "
         "'distance_m'"]),

@@ -145,6 +145,22 @@ def test_memory_is_what_nodes_keep():
     assert samples_table(monitor)["ram_mb"][-1] == pytest.approx(robots["ram_mb"][-3:].mean())
 
 
+def test_conditions_know_the_work_of_computers():
+    """At the samples, of which one is due each second."""
+    simulation = built(HELLO, SLAM, MEMORY, SMALL, SHORT, "measure={every: 1 s, when: [cpu_s > 1, "
+                       "memory_kills > 0]}", "stop.when=memory_kills > 1 and ram_mb < 100")
+    simulation.run()
+    monitor = simulation.monitor
+    samples, robots = samples_table(monitor), robots_table(monitor)
+    assert monitor.stop_reason == "condition: memory_kills > 1 and ram_mb < 100"
+    for name, total in (("cpu_s", sum), ("missed_ticks", sum), ("memory_kills", sum),
+                        ("ram_mb", np.mean)):
+        assert samples[name][-1] == pytest.approx(total(robots[name][-3:]))
+    for name, least in (("cpu_s", 1), ("memory_kills", 0)):
+        first = next(i for i, now in enumerate(samples[name]) if now > least)
+        assert f"{name} > {least}" in samples["cause"][first]
+
+
 def test_a_robot_without_memory_enough_dies_and_starts_empty():
     finished(built(HELLO, SLAM, MEMORY, SMALL, SHORT))
     simulation = built(HELLO, SLAM, MEMORY, SMALL, SHORT)

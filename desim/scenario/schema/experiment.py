@@ -18,6 +18,8 @@ QUANTITIES = (
 )
 
 ENERGY = "energy_j"  # beside these, where the robots' power is given
+# Where computers get busy: of all robots so far, and memory in use now, a mean over them.
+OF_COMPUTERS = ("cpu_s", "missed_ticks", "memory_kills", "ram_mb")
 
 
 class TaskChoice(PluginChoice):
