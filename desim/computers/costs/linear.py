@@ -74,12 +74,13 @@ class RememberedCosts:
 class LinearCosts:
     """Costs of ``callbacks`` by node and trigger, ``ANY`` for other triggers of that node. A
     callback without a row costs nothing, and a process without one has no memory. Sums are rounded
-    to whole nanoseconds."""
+    to whole nanoseconds. ``asked`` are the nodes and triggers whose costs somebody wanted."""
 
     def __init__(self, callbacks: Mapping[str, Mapping[str, CallbackCost]], send: MessageCost,
                  receive: MessageCost, memory: MemoryTable) -> None:
         self._callbacks, self._send, self._receive = callbacks, send, receive
         self._memory = memory
+        self.asked: dict[tuple[str, str], None] = {}
         self.remembered = RememberedCosts(self)
 
     def callback_ns(self, work: Work) -> int:
@@ -87,6 +88,7 @@ class LinearCosts:
 
     def row(self, node: str, trigger: str) -> CallbackCost:
         """The cost of a callback."""
+        self.asked[node, trigger] = None
         rows = self._callbacks.get(node, {})
         return rows.get(trigger) or rows.get(ANY) or CallbackCost()
 

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field
 
 from desim import ports
 from desim.computers.costs.linear import (
+    ANY,
     CallbackCost,
     LinearCosts,
     MemoryTable,
@@ -89,6 +90,8 @@ class TableOfCosts(LinearCosts):
 
     def __init__(self, params: Params) -> None:
         self.nodes = (*params.callbacks, *params.memory.processes)  # that have rows
+        self.triggers = tuple((node, trigger) for node, rows in params.callbacks.items()
+                              for trigger in rows if trigger != ANY)
         send, receive = params.send, params.receive
         super().__init__(
             {node: {trigger: CallbackCost(row.fixed_ps, row.per) for trigger, row in rows.items()}
