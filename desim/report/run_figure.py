@@ -1,4 +1,4 @@
-"""One picture of a run: where the fleet drove, what it knew, how fast it learned, what it sent."""
+"""One picture of a run: where the fleet drove, what it knew and sent, what loaded its computers."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 
 from desim.colours import ROBOTS, of_robot
 from desim.monitor.coverage import EXPLORED
+from desim.report import load_panels
 from desim.report.log_axis import plain
 from desim.report.picture_file import save
 from desim.results.maps import OccupancyMap
@@ -54,8 +55,12 @@ def _style() -> AbstractContextManager[None]:
 
 
 def _figure(run: Run) -> Figure:
-    figure = Figure(figsize=(11, 10), dpi=160, layout="constrained")
-    (where, what), (when, said) = figure.subplots(2, 2)
+    loads = "cpu_s" in run.robots  # else computers are ideal
+    figure = Figure(figsize=(11, 12.5 if loads else 10), dpi=160, layout="constrained")
+    upper: FigureBase = figure
+    if loads:
+        (upper,), (lower,) = figure.subfigures(2, 1, squeeze=False, height_ratios=(4, 1))
+    (where, what), (when, said) = upper.subplots(2, 2)
     robots = list(dict.fromkeys(run.robots["robot"].tolist()))
     palette = _palette(len(robots))
     colours = dict(zip(robots, palette, strict=True))
@@ -63,9 +68,11 @@ def _figure(run: Run) -> Figure:
     _knowledge(what, run)
     _explored(when, run, colours)
     _traffic(said, run)
+    if loads:
+        load_panels.draw(lower.subplots(1, 4), run, colours)
     if len(robots) > NAMED:
         scale = ScalarMappable(Normalize(0, len(robots) - 1), ListedColormap(palette))
-        figure.colorbar(scale, ax=[where], label=f"robot, {robots[0]} to {robots[-1]}",
+        upper.colorbar(scale, ax=[where], label=f"robot, {robots[0]} to {robots[-1]}",
                         location="left", shrink=0.7)
     metrics, manifest = run.metrics, run.manifest
     status = "" if manifest["status"] == RunStatus.FINISHED else f", {manifest['status']}"

@@ -33,6 +33,24 @@ def test_four_panels_are_drawn(run, tmp_path):
             assert len(np.unique(colours[rows, columns])) > 20
 
 
+def test_where_computers_get_busy_their_loads_are_drawn(repository, tmp_path, monkeypatch):
+    """Figure 6 of the paper: of each robot, and the mean; rates over 5 s as in samples.parquet."""
+    run = desim.run(repository / "scenarios" / "hello.yaml", out=tmp_path,
+                    overrides=("stop.elapsed=11 s", "computers=measured", "measure.every=5 s"))
+    found = []
+    monkeypatch.setattr(run_figure, "save", lambda drawn, path: found.append(drawn))
+    run_figure.draw(run, tmp_path / "figure.png")
+    *_, cpu, ram, received, sent = found[0].axes
+    assert [axes.get_title() for axes in (cpu, ram, received, sent)] == [
+        "(e) CPU [%]", "(f) RAM [MB]", "(g) received [kB/s]", "(h) sent [kB/s]"]
+    for axes, name in (cpu, "cpu_percent"), (received, "rx_kBps"), (sent, "tx_kBps"):
+        *robots, mean = axes.get_lines()
+        assert len(robots) == 3
+        assert mean.get_xdata().tolist() == [5, 10]
+        assert mean.get_ydata() == pytest.approx(run.samples[name][1:3])
+    assert ram.get_lines()[-1].get_ydata()[-1] == pytest.approx(run.samples["ram_mb"][-1])
+
+
 def test_ways_are_bent_as_robots_turn():
     """A quarter of a circle of 1 m: on it to 4.3 cm, where a straight line is 29 cm off."""
     yaw_rad = np.array([np.pi / 2, np.pi])

@@ -106,7 +106,7 @@ def test_the_load_of_processors_is_measured():
 
 def test_names_of_nodes_that_never_ran_are_said():
     rows = ("computers={model: table, callbacks: {slamm: {odom: {fixed: 1 ms}}, move_base: {any: "
-            "{fixed: 1 ms}, controll: {fixed: 1 ms}, control: {fixed: 1 ms}}}, memory: {processes: "
+            "{fixed: 1 ms}, kontrol: {fixed: 1 ms}, control: {fixed: 1 ms}}}, memory: {processes: "
             "{mov_base: {fixed: 1 MB}}}}")
     simulation = built(HELLO, SLAM, rows, "robot.computer={scheduling: fixed_priority, "
                        "priorities: {move_base: 2, explorer: 1}}", "stop.elapsed=3 s")
@@ -115,7 +115,7 @@ def test_names_of_nodes_that_never_ran_are_said():
         "computer.priorities: no node of the run was called 'explorer' (did you mean 'explore'?)",
         "computers: no node of the run was called 'slamm' (did you mean 'slam'?)",
         "computers: no node of the run was called 'mov_base' (did you mean 'move_base'?)",
-        "computers: node 'move_base' had no trigger 'controll' (did you mean 'control'?); it had: "
+        "computers: node 'move_base' had no trigger 'kontrol' (did you mean 'control'?); it had: "
         "control, goal, observe"]
     simulation = built(HELLO, COSTS, SLAM, "stop.elapsed=3 s")
     simulation.run()
