@@ -113,7 +113,9 @@ class BatchPublisher:
         landed = arrivals <= np.array([[batch.over_ns(self.kernel)] for batch in batches])
         for batch, there in zip(batches, landed, strict=True):
             if len(batch.open) < len(there):
-                there &= np.isin(np.arange(len(there)), list(batch.open))
+                open_ = np.zeros(len(there), np.bool_)
+                open_[list(batch.open)] = True
+                there &= open_
             if there.all():
                 batch.open.clear()
             for index in np.flatnonzero(there).tolist() if batch.open else ():

@@ -44,11 +44,6 @@ class QueuedSubscription(Subscription):
             if executor.over or not executor.awaited:  # else its end is an event
                 self._host.wake(executor)
 
-    @property
-    def node(self) -> str:
-        """The node whose callback it is."""
-        return self._executor.node
-
     def waiting_bytes(self) -> int:
         """The bytes of the messages that wait."""
         return sum([message.size_bytes for message in self._messages]) if self._messages else 0

@@ -35,7 +35,7 @@ class BusyHost(Host):
     """
 
     __slots__ = ("computer", "memory", "calling", "called", "missed_ticks", "programs",
-                 "_executors", "_subscriptions", "_awake", "_booked")
+                 "_executors", "_subscriptions", "_ends_by_node", "_awake", "_booked")
 
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
         super().__init__(graph, name, index)
@@ -45,6 +45,7 @@ class BusyHost(Host):
         self.programs: dict[str, None] = {}  # that have run here, in the order of their starts
         self._executors: dict[str, Executor] = {}  # by node
         self._subscriptions: list[QueuedSubscription] = []
+        self._ends_by_node: dict[str, list[QueuedSubscription | HeldPublisher]] = {}
         self._awake: list[Executor] = []  # a turn for each callback that came
         self._booked = False
         self.memory = memory = (None if computer.memory is None
@@ -63,6 +64,7 @@ class BusyHost(Host):
             subscription.discard()
         self._executors.clear()
         self._subscriptions.clear()
+        self._ends_by_node.clear()
         self._awake.clear()
         if self.memory is not None:
             self.memory.freed()
@@ -127,21 +129,18 @@ class BusyHost(Host):
     def waiting_bytes(self, node: str) -> int:
         """The bytes of the messages of ``node`` that wait: for its callbacks, and at each link on
         which they have not arrived."""
-        queued = sum(subscription.waiting_bytes() for subscription in self._subscriptions
-                     if subscription.node == node)
-        for publisher in self._publishers:
-            if publisher.offer.publisher.node == node:
-                assert isinstance(publisher, HeldPublisher)  # ``_new_publisher`` has made it
-                queued += publisher.waiting_bytes()
-        return queued
+        return sum([end.waiting_bytes() for end in self._ends_by_node.get(node, ())])
 
     def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
-        return HeldPublisher(self, topic, offer)
+        publisher = HeldPublisher(self, topic, offer)
+        self._ends_by_node.setdefault(offer.publisher.node, []).append(publisher)
+        return publisher
 
     def _new_subscription(self, node: str, topic: Topic, callback: Callable[[Message], object],
                           queue: int) -> Subscription:
         subscription = QueuedSubscription(self, self._executor(node), topic, callback, queue)
         self._subscriptions.append(subscription)
+        self._ends_by_node.setdefault(node, []).append(subscription)
         return subscription
 
     def _new_latest(self, topic: str, wait_set: WaitSet | None) -> Latest:

@@ -22,13 +22,14 @@ class HostMemory:
     the most (Linux, mm/oom_kill.c: ``oom_badness``), and the run is told: row ``out_of_memory``.
     """
 
-    __slots__ = ("kills", "_host", "_memory", "_sizes", "_known", "_dying")
+    __slots__ = ("kills", "_host", "_memory", "_sizes", "_known", "_nodes", "_dying")
 
     def __init__(self, host: BusyHost, memory: Memory) -> None:
         self.kills: list[str] = []
         self._host, self._memory = host, memory
         self._sizes: dict[str, int] = {}  # by node, each as of its last callback
         self._known: dict[str, tuple[Mapping[str, int], int]] = {}  # what it kept, and its memory
+        self._nodes: dict[str, Node] = {}  # by name
         self._dying = False
 
     @property
@@ -52,8 +53,15 @@ class HostMemory:
         limit_bytes = self._memory.limit_bytes
         if limit_bytes is None or self._dying:
             return
-        sizes = self._sizes = self._sizes or self.of_processes()
-        sizes |= {node.name: self._of(node) for node in self._host.nodes if node.name == name}
+        sizes = self._sizes
+        if not sizes:
+            self._nodes = {node.name: node for node in self._host.nodes}
+            sizes = self._sizes = self.of_processes()
+        else:
+            size_bytes = self._of(self._nodes[name]) if name in self._nodes else 0
+            if size_bytes == sizes.get(name, 0):  # as most often: the others' are as they were
+                return
+            sizes[name] = size_bytes
         used_bytes = self._memory.system_bytes() + sum(sizes.values())
         if used_bytes > limit_bytes:
             self._dying = True
