@@ -126,13 +126,15 @@ class HeldPublisher(Publisher):
     """A publisher whose messages leave when the time of the callback that publishes them is
     over."""
 
-    __slots__ = ("_busy_host", "_name", "_newest_bytes", "_links", "_connections")
+    __slots__ = ("_busy_host", "_name", "_newest_bytes", "_is_at_rest", "_links",
+                 "_connections")
 
     def __init__(self, host: BusyHost, topic: Topic, offer: Offer) -> None:
         super().__init__(host, topic, offer)
         self._busy_host = host
         self._name = host.graph.without_hosts(topic.name)
         self._newest_bytes = 0  # of the message that a callback published last
+        self._is_at_rest = False  # all had arrived, and none has left since
         self._links = 0  # over which a message would go
         self._connections = -1  # of the graph, when they were counted
 
@@ -140,6 +142,7 @@ class HeldPublisher(Publisher):
         host = self._busy_host
         calling = host.calling
         if calling is None:  # the node starts, or is a driver
+            self._is_at_rest = False
             super().publish(content)
             return
         if self._connections != host.graph.connections:
@@ -149,12 +152,16 @@ class HeldPublisher(Publisher):
             calling.owed_ns += calling.send_ns(self._name, content.size_bytes, self._links)
 
     def release(self, content: Content) -> None:
-        self._newest_bytes = content.size_bytes
+        self._newest_bytes, self._is_at_rest = content.size_bytes, False
         super().publish(content)
 
     def waiting_bytes(self) -> int:
         """The bytes of the messages that have not arrived, each as large as the newest."""
-        return self._newest_bytes * self.waiting() if self._newest_bytes else 0
+        if self._is_at_rest or not self._newest_bytes:
+            return 0
+        waiting = self.waiting()
+        self._is_at_rest = not waiting and not self.latch  # it sends to new subscribers by itself
+        return self._newest_bytes * waiting
 
     def _count_links(self) -> None:
         """Count the connections over which a message would go now."""

@@ -11,7 +11,7 @@ from desim.robot.slam.kernels.tiles import (
     SIDE,
     Maps,
     Stock,
-    hash_patches,
+    count_patches,
     register_all,
     resample,
     unroll,
@@ -120,8 +120,7 @@ class SharedMaps:
         hashes = np.zeros((particles, top // _PATCH - maps.low // _PATCH + 1,
                            right // _PATCH - maps.left // _PATCH + 1), np.uint64)
         # Of 64 bits: those of two patches are the same by chance once in 1e19 pairs.
-        hash_patches(maps, _PATCH, _WEIGHTS, hashes)
-        return len(np.unique(hashes[hashes != 0]))
+        return count_patches(maps, _PATCH, _WEIGHTS, hashes)
 
 
 def _stock() -> Stock:

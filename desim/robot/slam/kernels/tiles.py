@@ -226,10 +226,14 @@ def unroll(particle, visits, hits, maps):
                 hits[r, c] = maps.hits[hit_tile, cell]
 
 
-@lean(types.void(MAPS, _i8, types.uint64[::1], types.uint64[:, :, ::1]))
-def hash_patches(maps, side, weights, hashes):
-    """Hashes [particles, rows, columns] of the patches of ``side`` x ``side`` tiles of each map, 0
-    where one is empty. ``weights`` [side * side]: those of the tiles in a patch."""
+@lean(_i8(MAPS, _i8, types.uint64[::1], types.uint64[:, :, ::1]))
+def count_patches(maps, side, weights, hashes):
+    """The number of different patches of ``side`` x ``side`` tiles in all maps, without empty ones.
+    A tile stands at one place only, so that patches at two places differ.
+
+    ``weights`` [side * side]: those of the tiles in a patch | ``hashes`` [particles, rows,
+    columns]: zeros; afterwards the hash of each patch, 0 where it is empty.
+    """
     low, left = maps.low // side, maps.left // side
     particles, tiles = maps.visit_tiles.shape
     for tile in range(tiles):
@@ -238,3 +242,14 @@ def hash_patches(maps, side, weights, hashes):
         weight = weights[y % side * side + x % side]
         for particle in range(particles):
             hashes[particle, row, column] += np.uint64(maps.visit_tiles[particle, tile]) * weight
+    _, rows, columns = hashes.shape
+    count = 0
+    for row in range(rows):
+        for column in range(columns):
+            for particle in range(particles):
+                mine, other = hashes[particle, row, column], 0
+                while hashes[other, row, column] != mine:
+                    other += 1
+                if mine != 0 and other == particle:
+                    count += 1
+    return count
