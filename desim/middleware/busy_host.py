@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any
 
 from desim.computers.computer import Computer
 from desim.engine.kernel import Phase
@@ -80,8 +80,9 @@ class BusyHost(Host):
         return OneShot(self.graph.kernel, self.id, self._executor(node), name, delay_ns, fn, arg)
 
     def worked(self, node: str, quantities: Mapping[str, int]) -> None:
-        if self.calling is not None:
-            self.calling.worked(quantities)
+        calling = self.calling
+        if calling is not None:
+            calling.worked(quantities)
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         latest = super().latest(node, topic, wait_set)
@@ -98,8 +99,8 @@ class BusyHost(Host):
             latest.put(message)
         if subscriptions:
             message.about.counts.queued += len(subscriptions)
-            # ``_new_subscription`` has made them.
-            for subscription in cast(Sequence[QueuedSubscription], subscriptions):
+            queued: Sequence[Any] = subscriptions  # QueuedSubscription: see ``_new_subscription``
+            for subscription in queued:
                 subscription.put(message)
         return True
 

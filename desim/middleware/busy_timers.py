@@ -72,9 +72,11 @@ class BusyTimer:
 
     def run(self) -> int:
         self._k = k = self._k + 1
-        due_ns, now_ns = self._start_ns + k * self._step // self._num, self._kernel.now_ns
-        self.wants_end = due_ns < now_ns
-        if not self.wants_end:
+        due_ns, kernel = self._start_ns + k * self._step // self._num, self._kernel
+        self.wants_end, call = due_ns < kernel.now_ns, self._call
+        if due_ns > kernel.now_ns and call is not None:  # as most often: ``_book`` without its call
+            kernel.again(due_ns, self._order, call)
+        elif not self.wants_end:
             self._book(due_ns)
         self._calls = calls = self._calls + 1
         self._callback(calls - 1)

@@ -24,10 +24,13 @@ class CallbackCost(NamedTuple):
     def by_quantities(self) -> Callable[[Mapping[str, int]], int]:
         """The cost in ns as a function of the quantities."""
         base_ps, per_ps = self.fixed_ps + _HALF_PS, tuple(self.per_ps.items())
+        fixed_ns = base_ps // _PS_PER_NS
         if not per_ps:
-            return lambda quantities: base_ps // _PS_PER_NS
+            return lambda quantities: fixed_ns
 
         def cost_ns(quantities: Mapping[str, int]) -> int:
+            if not quantities:
+                return fixed_ns
             cost_ps = base_ps
             for name, each_ps in per_ps:
                 if name in quantities:
