@@ -62,7 +62,8 @@ class Processors:
 
     __slots__ = ("count", "node", "_kernel", "_entity", "_order", "_enqueue", "_grant",
                  "_numerator", "_denominator", "_work_a_ns", "_parts_a_ns", "_ready", "_running",
-                 "_granted", "_physical", "_share", "_has_left", "_done", "_since_ns", "_busy_ns", "_call", "_due_ns")
+                 "_granted", "_physical", "_share", "_has_left", "_done", "_since_ns", "_busy_ns",
+                 "_call", "_due_ns")
 
     def __init__(self, kernel: Kernel, entity: int, count: int, speed: Fraction,
                  discipline: Discipline) -> None:

@@ -134,7 +134,7 @@ class HeldPublisher(Publisher):
         self._busy_host = host
         self._name = host.graph.without_hosts(topic.name)
         self._newest_bytes = 0  # of the message that a callback published last
-        self._is_at_rest = False  # all had arrived, and none has left since
+        self._is_at_rest = False  # all had arrived, and none has gone to another host since
         self._links = 0  # over which a message would go
         self._connections = -1  # of the graph, when they were counted
 
@@ -152,8 +152,10 @@ class HeldPublisher(Publisher):
             calling.owed_ns += calling.send_ns(self._name, content.size_bytes, self._links)
 
     def release(self, content: Content) -> None:
-        self._newest_bytes, self._is_at_rest = content.size_bytes, False
+        self._newest_bytes = content.size_bytes
         Publisher.publish(self, content)  # ``super()`` costs as much as two calls
+        if self._receivers:
+            self._is_at_rest = False
 
     def waiting_bytes(self) -> int:
         """The bytes of the messages that have not arrived, each as large as the newest."""

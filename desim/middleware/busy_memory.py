@@ -28,7 +28,8 @@ class HostMemory:
         self.kills: list[str] = []
         self._host, self._memory = host, memory
         self._sizes: dict[str, int] = {}  # by node, each as of its last callback
-        self._known: dict[str, tuple[Mapping[str, int], int]] = {}  # what it kept, and its memory
+        # By node: the bytes that waited, what it kept besides, and its memory.
+        self._known: dict[str, tuple[int, Mapping[str, int], int]] = {}
         self._nodes: dict[str, Node] = {}  # by name
         self._dying = False
 
@@ -74,13 +75,14 @@ class HostMemory:
 
     def _of(self, node: Node) -> int:
         name = node.name
-        kept = {"bytes": self._host.waiting_bytes(name), **node.kept()}
+        waiting_bytes, kept = self._host.waiting_bytes(name), node.kept()
         known = self._known.get(name)
-        if known is not None and known[0] == kept:
-            return known[1]
-        check_kept(f"node {name!r}", kept)
-        size_bytes = self._memory.process_bytes(Kept(self._host.program(name), kept))
-        self._known[name] = kept, size_bytes
+        if known is not None and known[0] == waiting_bytes and known[1] == kept:
+            return known[2]
+        quantities = {"bytes": waiting_bytes, **kept}
+        check_kept(f"node {name!r}", quantities)
+        size_bytes = self._memory.process_bytes(Kept(self._host.program(name), quantities))
+        self._known[name] = waiting_bytes, dict(kept), size_bytes  # a node may change its own
         return size_bytes
 
     def _kill(self, node: str, used_bytes: int, limit_bytes: int) -> None:
