@@ -64,6 +64,11 @@ def test_defaults_of_the_field():
     assert form(field) == ("changed_tiles", "zlib")
 
 
+def test_the_workstation_has_its_processors_where_something_else_is_said_of_it():
+    computer = scenario("testbed: {computer: {speed: 2}}").testbed.computer
+    assert (computer.speed, computer.processors) == (2, 8)
+
+
 def rungs(scenario):
     return {name: getattr(medium.params, "fidelity", medium.model)
             for name, medium in scenario.network.media.items()}

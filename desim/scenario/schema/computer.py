@@ -27,3 +27,10 @@ class ComputerParams(Params):
         "of the host: where its processes need more, its software dies (null: no limit)"))
     respawn_delay_ns: Period = Field("5 s", description=(
         "from then until the software starts again, with empty memory"))
+
+
+class WorkstationComputer(ComputerParams):
+    """The computer of testbed's simulator and monitor."""
+
+    processors: int = Field(8, ge=1, le=1024, description=(
+        "(as many as a node of the paper's cluster has; our assumption)"))

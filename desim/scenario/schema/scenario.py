@@ -18,7 +18,7 @@ from desim.scenario.schema.communication import (
     StationaryHost,
     TopicChoice,
 )
-from desim.scenario.schema.computer import ComputerParams
+from desim.scenario.schema.computer import WorkstationComputer
 from desim.scenario.schema.cost_model import ComputersChoice
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.experiment import Measure, Stop, TaskChoice, TraceParams
@@ -51,8 +51,8 @@ class Testbed(Params):
     processors_per_node: int = Field(8, ge=1, le=1024, description=(
         "physical ones, which the machines' virtual ones share; robot.computer says how many each "
         "has, and how fast one is with a physical one to itself (published scripts: ppn=8)"))
-    computer: ComputerParams = Field(ComputerParams(processors=8), description=(
-        "the workstation (as many as a node of the paper's cluster has; our assumption)"))
+    computer: WorkstationComputer = Field(default_factory=WorkstationComputer,
+                                          description="the workstation")
     clock: ClockParams | None = Field(None, description=(
         "of the workstation, which stamps what sensors see (null: it shows the true time)"))
     monitor_period_ns: Pace = Field("1 s", description="each robot's map and distance to the "
