@@ -96,6 +96,7 @@ class Monitor:
                  travelled_m: Callable[[], np.ndarray],
                  nodes: Mapping[str, ClusterNode] | None = None,
                  powers: Sequence[PowerParams | None] = ()) -> None:
+        self.scenario = scenario
         self.robots, self.explorers, self.ground, self.graph = robots, explorers, ground, graph
         self.maps: dict[str, RobotMap | None] = dict.fromkeys(explorers)
         self.families = Families(graph)

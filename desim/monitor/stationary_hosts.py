@@ -22,8 +22,12 @@ class StationaryHosts:
         """A second has passed: look at the memory in use."""
         self._memory.each_second()
 
+    def memory(self) -> dict[str, Sample]:
+        """By host, of the seconds, as ``MemoryUse.summary``."""
+        return self._memory.summary()
+
     def summary(self, now_ns: int) -> dict[str, Sample]:
         """By host, over the whole run; what is not measured is null, as of robots."""
-        memory = self._memory.summary()
+        memory = self.memory()
         return {host.name: {**mean_rates(host, now_ns), **self._load.of(host, now_ns),
                             **memory.get(host.name, NOTHING)} for host in self._hosts}

@@ -11,6 +11,7 @@ from desim.errors import did_you_mean
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
+from desim.monitor.without_effect import without_effect
 
 if TYPE_CHECKING:
     from desim.monitor.monitor import Monitor
@@ -19,10 +20,10 @@ _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 
 def warnings(monitor: Monitor) -> list[str]:
-    """Warnings of networks that settle nothing, of topics and nodes that there are not, of topics
-    and hosts that nobody could hear, of strategies that have nothing to do, and of fleets that
-    never move."""
-    said = []
+    """Warnings of keys without effect, of networks that settle nothing, of topics and nodes that
+    there are not, of topics and hosts that nobody could hear, of strategies that have nothing to
+    do, and of fleets that never move."""
+    said = without_effect(monitor)
     for medium in (*monitor.graph.media, *monitor.graph.inside):
         waiting = medium.in_flight()
         settles = medium.delivered or medium.dropped

@@ -1,0 +1,138 @@
+"""The keys of a scenario that had no effect on its run, because of the value of another key."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from desim.middleware.busy_host import BusyHost
+from desim.middleware.multimaster.parameters import MultimasterParams
+from desim.middleware.ros1.parameters import RosParams
+from desim.ports.parameters import yaml_key
+from desim.scenario.quantities import ROBOTS_TABLE
+from desim.scenario.recipients import monitors
+from desim.scenario.robot_types import equipment_by_path
+from desim.scenario.schema.computer import ComputerParams, WorkstationComputer
+from desim.scenario.schema.power import ComputerPower
+from desim.scenario.schema.scenario import Scenario, SubscribingProcesses, Testbed
+
+if TYPE_CHECKING:
+    from desim.monitor.monitor import Monitor
+
+Found = Iterator[tuple[Sequence[str], str]]  # keys, and why they had no effect
+
+
+class Block(NamedTuple):
+    """The parameters at ``path``, and the ``usual`` ones: the defaults, or for a type of robots
+    those of the fleet."""
+
+    path: str
+    own: Any
+    usual: Any
+
+
+def without_effect(monitor: Monitor) -> list[str]:
+    """A warning for each reason, with the keys whose value is not the default. (A run's resolved
+    scenario has all keys, so which of them somebody wrote is not known.)"""
+    scenario, ideal = monitor.scenario, not any(isinstance(host, BusyHost)
+                                                for host in monitor.graph.hosts)
+    found = (*(_of_ideal_computers(scenario) if ideal else _of_computers(scenario, monitor)),
+             *_of_testbed(scenario, ideal), *_of_middleware(scenario),
+             *_of_measurements(scenario, monitor))
+    return [f"{', '.join(keys)}: no effect, because {why}" for keys, why in found if keys]
+
+
+def _of_ideal_computers(scenario: Scenario) -> Found:
+    yield ([*_set(_computers(scenario), *ComputerParams.model_fields),
+            *_set(_powers(scenario), "processor_w"),
+            *(_set(_testbed(scenario), "processors_per_node") if _is_testbed(scenario) else ())],
+           "callbacks take neither time nor memory with computers: ideal")
+
+
+def _of_computers(scenario: Scenario, monitor: Monitor) -> Found:
+    blocks = _computers(scenario)
+    yield (_idle(blocks, "priorities", lambda own: own.scheduling == "fixed_priority"),
+           "priorities count with scheduling: fixed_priority alone")
+    yield (_idle(blocks, "respawn_delay_ns", lambda own: own.memory_bytes is not None),
+           "software dies only where memory has a limit")
+    if not any(own["peak_ram_mb"] for own in (*monitor.memory_use.summary().values(),
+                                              *monitor.stationary_hosts.memory().values())):
+        yield (_set(blocks, "memory_bytes"),
+               f"nothing takes memory with computers: {scenario.computers.model}")
+
+
+def _of_testbed(scenario: Scenario, ideal: bool) -> Found:
+    testbed = _testbed(scenario)
+    if not _is_testbed(scenario):
+        # Any host may be a monitor.
+        period = ("monitor_period_ns",) if monitors(scenario) else ()
+        yield (_set(testbed, *(name for name in Testbed.model_fields if name not in period)),
+               f"deployment is {scenario.deployment}")
+        return
+    if ideal and not any(hasattr(medium.params, "ports")
+                         for medium in scenario.network.media.values()):
+        yield (_set(testbed, "robots_per_node"),
+               "robots on a node share neither processors (computers: ideal) nor a port (no medium "
+               "has any)")
+    if scenario.robot.tf == "none":
+        yield (_set([Block("testbed.processes", scenario.testbed.processes,
+                           SubscribingProcesses())], "tf"), "robot.tf is none")
+
+
+def _of_middleware(scenario: Scenario) -> Found:
+    params = scenario.middleware.params
+    if not isinstance(params, RosParams):
+        return
+    block = [Block("middleware", params, type(params)())]
+    if isinstance(params, MultimasterParams):
+        yield (_set(block, "polling_ns", "polled_topics"),
+               "each process has its master on its own host")
+    elif params.polling_ns is None:
+        yield _set(block, "polled_topics"), "middleware.polling is null"
+
+
+def _of_measurements(scenario: Scenario, monitor: Monitor) -> Found:
+    measured = {ROBOTS_TABLE, *(name for sample in monitor.samples for name in sample)}
+    yield ([f"measure.periods.{name}" for name in scenario.measure.periods
+            if name not in measured], "the run does not measure it")
+
+
+def _is_testbed(scenario: Scenario) -> bool:
+    return scenario.deployment == "testbed"
+
+
+def _testbed(scenario: Scenario) -> list[Block]:
+    return [Block("testbed", scenario.testbed, Testbed())]
+
+
+def _computers(scenario: Scenario) -> list[Block]:
+    """The computers of robots, of the workstation and of stationary hosts."""
+    default = ComputerParams()
+    workstation = [Block("testbed.computer", scenario.testbed.computer, WorkstationComputer())]
+    return [*(Block(f"{'.'.join(map(str, path))}.computer", equipment.computer,
+                    default if equipment is scenario.robot else scenario.robot.computer)
+              for path, equipment in equipment_by_path(scenario)),
+            *(workstation if _is_testbed(scenario) else ()),
+            *(Block(f"hosts.{name}.computer", host.computer, default)
+              for name, host in scenario.hosts.items())]
+
+
+def _powers(scenario: Scenario) -> list[Block]:
+    """The power of robots' computers, where it is given."""
+    default, fleet = ComputerPower(), scenario.robot.power
+    return [Block(f"{'.'.join(map(str, path))}.power.computer", equipment.power.computer,
+                  default if fleet is None or equipment is scenario.robot else fleet.computer)
+            for path, equipment in equipment_by_path(scenario) if equipment.power is not None]
+
+
+def _set(blocks: Sequence[Block], *names: str) -> list[str]:
+    """The keys of ``names`` that have another value than usually."""
+    return [key for name in names for key in _idle(blocks, name, lambda _: False)]
+
+
+def _idle(blocks: Sequence[Block], name: str, uses: Callable[[Any], bool]) -> list[str]:
+    """The keys ``name`` that have another value than usually, which no block that ``uses`` it has.
+    (A type of robots may use what it has from the fleet.)"""
+    used = [getattr(own, name) for _, own, _ in blocks if uses(own)]
+    return [f"{path}.{yaml_key(name)}" for path, own, usual in blocks
+            if getattr(own, name) != getattr(usual, name) and getattr(own, name) not in used]

@@ -1,0 +1,69 @@
+"""The warnings of a run about keys that had no effect, each with a twin in which they have one."""
+
+import pytest
+from runs import HELLO, built
+
+from desim.monitor.warnings import warnings
+
+IDEAL = "callbacks take neither time nor memory with computers: ideal"
+SAYS = "computers={model: table, memory: {system: 1 MB}}"
+ROBOT = ("robot.computer={memory: 1 GB, respawn_delay: 3 s, scheduling: fixed_priority, "
+         "priorities: {move_base: 1}}")
+POWER = "robot.power={computer: {processor: 9 W}}"
+HOSTS = ("testbed.computer.speed=2", "testbed.processors_per_node=4",
+         "hosts.base={computer: {processors: 4}}")
+TYPES = ("fleet.types={own: {robot: {computer: {memory: 2 GB}}}}", "fleet.robots=own")
+FIELD = ("testbed={robots_per_node: 2, monitor_period: 2 s, processes: {scan: 2}}",
+         "deployment=field")
+
+
+def said(*overrides):
+    simulation = built(HELLO, "stop.elapsed=100 ms", *overrides)
+    simulation.run()
+    return [text for text in warnings(simulation.monitor) if "no effect" in text]
+
+
+@pytest.mark.parametrize(("overrides", "line", "twin"), [
+    ((ROBOT,), "robot.computer.scheduling, robot.computer.priorities, robot.computer.memory, "
+     f"robot.computer.respawn_delay: no effect, because {IDEAL}", SAYS),
+    (TYPES, f"fleet.types.own.robot.computer.memory: no effect, because {IDEAL}", SAYS),
+    (HOSTS, "hosts.base.computer.processors, testbed.computer.speed, testbed.processors_per_node: "
+     f"no effect, because {IDEAL}", "computers=measured"),
+    ((POWER,), f"robot.power.computer.processor: no effect, because {IDEAL}", SAYS),
+    ((SAYS, "robot.computer.priorities={move_base: 1}"), "robot.computer.priorities: no effect, "
+     "because priorities count with scheduling: fixed_priority alone",
+     "robot.computer.scheduling=fixed_priority"),
+    ((SAYS, "robot.computer.respawn_delay=3 s"), "robot.computer.respawn_delay: no effect, because "
+     "software dies only where memory has a limit", "robot.computer.memory=1 GB"),
+    (("computers=table", "robot.computer.memory=1 GB"), "robot.computer.memory: no effect, "
+     "because nothing takes memory with computers: table", SAYS),
+    (FIELD, "testbed.robots_per_node, testbed.monitor_period, testbed.processes: no effect, "
+     "because deployment is field", "deployment=testbed"),
+    (("network.media.lan.model=link", "testbed.robots_per_node=2"), "testbed.robots_per_node: no "
+     "effect, because robots on a node share neither processors (computers: ideal) nor a port (no "
+     "medium has any)", "network.media.lan.model=switch"),
+    (("testbed.processes.tf=4",), "testbed.processes.tf: no effect, because robot.tf is none",
+     "robot.tf=own"),
+    (("middleware={model: ros1, polled_topics: 3}",), "middleware.polled_topics: no effect, "
+     "because middleware.polling is null", "middleware.polling=1 s"),
+    (("middleware={model: multimaster, polling: 1 s, polled_topics: 3}",), "middleware.polling, "
+     "middleware.polled_topics: no effect, because each process has its master on its own host",
+     "middleware={model: ros1, polling: 1 s, polled_topics: 3}"),
+    (("measure.periods={cpu_percent: 1 s, explored: 1 s, robots: 2 s, bytes_per_s: 1 s}",),
+     "measure.periods.cpu_percent: no effect, because the run does not measure it", SAYS)])
+def test_keys_without_effect_are_said(overrides, line, twin):
+    assert said(*overrides) == [line]
+    assert said(*overrides, twin) == []
+
+
+def test_a_type_may_use_what_it_has_from_the_fleet():
+    fleet = "robot.computer.priorities={move_base: 1}"
+    own = "fleet.types={own: {robot: {computer: {scheduling: fixed_priority}}}}"
+    assert said(SAYS, fleet, own) == []
+    assert len(said(SAYS, fleet)) == 1
+
+
+def test_the_period_of_messages_to_a_monitor_counts_for_any_monitor():
+    base = "hosts.base={at: [0 m, 0 m], monitor: true}"
+    assert said("testbed.monitor_period=2 s", "deployment=field", base) == []
+    assert len(said("testbed.monitor_period=2 s", "deployment=field")) == 1
