@@ -8,6 +8,7 @@ so that they stayed below that); queues, where something was lost because one wa
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import nan
 
 import numpy as np
 
@@ -34,6 +35,7 @@ class Bottlenecks:
         self._kills = 0  # of processes, for want of memory
         self._media_ns: dict[str, np.ndarray | None] = {}
         self._lost = 0
+        self._latest: dict[str, float] = {}  # shares in the last window
         self._peaks: dict[str, float] = {}
         self._from_s: dict[str, float] = {}
 
@@ -42,7 +44,8 @@ class Bottlenecks:
         elapsed_ns = now_ns - self._since_ns
         if elapsed_ns < WINDOW_NS:
             return
-        for resource, share in self._shares(elapsed_ns):
+        self._latest = dict(self._shares(elapsed_ns))
+        for resource, share in self._latest.items():
             self._peaks[resource] = max(self._peaks.get(resource, 0.0), share)
             if share >= _GIVES_IN:
                 self._from_s.setdefault(resource, now_ns / NS_PER_S)
@@ -50,6 +53,14 @@ class Bottlenecks:
         if lost > self._lost:
             self._from_s.setdefault("queue", now_ns / NS_PER_S)
         self._since_ns, self._lost = now_ns, lost
+
+    def quantities(self) -> dict[str, float]:
+        """The loads of the busiest computer in the last window that is over, as expressions see
+        them: NaN before there is one, and of memory without a limit. None where computers are
+        ideal."""
+        return {} if not self._computers else {
+            name: 100.0 * self._latest.get(resource, nan) for name, resource in
+            (("max_cpu_percent", "processor"), ("max_ram_percent", "memory"))}
 
     def summary(self) -> Sample:
         """The resource that gave in first, None if none did (of several in one window the first in

@@ -267,6 +267,7 @@ class Monitor:
             **self.energy_use.quantities(self._kernel.now_ns),
             **self.processor_load.quantities(),
             **self.memory_use.quantities(),
+            **self.bottlenecks.quantities(),
             **self._measured(),
         }
 

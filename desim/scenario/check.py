@@ -314,7 +314,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("stop", "when"), ("measure", "when"), ("measure", "cost"), ("task",), ("robot", "power"),
-      ("fleet",)), _expressions),
+      ("fleet",), ("computers",)), _expressions),
     ((("measure", "periods"), ("task",)), _periods),
     *network_checks.CHECKS,
     ((("robot", "localization"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),

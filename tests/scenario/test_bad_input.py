@@ -588,8 +588,9 @@ WRONG = {
             "'cpu_percent'?); allowed: explored, explored_union, explored_all, collisions, "
             "recoveries, messages_sent, messages_delivered, messages_dropped, bytes_on_air, "
             "distance_m, partitions, robots_moving, energy_j, cpu_s, missed_ticks, memory_kills, "
-            "ram_mb, parts, map_age_s, stale_age_s, registry_divergence, ghosts, cpu_percent, "
-            "node_cpu_percent, ram_percent, rx_kBps, tx_kBps, bytes_per_s, robots",
+            "ram_mb, max_cpu_percent, max_ram_percent, parts, map_age_s, stale_age_s, "
+            "registry_divergence, ghosts, cpu_percent, node_cpu_percent, ram_percent, rx_kBps, "
+            "tx_kBps, bytes_per_s, robots",
             "2:46: measure.periods.robots: must be whole seconds, got 1.5 s"]),
     "too many maps": (
         "coordination: {exchange: {period: 999 us}}\ntestbed: {monitor_period: 1 us}", [
@@ -631,6 +632,14 @@ WRONG = {
         *(f"2:{column}: measure.when.{i}: {name} is measured where computers get busy, e.g. "
           "computers: measured" for i, (column, name) in enumerate(
               [(18, "missed_ticks"), (36, "cpu_s")]))]),
+    "a load over no time": ("computers: measured\nmeasure: {when: [cpu_percent > 90]}", [
+        "3:18: measure.when.0: unknown quantity 'cpu_percent' (did you mean 'max_cpu_percent'?); "
+        "allowed: time_s, explored, explored_union, explored_all, collisions, recoveries, "
+        "messages_sent, messages_delivered, messages_dropped, bytes_on_air, distance_m, "
+        "partitions, robots_moving, cpu_s, missed_ticks, memory_kills, ram_mb, max_cpu_percent, "
+        "max_ram_percent"]),
+    "computers that are none": ("computers: 5\nmeasure: {when: [cpu_s > 1]}", [
+        "2:12: computers: must be a mapping with model, got 5"]),
     "a cost that is no number": ("measure: {cost: explored > 1}", [
         "2:17: measure.cost: 'explored > 1' is a condition where a number is needed, e.g. "
         "'distance_m'"]),

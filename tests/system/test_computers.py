@@ -164,6 +164,30 @@ def test_conditions_know_the_work_of_computers():
         assert f"{name} > {least}" in samples["cause"][first]
 
 
+@pytest.mark.parametrize(("overrides", "of_robot"), [
+    ((SLAM,), True),
+    (("robot.localization={model: gmapping, host: workstation}", "testbed.computer.speed=0.01"),
+     False)])
+def test_conditions_know_the_load_of_the_busiest_host(overrides, of_robot):
+    """Of robots and others, in the window of 5 s that ended last; of memory, at its end."""
+    simulation = built(HELLO, MEMORY, "robot.computer.memory=200 MB", "stop.elapsed=11 s",
+                       *overrides, "measure={every: 1 s, when: [max_cpu_percent > 0]}")
+    simulation.run()
+    samples, robots = samples_table(simulation.monitor), robots_table(simulation.monitor)
+    loads = samples["max_cpu_percent"]
+    assert np.isnan(loads[:5]).all()
+    assert [i for i, cause in enumerate(samples["cause"]) if ">" in cause] == [5]
+    assert len(set(loads[5:10])) == len(set(loads[10:])) == 1
+    cpu_s = robots["cpu_s"].reshape(-1, 3)
+    of_robots = [100 * np.max(cpu_s[end] - cpu_s[end - 5]) / (2 * 5) for end in (5, 10)]
+    if of_robot:
+        assert [loads[5], loads[10]] == pytest.approx(of_robots)
+    else:
+        assert loads[10] > 2 * of_robots[1]
+    fullest = robots["ram_percent"].reshape(-1, 3)[10].max()
+    assert samples["max_ram_percent"][10] == pytest.approx(fullest)
+
+
 def test_a_robot_without_memory_enough_dies_and_starts_empty():
     finished(built(HELLO, SLAM, MEMORY, SMALL, SHORT))
     simulation = built(HELLO, SLAM, MEMORY, SMALL, SHORT)

@@ -18,8 +18,10 @@ QUANTITIES = (
 )
 
 ENERGY = "energy_j"  # beside these, where the robots' power is given
-# Where computers get busy: of all robots so far, and memory in use now, a mean over them.
-OF_COMPUTERS = ("cpu_s", "missed_ticks", "memory_kills", "ram_mb")
+# Where computers get busy: of all robots so far; memory in use now, a mean over them; loads of the
+# busiest host in the last 5 s.
+OF_COMPUTERS = ("cpu_s", "missed_ticks", "memory_kills", "ram_mb", "max_cpu_percent",
+                "max_ram_percent")
 
 
 class TaskChoice(PluginChoice):
