@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
 
 from desim.results.run import Run
 from desim.scenario.robot_types import equipment_of
@@ -14,24 +13,37 @@ from desim.scenario.robot_types import equipment_of
 _WINDOW_S = 5.0  # the paper's robot log
 
 
-def draw(panels: Sequence[Axes], run: Run, colours: dict[str, np.ndarray]) -> None:
-    """Draw processors, memory, and the bytes received and sent a second in four ``panels``: of each
-    robot in its colour of ``colours``, thin, and their mean in black. Rates are means of 5 s."""
-    processors = [own.computer.processors for own in equipment_of(run.scenario)]
-    limited = not np.isnan(run.robots["ram_percent"]).all()
-    plots = (
-        ("CPU [%]", _rates(run, "cpu_s", len(colours), 100.0 / np.array(processors))),
-        ("RAM [%]", _levels(run, "ram_percent", len(colours))) if limited else
-        ("RAM [MB]", _levels(run, "ram_mb", len(colours))),
-        ("received [kB/s]", _rates(run, "rx_bytes", len(colours), 1e-3)),
-        ("sent [kB/s]", _rates(run, "tx_bytes", len(colours), 1e-3)))
-    for axes, letter, (label, (times_s, values)) in zip(panels, "efgh", plots, strict=True):
+def draw(figure: FigureBase, run: Run, colours: dict[str, np.ndarray]) -> None:
+    """Draw panels of processors, memory, and the bytes received and sent a second: of each robot in
+    its colour of ``colours``, and their mean and standard deviation. Rates are means of 5 s. The
+    panel of memory is left out where the cost model knows none."""
+    plots = _plots(run, len(colours))
+    panels = figure.subplots(1, len(plots))
+    for axes, letter, (label, (times_s, values)) in zip(panels, "efgh", plots, strict=False):
         for colour, own in zip(colours.values(), values.T, strict=True):
             axes.plot(times_s, own, color=colour, linewidth=0.6, alpha=0.7)
-        axes.plot(times_s, values.mean(axis=1), color="black", linewidth=1.4)
+        mean, deviation = np.nanmean(values, axis=1), np.nanstd(values, axis=1)
+        axes.fill_between(times_s, mean - deviation, mean + deviation, color="black", alpha=0.15,
+                          linewidth=0)
+        axes.plot(times_s, mean, color="black", linewidth=1.4)
         axes.set(title=f"({letter}) {label}", xlabel="simulated time [s]", ylim=(0.0, None),
                  xlim=(0.0, max(run.metrics["simulated_s"], 1e-9)))
         axes.grid(alpha=0.3)
+    figure.suptitle("Loads of the robots (thin: each; black: mean; grey: standard deviation)",
+                    fontsize=11)
+
+
+def _plots(run: Run, robots: int) -> list[tuple[str, tuple[np.ndarray, np.ndarray]]]:
+    """Titles, with times [n] in s and [n, robots] values."""
+    processors = np.array([own.computer.processors for own in equipment_of(run.scenario)])
+    memory = []
+    if "ram_mb" in run.robots:
+        limited = not np.isnan(run.robots["ram_percent"]).all()
+        memory = [("RAM [%]", _levels(run, "ram_percent", robots)) if limited else
+                  ("RAM [MB]", _levels(run, "ram_mb", robots))]
+    return [("CPU [%]", _rates(run, "cpu_s", robots, 100.0 / processors)), *memory,
+            ("received [kB/s]", _rates(run, "rx_bytes", robots, 1e-3)),
+            ("sent [kB/s]", _rates(run, "tx_bytes", robots, 1e-3))]
 
 
 def _levels(run: Run, column: str, robots: int) -> tuple[np.ndarray, np.ndarray]:

@@ -69,7 +69,7 @@ def _figure(run: Run) -> Figure:
     _explored(when, run, colours)
     _traffic(said, run)
     if loads:
-        load_panels.draw(lower.subplots(1, 4), run, colours)
+        load_panels.draw(lower, run, colours)
     if len(robots) > NAMED:
         scale = ScalarMappable(Normalize(0, len(robots) - 1), ListedColormap(palette))
         upper.colorbar(scale, ax=[where], label=f"robot, {robots[0]} to {robots[-1]}",

@@ -45,10 +45,51 @@ def test_where_computers_get_busy_their_loads_are_drawn(repository, tmp_path, mo
         "(e) CPU [%]", "(f) RAM [MB]", "(g) received [kB/s]", "(h) sent [kB/s]"]
     for axes, name in (cpu, "cpu_percent"), (received, "rx_kBps"), (sent, "tx_kBps"):
         *robots, mean = axes.get_lines()
-        assert len(robots) == 3
         assert mean.get_xdata().tolist() == [5, 10]
         assert mean.get_ydata() == pytest.approx(run.samples[name][1:3])
+        each = np.array([line.get_ydata() for line in robots])
+        assert each.shape == (3, 2)
+        low, high = each.mean(axis=0) - each.std(axis=0), each.mean(axis=0) + each.std(axis=0)
+        (band,) = axes.collections
+        corners = band.get_paths()[0].vertices
+        assert corners.min(axis=0) == pytest.approx([5, low.min()])
+        assert corners.max(axis=0) == pytest.approx([10, high.max()])
     assert ram.get_lines()[-1].get_ydata()[-1] == pytest.approx(run.samples["ram_mb"][-1])
+
+
+WITHOUT_MEMORY = """
+from desim import ports
+
+
+class OneMillisecond:
+    class Params(ports.Params):
+        pass
+
+    def __init__(self, params):
+        pass
+
+    def callback_ns(self, work):
+        return 10**6
+
+    def send_ns(self, topic, size_bytes, links):
+        return 0
+
+    def receive_ns(self, topic, size_bytes):
+        return 0
+"""
+
+
+def test_a_cost_model_that_knows_no_memory_has_no_panel_of_it(repository, tmp_path, monkeypatch):
+    (tmp_path / "without_memory.py").write_text(WITHOUT_MEMORY)
+    (tmp_path / "own.yaml").write_text(
+        f"extends: {repository / 'scenarios' / 'hello.yaml'}\nname: own\nstop: {{elapsed: 6 s}}\n"
+        "computers: without_memory:OneMillisecond\n")
+    run = desim.run(tmp_path / "own.yaml", out=tmp_path)
+    found = []
+    monkeypatch.setattr(run_figure, "save", lambda drawn, path: found.append(drawn))
+    run_figure.draw(run, tmp_path / "figure.png")
+    assert [axes.get_title() for axes in found[0].axes[-3:]] == [
+        "(e) CPU [%]", "(f) received [kB/s]", "(g) sent [kB/s]"]
 
 
 def test_ways_are_bent_as_robots_turn():

@@ -44,6 +44,14 @@ def test_numbers_have_four_digits(value, text):
     assert formatting.number(value) == text
 
 
+@pytest.mark.parametrize("metric, title", [
+    ("mean_cpu_percent", "mean CPU [%]"), ("mean_ram_mb", "mean RAM [MB]"),
+    ("mean_rx_kBps", "mean received [kB/s]"), ("mean_tx_kBps", "mean sent [kB/s]"),
+    ("resync_delay_s_mean", "resync delay, mean [s]"), ("map_quality", "map quality")])
+def test_titles_are_words_with_a_unit(metric, title):
+    assert formatting.titled(metric) == title
+
+
 def compiled(folder, sources):
     latex = shutil.which("pdflatex")
     if latex is None:

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 # Endings of metrics' names, with what an axis says.
 _UNITS = {"_s": "s", "_m": "m", "_m2": "m²", "_kBps": "kB/s", "_bytes": "B", "_m2_per_m": "m²/m",
-          "_bps": "b/s", "_percent": "%"}
+          "_bps": "b/s", "_percent": "%", "_mb": "MB"}
+_WORDS = {"cpu": "CPU", "ram": "RAM", "rx": "received", "tx": "sent"}  # of names, as on an axis
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -61,8 +62,12 @@ def titled(metric: str) -> str:
             return f"{name}, {fold}{bracket}{unit}"
     for ending in sorted(_UNITS, key=len, reverse=True):
         if metric.endswith(ending):
-            return f"{metric.removesuffix(ending).replace('_', ' ')} [{_UNITS[ending]}]"
-    return metric.replace("_", " ")
+            return f"{_words(metric.removesuffix(ending))} [{_UNITS[ending]}]"
+    return _words(metric)
+
+
+def _words(name: str) -> str:
+    return " ".join(_WORDS.get(word, word) for word in name.split("_"))
 
 
 def quantity(value: float, unit: str) -> str:
