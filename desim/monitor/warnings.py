@@ -12,6 +12,7 @@ from desim.middleware.busy_host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
 from desim.monitor.without_effect import without_effect
+from desim.network.medium import Medium
 
 if TYPE_CHECKING:
     from desim.monitor.monitor import Monitor
@@ -24,13 +25,7 @@ def warnings(monitor: Monitor) -> list[str]:
     there are not, of topics and hosts that nobody could hear, of strategies that have nothing to
     do, and of fleets that never move."""
     said = without_effect(monitor)
-    for medium in (*monitor.graph.media, *monitor.graph.inside):
-        waiting = medium.in_flight()
-        settles = medium.delivered or medium.dropped
-        if waiting >= (_MANY_FRAMES if settles else 1) and 2 * waiting > medium.intended:
-            said.append(f"medium {medium.name}: {waiting} of {medium.intended} frames are neither "
-                        "delivered nor dropped at the end: does its model settle every frame"
-                        + (", or do they wait for want of bandwidth?" if settles else "?"))
+    said += filter(None, map(_under_way, (*monitor.graph.media, *monitor.graph.inside)))
     said += [f"medium {name}: nothing has arrived inside of a host: does its model carry frames "
              "from a host to itself, as link and bus do?" for name in _silent_inside(monitor.graph)]
     said += [f"topics: no topic of the run has matched {pattern!r}"
@@ -45,6 +40,20 @@ def warnings(monitor: Monitor) -> list[str]:
     if monitor.explorers and not monitor.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said
+
+
+def _under_way(medium: Medium) -> str:
+    """A warning of a medium in which most frames have no fate at the end; else empty."""
+    under_way, arriving = medium.in_flight(), medium.flights.count
+    settles = medium.delivered or medium.dropped or arriving
+    if under_way < (_MANY_FRAMES if settles else 1) or 2 * under_way <= medium.intended:
+        return ""
+    return (f"medium {medium.name}: {under_way} of {medium.intended} frames are neither delivered "
+            "nor dropped at the end: " + (
+                "does its model settle every frame?" if not settles else
+                "they arrive later: is it too slow for the traffic?" if under_way == arriving else
+                f"{arriving} arrive later, and {under_way - arriving} are not settled: is it too "
+                "slow for the traffic, or does its model forget frames?"))
 
 
 def _silent_inside(graph: Graph) -> list[str]:

@@ -119,3 +119,26 @@ def test_the_ledger_and_several_networks_do_not_mind():
     finished(simulation)
     (flow,) = simulation.graph.background
     assert flow.delivered == flow.sent == pytest.approx(5e6 * 2 / 8 / 1518, rel=0.1)
+
+
+@pytest.mark.parametrize(("slow", "quick", "said"), [
+    ("switch, rate: 100 Mb/s", "switch, rate: 10 Gb/s", "are not settled: is it too slow for the "
+     "traffic, or does its model forget frames?"),
+    ("link", "link, rate: 10 Gb/s", "at the end: they arrive later: is it too slow "
+     "for the traffic?")])
+def test_a_warning_of_frames_under_way_says_where_they_are(slow, quick, said):
+    """In the queue of a sending host, or on a link that knows when each will arrive."""
+    def warned(model):
+        _, summary = fleet_of(f"network.media.lan={{model: {model}}}", *flows(
+            "medium: lan, between: [nas, pc], rate: 2 Gb/s, size: 1000 B"), seconds=2)
+        return [text for text in summary["warnings"] if "at the end" in text]
+
+    (text,) = warned(slow)
+    assert text.startswith("medium lan: ") and text.endswith(said)
+    assert warned(quick) == []
+
+
+def test_frames_that_arrive_after_the_end_are_no_fault_of_their_model():
+    _, summary = fleet_of("network.media.lan={model: link, latency: 1 h}", seconds=2)
+    assert summary["warnings"] == ["no robot has moved: does the strategy choose goals, and do "
+                                   "commands arrive?"]
