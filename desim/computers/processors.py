@@ -61,9 +61,8 @@ class Processors:
     """
 
     __slots__ = ("count", "node", "_kernel", "_entity", "_order", "_enqueue", "_grant",
-                 "_numerator", "_denominator", "_work_a_ns", "_parts_a_ns", "_ready", "_running",
-                 "_granted", "_physical", "_share", "_has_left", "_done", "_since_ns", "_busy_ns",
-                 "_call", "_due_ns")
+                 "_work_a_ns", "_parts_a_ns", "_ready", "_running", "_granted", "_physical",
+                 "_share", "_has_left", "_done", "_since_ns", "_busy_ns", "_call", "_due_ns")
 
     def __init__(self, kernel: Kernel, entity: int, count: int, speed: Fraction,
                  discipline: Discipline) -> None:
@@ -74,7 +73,6 @@ class Processors:
         self.node: ClusterNode | None = None
         self._kernel, self._entity, self._order = kernel, entity, _CONTROL + entity
         self._enqueue, self._grant = discipline.enqueue, discipline.grant
-        self._numerator, self._denominator = speed.numerator, speed.denominator
         self._work_a_ns = speed.numerator * _PARTS  # parts that a processor does in a nanosecond
         self._parts_a_ns = speed.denominator * _PARTS  # parts of a nanosecond of work
         self._ready: list[Job] = []  # in the discipline's order
@@ -101,7 +99,7 @@ class Processors:
 
     def alone_ns(self, work_ns: int) -> int:
         """The time that so much work takes on a processor that it has to itself."""
-        return -(-work_ns * self._denominator // self._numerator)
+        return -(-work_ns * self._parts_a_ns // self._work_a_ns)
 
     def busy_ns(self) -> int:
         """The time for which processors have had jobs so far, summed over all of them. (Virtual
@@ -123,15 +121,14 @@ class Processors:
                 self._dispatch()
                 return
         # It has a processor to itself.
-        work_ns = job.begin()
-        if not work_ns:
+        left = job.begin() * self._parts_a_ns
+        if not left:
             self._finish(job)
             return
         self._enqueue(ready, job)
-        job.begun, job.left = True, work_ns * self._parts_a_ns
+        job.begun, job.left = True, left
         job.since_ns = now_ns = self._kernel.now_ns
-        # ``alone_ns``, without its call and without large numbers
-        job.due_ns = due_ns = now_ns - -work_ns * self._denominator // self._numerator
+        job.due_ns = due_ns = now_ns - -left // self._work_a_ns
         if job.awaited:
             if self._due_ns < 0 and self._call is not None:  # as most often
                 self._kernel.again(due_ns, self._order, self._call)
