@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -19,13 +18,12 @@ from desim.middleware.context import ACKS
 from desim.middleware.counts import EDGES_NS
 from desim.middleware.graph import Graph
 from desim.middleware.host import Host
+from desim.monitor.samples import Sample, mean, mean_over
 from desim.ports.middleware import HostState
 from desim.units import NS_PER_S
 
 LATE_NS = NS_PER_S  # a message that took so long is late; the edge of a bin
 
-# A row of the time series, or of a summary: numbers and words by name.
-Sample = dict[str, Any]
 Pair = tuple[int, int]  # believer, other: places in ``hosts``
 
 
@@ -176,21 +174,12 @@ def messages_late(graph: Graph) -> int:
     return sum(int(topic.counts.latency.bins()[first:].sum()) for topic in graph.topics.values())
 
 
-def mean_over(samples: Iterable[Sample], name: str) -> float | None:
-    """The mean of a quantity over the samples that have it; None where none has."""
-    return _mean([row[name] for row in samples if row[name] is not None])
-
-
-def _mean(values: Sequence[float]) -> float | None:
-    return sum(values) / len(values) if values else None
-
-
 def _delays(delays_ns: list[int]) -> dict[str, float | None]:
     delays_s = [delay_ns / NS_PER_S for delay_ns in delays_ns]
-    return {"mean": _mean(delays_s), "max": max(delays_s, default=None)}
+    return {"mean": mean(delays_s), "max": max(delays_s, default=None)}
 
 
 def _over_time(values: Sequence[float]) -> dict[str, float | None]:
     """The statistics of values that were sampled once a second."""
-    return {"mean": _mean(values), "max": max(values, default=None),
+    return {"mean": mean(values), "max": max(values, default=None),
             "end": values[-1] if values else None}

@@ -14,7 +14,7 @@ import numpy as np
 
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.graph import Graph
-from desim.monitor.belief_metrics import Sample
+from desim.monitor.samples import Sample
 from desim.monitor.utilisation import busy_ns, utilisation
 from desim.units import NS_PER_S
 

@@ -22,7 +22,7 @@ import numpy as np
 from desim.errors import ModelError, class_of
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.host import Host
-from desim.monitor.belief_metrics import Sample
+from desim.monitor.samples import Sample
 from desim.network.medium import Medium
 from desim.ports import CountsAirtime
 from desim.scenario.schema.power import PowerParams, RadioPower

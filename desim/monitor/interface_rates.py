@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from desim.middleware.host import Host
-from desim.monitor.belief_metrics import Sample
+from desim.monitor.samples import Sample
 from desim.units import NS_PER_S
 
 

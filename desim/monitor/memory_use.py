@@ -8,7 +8,7 @@ import numpy as np
 
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.host import Host
-from desim.monitor.belief_metrics import Sample
+from desim.monitor.samples import Sample
 
 _MB = 1e6
 

@@ -20,7 +20,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Trace, bits, real
 from desim.errors import ModelError, below, class_of
 from desim.middleware.graph import Graph
-from desim.monitor.belief_metrics import BeliefMetrics, Sample
+from desim.monitor.belief_metrics import BeliefMetrics
 from desim.monitor.bottlenecks import Bottlenecks
 from desim.monitor.coverage import Coverage, map_age_s
 from desim.monitor.energy_use import EnergyUse
@@ -34,6 +34,7 @@ from desim.monitor.periods import Periods, all_due
 from desim.monitor.processor_load import ProcessorLoad
 from desim.monitor.reachability import SampledReachability
 from desim.monitor.relative_poses import RelativePoses
+from desim.monitor.samples import Sample
 from desim.monitor.stationary_hosts import StationaryHosts
 from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals

@@ -8,7 +8,7 @@ from desim.computers.cluster_node import ClusterNode
 from desim.computers.processors import Processors
 from desim.middleware.busy_host import BusyHost
 from desim.middleware.host import Host
-from desim.monitor.belief_metrics import Sample
+from desim.monitor.samples import Sample, mean
 from desim.units import NS_PER_S
 
 
@@ -85,8 +85,3 @@ class ProcessorLoad:
 def percent(processors: Processors | ClusterNode, busy_ns: int, elapsed_ns: int) -> float:
     """The load of ``processors`` that were busy for ``busy_ns`` in ``elapsed_ns``, in per cent."""
     return 100.0 * busy_ns / (max(elapsed_ns, 1) * processors.count)
-
-
-def mean(loads: Sequence[float]) -> float | None:
-    """The mean of ``loads``, null without any."""
-    return sum(loads) / len(loads) if loads else None

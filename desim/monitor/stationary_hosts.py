@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from desim.middleware.host import Host
-from desim.monitor.belief_metrics import Sample
 from desim.monitor.interface_rates import mean_rates
 from desim.monitor.memory_use import NOTHING, MemoryUse
 from desim.monitor.processor_load import ProcessorLoad
+from desim.monitor.samples import Sample
 
 
 class StationaryHosts:

@@ -9,12 +9,12 @@ import numpy as np
 
 from desim.errors import ModelError, class_of
 from desim.monitor import energy_use
-from desim.monitor.belief_metrics import Sample, mean_over
 from desim.monitor.coverage import evaluate
 from desim.monitor.interface_rates import mean_rates
 from desim.monitor.localization_errors import wall_errors
 from desim.monitor.memory_use import NOTHING, fleet_summary
 from desim.monitor.monitor import BYTES, Monitor
+from desim.monitor.samples import Sample, mean_over
 from desim.monitor.traffic import background, by_kind, packets_lost, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
 from desim.monitor.warnings import warnings
