@@ -46,9 +46,10 @@ from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan, plan
 from desim.simulation.drivers import Driver, copied_by_processes
 from desim.simulation.host_clocks import set_clocks
+from desim.simulation.host_computers import cluster_nodes_of, computers_of
 from desim.simulation.link_signals import LinkSignals
 from desim.simulation.monitor_node import MonitorNode
-from desim.simulation.wiring import HostPlaces, cluster_nodes, computers, wired
+from desim.simulation.wiring import HostPlaces, wired
 from desim.simulation.world_clock import WorldClock
 
 
@@ -89,8 +90,8 @@ class Simulation:
         # Messages: the hosts, their middleware, and the media between them.
         self.plan = plan(scenario)
         places = HostPlaces(self.world, self.plan, scenario.network.others.values())
-        busy = computers(scenario, self.plan, self.kernel, self.trace)
-        self._nodes = cluster_nodes(scenario, self.plan, self.kernel, busy) if busy else {}
+        busy = computers_of(scenario, self.plan, self.kernel, self.trace)
+        self._nodes = cluster_nodes_of(scenario, self.plan, self.kernel, busy) if busy else {}
         self.graph = wired(scenario, places, self.kernel, self.trace, self.streams,
                            [host.name for host in self.plan], payloads=payloads,
                            on_fate=on_fate if ledger is None else ledger,
@@ -104,7 +105,7 @@ class Simulation:
         self._explorers = tuple(self.world.robots[robot] for robot in self._controlled)
         self._publications = [(self.world.robots[robot], publication) for robot in self._controlled
                               for publication in self._equipment[robot].publishes]
-        self.monitor = self._watching()
+        self.monitor = self._new_monitor()
         self._watchers: list[Monitor | Recorder] = [self.monitor]
         if recorder is not None:
             recorder.begin(self.kernel, self.names, self.world, self.grid, self.graph,
@@ -127,7 +128,7 @@ class Simulation:
             self.kernel.process(self._outage(fault), Phase.WORLD,
                                 self.names.id(f"fault {number} of {fault.host}"))
 
-    def _watching(self) -> Monitor:
+    def _new_monitor(self) -> Monitor:
         explorers = self._controlled or range(len(self.world.robots))
         return Monitor(
             self.kernel, self.trace, self.scenario,
@@ -172,10 +173,10 @@ class Simulation:
             nodes.append(MonitorNode(host, self._explorers,
                                      scenario.robot.exploration.publishes_cost))
         nodes += [remote_slam(host, scenario, self.world.robots[robot], self._equipment[robot],
-                              self._map(), self._peers(robot), self._known_start(robot))
+                              self._new_map(), self._peers(robot), self._known_start(robot))
                   for robot in host_plan.slam]
         if host_plan.software is not None:
-            robot_map = self._map()
+            robot_map = self._new_map()
             self._watch(host.name, robot_map)
             robot = host_plan.software
             nodes += robot_software(host, scenario, self._equipment[robot],
@@ -185,7 +186,7 @@ class Simulation:
                                     monitored=any(other.monitor for other in self.plan),
                                     task=self._briefing)
         if host_plan.strategy is not None:
-            robot_map = self._map()
+            robot_map = self._new_map()
             nodes += coordinator_software(host, scenario, host_plan.strategy,
                                           robot_map, self._explorers,
                                           self._team(host.name), self._briefing)
@@ -232,7 +233,7 @@ class Simulation:
             return None
         return Pose2D(*self.world.snapshot().poses[robot].tolist())
 
-    def _map(self) -> RobotMap:
+    def _new_map(self) -> RobotMap:
         exchange = self.scenario.coordination.exchange
         own = robot_map_of(self.grid, self._pool, None if exchange is None else exchange.fusion)
         own.padding = self.scenario.robot.mapping.padding(self.grid.width * self.grid.height)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from fractions import Fraction
 from functools import partial
 from math import nan
 from typing import Any
@@ -12,12 +11,7 @@ from typing import Any
 import numpy as np
 
 from desim import plugins
-from desim.computers.cluster_node import ClusterNode
 from desim.computers.computer import Computer
-from desim.computers.costs.ideal import IdealComputers
-from desim.computers.memory import Memory
-from desim.computers.processors import Processors
-from desim.computers.scheduling import DISCIPLINES
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Trace
@@ -38,7 +32,6 @@ from desim.network.medium import Medium
 from desim.network.passages import Passages
 from desim.network.surroundings import Surroundings
 from desim.ports import Antennas, Obstacles, Snapshot, World
-from desim.ports.computers import MemoryModel
 from desim.ports.middleware import SharesLinks
 from desim.scenario.recipients import carrying_software
 from desim.scenario.schema.antenna import Antenna
@@ -126,38 +119,12 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
     return graph
 
 
-def computers(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel, trace: Trace
-              ) -> dict[str, Computer] | None:
-    """The computers of ``hosts`` by name; None where nothing takes time."""
-    with below("computers"):
-        costs = _plugin(scenario.computers)
-    if isinstance(costs, IdealComputers):
-        return None
-    return {host.name: Computer(
-        Processors(kernel, trace.names.id(host.name), host.computer.processors,
-                   Fraction(str(host.computer.speed)), DISCIPLINES[host.computer.scheduling]()),
-        costs, host.computer.priorities,
-        Memory(costs, host.computer.memory_bytes) if isinstance(costs, MemoryModel) else None)
-        for host in hosts}
-
-
 def _rules(choice: MediumChoice) -> list[Any]:
     rules = []
     for number, rule in enumerate(choice.rules):
         with below(f".rules.{number}"):
             rules.append(_plugin(rule))
     return rules
-
-
-def cluster_nodes(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel,
-                  computers: Mapping[str, Computer]) -> dict[str, ClusterNode]:
-    """The nodes of testbed's cluster by name, whose processors virtual machines share."""
-    machines: dict[str, list[Processors]] = {}
-    for host in hosts:
-        if host.node is not None:
-            machines.setdefault(host.node, []).append(computers[host.name].processors)
-    return {node: ClusterNode(kernel, scenario.testbed.processors_per_node, own)
-            for node, own in machines.items()}
 
 
 def _add_background(graph: Graph, network: Network) -> None:
