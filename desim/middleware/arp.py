@@ -147,7 +147,7 @@ class Neighbour(BroadcastCarrier[int]):
     def forget(self) -> None:
         """The host has stopped: the address is forgotten, and what waits for it is lost."""
         self._state = NONE
-        self._rest()
+        self._cancel_timer()
         self._lose("host_down")
 
     # The carrier of questions and answers: nobody learns of a lost one.
@@ -166,7 +166,7 @@ class Neighbour(BroadcastCarrier[int]):
 
     def found(self, state: int) -> None:
         """The address of the peer is known: send the frames that waited."""
-        self._rest()
+        self._cancel_timer()
         self._state = state
         if state == REACHABLE:
             self.confirmed_ns = self._kernel.now_ns
@@ -240,12 +240,12 @@ class Neighbour(BroadcastCarrier[int]):
                 carrier.unresolved(token)
 
     def _set_timer(self, delay_ns: int) -> None:
-        self._rest()
+        self._cancel_timer()
         up_ns = self._up_ns
         fires = fires_ns(self._kernel.now_ns + up_ns, delay_ns, self._tick_ns) - up_ns
         self._call = self._kernel.at(fires, Phase.NETWORK, self._entity, self._expired)
 
-    def _rest(self) -> None:
+    def _cancel_timer(self) -> None:
         if self._call is not None:
             self._call.cancel()
             self._call = None

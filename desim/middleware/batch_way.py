@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.topics import Publisher
 
-MOST_UNTOLD = 1 << 8  # times of catching up: 0.1 MB with thirty receivers
+MOST_UNREPORTED = 1 << 8  # times of catching up: 0.1 MB with thirty receivers
 
 # Births [batches], latencies [batches, places] and which messages have landed, likewise.
 Arrivals = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -65,7 +65,7 @@ class BatchWay:
     receivers: tuple[int, ...]
     hosts: np.ndarray
     awaited: list[Member]  # by callbacks
-    untold: list[Arrivals]  # of which links have not heard yet
+    unreported: list[Arrivals]  # of which links have not been notified
 
     @classmethod
     def of(cls, host: Host, size_bytes: int, frame: tuple[int, int], members: list[Member]
@@ -120,8 +120,8 @@ class BatchWay:
         births = _of(batches, "born_ns")
         born_ns = births[:, None]
         latencies = arrivals - born_ns
-        self.untold.append((births, latencies, landed))
-        if len(self.untold) > MOST_UNTOLD:
+        self.unreported.append((births, latencies, landed))
+        if len(self.unreported) > MOST_UNREPORTED:
             self.notify_links()
         rows = _rows(arrivals, graph.DELIVERED, self.hosts, own,
                      _of(batches, "seq")[:, None] + self.messages, latencies)
@@ -144,10 +144,10 @@ class BatchWay:
 
     def notify_links(self) -> None:
         """Tell the links of all messages that have arrived since the last time."""
-        if not self.untold:
+        if not self.unreported:
             return
-        births, trips, landed = zip(*self.untold, strict=True)
-        self.untold.clear()
+        births, trips, landed = zip(*self.unreported, strict=True)
+        self.unreported.clear()
         sent_ns = np.concatenate(births).tolist()
         for member, trips_ns, there in zip(self.members, np.concatenate(trips).T.tolist(),
                                            np.concatenate(landed).T.tolist(), strict=True):

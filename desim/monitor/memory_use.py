@@ -85,7 +85,7 @@ class MemoryUse:
                 "ram_percent": None if limit_bytes is None else 100.0 * used_bytes / limit_bytes}
 
 
-NOTHING: Sample = {"ram_mb": None, "ram_percent": None, "peak_ram_mb": None, "killed": {}}
+NOT_MEASURED: Sample = {"ram_mb": None, "ram_percent": None, "peak_ram_mb": None, "killed": {}}
 
 
 def _means(samples: Sequence[Sample]) -> Sample:

@@ -12,7 +12,7 @@ from desim.monitor.samples import Sample, mean
 from desim.units import NS_PER_S
 
 
-class Busy:
+class MeanLoad:
     """The mean load of ``these``, from one sample to the next."""
 
     def __init__(self, these: Iterable[Processors | ClusterNode]) -> None:
@@ -37,8 +37,8 @@ class ProcessorLoad:
     def __init__(self, hosts: Sequence[Host], nodes: Mapping[str, ClusterNode]) -> None:
         self._hosts = [host for host in hosts if isinstance(host, BusyHost)]
         self._nodes = nodes
-        self._busy_hosts = Busy(host.computer.processors for host in self._hosts)
-        self._busy_nodes = Busy(nodes.values())
+        self._host_load = MeanLoad(host.computer.processors for host in self._hosts)
+        self._node_load = MeanLoad(nodes.values())
 
     def busy_ns(self) -> list[int]:
         """The time that processors of each host have been busy so far."""
@@ -56,8 +56,8 @@ class ProcessorLoad:
 
     def sample(self, now_ns: int, due: Callable[[str], bool]) -> Sample:
         """The mean loads of hosts and nodes since each was ``due`` before."""
-        loads = {} if not self._hosts else {"cpu_percent": self._busy_hosts, **(
-            {"node_cpu_percent": self._busy_nodes} if self._nodes else {})}
+        loads = {} if not self._hosts else {"cpu_percent": self._host_load, **(
+            {"node_cpu_percent": self._node_load} if self._nodes else {})}
         return {name: load.percent(now_ns) if due(name) else None for name, load in loads.items()}
 
     def of(self, host: Host, elapsed_ns: int) -> Sample:

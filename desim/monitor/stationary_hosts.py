@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from desim.middleware.host import Host
 from desim.monitor.interface_rates import mean_rates
-from desim.monitor.memory_use import NOTHING, MemoryUse
+from desim.monitor.memory_use import NOT_MEASURED, MemoryUse
 from desim.monitor.processor_load import ProcessorLoad
 from desim.monitor.samples import Sample
 
@@ -30,4 +30,4 @@ class StationaryHosts:
         """By host, over the whole run; what is not measured is null, as of robots."""
         memory = self.memory()
         return {host.name: {**mean_rates(host, now_ns), **self._load.of(host, now_ns),
-                            **memory.get(host.name, NOTHING)} for host in self._hosts}
+                            **memory.get(host.name, NOT_MEASURED)} for host in self._hosts}

@@ -8,11 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from desim.errors import ModelError, class_of
-from desim.monitor import energy_use
+from desim.monitor import energy_use, memory_use
 from desim.monitor.coverage import evaluate
 from desim.monitor.interface_rates import mean_rates
 from desim.monitor.localization_errors import wall_errors
-from desim.monitor.memory_use import NOTHING, fleet_summary
 from desim.monitor.monitor import BYTES, Monitor
 from desim.monitor.samples import Sample, mean_over
 from desim.monitor.traffic import background, by_kind, packets_lost, totals
@@ -69,7 +68,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **{f"mean_{key}": sum(robot[key] for robot in robots.values()) / len(robots)
            for key in ("rx_kBps", "tx_kBps")},
         **monitor.processor_load.summary(now_ns),
-        **fleet_summary(list(robots.values())),
+        **memory_use.fleet_summary(list(robots.values())),
         **energy_use.fleet_summary(list(robots.values())),
         **monitor.bottlenecks.summary(),
         "robots": robots,
@@ -122,7 +121,7 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
         "recoveries": monitor.recoveries_of[i],
         **mean_rates(host, now_ns),
         **monitor.processor_load.of(host, now_ns),
-        **memory.get(name, NOTHING),
+        **memory.get(name, memory_use.NOT_MEASURED),
         **energy[i],
     } for i, (name, host) in enumerate(zip(monitor.robots, monitor.hosts, strict=True))}
 

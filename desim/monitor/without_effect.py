@@ -43,21 +43,22 @@ def without_effect(monitor: Monitor) -> list[str]:
 
 
 def _of_ideal_computers(scenario: Scenario) -> Found:
-    yield ([*_set(_computers(scenario), *ComputerParams.model_fields),
-            *_set(_powers(scenario), "processor_w"),
-            *(_set(_testbed(scenario), "processors_per_node") if _is_testbed(scenario) else ())],
+    testbed = _testbed(scenario) if _is_testbed(scenario) else []
+    yield ([*_changed(_computers(scenario), *ComputerParams.model_fields),
+            *_changed(_powers(scenario), "processor_w"),
+            *_changed(testbed, "processors_per_node")],
            "callbacks take neither time nor memory with computers: ideal")
 
 
 def _of_computers(scenario: Scenario, monitor: Monitor) -> Found:
     blocks = _computers(scenario)
-    yield (_idle(blocks, "priorities", lambda own: own.scheduling == "fixed_priority"),
+    yield (_unused(blocks, "priorities", lambda own: own.scheduling == "fixed_priority"),
            "priorities count with scheduling: fixed_priority alone")
-    yield (_idle(blocks, "respawn_delay_ns", lambda own: own.memory_bytes is not None),
+    yield (_unused(blocks, "respawn_delay_ns", lambda own: own.memory_bytes is not None),
            "software dies only where memory has a limit")
     if not any(own["peak_ram_mb"] for own in (*monitor.memory_use.summary().values(),
                                               *monitor.stationary_hosts.memory().values())):
-        yield (_set(blocks, "memory_bytes"),
+        yield (_changed(blocks, "memory_bytes"),
                f"nothing takes memory with computers: {scenario.computers.model}")
 
 
@@ -66,17 +67,17 @@ def _of_testbed(scenario: Scenario, ideal: bool) -> Found:
     if not _is_testbed(scenario):
         # Any host may be a monitor.
         period = ("monitor_period_ns",) if monitors(scenario) else ()
-        yield (_set(testbed, *(name for name in Testbed.model_fields if name not in period)),
+        yield (_changed(testbed, *(name for name in Testbed.model_fields if name not in period)),
                f"deployment is {scenario.deployment}")
         return
     if ideal and not any(hasattr(medium.params, "ports")
                          for medium in scenario.network.media.values()):
-        yield (_set(testbed, "robots_per_node"),
+        yield (_changed(testbed, "robots_per_node"),
                "robots on a node share neither processors (computers: ideal) nor a port (no medium "
                "has any)")
     if scenario.robot.tf == "none":
-        yield (_set([Block("testbed.processes", scenario.testbed.processes,
-                           SubscribingProcesses())], "tf"), "robot.tf is none")
+        yield (_changed([Block("testbed.processes", scenario.testbed.processes,
+                               SubscribingProcesses())], "tf"), "robot.tf is none")
 
 
 def _of_middleware(scenario: Scenario) -> Found:
@@ -85,10 +86,10 @@ def _of_middleware(scenario: Scenario) -> Found:
         return
     block = [Block("middleware", params, type(params)())]
     if isinstance(params, MultimasterParams):
-        yield (_set(block, "polling_ns", "polled_topics"),
+        yield (_changed(block, "polling_ns", "polled_topics"),
                "each process has its master on its own host")
     elif params.polling_ns is None:
-        yield _set(block, "polled_topics"), "middleware.polling is null"
+        yield _changed(block, "polled_topics"), "middleware.polling is null"
 
 
 def _of_measurements(scenario: Scenario, monitor: Monitor) -> Found:
@@ -125,14 +126,14 @@ def _powers(scenario: Scenario) -> list[Block]:
             for path, equipment in equipment_by_path(scenario) if equipment.power is not None]
 
 
-def _set(blocks: Sequence[Block], *names: str) -> list[str]:
-    """The keys of ``names`` that have another value than usually."""
-    return [key for name in names for key in _idle(blocks, name, lambda _: False)]
+def _changed(blocks: Sequence[Block], *names: str) -> list[str]:
+    """The keys of ``names`` whose value is not the usual one."""
+    return [key for name in names for key in _unused(blocks, name, lambda _: False)]
 
 
-def _idle(blocks: Sequence[Block], name: str, uses: Callable[[Any], bool]) -> list[str]:
-    """The keys ``name`` that have another value than usually, which no block that ``uses`` it has.
-    (A type of robots may use what it has from the fleet.)"""
+def _unused(blocks: Sequence[Block], name: str, uses: Callable[[Any], bool]) -> list[str]:
+    """The keys ``name`` whose value is not the usual one, unless a block with the same value
+    ``uses`` it. (A type of robots inherits the fleet's value, and may be the one that uses it.)"""
     used = [getattr(own, name) for _, own, _ in blocks if uses(own)]
     return [f"{path}.{yaml_key(name)}" for path, own, usual in blocks
             if getattr(own, name) != getattr(usual, name) and getattr(own, name) not in used]
