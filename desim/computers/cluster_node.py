@@ -1,4 +1,4 @@
-"""A node of a cluster, whose processors the virtual processors of several machines share."""
+"""A node of a cluster: its virtual machines share its processors."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from desim.errors import KernelError
 
 
 class ClusterNode:
-    """``count`` processors for the virtual ones of ``machines``, which are all of the node.
+    """``count`` physical processors for the virtual ones of ``machines``, all machines of the node.
 
     A virtual processor wants a physical one while it has a job. All that want one run at the same
-    rate, none at more than a physical one: they are threads of the node, which has short time
-    slices and knows nothing of the jobs (processor sharing on two levels: a job's rate is its share
-    of its machine times that of its machine's processors). Raises ``KernelError`` for another
-    number than a count >= 1.
+    rate, at most that of a physical one. For the node they are threads, to which it gives short
+    time slices; it knows nothing of the jobs. (So processors are shared on two levels: a job's rate
+    is its share of a virtual processor, times that one's share of a physical one.) Raises
+    ``KernelError`` unless ``count`` is an int >= 1.
     """
 
     __slots__ = ("count", "machines", "_kernel", "_wanted", "_since_ns", "_waited_ns")
@@ -43,10 +43,10 @@ class ClusterNode:
         return self._waited_ns + lacking * (self._kernel.now_ns - self._since_ns)
 
     def share_out(self) -> None:
-        """A machine may want another number of processors than before."""
+        """Share the processors anew: a machine may want more or fewer of them than before."""
         wanted = self._now_wanted()
         if wanted > self.count:
-            for machine in self.machines:  # some may be done with jobs that nobody waits for
+            for machine in self.machines:  # jobs whose end is no event may be done
                 machine.advance()
             wanted = self._now_wanted()
         if wanted == self._wanted:

@@ -15,9 +15,9 @@ from desim.ports.computers import CostModel, Work
 
 
 class Computer:
-    """The processors, the memory and the costs of one host, those that the cost ``model`` says.
+    """The processors and the memory of one host, and the costs of its work by a cost ``model``.
     ``priorities``: by node, 0 for nodes without one; under ``fixed_priority`` the highest runs
-    first. ``memory``: None where the model says nothing of it."""
+    first. ``memory``: None where the model has none."""
 
     __slots__ = ("processors", "model", "costs", "priorities", "memory")
 
@@ -30,7 +30,7 @@ class Computer:
 
 
 class CheckedCosts:
-    """The costs that ``model`` says. Raises ``ModelError`` for what is no int >= 0."""
+    """The costs by ``model``. Raises ``ModelError`` for an answer that is no int >= 0."""
 
     def __init__(self, model: CostModel) -> None:
         self._model = model

@@ -11,8 +11,8 @@ from desim.ports.computers import Kept, MemoryModel
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """So much as ``model`` says, checked: ``ModelError`` for what is no int >= 0. ``limit_bytes``
-    None: there is no limit."""
+    """The memory that processes take by ``model``, and ``limit_bytes`` (None: there is no limit).
+    Raises ``ModelError`` for an answer that is no int >= 0."""
 
     model: MemoryModel
     limit_bytes: int | None

@@ -1,8 +1,8 @@
 """The processors of a computer, on which jobs run; a job uses one of them at a time.
 
-Time is in whole nanoseconds; work is kept in parts of a nanosecond that are so small that shares of
-processors lose nothing that a result could show. A job leaves at the first whole nanosecond at
-which its work is done.
+Time is in whole nanoseconds. Work is kept in small parts of a nanosecond (``_PARTS``), so that
+rounding the shares of processors never shows in a result. A job leaves at the first whole
+nanosecond at which its work is done.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _PARTS = 1 << 32  # of a nanosecond: a thousand events a second round off 0.02 n
 
 
 class Job(ABC):
-    """A piece of work for one processor. How much it is shows when it first gets one."""
+    """A piece of work for one processor. ``begin`` says how much, when it first gets one."""
 
     __slots__ = ("priority", "awaited", "over", "begun", "left", "since_ns", "due_ns")
 
@@ -46,15 +46,16 @@ class Job(ABC):
 
     @abstractmethod
     def end(self) -> object:
-        """The work, which was awaited, is done."""
+        """The work is done; called only if it was ``awaited``."""
 
 
 class Processors:
     """``count`` processors of one ``speed``, which ``discipline`` gives to the jobs that are ready.
 
     Jobs begin and end in phase CONTROL; ``entity`` is the computer's, for the order inside an
-    instant. ``node``: whose processors these share, where they are virtual and may have to wait.
-    Raises ``KernelError`` for other numbers than a count >= 1 and a speed > 0.
+    instant. ``node``: the cluster's node whose processors these share, where they are virtual and
+    may have to wait. Raises ``KernelError`` unless ``count`` is an int >= 1 and ``speed`` a
+    Fraction > 0.
 
     While each job has a processor to itself, its end is known when it begins. Only where a job has
     to wait, or to share, is the work of all jobs brought up to date at each event.
@@ -137,8 +138,7 @@ class Processors:
                 self._book_at(due_ns)
 
     def attend(self, job: Job) -> bool:
-        """``job``, which was not awaited, is awaited now, unless its work is done. Returns whether
-        it is."""
+        """Await ``job``, which was not awaited, unless it is done. Returns whether it is."""
         if self._share is not None:
             self.advance()
             if not job.over:
@@ -153,7 +153,7 @@ class Processors:
         return job.over
 
     def withdraw(self, job: Job) -> None:
-        """Forget ``job`` if it is ready, without its ``end``."""
+        """Remove ``job``, if it is ready, without calling its ``end``."""
         self.advance()
         if job in self._ready:
             self._ready.remove(job)
@@ -164,7 +164,7 @@ class Processors:
         self._dispatch()
 
     def get(self, share: Share | None) -> None:
-        """From now on each has this share of a physical processor; None: a whole one."""
+        """From now on each processor has this share of a physical one; None: all of one."""
         self.advance()
         self._physical = share
         self._set_share()

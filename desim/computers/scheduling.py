@@ -18,14 +18,15 @@ class Grant(NamedTuple):
 
 
 class Discipline(Protocol):
-    """An order of the ready jobs, and the number of them that run if there are more ready jobs than
-    processors. Otherwise each job has a processor."""
+    """An order of the ready jobs, and which of them run if there are more of them than processors.
+    Otherwise each job has a processor. (A new discipline also needs its name in ``DISCIPLINES``
+    and in ``scenario/schema/computer.py``.)"""
 
     def enqueue(self, ready: list[Job], job: Job) -> None:
         """Put ``job``, which arrives now, into its place among the ``ready`` jobs."""
 
     def grant(self, ready: int, processors: int) -> Grant:
-        """The shares of ``processors`` for ``ready`` jobs, of which there are more."""
+        """The shares of ``processors`` for ``ready`` jobs, which are more than these."""
 
 
 class FirstInFirstOut:

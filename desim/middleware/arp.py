@@ -28,14 +28,14 @@ PROBES = 3  # ucast_solicit, and mcast_solicit
 QUEUE_BYTES = 212_992  # unres_qlen_bytes
 MOST_UP_NS = 3600 * _S  # ours: long beside all timers
 
-# States (NUD_...): nothing known, asked by broadcast, not found; known but old, to be asked soon,
-# asked by unicast, known.
+# States (Linux's NUD_...). The address is unknown: nobody has asked, asked by broadcast, no answer.
+# It is known: but old, old and in use (asked soon), asked by unicast, confirmed.
 NONE, INCOMPLETE, FAILED, STALE, DELAY, PROBE, REACHABLE = range(7)
 QUESTION, ANSWER = range(2)
 
 
 class AddressedCarrier(Carrier[T_contra]):
-    """A carrier of unicast frames that cares whether they could leave."""
+    """A carrier of unicast frames that is notified if they could not leave."""
 
     __slots__ = ()
 

@@ -1,4 +1,4 @@
-"""Publishers whose messages go in batches: see ``desim.middleware.batches``."""
+"""Publishers that send their messages in batches: see ``desim.middleware.batches``."""
 
 from __future__ import annotations
 
@@ -42,8 +42,7 @@ class BatchPublisher:
 
     def publish(self, read: Callable[[int], object]) -> None:
         """Publish one message of each publisher that has subscribers; ``read(k)`` computes the
-        content of publisher k's. (Where a callback's messages are held back, each is for itself.)
-        """
+        content of publisher k's. (Messages that a callback holds back go one by one.)"""
         def content(k: int) -> Lazy:
             return Lazy(self.size_bytes, partial(read, k))
 
@@ -53,7 +52,7 @@ class BatchPublisher:
             self._publish(content)
 
     def publish_one(self, publisher: Publisher, content: Content) -> None:
-        """One of them publishes for itself."""
+        """One of the publishers publishes a single message."""
         publisher.send(content)
 
     def _publish(self, content: Callable[[int], Content]) -> None:
@@ -79,19 +78,19 @@ class BatchPublisher:
             self._give(late_ns)
 
     def release(self) -> None:
-        """Hand messages on their way over to their links: what follows may change their fate, or
-        looks at their links."""
+        """Hand messages on their way over to their links, because the caller is about to change
+        their fate, or to read the links."""
         self.mixed = True
         self._give(0)
 
     def notify_links(self) -> None:
-        """Tell the links of all that has arrived by now."""
+        """Notify the links of all messages that have arrived by now."""
         self.catch_up()
         if self._way is not None:
             self._way.notify_links()
 
     def _give(self, least_ns: int) -> None:
-        """Hand those messages on their way over to their links that will not arrive before
+        """Hand over to their links the messages on their way that will not arrive before
         ``least_ns``."""
         self.notify_links()  # they wait by the round trips that were measured so far
         last, way = self.last, self._way
@@ -134,7 +133,7 @@ class BatchPublisher:
                    for index in last.open)
 
     def _connect(self) -> None:
-        """Find the way of the next batches, which may be none."""
+        """Find the way of the next batches; there may be none."""
         members = self._members()
         self._connections = self._graph.connections
         before = self._way.members if self._way is not None else []

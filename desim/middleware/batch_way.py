@@ -1,4 +1,4 @@
-"""The way of batches, and the account of what they have done."""
+"""The way of batches: their receivers and medium, and the counts of what has arrived."""
 
 from __future__ import annotations
 
@@ -114,8 +114,7 @@ class BatchWay:
 
     def count_arrived(self, batches: list[Batch], arrivals: np.ndarray, landed: np.ndarray) -> None:
         """Write the rows ``delivered`` of the messages that have ``landed`` [batches, places], and
-        notify all who count them. (Links hear of them when somebody looks at links: that is
-        seldom, and each of them is then told of many.)"""
+        notify all who count them. (Links are notified later, of many at once: few read them.)"""
         graph, own = self.host.graph, self.host.id
         births = _of(batches, "born_ns")
         born_ns = births[:, None]
@@ -143,7 +142,7 @@ class BatchWay:
                               None, batch.born_ns, batch.born_ns)
 
     def notify_links(self) -> None:
-        """Tell the links of all messages that have arrived since the last time."""
+        """Notify the links of all messages that have arrived since the last time."""
         if not self.unreported:
             return
         births, trips, landed = zip(*self.unreported, strict=True)

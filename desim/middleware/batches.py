@@ -1,4 +1,4 @@
-"""Batches: what is published in one instant to many receivers, handled as one.
+"""Batches: messages that one host publishes in one instant to many receivers, handled as one.
 
 A driver publishes the scans of a whole fleet at once; a robot tells its pose to all others ten
 times a second. Each reception would be a frame of its own and an arrival of its own; nearly all are
@@ -7,9 +7,9 @@ arrivals, a message is made when somebody reads it, and trace rows and counts ar
 many batches at once.
 
 A batch has a *place* for each reception. A link at rest lends itself: while nothing else happens to
-it, its messages go in batches. Whatever is unusual goes the ordinary way, message by message: rules
-that have something to say, a link whose last message has not arrived, a frame that is lost, a host
-that stops. What happens is the same, row by row.
+it, its messages go in batches. All unusual cases go message by message: a rule that affects the
+frame, a link whose last message has not arrived, a frame that is lost, a host that stops. The trace
+has the same rows either way.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class BatchLink(Protocol):
         ``due_ns`` (``UNKNOWN_NS``: nobody knows). Returns the token of its frame."""
 
     def landed(self, sent_ns: Sequence[int], trips_ns: Sequence[int]) -> object:
-        """Messages that were sent in its stead at these times have arrived so much later."""
+        """Messages that were sent in its stead at ``sent_ns`` have arrived, each after its trip."""
 
 
 @runtime_checkable

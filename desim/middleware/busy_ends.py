@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 
 class QueuedSubscription(Subscription):
-    """A callback whose messages wait until its node is free. A new message takes the turn of the
-    one that it overwrites (ros_comm, subscription.cpp: a full queue adds no callback)."""
+    """A subscription whose messages wait until its node is free. A new message takes the turn of
+    the one that it overwrites (ros_comm, subscription.cpp: a full queue adds no callback)."""
 
     __slots__ = ("trigger", "cost_ns", "_host", "_host_id", "_graph", "_executor", "_messages")
     wants_end = False  # the next message has its own turn
@@ -66,8 +66,8 @@ class QueuedSubscription(Subscription):
 
 
 class PaidLatest(Latest):
-    """A subscription without a callback. What arrives costs the nodes that read it, its
-    ``readers``, time."""
+    """A subscription without a callback. Each message that arrives costs the nodes that read the
+    topic, its ``readers``, time."""
 
     __slots__ = ("trigger", "readers", "_paid")
 

@@ -28,10 +28,12 @@ _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
 
 class BusyHost(Host):
-    """A host each of whose nodes runs one callback at a time, on the processors of ``computer``.
+    """A host whose nodes run their callbacks on the processors of ``computer``, each node one at a
+    time.
 
     Nothing else takes time there: neither frames, nor the middleware's own messages, nor drivers,
-    which stand for sensors and motors.
+    which stand for sensors and motors. ``called`` gets the node of each callback where memory has a
+    limit.
     """
 
     __slots__ = ("computer", "memory", "calling", "called", "missed_ticks", "programs",

@@ -15,11 +15,12 @@ if TYPE_CHECKING:
 
 
 class HostMemory:
-    """The memory of ``host`` while it is up. What its nodes keep is asked for when it is wanted.
+    """The memory of ``host`` while it is up, by what its nodes keep at the moment (``Node.kept``).
 
-    A process takes memory when it runs: so its memory is looked at after each call of a callback,
-    if there is a limit. Where all of them need more, ``kills`` gets the name of the one that has
-    the most (Linux, mm/oom_kill.c: ``oom_badness``), and the run is told: row ``out_of_memory``.
+    A process takes memory when it runs. So if there is a limit, it is checked after each callback.
+    Where the processes need more than that, the one that has the most is killed (Linux,
+    mm/oom_kill.c: ``oom_badness``): ``kills`` gets its name, and the trace a row ``out_of_memory``,
+    at which ``Simulation`` stops the host.
     """
 
     __slots__ = ("kills", "_host", "_memory", "_sizes", "_known", "_nodes", "_dying")
@@ -49,8 +50,8 @@ class HostMemory:
         return {node.name: self._of(node) for node in self._host.nodes}
 
     def called(self, name: str) -> None:
-        """A callback of the node ``name`` has been called. Let the largest process die if there is
-        more in use than there is."""
+        """A callback of the node ``name`` has been called. Kill the largest process if more memory
+        is in use than the limit."""
         limit_bytes = self._memory.limit_bytes
         if limit_bytes is None or self._dying:
             return

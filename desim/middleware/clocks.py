@@ -1,8 +1,8 @@
 """The clocks of hosts: what a host takes for the present time.
 
-A clock is ahead by so much at the start and runs too fast by a rate. NTP steps it, or slews it: it
-lets it run at another rate until the difference is gone. Stamps, timeouts against stamps and agreed
-times are by the host's clock; durations of timers, which differ by some 10 us a second, are not.
+A clock starts with an offset from the true time, and drifts. NTP steps it, or slews it: lets it run
+at another rate until the offset is gone. Stamps, ages by a stamp and agreed times go by the host's
+clock. Timers do not: they would differ by some 10 us a second.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ SLEW_PPB = 500_000  # RFC 5905, section 11.2: 500 ppm, the most that Unix kernel
 class HostClock:
     """The clock of a host, ``ahead_ns`` ahead at time 0, which runs ``drift_ppb`` too fast.
 
-    It answers for any time up to the present one, so that what is computed late has the stamp of
-    its birth.
+    It can be read at any time up to the present: a content that is computed late has the stamp of
+    its message's birth.
     """
 
     __slots__ = ("_since_ns", "_ahead_ns", "_rates_ppb", "_drift_ppb", "_trim_ppb")
 
     def __init__(self, ahead_ns: int, drift_ppb: int) -> None:
-        # From each of these times on it is so far ahead, and that grows at such a rate.
+        # Pieces of a line: from each of these times on, how far it is ahead, and at which rate that
+        # grows.
         self._since_ns, self._ahead_ns, self._rates_ppb = [0], [ahead_ns], [drift_ppb]
         self._drift_ppb = drift_ppb
         self._trim_ppb = 0  # what NTP corrects of the rate
@@ -52,7 +53,7 @@ class HostClock:
         self._trim_ppb += by_ppb
 
     def _go_on(self, since_ns: int, ahead_ns: int, slew_ppb: int) -> None:
-        """From ``since_ns`` on it is ``ahead_ns`` ahead; what was to come after that is void."""
+        """From ``since_ns`` on it is ``ahead_ns`` ahead; later pieces of the line are void."""
         kept = bisect_right(self._since_ns, since_ns)
         for column, value in ((self._since_ns, since_ns), (self._ahead_ns, ahead_ns),
                               (self._rates_ppb, self._drift_ppb + self._trim_ppb + slew_ppb)):

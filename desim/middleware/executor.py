@@ -56,7 +56,7 @@ class PolledSubscription(Protocol):
 
 class ExecutorHost(Protocol):
     """The host of an executor. ``calling``: the executor whose callback is being called now.
-    ``called``, if it is not None, is told of each callback by its node."""
+    ``called``, if it is not None, gets the name of the node after each callback."""
 
     computer: Computer
     calling: Executor | None
@@ -71,9 +71,9 @@ class Executor(Job):
     namespace, by which cost models know it.
 
     A message costs its receiver time, read or not. That time is added to ``owed_ns``, which the
-    node spends before its next callback. The same holds for subscriptions without a callback: a
-    node that spins at its own rate takes all that has arrived out of its sockets (ros::spinOnce).
-    ``uncharged`` are those of them in which messages may have arrived that are not in ``owed_ns``.
+    node spends with its next callback. The same holds for subscriptions without a callback: a node
+    that spins at its own rate takes all messages out of its sockets (ros::spinOnce). ``uncharged``
+    are the subscriptions of this kind with messages that may not be in ``owed_ns`` yet.
     """
 
     __slots__ = ("node", "program", "receive_ns", "send_ns", "owed_ns", "uncharged", "queue", "add",

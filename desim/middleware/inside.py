@@ -1,7 +1,7 @@
 """Media inside a host: buses between its sensors, its motors and its processor.
 
-Messages between nodes of one host take no medium, unless their topic has chosen one that is inside
-it. Then they are messages as between hosts: with frames, a fate and a latency.
+Messages between nodes of one host take no medium, unless their topic has one inside the host. Then
+they have frames, a fate and a latency, like messages between hosts.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Link states: what hosts know of the carriers of their own and of each other's interfaces.
 
-A host notices that an interface of its own has lost or regained its carrier a little later, as
-Linux's link monitoring does, and tells all others in a short frame over the media that it still
-has, as routing daemons do (a triggered update, with a sequence number). While a carrier is missing
-it says so again and again. Nobody learns of it in any other way.
+A host notices with a delay that an interface of its own has lost or regained its carrier, as
+Linux's link monitoring does. It then announces that to all others in a short frame over its
+remaining media, as routing daemons do (a triggered update, with a sequence number), and repeats the
+announcement while a carrier is missing. Nobody learns of it in any other way.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class LinkStates:
         if self._cut[host]:
             self._announce(host)
 
-    # What it tells others.
+    # Announcements.
 
     def _announce(self, host: int) -> None:
         if host in self._calls:
@@ -121,7 +121,7 @@ class LinkStates:
     def _hear(self, said: LinkState, receiver: int) -> None:
         host, number, interfaces = said
         if number < self._heard[receiver].get(host, 0):
-            return  # a slower medium brings older news
+            return  # older than what is known: it came over a slower medium
         self._heard[receiver][host] = number
         before = self._cut[receiver]
         after = {one: None for one in before if one[0] != host} | dict.fromkeys(interfaces)

@@ -1,9 +1,9 @@
 """NTP clients: hosts that ask a server for the time and correct their clocks (RFC 5905).
 
 A client sends a burst of requests when it starts, then one in each polling interval. Of its last
-answers it trusts the one with the shortest way, and corrects its clock by what that says: at once
-where it is far off, else by slewing. Its error is half of the difference between the delays of
-request and answer, and what the clock drifts between two corrections.
+answers it trusts the one with the shortest round trip. It steps its clock if that one's offset is
+large, and slews it otherwise. What remains is half of the difference between the delays of request
+and answer, and the drift between two corrections.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 NTP_BYTES = 48 + 8 + 20 + 14 + 4  # the header of NTP, UDP, IP, Ethernet and its check sequence
 BURST, BURST_NS = 8, 2 * NS_PER_S  # ntpd's iburst: so many requests, so far apart
-STEP_NS = 128_000_000  # STEPT: from here on the clock is set
+STEP_NS = 128_000_000  # STEPT: a larger offset is stepped, not slewed
 _ANSWERS = 8  # that the clock filter keeps
-_AGING_PPB = 15_000  # PHI, 15 ppm: for how much worse an answer counts with its age
-_RATE_GAIN = 4  # a quarter of the rate that shows is corrected (the frequency-lock loop's gain)
+_AGING_PPB = 15_000  # PHI, 15 ppm: an answer counts as worse by so much of its age
+_RATE_GAIN = 4  # a quarter of the measured rate is corrected (the frequency-lock loop's gain)
 
 
 class Answer(NamedTuple):
     """A server's answer: the round trip took ``delay_ns``, and the server's clock is
-    ``offset_ns`` ahead. ``read_ns``: the client's clock then."""
+    ``offset_ns`` ahead. ``read_ns``: the client's clock when it came."""
 
     read_ns: int
     delay_ns: int

@@ -1,8 +1,8 @@
 """The media that frames between two hosts take: by preference, by topic, or through other hosts.
 
-Two hosts take the first medium by preference that both are attached to; a topic may have media of
-its own. Where hosts forward, those without a medium in common reach each other through them. With
-link states a sender passes over what it knows to be without a carrier.
+Frames take the first medium by preference that both hosts are attached to; a topic may have media
+of its own. Hosts without a common medium reach each other through hosts that forward. With link
+states a sender skips interfaces that it knows to be without a carrier.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class TopicMedia(NamedTuple):
 
 class Routing:
     """The routes of ``graph``. ``link_states``: what hosts know of each other's interfaces; None:
-    they do not look."""
+    nobody watches carriers."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
@@ -61,8 +61,8 @@ class Routing:
 
     def choose(self, pattern: str, media: Sequence[Medium],
                inside: dict[int, Medium] | None = None) -> None:
-        """Topics that match ``pattern``, and none of an earlier call, take these media alone, if
-        there are any; and within hosts those ``inside``, by host."""
+        """Topics that match ``pattern``, and no earlier one, take ``media`` only, where there are
+        any; within a host they take the medium ``inside`` it, by its index."""
         self._choices.append(TopicMedia(pattern, tuple(media), inside or {}))
 
     def forward(self, host: str, media: Sequence[Medium]) -> None:
@@ -75,8 +75,8 @@ class Routing:
         return [choice.pattern for number, choice in enumerate(self._choices) if number not in used]
 
     def of(self, source: Host, receiver: int, topic: str = "") -> Medium | Way | None:
-        """The way of frames between two hosts, with messages of ``topic`` if there is one; None:
-        there is none."""
+        """The medium or way of frames between two hosts, for messages of ``topic`` if it is given;
+        None: there is none."""
         if receiver == source.index:
             return self.inside(source, topic)
         choice = self._choice(topic) if self._choices and topic else None
@@ -119,7 +119,7 @@ class Routing:
         paths = self._paths_of(None, source, receiver)
         return self._path(None, source, receiver) if paths else ()
 
-    # Inside.
+    # The choice of media and paths.
 
     def _choice(self, topic: str) -> Choice:
         if topic not in self._chosen:

@@ -1,8 +1,8 @@
-"""The resource of a run that gives in first: processors, memory, a medium, or a queue.
+"""The resource of a run that gives in (saturates) first: processors, memory, a medium, or a queue.
 
-The loads of all resources are looked at every 5 s, as the paper measured its testbed. One gives in
-at the end of the first such window in which 90 % of it were in use (the paper chose its processors
-so that they stayed below that); queues, where something was lost because one was full.
+The loads of all resources are measured every 5 s, as in the paper's testbed. A resource gives in at
+the end of the first such window in which 90 % of it were in use (the paper chose its processors so
+that they stayed below that). Queues give in when something is lost because one is full.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ _FULL = ("queue_full", "outbox_full")  # drops of frames by media, of messages b
 
 
 class Bottlenecks:
-    """Watches the resources of ``graph``: of all hosts the busiest counts, of a medium its busiest
-    part (a port, the air around a host)."""
+    """Watches the resources of ``graph``. The load of processors and memory is that of the busiest
+    host, a medium's that of its busiest part (a port, the air around a host)."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph

@@ -1,6 +1,6 @@
 """The energy that robots use: a sum over their parts of power times the time in each state.
 
-Each time is a counter that somebody keeps anyway, so that nothing is integrated in steps, and no
+Each time is a counter that another part keeps anyway. So nothing is integrated in steps, and no
 event is booked:
 
     drive   = idle t + motion d          t: the software has run, d: way driven
@@ -32,8 +32,8 @@ PARTS = ("drive_j", "sensors_j", "compute_j", "radio_j")
 
 
 class EnergyUse:
-    """The energy that ``hosts``, robots in index order, use. ``powers`` are what their parts draw,
-    None where nobody asks. ``travelled_m()`` gives [robots] m."""
+    """The energy that ``hosts``, robots in index order, use. ``powers``: what the parts of each
+    draw; None: its energy is not measured. ``travelled_m()`` gives [robots] m."""
 
     def __init__(self, hosts: Sequence[Host], powers: Sequence[PowerParams | None],
                  travelled_m: Callable[[], np.ndarray]) -> None:
@@ -52,7 +52,7 @@ class EnergyUse:
             self._since_ns[robot] = now_ns
 
     def joules(self, now_ns: int) -> np.ndarray:
-        """[robots, 4] J so far, by ``PARTS``; NaN where nobody asks."""
+        """[robots, 4] J so far, by ``PARTS``; NaN where it is not measured."""
         used = np.full((self._robots, len(PARTS)), np.nan)
         travelled_m = self._travelled_m()
         airtimes_s = _airtimes_s([host for _, host, _ in self._metered],
@@ -67,7 +67,7 @@ class EnergyUse:
         return used
 
     def quantities(self, now_ns: int) -> dict[str, float]:
-        """The energy of all robots so far, as expressions see it; nothing where nobody asks."""
+        """The energy of all robots so far, as expressions see it; none where it is not measured."""
         if not self._metered:
             return {}
         used = self.joules(now_ns)[[i for i, *_ in self._metered]]
@@ -79,7 +79,7 @@ class EnergyUse:
 
     def summary(self, now_ns: int) -> list[Sample]:
         """Of each robot: its energy, that of its parts, and how long its battery would last at the
-        mean power of the run; null where nobody asks."""
+        mean power of the run; null where it is not measured."""
         summaries: list[Sample] = [dict.fromkeys(("energy_j", *PARTS, "battery_life_s"))
                                    for _ in range(self._robots)]
         used = self.joules(now_ns)
@@ -100,13 +100,13 @@ def fleet_summary(robots: Sequence[Sample]) -> Sample:
 
 
 def _busy_s(host: Host) -> float:
-    """For how long processors have been busy; an ideal computer's never are."""
+    """The time for which processors have been busy; 0 on an ideal computer."""
     return host.computer.processors.busy_ns() / NS_PER_S if isinstance(host, BusyHost) else 0.0
 
 
 def _airtimes_s(hosts: Sequence[Host], rates_bps: Sequence[int]) -> np.ndarray:
-    """[hosts, 2] for how long the interfaces of each were sending and receiving. Where a network
-    model does not know that, bytes on the wire take their time at a rate."""
+    """[hosts, 2] s for which the interfaces of each were sending and receiving. If a network model
+    does not count that, it is the bytes on the wire over a rate."""
     airtimes_s = np.zeros((len(hosts), 2))
     for medium in {id(medium): medium for host in hosts for medium in host.media}.values():
         known_s = _counted_s(medium)

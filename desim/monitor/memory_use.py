@@ -20,7 +20,7 @@ class MemoryUse:
         busy = [host for host in hosts if isinstance(host, BusyHost)]
         self._ideal = not busy
         self._memories = {host.name: host.memory for host in busy if host.memory is not None}
-        self._seconds = 0  # that were looked at
+        self._seconds = 0  # so far, each with a sample
         self._sums = [0] * len(self._memories)  # of what was in use then
         self._peaks = [0] * len(self._memories)
 
@@ -57,8 +57,7 @@ class MemoryUse:
                        zip(self._memories, self.used_bytes(), strict=True)])
 
     def summary(self) -> dict[str, Sample]:
-        """By host, of the seconds: the means, the largest, and the processes that were killed, by
-        node."""
+        """By host: means and peak over the seconds, and the processes that were killed, by node."""
         summaries: dict[str, Sample] = {}
         for (name, memory), total, peak in zip(self._memories.items(), self._sums, self._peaks,
                                                strict=True):

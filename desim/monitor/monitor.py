@@ -1,8 +1,8 @@
 """The monitor: it alone sees the truth. It samples, decides when the run is over, and sums up.
 
 It watches out of band, so that no load on the networks can delay its verdict. First instants (99 %
-of the terrain known, a condition met at an event) come from what happens, not from polling. What
-the fleet is to do, and when that is done, its ``task`` says.
+of the terrain known, a condition met at an event) come from events, not from polling. The fleet's
+``task`` says what is to be done, and when it is done.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Track(NamedTuple):
 
 
 class Monitor:
-    """Watches one run, of which ``task`` says when it is done.
+    """Watches one run. Its ``task`` says when it is done.
 
     ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
     name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``

@@ -1,4 +1,4 @@
-"""The periods of measurements: some have one of their own."""
+"""The periods of measurements: one for all, and some of their own (``measure.periods``)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from desim.scenario.quantities import ALWAYS
 
 
 class Periods:
-    """``every_ns`` of all measurements, but of those by name in ``own_ns``. Each is due at the
-    multiples of its period."""
+    """The period ``every_ns`` of all measurements except those in ``own_ns``, by name. Each is due
+    at the multiples of its period."""
 
     def __init__(self, every_ns: int, own_ns: Mapping[str, int]) -> None:
         self._every_ns, self._own_ns = every_ns, own_ns
@@ -26,5 +26,5 @@ class Periods:
 
 
 def all_due(_: str) -> bool:
-    """Every measurement is: of a sample that has another cause than the time."""
+    """Every measurement is due: for samples with another cause than a period."""
     return True

@@ -1,4 +1,4 @@
-"""The load of processors, of hosts and of the cluster's nodes: user and system time as one."""
+"""The load of processors: of hosts, and of the cluster's nodes. User and system time are one."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class MeanLoad:
         self._busy_ns = [0] * len(self._these)  # then
 
     def percent(self, now_ns: int) -> float | None:
-        """The share of all processors that was busy since the sample before, as a mean; at the
-        instant of that one it is null, and without any."""
+        """The mean share of the processors that was busy since the sample before; null in the same
+        instant as that one, and without processors."""
         busy_ns, elapsed_ns = [each.busy_ns() for each in self._these], now_ns - self._since_ns
         shares = [percent(each, after - before, elapsed_ns) for each, before, after
                   in zip(self._these, self._busy_ns, busy_ns, strict=True)] if elapsed_ns else []
@@ -45,7 +45,7 @@ class ProcessorLoad:
         return [host.computer.processors.busy_ns() for host in self._hosts]
 
     def missed_ticks(self) -> list[int]:
-        """The callbacks of timers that each host has left out so far."""
+        """The ticks of timers that each host has missed so far."""
         return [host.missed_ticks for host in self._hosts]
 
     def quantities(self) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""The hosts without a body: their processors, their memory, and the bytes on their interfaces."""
+"""Hosts without a body: the loads of their processors, memory and interfaces."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from desim.monitor.samples import Sample
 
 
 class StationaryHosts:
-    """Watches ``hosts``: a workstation, a base. Memory is as of each second."""
+    """Watches ``hosts``: a workstation, a base. Memory is sampled each second."""
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
@@ -27,7 +27,7 @@ class StationaryHosts:
         return self._memory.summary()
 
     def summary(self, now_ns: int) -> dict[str, Sample]:
-        """By host, over the whole run; what is not measured is null, as of robots."""
+        """By host, over the whole run; null where something is not measured."""
         memory = self.memory()
         return {host.name: {**mean_rates(host, now_ns), **self._load.of(host, now_ns),
                             **memory.get(host.name, NOT_MEASURED)} for host in self._hosts}

@@ -15,7 +15,7 @@ from desim.ports import CountsBusyTime
 
 
 def busy_ns(medium: Medium) -> np.ndarray | None:
-    """[parts] for how long each has been in use so far; None: the model does not say."""
+    """[parts] ns for which each has been in use so far; None: the model does not count that."""
     if not isinstance(medium.model, CountsBusyTime):
         return None
     busy = np.asarray(medium.model.busy_ns(medium.attached))

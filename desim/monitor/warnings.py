@@ -21,8 +21,8 @@ _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 
 def warnings(monitor: Monitor) -> list[str]:
-    """Warnings of keys without effect, of networks that settle nothing, of topics and nodes that
-    there are not, of topics and hosts that nobody could hear, of strategies that have nothing to
+    """Warnings of keys without effect, of networks that settle nothing, of names that match no
+    topic or node, of topics and hosts that nobody could hear, of strategies that have nothing to
     do, and of fleets that never move."""
     said = without_effect(monitor)
     said += filter(None, map(_under_way, (*monitor.graph.media, *monitor.graph.inside)))

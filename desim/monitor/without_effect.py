@@ -1,4 +1,4 @@
-"""The keys of a scenario that had no effect on its run, because of the value of another key."""
+"""Keys of a scenario that had no effect on its run, because of the value of another key."""
 
 from __future__ import annotations
 

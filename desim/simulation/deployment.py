@@ -1,4 +1,4 @@
-"""The computers of a scenario: the robots that each controls, and the places where they stand.
+"""The deployment of a scenario: which computers there are, where, and what runs on each.
 
 ``testbed``: simulator and monitor on a workstation, each robot's controller in a virtual machine on
 a cluster node, everything on one LAN. ``field``: one computer on each robot, over the air.
@@ -26,10 +26,10 @@ class HostPlan(NamedTuple):
     ``robot``: index of the body whose place it shares, or None; then it stands at ``x_m, y_m``
     (NaN: without a position, in reach of all). ``drives``: indices of the bodies whose sensors and
     motors are attached to it. ``software``: index of the robot that it controls. ``monitor``:
-    whether robots send it their maps and distances. ``strategy``: of a host without a body that
-    coordinates. ``antenna``: with its height above the ground. ``computer``: a robot's own, or its
-    virtual machine, which is on ``node`` of the cluster. ``clock``: None where it shows the true
-    time. ``slam``: indices of the other robots whose SLAM runs here.
+    whether robots send it their maps and distances. ``strategy``: of a central coordinator.
+    ``antenna``: with its height above the ground. ``computer``: a robot's own, or its virtual
+    machine, which is on ``node`` of the cluster. ``clock``: None where it shows the true time.
+    ``slam``: indices of the other robots whose SLAM runs here.
     """
 
     name: str

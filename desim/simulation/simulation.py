@@ -275,7 +275,8 @@ class Simulation:
                 host.start()
 
     def _out_of_memory(self, name: str, *_: int) -> None:
-        """A process of the host is killed. ``required`` in a launch file: the others go with it."""
+        """A process of the host was killed. All of the host's software stops with it, as with
+        ``required="true"`` in a launch file, and starts again later."""
         respawn_delay_ns = next(host.computer.respawn_delay_ns for host in self.plan
                                 if host.name == name)
         self.kernel.process(self._down(name, respawn_delay_ns), Phase.WORLD,

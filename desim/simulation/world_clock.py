@@ -24,7 +24,7 @@ _TICK, _SCANS, _POSES, _SONARS = range(4)
 
 
 class WorldClock:
-    """Moves ``world`` and has ``drivers()`` publish what its sensors read.
+    """Moves ``world``, and has ``drivers()`` publish the readings of sensors.
 
     ``collided(robot, other)`` is called for each collision episode; other is ``WALL`` for a wall.
     """

@@ -41,8 +41,8 @@ class CallbackCost(NamedTuple):
 
 
 class MessageCost(NamedTuple):
-    """The cost of a message: ``message_ps``, and ``byte_ps`` for each byte; for each connection to
-    which it is written ``link_ps``, and ``link_byte_ps`` for each byte."""
+    """The cost of a message: ``message_ps``, and ``byte_ps`` for each byte. Each connection that it
+    is written to adds ``link_ps``, and ``link_byte_ps`` for each byte."""
 
     message_ps: int = 0
     byte_ps: int = 0
@@ -65,8 +65,8 @@ class MemoryTable(NamedTuple):
 
 
 class RememberedCosts:
-    """The costs of ``model``, which are the same each time. A callback's is a function of the
-    quantities alone; all computers have the same functions, which so stay in the caches."""
+    """The costs of ``model``, each computed once: the same work always costs the same. All
+    computers use the same functions, so that these stay in the processor's caches."""
 
     def __init__(self, model: LinearCosts) -> None:
         self.of_callback = cache(lambda node, trigger: model.row(node, trigger).by_quantities())
@@ -76,8 +76,8 @@ class RememberedCosts:
 
 class LinearCosts:
     """Costs of ``callbacks`` by node and trigger, ``ANY`` for other triggers of that node. A
-    callback without a row costs nothing, and a process without one has no memory. Sums are rounded
-    to whole nanoseconds. ``asked`` are the nodes and triggers whose costs somebody wanted."""
+    callback without a row costs nothing, and a process without one takes no memory. Sums are
+    rounded to whole nanoseconds. ``asked``: the nodes and triggers whose costs a run has used."""
 
     def __init__(self, callbacks: Mapping[str, Mapping[str, CallbackCost]], send: MessageCost,
                  receive: MessageCost, memory: MemoryTable) -> None:

@@ -1,4 +1,4 @@
-"""Costs of real robot software, as measured: see ``desim.computers.measured_costs``."""
+"""Measured costs of real robot software; the numbers are in ``desim.computers.measured_costs``."""
 
 from __future__ import annotations
 
