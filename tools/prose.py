@@ -25,7 +25,8 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parent.parent
 GLOSSARY = ROOT / "docs" / "glossary.md"
 WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
-EVERYTHING = ("desim", "netmodels", "tools", "tests", "docs", "README.md", "CONTRIBUTING.md")
+EVERYTHING = ("desim", "netmodels", "tools", "scenarios", "tests", "docs", "README.md",
+              "CONTRIBUTING.md")
 
 # No docstring opens with these, unless it asks a question.
 HEADLESS = re.compile(r"(What|Who|Whom|Whose|Which|Where|When|How|Why|That|Luck)\b")

@@ -1,5 +1,7 @@
-"""The tables and figures of docs/studies/paper-findings.md, from the campaigns of findings.yaml and
-mechanisms.yaml, or their small versions, as far as they are done:
+"""The tables and figures of docs/studies/paper-findings.md, from its campaigns.
+
+These are those of findings.yaml and mechanisms.yaml, or their small versions, as far as they are
+done:
 
     python scenarios/paper/findings_table.py results/findings
     python scenarios/paper/findings_table.py results/mechanisms

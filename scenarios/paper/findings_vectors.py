@@ -1,5 +1,8 @@
-"""The vectors of findings.yaml and findings_small.yaml: fleets of all sizes in two terrains, and of
-eight robots, as in the paper's comparison of terrains, in the other two."""
+"""The vectors of findings.yaml and findings_small.yaml.
+
+They are fleets of all sizes in two terrains and, as in the paper's comparison of terrains, of eight
+robots in the other two.
+"""
 
 SIZES = [1, 2, 4, 8, 11, 16, 30]
 

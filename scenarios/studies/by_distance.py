@@ -1,8 +1,8 @@
-"""How many messages between robots arrive, by their distance when the message was published:
+"""How many messages between robots arrive, by the robots' distance at publication?
 
     python scenarios/studies/by_distance.py RUN...
 
-of runs with ``trace.keep`` ``messages`` or ``all``, all of them together. In each row the share of
+The runs, with ``trace.keep`` ``messages`` or ``all``, are taken together. Each row has the share of
 all messages, the share of those that were delivered, and the median delay of these.
 """
 

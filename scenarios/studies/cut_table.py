@@ -1,4 +1,4 @@
-"""What a cut of the network costs each strategy, from the campaign of strategies_cut.yaml:
+"""The table of what a cut of the network costs each strategy, from strategies_cut.yaml's campaign.
 
     python scenarios/studies/cut_table.py results/strategies_cut
 """
@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pyarrow.parquet as parquet
-from localization_table import share, times_of  # beside this file
+from paired_times import share, times_of  # beside this file
 
 from desim.statistics.intervals import t_interval
 

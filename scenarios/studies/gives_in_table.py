@@ -1,4 +1,4 @@
-"""The map of which resource gives in first, from the campaign of gives_in.yaml:
+"""A table of the resource that gives in first, from the campaign of gives_in.yaml.
 
     python scenarios/studies/gives_in_table.py results/gives_in
 

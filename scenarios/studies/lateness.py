@@ -1,4 +1,4 @@
-"""How late commands and scans are, for the metrics of designs."""
+"""The lateness of commands and scans, for the metrics of designs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tables of docs/slam.md, from the campaign of localization.yaml, as far as it is done:
+"""The tables of docs/slam.md, from the campaign of localization.yaml as far as it is done.
 
     python scenarios/studies/localization_table.py results/localization
 """
@@ -10,30 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
+from paired_times import share, times_of  # beside this file
 
-from desim.statistics.comparisons import paired
 from desim.statistics.intervals import t_interval
 
 REFERENCE = "ground_truth"
 MEASURES = {"ate_m": 3, "heading_rms_rad": 4, "map_quality": 3, "wall_error_median_m": 2,
             "wall_error_p95_m": 2}  # with their digits
-
-
-def times_of(runs) -> dict[int, float]:
-    """The exploration time by seed; the run's length where the terrain was not explored."""
-    return {run["seed"]: run["simulated_s"] if run["exploration_time_s"] is None
-            else run["exploration_time_s"] for run in runs}
-
-
-def share(own, reference) -> str:
-    """The geometric mean of the times of equal seeds, divided, with its 95 % interval."""
-    seeds = [seed for seed in own if seed in reference]
-    if len(seeds) < 2:
-        return ""
-    difference = paired(*(np.log([times[seed] for seed in seeds]) for times in (own, reference))
-                        ).difference
-    low, mean, high = np.exp([difference.low, difference.mean, difference.high])
-    return f"{mean:.2f} ({low:.2f} to {high:.2f})"
 
 
 def measured(runs, key: str, digits: int) -> str:

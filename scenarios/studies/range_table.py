@@ -1,4 +1,4 @@
-"""What a short radio costs each strategy, from the campaign of range.yaml:
+"""The table of what a short radio costs each strategy, from the campaign of range.yaml.
 
     python scenarios/studies/range_table.py results/range
 """
@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pyarrow.parquet as parquet
-from localization_table import share, times_of  # beside this file
+from paired_times import share, times_of  # beside this file
 
 from desim.statistics.intervals import t_interval
 

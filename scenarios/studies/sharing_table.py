@@ -1,4 +1,4 @@
-"""A table of the kinds of map sharing, from the campaign of sharing.yaml, as far as it is done:
+"""A table of the kinds of map sharing, from the campaign of sharing.yaml, as far as it is done.
 
     python scenarios/studies/sharing_table.py results/sharing
 """

@@ -1,4 +1,4 @@
-"""Tables and a figure that compare strategies, from the campaign of strategies.yaml:
+"""Tables and a figure that compare strategies, from the campaign of strategies.yaml.
 
     python scenarios/studies/strategies_table.py results/strategies
 
