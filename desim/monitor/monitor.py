@@ -86,9 +86,8 @@ class Monitor:
 
     ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
     name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``
-    [robots] m, both true. ``nodes`` of the cluster, by name. ``powers`` of the robots whose energy
-    is measured (None: it is not). Raises ``InputError`` where the task
-    does not fit the terrain.
+    [robots] m, both true. ``nodes`` of the cluster, by name. ``powers`` of the robots; None where
+    energy is not measured. Raises ``InputError`` where the task does not fit the terrain.
     """
 
     def __init__(self, kernel: Kernel, trace: Trace, scenario: Scenario, task: Task, *,
