@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.navigation.kernels import global_costmap as kernels
 from desim.robot.navigation.kernels.global_costmap import FRAME, INSCRIBED, LETHAL, UNKNOWN
+from desim.robot.navigation.scan_points import Directions, PlacedScan, seen_from
 
 __all__ = ["INSCRIBED", "LETHAL", "UNKNOWN", "GlobalCostmap", "inflated_cost"]
+
+# A beam clears and its hit marks up to these distances (costmap_2d, raytrace_range and
+# obstacle_range: its defaults, and the published explore_costmap.yaml).
+CLEAR_M, MARK_M = 3.0, 2.5
 
 
 def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
@@ -24,9 +30,11 @@ def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
 class GlobalCostmap:
     """Costs of a map's cells. ``update`` brings them up to date: it is called before a search, not
     at each change of the map, and reads only the rows of tiles that have changed since then.
+    ``see`` adds what the lasers see at the moment, until the map changes there.
 
     ``values`` uint8 [height + 2, width + 2] with a lethal rim one cell wide | ``flat`` the same as
-    one line: a *cell* is its place there | ``frame`` one record of ``FRAME``
+    one line: a *cell* is its place there | ``frame`` one record of ``FRAME`` | ``edition`` counts
+    the changes of ``values``
     """
 
     def __init__(self, robot_map: RobotMap, radius_m: float, inflation_radius_m: float,
@@ -40,6 +48,9 @@ class GlobalCostmap:
         self.frame = np.array([(spec.x_m, spec.y_m, spec.resolution_m, spec.width + 2,
                                 spec.height + 2)], FRAME)
         self.seen = 0  # the map's version as of the last update
+        self.edition = 0
+        self._radius_m = radius_m
+        self._beams = Directions()
         self._reach = math.floor(inflation_radius_m / spec.resolution_m)
         offsets = range(-self._reach, self._reach + 1)
         near = ((r, c, math.hypot(r, c) * spec.resolution_m) for r in offsets for c in offsets)
@@ -58,6 +69,25 @@ class GlobalCostmap:
                                  self._boxes)
         kernels.inflate(self._boxes, count, self._stencil, self._reach, self.values)
         self.seen = robot_map.version
+        self.edition += 1
+
+    def see(self, scans: Sequence[PlacedScan]) -> None:
+        """Take in the robot's surroundings as they are now, as costmap_2d's obstacle layer does:
+        what beams cross is free, hits are obstacles, and the robot itself stands on none
+        (``Costmap2DROS::clearRobotFootprint``)."""
+        scan, pose = scans[0]
+        if len(scans) == 1 and scan.x_m == scan.y_m == 0.0:
+            ranges, beams, longest_m = scan.ranges, self._beams.of(scan), scan.range_max_m
+        else:
+            (ranges, beams), longest_m = seen_from(scans, self._beams), math.inf
+        kernels.see(ranges, beams, pose, float(np.float32(longest_m)),
+                    (CLEAR_M, MARK_M, self._radius_m), self.frame, self.flat)
+        row, column = divmod(self.cell(*pose[:2]), self.across)
+        width = math.ceil(CLEAR_M / self.spec.resolution_m) + 1 + self._reach
+        self._boxes[0] = (max(row - width, 1), min(row + width, self.spec.height) + 1,
+                          max(column - width, 1), min(column + width, self.spec.width) + 1)
+        kernels.inflate(self._boxes, 1, self._stencil, self._reach, self.values)
+        self.edition += 1
 
     def changed_at(self, cell: int, since: int) -> bool:
         """Whether the map changed in the tile of ``cell`` after its version ``since``."""

@@ -49,7 +49,7 @@ _NO_GOALS = np.zeros(0, np.int64)
 class _Arrays:
     """The arrays that one search at a time works in, shared by all robots with maps of one size.
 
-    ``last`` is the search whose result they hold, if it can be read: the costmap, its version, the
+    ``last`` is the search whose result they hold, if it can be read: the costmap, its edition, the
     start, and the cost up to which all cells are settled. The reference is weak: these arrays
     outlive a run, all of whose objects hang together with its costmaps."""
 
@@ -168,7 +168,7 @@ class GlobalPlanner:
         count, settled = kernels.spread(
             costmap.flat, costmap.across, toll, start, goals, limit, smallest,
             int(_INWARD_M / costmap.spec.resolution_m), discs, arrays.search)
-        arrays.last = (ref(costmap), costmap.seen, start, settled) if toll is _WALKING else None
+        arrays.last = (ref(costmap), costmap.edition, start, settled) if toll is _WALKING else None
         return count
 
     def _settle(self, start: int, goals: np.ndarray) -> None:
@@ -176,7 +176,7 @@ class GlobalPlanner:
         the last search did so. It often did, as when the robot has just searched for frontiers;
         costs and paths are those that a new search would find."""
         last, distance = self._arrays.last, self._arrays.search.distance
-        if last is None or last[:3] != (ref(self.costmap), self.costmap.seen, start) or (
+        if last is None or last[:3] != (ref(self.costmap), self.costmap.edition, start) or (
                 last[3] < kernels.FAR - 1 and (distance[goals] > last[3]).any()):
             self._spread(_WALKING, start, goals, 0, 0, _NO_DISCS)
 

@@ -17,6 +17,7 @@ from desim.robot.navigation.global_planner import GlobalPlanner
 from desim.robot.navigation.local_planner import LocalPlanner, Position
 from desim.robot.navigation.patience import patience
 from desim.robot.navigation.recovery import Recovery, Spin, retreat
+from desim.robot.navigation.scan_points import PlacedScan
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Equipment
 from desim.units import NS_PER_S
@@ -105,15 +106,22 @@ class MoveBase(Node):
         if not self._mapped and self._map.message is not None:
             self._mapped = True
             self.publish("costmap", Empty())
-        pose, scans = self._pose.message, [scan.message for scan in self._scans]
-        if self._goal is not None and scans[0] is not None and pose is not None:
-            sweeps = [scan.content for scan in scans if scan is not None]
-            if self._sonar.message is not None:
-                sweeps += self._sonar.message.content.scans
-            self.worked(scans=len(sweeps), beams=self._beams)
-            self._local.costmap.observe([
-                (sweep, self._local.extrapolate(pose.content, sweep.stamp_ns))
-                for sweep in sweeps])
+        pose = self._pose.message
+        scans = [] if self._goal is None or pose is None else self._seen(pose.content)
+        if scans:
+            self.worked(scans=len(scans), beams=self._beams)
+            self._local.costmap.observe(scans)
+
+    def _seen(self, pose: Pose) -> list[PlacedScan]:
+        """The newest scan of each laser, and of the sonar, each with the robot's pose then; none
+        without one of the first laser."""
+        messages = [scan.message for scan in self._scans]
+        if messages[0] is None:
+            return []
+        scans = [message.content for message in messages if message is not None]
+        if self._sonar.message is not None:
+            scans += self._sonar.message.content.scans
+        return [(scan, self._local.extrapolate(pose, scan.stamp_ns)) for scan in scans]
 
     # ---------------------------------------------------------------------------- what it does
 
@@ -222,8 +230,7 @@ class MoveBase(Node):
         """Plan a path to the goal and follow it; without one, wait for it or give the goal up."""
         if self._mapped:
             self.worked(plans=1, cells=self._costmap.spec.width * self._costmap.spec.height)
-        path = self._planner.plan((pose.x_m, pose.y_m), (goal.x_m, goal.y_m),
-                                  self._navigation.goal_tolerance_m) if self._mapped else None
+        path = self._path(goal, pose) if self._mapped else None
         self._pathless = path is None
         if path is None:
             self._patience.miss_path()
@@ -234,6 +241,18 @@ class MoveBase(Node):
         self.display("plan", path)
         self._patience.begin_path(self.now_ns, pose.x_m, pose.y_m)
         return True
+
+    def _path(self, goal: Goal, pose: Pose) -> np.ndarray | None:
+        """The path to the goal on the costmap of the map. If there is none, what the robot sees is
+        taken in: teammates that have left may still be on the map, even where the robot stands.
+        (costmap_2d takes in all scans.)"""
+        way = (pose.x_m, pose.y_m), (goal.x_m, goal.y_m), self._navigation.goal_tolerance_m
+        path = self._planner.plan(*way)
+        scans = self._seen(pose) if path is None else []
+        if not scans:
+            return path
+        self._costmap.see(scans)
+        return self._planner.plan(*way)
 
     def _reached(self, goal: Goal, x_m: float, y_m: float) -> bool:
         return math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._navigation.goal_tolerance_m

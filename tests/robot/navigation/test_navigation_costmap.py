@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
+from desim.middleware.contents import LaserScan
 from desim.robot.mapping.tiles import FREE, OCCUPIED
 from desim.robot.navigation.global_costmap import INSCRIBED, LETHAL, UNKNOWN, inflated_cost
 
@@ -112,3 +113,45 @@ def test_the_nearest_free_cell_is_not_within_the_robots_radius_of_a_wall():
     near = made.free_near(0.1, 0.3, 1.0)
     assert made.centre(near) == (0.5, 0.30000000000000004)
     assert made.free_near(0.1, 0.3, 0.3) == -1
+
+
+def seen(at, yaw, *hits):
+    """A scan of 181 beams over 180 degrees from a pose: (angle in whole degrees, range in m)."""
+    ranges = np.full(181, 26.0, np.float32)
+    for angle, r in hits:
+        ranges[90 + angle] = r
+    return [(LaserScan(0, ranges, -math.pi / 2, math.pi / 180, 26.0), (*at, yaw))]
+
+
+def test_what_the_robot_sees_clears_and_marks():
+    """From (4.1, 4.1) m, facing up. Ghosts are at 1 m ahead, 1 m behind and under the robot; there
+    is something 2 m ahead and 2.6 m to the right, of which the map knows nothing."""
+    cells = np.full((41, 41), FREE, np.int16)
+    for column, row in ((20, 25), (20, 15), (20, 20), (21, 20)):
+        cells[row, column] = OCCUPIED
+    robot_map = Drawn(cells)
+    made = costmap(robot_map)
+    made.see(seen((4.1, 4.1), math.pi / 2, (0, 2.0), (-90, 2.6)))
+    expected = np.full((41, 41), FREE, np.int16)
+    expected[15, 20] = expected[30, 20] = OCCUPIED  # out of view; within 2.5 m
+    assert np.array_equal(made.values[1:-1, 1:-1], by_distance(expected))
+    cells[30, 0] = OCCUPIED  # in the tile of all of these: a row that changes is the map's again
+    robot_map.know(cells)
+    made.update()
+    assert made.values[31, 21] == 0 and made.values[16, 21] == LETHAL
+
+
+@given(changing_maps(), st.floats(0.0, 13.0), st.floats(0.0, 8.0), st.floats(-3.0, 3.0),
+       st.lists(st.tuples(st.integers(-90, 90), st.floats(0.05, 5.0)), max_size=20))
+def test_after_a_scan_the_costs_follow_the_distance_as_before(maps, x, y, yaw, hits):
+    robot_map = Drawn(maps[0])
+    made = costmap(robot_map)
+    made.see(seen((x, y), yaw, *hits))
+    inside = made.values[1:-1, 1:-1]
+    classes = np.select([inside == LETHAL, inside == UNKNOWN], [OCCUPIED, 0], FREE)
+    assert np.array_equal(inside, by_distance(classes))
+    robot_map.know(np.full_like(maps[0], FREE))
+    made.update()
+    robot_map.know(maps[-1])
+    made.update()
+    assert np.array_equal(made.values, costmap(Drawn(maps[-1])).values)

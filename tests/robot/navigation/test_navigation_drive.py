@@ -229,6 +229,15 @@ def test_a_goal_without_a_way_is_refused_at_once():
     assert (at_ns, result.reached) == (S // 2, False)
 
 
+@pytest.mark.parametrize("ghosts_m", [0.5, 3.2])  # the twin: too far away to see that they are gone
+def test_a_robot_shut_in_by_ghosts_sees_that_they_are_gone(ghosts_m):
+    """Teammates that have left are still on the map, all around a robot that stands."""
+    a, b = 5.0 - ghosts_m, 5.0 + ghosts_m
+    ring = [(a, a, b, a), (b, a, b, b), (b, b, a, b), (a, b, a, a)]
+    drive = Drive(ROOM, ((5.0, 5.0, 0.0), (9.0, 5.0)), known=[*ROOM, *ring]).run(8)
+    assert [r.reached for _, r in drive.tasks[0].results] == [ghosts_m == 0.5]
+
+
 MOVE_BASE_ORDER = [Recovery.CONSERVATIVE_RESET, Recovery.ROTATE, Recovery.AGGRESSIVE_RESET,
                    Recovery.ROTATE]
 

@@ -8,7 +8,7 @@ A cell is its place in ``flat``, whose rows are ``across`` cells long.
 
 import numpy as np
 
-from desim.ports.kernels import from_dtype, inner, kernel, lean, types
+from desim.ports.kernels import cos, from_dtype, inner, kernel, lean, sin, types
 from desim.robot.mapping.kernels.tiles import FREE, OCCUPIED
 
 TILE = 32
@@ -122,6 +122,48 @@ def inflate(boxes, count, stencil, reach, cost):
                     if row <= y < end_row and column <= x < end_column \
                             and cost[y, x] < stencil[k, 2]:
                         cost[y, x] = stencil[k, 2]
+
+
+@inner(types.void(types.float64, types.float64, types.float64, types.float64, types.float64,
+                  FRAME_ARRAY, types.uint8[::1]))
+def clear_beam(x, y, ahead, left, length_m, frame, flat):
+    """Make the cells free that a beam crosses, sampled at half cells, but not the cell of its end.
+    """
+    end, step_m = place(x + length_m * ahead, y + length_m * left, frame), 0.5 * frame[0].cell_m
+    for k in range(int(length_m / step_m) + 1):
+        cell = place(x + k * step_m * ahead, y + k * step_m * left, frame)
+        if cell >= 0 and cell != end:
+            flat[cell] = 0
+
+
+@lean(types.void(types.float32[::1], types.float64[:, ::1], types.UniTuple(types.float64, 3),
+                 types.float64, types.UniTuple(types.float64, 3), FRAME_ARRAY, types.uint8[::1]))
+def see(ranges, beams, pose, no_return_m, limits_m, frame, flat):
+    """Clear and mark as a scan says, before inflation. ``ranges`` [k] float32 m, with hits below
+    ``no_return_m``, and ``beams`` [k, 2] cos and sin of their angles, from ``pose`` x, y, yaw.
+
+    limits_m: from the robot up to where beams clear, and up to where hits mark; the radius of the
+    robot, under which all is free
+    """
+    (x, y, yaw), (clear_m, mark_m, radius_m) = pose, limits_m
+    c, s, cell_m = cos(yaw), sin(yaw), frame[0].cell_m
+    for b in range(len(ranges)):
+        if ranges[b] > 0.0:
+            ahead, left = c * beams[b, 0] - s * beams[b, 1], s * beams[b, 0] + c * beams[b, 1]
+            clear_beam(x, y, ahead, left, min(float(ranges[b]), clear_m), frame, flat)
+    for b in range(len(ranges)):
+        r = float(ranges[b])
+        if 0.0 < r <= mark_m and r < no_return_m:
+            hit = place(x + r * (c * beams[b, 0] - s * beams[b, 1]),
+                        y + r * (s * beams[b, 0] + c * beams[b, 1]), frame)
+            if hit >= 0:
+                flat[hit] = LETHAL
+    reach = int(radius_m / cell_m)
+    for row in range(-reach, reach + 1):
+        for column in range(-reach, reach + 1):
+            cell = place(x + column * cell_m, y + row * cell_m, frame)
+            if cell >= 0 and (row * row + column * column) * cell_m * cell_m <= radius_m**2:
+                flat[cell] = 0
 
 
 @kernel("b1(u1[::1], i8, i8)", inner=True)
