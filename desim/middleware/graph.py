@@ -26,9 +26,9 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack, pack_each
 from desim.errors import InputError, below, did_you_mean
-from desim.middleware.batch_publisher import BatchPublisher
-from desim.middleware.batch_way import TakesArrivals
-from desim.middleware.busy_host import BusyHost
+from desim.middleware.batches.publisher import BatchPublisher
+from desim.middleware.batches.way import TakesArrivals
+from desim.middleware.busy.host import BusyHost
 from desim.middleware.context import GraphContext
 from desim.middleware.host import Host, receive_all
 from desim.middleware.message import Message
@@ -38,7 +38,7 @@ from desim.ports import natural_key
 from desim.ports.middleware import Middleware
 
 if TYPE_CHECKING:
-    from desim.middleware.timed_executor import PublishingCallback
+    from desim.middleware.busy.timed_executor import PublishingCallback
     from desim.network.background import BackgroundFlow
     from desim.network.medium import Medium
     from desim.network.passages import Passages

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack
 from desim.middleware.answer_checks import subscribers_of
-from desim.middleware.batch_publisher import BatchPublisher, FanOut
-from desim.middleware.batches import BatchLink, LendsLinks
+from desim.middleware.batches.batch import BatchLink, LendsLinks
+from desim.middleware.batches.publisher import BatchPublisher, FanOut
 from desim.middleware.contents import Content
 from desim.middleware.counts import TopicCounts
 from desim.middleware.inside import WithInside

@@ -12,7 +12,7 @@ from math import nan
 
 import numpy as np
 
-from desim.middleware.busy_host import BusyHost
+from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.monitor.samples import Sample
 from desim.monitor.utilisation import busy_ns, utilisation

@@ -20,7 +20,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from desim.errors import ModelError, class_of
-from desim.middleware.busy_host import BusyHost
+from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
 from desim.monitor.samples import Sample
 from desim.network.medium import Medium

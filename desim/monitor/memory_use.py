@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from desim.middleware.busy_host import BusyHost
+from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
 from desim.monitor.samples import Sample
 

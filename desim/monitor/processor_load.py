@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from desim.computers.cluster_node import ClusterNode
 from desim.computers.processors import Processors
-from desim.middleware.busy_host import BusyHost
+from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
 from desim.monitor.samples import Sample, mean
 from desim.units import NS_PER_S

@@ -8,7 +8,7 @@ import numpy as np
 
 from desim.computers.costs.table import TableOfCosts
 from desim.errors import did_you_mean
-from desim.middleware.busy_host import BusyHost
+from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
 from desim.monitor.without_effect import without_effect

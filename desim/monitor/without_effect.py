@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim.middleware.busy_host import BusyHost
+from desim.middleware.busy.host import BusyHost
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.ros1.parameters import RosParams
 from desim.ports.parameters import yaml_key

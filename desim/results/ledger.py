@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 
 from desim.engine.trace import Names, RowSink
 from desim.errors import InputError
+from desim.middleware.busy.timed_executor import PublishingCallback
 from desim.middleware.graph import OnFate
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
-from desim.middleware.timed_executor import PublishingCallback
 from desim.network.passages import Passages
 from desim.results.file_names import LEDGER, TRACE
 from desim.results.message_log import DELIVERED, DROPPED

@@ -7,7 +7,7 @@ from struct import Struct
 
 import numpy as np
 
-from desim.middleware.batch_way import BatchArrivals
+from desim.middleware.batches.way import BatchArrivals
 from desim.middleware.message import Message
 
 BATCH = 1 << 14  # rows at a time: 1.3 MB, a row group of the table

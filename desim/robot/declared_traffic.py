@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
 
-from desim.middleware.batch_publisher import BatchPublisher
+from desim.middleware.batches.publisher import BatchPublisher
 from desim.middleware.contents import Filler
 from desim.middleware.host import Host
 from desim.middleware.node import Node

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim import plugins
 from desim.errors import below
-from desim.middleware.busy_host import BusyHost
+from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy

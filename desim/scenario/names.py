@@ -37,20 +37,6 @@ def host_names(scenario: Scenario) -> tuple[str, ...]:
     return tuple(sorted(names, key=natural_key))
 
 
-def cluster_nodes(scenario: Scenario) -> dict[str, tuple[str, ...]]:
-    """The nodes of testbed's cluster by name, in order, with the robots whose virtual machines they
-    run; a robot without software has none."""
-    passive = frozenset(scenario.robot.passive)
-    return by_node([name for name in robot_names(scenario) if name not in passive],
-                        scenario.testbed.robots_per_node)
-
-
-def by_node(robots: Sequence[str], robots_per_node: int) -> dict[str, tuple[str, ...]]:
-    """The nodes with their robots: robot i is on node floor(i / robots per node)."""
-    return {f"node_{node}": tuple(robots[first:first + robots_per_node])
-            for node, first in enumerate(range(0, len(robots), robots_per_node))}
-
-
 def unknown(kind: str, name: str, known: Sequence[str]) -> str:
     """The complaint about a ``name`` that is none of the ``known`` ones of its ``kind``."""
     allowed = ", ".join(known if len(known) <= 8 else (*known[:3], "...", known[-1]))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.middleware.batch_publisher import BatchPublisher
+from desim.middleware.batches.publisher import BatchPublisher
 from desim.middleware.contents import (
     ODOMETRY_BYTES,
     Bump,

@@ -16,9 +16,9 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Trace
 from desim.errors import InputError, below
+from desim.middleware.busy.timed_executor import PublishingCallback
 from desim.middleware.graph import Graph, OnFate
 from desim.middleware.link_states import LinkStates
-from desim.middleware.timed_executor import PublishingCallback
 from desim.network.background import (
     BackgroundFlow,
     Spells,

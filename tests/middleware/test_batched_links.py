@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from desim.engine.kernel import Phase
 from desim.middleware import arp
 from desim.middleware.arp import Neighbour
-from desim.middleware.batch_publisher import BatchPublisher
-from desim.middleware.batches import Batch, Member
+from desim.middleware.batches.batch import Batch, Member
+from desim.middleware.batches.publisher import BatchPublisher
 from desim.middleware.context import GraphContext
 from desim.middleware.direct import Direct
 from desim.middleware.host import Host

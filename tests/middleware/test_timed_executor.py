@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from ledgers import rows_of, table_of_net
 
 from desim.computers.processors import Processors
+from desim.middleware.busy.timed_executor import TimedExecutor
 from desim.middleware.message_ledger import MessageLedger
-from desim.middleware.timed_executor import TimedExecutor
 from desim.network.passages import Passages
 from desim.results.why import BUSY, READ, Query, breakdown
 

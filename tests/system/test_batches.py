@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from runs import HELLO, MAZE_8, built, finished
 from test_conservation import CASES
 
-from desim.middleware.batch_publisher import BatchPublisher
-from desim.middleware.batches import Member
+from desim.middleware.batches.batch import Member
+from desim.middleware.batches.publisher import BatchPublisher
 from desim.middleware.host import Host
 from netmodels.switch import Switch
 

@@ -1,10 +1,10 @@
-"""Measured costs of real robot software; the numbers are in ``desim.computers.measured_costs``."""
+"""Measured costs of real robot software; the numbers are in ``measured_values`` beside this."""
 
 from __future__ import annotations
 
 from desim import ports
 from desim.computers.costs.linear import LinearCosts
-from desim.computers.measured_costs import CALLBACKS, MEMORY, RECEIVE, SEND
+from desim.computers.costs.measured_values import CALLBACKS, MEMORY, RECEIVE, SEND
 
 
 class MeasuredCosts(LinearCosts):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from desim.engine.trace import ROW
-from desim.middleware.batches import Batch, Member
+from desim.middleware.batches.batch import Batch, Member
 from desim.network.medium import UNKNOWN_NS, Medium
 
 if TYPE_CHECKING:

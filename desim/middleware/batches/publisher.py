@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from desim.engine.kernel import Phase
-from desim.middleware.batch_way import BatchWay
-from desim.middleware.batches import Batch, Member
+from desim.middleware.batches.batch import Batch, Member
+from desim.middleware.batches.way import BatchWay
 from desim.middleware.contents import Content, Lazy
 from desim.middleware.transports import stream_frame
 

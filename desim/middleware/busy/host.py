@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 from desim.computers.computer import Computer
 from desim.engine.kernel import Phase
 from desim.errors import KernelError
-from desim.middleware.busy_ends import HeldPublisher, PaidLatest, QueuedSubscription
-from desim.middleware.busy_memory import HostMemory
-from desim.middleware.busy_timers import BusyTimer, OneShot
-from desim.middleware.executor import Executor
+from desim.middleware.busy.ends import HeldPublisher, PaidLatest, QueuedSubscription
+from desim.middleware.busy.executor import Executor
+from desim.middleware.busy.memory import HostMemory
+from desim.middleware.busy.timed_executor import TimedExecutor
+from desim.middleware.busy.timers import BusyTimer, OneShot
 from desim.middleware.host import MAX_CALLBACKS, Host
 from desim.middleware.message import Message
-from desim.middleware.timed_executor import TimedExecutor
 from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
 from desim.ports.middleware import Offer
 from desim.ports.networks import Handle
@@ -32,11 +32,11 @@ class BusyHost(Host):
     time.
 
     Nothing else takes time there: neither frames, nor the middleware's own messages, nor drivers,
-    which stand for sensors and motors. ``called`` gets the node of each callback where memory has a
-    limit.
+    which stand for sensors and motors. ``after_callback`` gets the node of each callback where
+    memory has a limit.
     """
 
-    __slots__ = ("computer", "memory", "calling", "called", "missed_ticks", "programs",
+    __slots__ = ("computer", "memory", "calling", "after_callback", "missed_ticks", "programs",
                  "_executors", "_subscriptions", "_ends_by_node", "_awake", "_booked")
 
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
@@ -52,8 +52,8 @@ class BusyHost(Host):
         self._booked = False
         self.memory = memory = (None if computer.memory is None
                                 else HostMemory(self, computer.memory))
-        self.called: Callable[[str], object] | None = (
-            None if memory is None or memory.limit_bytes is None else memory.called)
+        self.after_callback: Callable[[str], object] | None = (
+            None if memory is None or memory.limit_bytes is None else memory.check_limit)
 
     @property
     def holds(self) -> bool:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from desim.middleware.executor import Executor, QueuedCallback
+from desim.middleware.busy.executor import Executor, QueuedCallback
 
 if TYPE_CHECKING:
-    from desim.middleware.busy_host import BusyHost
+    from desim.middleware.busy.host import BusyHost
 
 
 class PublishingCallback(NamedTuple):

@@ -63,11 +63,6 @@ POLL_CALL = 165 * _US
 POLL_BYTE = 16_700
 MERGED_CELL = 2_300
 
-# Each roscpp process with nothing to do, and log_robot_performance.sh, which starts twelve programs
-# each 5 s: time for a second.
-IDLE_PROCESS_PER_S = 1_400 * _US
-PERFORMANCE_LOG_PER_S = 5_600 * _US
-
 # The paper's maps are 160 m wide; nodes here declare the cells of an 80 m terrain.
 _PUBLISHED = 4
 _SCANS_PER_ODOMETRY = 2.5  # 25 Hz over 10 Hz

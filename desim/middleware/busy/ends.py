@@ -6,14 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from desim.engine.trace import pack
+from desim.middleware.busy.executor import Executor
 from desim.middleware.contents import Content
-from desim.middleware.executor import Executor
 from desim.middleware.message import Message
 from desim.middleware.topics import Expecting, Feed, Latest, Publisher, Subscription, Topic, WaitSet
 from desim.ports.middleware import Addressing, Offer
 
 if TYPE_CHECKING:
-    from desim.middleware.busy_host import BusyHost
+    from desim.middleware.busy.host import BusyHost
 
 
 class QueuedSubscription(Subscription):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from desim.computers import measured_costs
+from desim.computers.costs import measured_values
 from desim.computers.costs.measured import MeasuredCosts
 from desim.ports.computers import Kept, Work
 
@@ -53,19 +53,19 @@ def test_a_large_map_costs_its_sender_each_link_and_its_receiver_milliseconds() 
 
 
 @pytest.mark.parametrize(("row", "constant_ps"), [
-    ("laserCallback, a scan that is not matched", measured_costs.GMAPPING_SCAN),
-    ("a scan that is matched, each particle and beam", measured_costs.GMAPPING_BEAM),
-    ("the same, each particle", measured_costs.GMAPPING_PARTICLE),
-    ("updateMap, each scan of the trajectory", measured_costs.GMAPPING_REDRAWN_SCAN),
-    ("updateMap, each cell of the map", measured_costs.GMAPPING_MAP_CELL),
-    ("control at 10 Hz, fixed", measured_costs.LOCAL_PLAN),
-    ("navfn, a plan, each cell of the map", measured_costs.NAVFN_CELL),
-    ("each second, a cell of its map", measured_costs.EXPLORE_CELL),
-    ("getPublishedTopics at 10 Hz, for the caller", measured_costs.POLL_CALL),
-    ("merge of a map, each cell", measured_costs.MERGED_CELL),
-    ("publish, a message", measured_costs.SEND.message_ps),
-    ("publish, a link", measured_costs.SEND.link_ps),
-    ("receive", measured_costs.RECEIVE.message_ps),
+    ("laserCallback, a scan that is not matched", measured_values.GMAPPING_SCAN),
+    ("a scan that is matched, each particle and beam", measured_values.GMAPPING_BEAM),
+    ("the same, each particle", measured_values.GMAPPING_PARTICLE),
+    ("updateMap, each scan of the trajectory", measured_values.GMAPPING_REDRAWN_SCAN),
+    ("updateMap, each cell of the map", measured_values.GMAPPING_MAP_CELL),
+    ("control at 10 Hz, fixed", measured_values.LOCAL_PLAN),
+    ("navfn, a plan, each cell of the map", measured_values.NAVFN_CELL),
+    ("each second, a cell of its map", measured_values.EXPLORE_CELL),
+    ("getPublishedTopics at 10 Hz, for the caller", measured_values.POLL_CALL),
+    ("merge of a map, each cell", measured_values.MERGED_CELL),
+    ("publish, a message", measured_values.SEND.message_ps),
+    ("publish, a link", measured_values.SEND.link_ps),
+    ("receive", measured_values.RECEIVE.message_ps),
 ])
 def test_the_page_has_the_constant(row: str, constant_ps: int) -> None:
     found = re.search(rf"^\| {re.escape(row)} \| ([\d.]+) (ns|us|ms)\b", PAGE.read_text(), re.M)

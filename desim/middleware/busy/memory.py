@@ -10,7 +10,7 @@ from desim.ports.arguments import check_kept
 from desim.ports.computers import Kept
 
 if TYPE_CHECKING:
-    from desim.middleware.busy_host import BusyHost
+    from desim.middleware.busy.host import BusyHost
     from desim.middleware.node import Node
 
 
@@ -49,7 +49,7 @@ class HostMemory:
         """The memory of each process by its node, now."""
         return {node.name: self._of(node) for node in self._host.nodes}
 
-    def called(self, name: str) -> None:
+    def check_limit(self, name: str) -> None:
         """A callback of the node ``name`` has been called. Kill the largest process if more memory
         is in use than the limit."""
         limit_bytes = self._memory.limit_bytes

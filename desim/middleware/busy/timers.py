@@ -6,7 +6,7 @@ from collections.abc import Callable
 from fractions import Fraction
 
 from desim.engine.kernel import Call, Kernel, Phase
-from desim.middleware.executor import Executor
+from desim.middleware.busy.executor import Executor
 from desim.units import NS_PER_S
 
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it

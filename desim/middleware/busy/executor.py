@@ -56,11 +56,11 @@ class PolledSubscription(Protocol):
 
 class ExecutorHost(Protocol):
     """The host of an executor. ``calling``: the executor whose callback is being called now.
-    ``called``, if it is not None, gets the name of the node after each callback."""
+    ``after_callback``, if it is not None, gets the name of the node after each callback."""
 
     computer: Computer
     calling: Executor | None
-    called: Callable[[str], object] | None
+    after_callback: Callable[[str], object] | None
 
     def wake(self, executor: Executor) -> None:
         """``executor`` has something in its queue, and may be idle."""
@@ -154,8 +154,8 @@ class Executor(Job):
         host.calling = self
         size_bytes = entry.run()
         host.calling = None
-        if host.called is not None:
-            host.called(self.node)
+        if host.after_callback is not None:
+            host.after_callback(self.node)
         work = self._work
         if size_bytes:
             work["bytes"] = size_bytes

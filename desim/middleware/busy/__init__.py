@@ -1,0 +1,1 @@
+"""Hosts whose computer gets busy: executors, queues of callbacks, timers, and memory."""
