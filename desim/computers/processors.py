@@ -166,6 +166,8 @@ class Processors:
     def get(self, share: Share | None) -> None:
         """From now on each processor has this share of a physical one; None: all of one."""
         self.advance()
+        if self._share is None:  # jobs have ended since processors were given away
+            self._running = len(self._ready)
         self._physical = share
         self._set_share()
         self._book()

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from jobs import Play, ends
 
 from desim.computers.cluster_node import ClusterNode
+from desim.computers.processors import Processors
 from desim.engine.kernel import Kernel
 from desim.errors import KernelError
 
@@ -92,6 +93,28 @@ def test_loads_are_measured_meanwhile():
     machines.run(40)
     assert [play.processors.busy_ns() for play in machines.plays] == [60, 30]
     assert (machines.node.busy_ns(), machines.node.waited_ns()) == (60, 30)
+
+
+def overcommitted_later():
+    """A machine's only job is over when two jobs of another want the node's only processor."""
+    machines, ended = played([(0, 0, 10), (20, 1, 100), (21, 1, 100)], 1, (1, 2), discipline="fifo")
+    assert ended == {0: 10, 1: 219, 2: 220}
+    return [play.processors.busy_ns() for play in machines.plays], machines.node.busy_ns()
+
+
+def test_a_machine_without_jobs_is_not_busy_while_others_wait():
+    assert overcommitted_later() == ([10, 398], 210)
+
+
+def test_the_twin_that_forgets_the_jobs_that_ended_is_caught(monkeypatch):
+    def get(processors, share):
+        processors.advance()
+        processors._physical = share
+        processors._set_share()
+        processors._book()
+
+    monkeypatch.setattr(Processors, "get", get)
+    assert overcommitted_later() == ([208, 398], 408)
 
 
 @pytest.mark.parametrize("count", [0, 1.5])
