@@ -6,7 +6,7 @@ event is booked:
     drive   = idle t + motion d          t: the software has run, d: way driven
     sensors = sensors t
     compute = idle t + processor b       b: processors were busy, summed over them
-    radio   = idle t + (receive - idle) r + (send - idle) s      r, s: receiving and sending
+    radio   = idle (t - r - s) + receive r + send s      r, s: of t, receiving and sending
 
 Motors whose power is a line over speed, P = idle + motion v, use idle t + motion d on any way: the
 integral of v is d.
@@ -40,31 +40,40 @@ class EnergyUse:
         self._metered = [(i, host, power) for i, (host, power)
                          in enumerate(zip(hosts, powers, strict=True)) if power is not None]
         self._robots, self._travelled_m = len(hosts), travelled_m
-        self._since_ns: dict[str, int] = {}  # of those whose software runs
-        self._ran_ns = {host.name: 0 for _, host, _ in self._metered}  # before that
+        # How long the software of each has run, and the airtimes in that; while it runs, less what
+        # its counters showed when it started.
+        self._ran = {host.name: (0, np.zeros(2)) for _, host, _ in self._metered}
+        self._running: set[str] = set()
 
     def switched(self, robot: str, runs: bool, now_ns: int) -> None:
         """The software of ``robot`` runs from now on, or has stopped."""
-        if robot not in self._ran_ns:
+        if robot not in self._ran or runs == (robot in self._running):
             return
-        self._ran_ns[robot] += now_ns - self._since_ns.pop(robot, now_ns)
-        if runs:
-            self._since_ns[robot] = now_ns
+        i = list(self._ran).index(robot)
+        airtime_s, sign = self._airtimes_s()[i], -1 if runs else 1
+        ran_ns, in_that_s = self._ran[robot]
+        self._ran[robot] = ran_ns + sign * now_ns, in_that_s + sign * airtime_s
+        self._running ^= {robot}
 
     def joules(self, now_ns: int) -> np.ndarray:
         """[robots, 4] J so far, by ``PARTS``; NaN where it is not measured."""
         used = np.full((self._robots, len(PARTS)), np.nan)
         travelled_m = self._travelled_m()
-        airtimes_s = _airtimes_s([host for _, host, _ in self._metered],
-                                 [power.radio.rate_bps for *_, power in self._metered])
-        for (i, host, power), airtime_s in zip(self._metered, airtimes_s.tolist(), strict=True):
-            ran_s = (self._ran_ns[host.name] + now_ns
-                     - self._since_ns.get(host.name, now_ns)) / NS_PER_S
+        for (i, host, power), shown_s in zip(self._metered, self._airtimes_s(), strict=True):
+            ran_ns, airtime_s = self._ran[host.name]
+            if host.name in self._running:
+                ran_ns, airtime_s = ran_ns + now_ns, airtime_s + shown_s
+            ran_s = ran_ns / NS_PER_S
             used[i] = (power.base.idle_w * ran_s + power.base.motion_jpm * travelled_m[i],
                        power.sensors_w * ran_s,
                        power.computer.idle_w * ran_s + power.computer.processor_w * _busy_s(host),
-                       _radio_j(power.radio, ran_s, *airtime_s))
+                       _radio_j(power.radio, ran_s, *airtime_s.tolist()))
         return used
+
+    def _airtimes_s(self) -> np.ndarray:
+        """[metered, 2] s of sending and receiving so far, by the counters of the media."""
+        return _airtimes_s([host for _, host, _ in self._metered],
+                           [power.radio.rate_bps for *_, power in self._metered])
 
     def quantities(self, now_ns: int) -> dict[str, float]:
         """The energy of all robots so far, as expressions see it; none where it is not measured."""

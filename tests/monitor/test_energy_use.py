@@ -39,12 +39,17 @@ class Robot:
     media: list = field(default_factory=list)
 
 
-def used(hosts, power, now_ns, travelled_m=0.0):
-    """The energy that each of ``hosts`` has used, all switched on at the start."""
+def metering(hosts, power, travelled_m=0.0):
+    """The energy of ``hosts``, which are all switched on now, at the start."""
     meter = EnergyUse(hosts, [power] * len(hosts), lambda: np.full(len(hosts), travelled_m))
     for host in hosts:
         meter.switched(host.name, True, 0)
-    return meter.joules(now_ns)
+    return meter
+
+
+def used(hosts, power, now_ns, travelled_m=0.0):
+    """The energy that each of ``hosts`` has used, all switched on at the start."""
+    return metering(hosts, power, travelled_m).joules(now_ns)
 
 
 # ------------------------------------------------------------------------------------- driving
@@ -133,11 +138,12 @@ def test_bytes_take_their_time_where_no_airtime_is_counted():
     net = Net({"robot_0": talker([(k * 100 * MS, "hear!") for k in range(10)], size_bytes=1000),
                "robot_1": lambda node: node.subscribe("/talk", lambda message: None)},
               Disk(Disk.Params(range="100 m")))
-    net.run(2 * S)
     power = PowerParams(radio={"idle": "1 W", "receive": "2 W", "send": "4 W", "rate": "1 Mb/s"})
+    meter = metering(net.graph.hosts, power)
+    net.run(2 * S)
     sender, receiver = net.graph.hosts
     assert sender.tx_bytes > 10 * 1000 and receiver.rx_bytes == sender.tx_bytes
-    for host, joules in zip(net.graph.hosts, used(net.graph.hosts, power, 2 * S), strict=True):
+    for host, joules in zip(net.graph.hosts, meter.joules(2 * S), strict=True):
         assert joules[RADIO] == pytest.approx(
             1 * 2 + 3 * host.tx_bytes * 8e-6 + 1 * host.rx_bytes * 8e-6, rel=1e-12)
 
@@ -145,16 +151,20 @@ def test_bytes_take_their_time_where_no_airtime_is_counted():
 PACKETS = 50
 
 
-def over_the_air(until_ns=S):
+def over_the_air(until_ns=S, dies_ns=None):
     """The radios' energy, above idle, of a sender, its receiver and one who overhears them: 50
-    packets of 1000 B far apart, where receiving draws 1 W more and sending 3 W."""
+    packets of 1000 B far apart, where receiving draws 1 W more and sending 3 W. The software of the
+    third one runs until ``dies_ns`` (None: to the end)."""
     bench = Bench(DcfRadio(DcfRadio.Params()), {f"host_{i}": (3.0 * i, 0.0) for i in (1, 2, 3)})
     for k in range(PACKETS):
         bench.send(k * 10 * MS, "host_1", "host_2", 1000)
-    bench.run(until_ns)
     power = PowerParams(radio={"idle": "0 W", "receive": "1 W", "send": "3 W"})
-    return used([Robot(name, i, [bench.medium]) for i, name in enumerate(bench.hosts)],
-                power, until_ns)[:, RADIO]
+    meter = metering([Robot(name, i, [bench.medium]) for i, name in enumerate(bench.hosts)], power)
+    if dies_ns is not None:
+        bench.run(dies_ns)
+        meter.switched("host_3", False, dies_ns)
+    bench.run(until_ns)
+    return meter.joules(until_ns)[:, RADIO]
 
 
 def standard_s(ack_bytes=ACK_BYTES):
@@ -204,6 +214,18 @@ def test_what_is_switched_off_draws_nothing():
     assert meter.joules(12 * S).sum() == pytest.approx((3 + 2) * (7.4 + 22 + 8 + 0.82))
     meter.switched("robot_0", False, 12 * S)
     assert meter.joules(99 * S).sum() == meter.joules(12 * S).sum()
+
+
+def test_what_a_radio_hears_while_it_is_switched_off_costs_nothing():
+    """The sender's 25th packet is sent at 0.24 s, the next one at 0.25 s."""
+    assert over_the_air(dies_ns=S // 4 - MS)[2] == pytest.approx(over_the_air()[2] / 2, rel=1e-9)
+
+
+def test_the_twin_that_goes_on_hearing_is_caught(monkeypatch):
+    alive = EnergyUse.switched
+    monkeypatch.setattr(EnergyUse, "switched", lambda meter, robot, runs, now_ns:
+                        alive(meter, robot, True, now_ns))
+    assert over_the_air(dies_ns=S // 4 - MS)[2] == over_the_air()[2]
 
 
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=8))

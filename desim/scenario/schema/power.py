@@ -34,8 +34,10 @@ class RadioPower(Params):
     """A robot's network interfaces, all media together."""
 
     idle_w: Power = Field("0.82 W", description="(ns-3's WifiRadioEnergyModel: 273 mA at 3 V)")
-    receive_w: Power = Field("0.94 W", description="(ns-3: 313 mA)")
-    send_w: Power = Field("1.14 W", description="(ns-3: 380 mA)")
+    receive_w: Power = Field("0.94 W", description=(
+        "instead, at least as much as idle (ns-3: 313 mA)"))
+    send_w: Power = Field("1.14 W", description=(
+        "instead, at least as much as idle (ns-3: 380 mA)"))
     rate_bps: BitRate = Field("54 Mb/s", description=(
         "at which bytes count as sent and received where the network model does not count airtime "
         "(802.11g nominal)"))
