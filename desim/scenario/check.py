@@ -35,7 +35,7 @@ from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
 from desim.scenario.schema.robot import BUILT_IN_LASERS
 from desim.scenario.schema.scenario import Physics, Scenario
 from desim.scenario.source_places import Folder, Path
-from desim.units import DURATION, LENGTH, NS_PER_S
+from desim.units import DURATION, LENGTH, NS_PER_S, POWER
 
 Found = Iterator[tuple[Path, str]]
 
@@ -188,6 +188,21 @@ def _time_servers(scenario: Scenario, _: Folder) -> Found:
                 f"{server!r} is the host itself; allowed: another one")
 
 
+def _offsets(scenario: Scenario, _: Folder) -> Found:
+    """Clocks that are both ahead and behind."""
+    usual = scenario.robot.clock
+    clocks: list[tuple[Path, ClockParams | None]] = [
+        *((path, equipment.clock if equipment.clock is None or usual is None else
+           filled_in(equipment.clock, usual)) for path, equipment in equipment_by_path(scenario)),
+        (("testbed",), scenario.testbed.clock),
+        *((("hosts", name), host.clock) for name, host in scenario.hosts.items())]
+    for path, clock in clocks:
+        if clock is not None and clock.ahead_ns and clock.behind_ns:
+            yield (*path, "clock"), (
+                f"must be ahead or behind, not both, got {DURATION.format(clock.ahead_ns)} ahead "
+                f"and {DURATION.format(clock.behind_ns)} behind")
+
+
 def _faults(scenario: Scenario, _: Folder) -> Found:
     """Outages of one host come one after the other."""
     before: dict[str, tuple[int, Fault]] = {}
@@ -249,6 +264,20 @@ def _one_raster(scenario: Scenario, _: Folder) -> Found:
                 " robots share their maps")
 
 
+def _radios(scenario: Scenario, _: Folder) -> Found:
+    """Radios that draw less when they have something to do."""
+    for path, equipment in equipment_by_path(scenario):
+        power, fleet = equipment.power, scenario.robot.power
+        if power is None:
+            continue
+        radio = (power if fleet is None else filled_in(power, fleet)).radio
+        for key, power_w in ("receive", radio.receive_w), ("send", radio.send_w):
+            if power_w < radio.idle_w:
+                yield (*path, "power", "radio", key), (
+                    f"must be at least that of an idle radio, which listens, too: "
+                    f"{POWER.format(radio.idle_w)}, got {POWER.format(power_w)}")
+
+
 def _expressions(scenario: Scenario, _: Folder) -> Found:
     """Those of stop and measure."""
     try:
@@ -308,11 +337,13 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
     ((("fleet",), ("hosts",), ("deployment",), ("robot", "clock"), ("testbed", "clock")),
      _time_servers),
+    ((("robot", "clock"), ("testbed", "clock"), ("hosts",), ("fleet", "types")), _offsets),
     ((("faults",),), _faults),
     ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types")), _laser),
     ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
+    ((("robot", "power"), ("fleet", "types")), _radios),
     ((("stop", "when"), ("measure", "when"), ("measure", "cost"), ("task",), ("robot", "power"),
       ("fleet",), ("computers",)), _expressions),
     ((("measure", "periods"), ("task",)), _periods),

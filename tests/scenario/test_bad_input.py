@@ -610,6 +610,14 @@ WRONG = {
             "2:33: testbed.clock.ntp.server: 'workstation' is the host itself; allowed: another "
             "one",
             "3:38: hosts.base.clock.ntp.server: 'base' is the host itself; allowed: another one"]),
+    "clocks that are ahead and behind": (
+        "robot: {clock: {ahead: 1 s}}\n"
+        "fleet: {types: {late: {robot: {clock: {behind: 20 ms}}}}}\n"
+        "hosts: {base: {clock: {ahead: 1 s, behind: 1 s}}}", [
+            "3:39: fleet.types.late.robot.clock: must be ahead or behind, not both, got 1 s ahead "
+            "and 20 ms behind",
+            "4:23: hosts.base.clock: must be ahead or behind, not both, got 1 s ahead and 1 s "
+            "behind"]),
     "host with a robot's name": ("hosts: {robot_0: {}}", [
         "2:18: hosts.robot_0: 'robot_0' is the name of another host"]),
     "power without a unit": ("robot: {power: {base: {idle: 3}}}", [
@@ -618,6 +626,13 @@ WRONG = {
         "2:17: robot.power.motors: unknown key; allowed: base, sensors, computer, radio, battery"]),
     "an empty battery": ("robot: {power: {battery: 0 Wh}}", [
         "2:26: robot.power.battery: '0 Wh' must be above zero"]),
+    "a radio that draws less when it receives": (
+        "robot: {power: {radio: {receive: 0.5 W}}}\n"
+        "fleet: {types: {idler: {robot: {power: {radio: {idle: 1 W}}}}}}", [
+            "2:34: robot.power.radio.receive: must be at least that of an idle radio, which "
+            "listens, too: 0.82 W, got 0.5 W",
+            "3:41: fleet.types.idler.robot.power.radio.receive: must be at least that of an idle "
+            "radio, which listens, too: 1 W, got 0.5 W"]),
     "energy that nobody measures": (
         "measure: {cost: energy_j, when: [energy_j > 5 or explored > 0.5]}\n"
         "stop: {when: energy_j > 9}", [
