@@ -128,8 +128,6 @@ class BackgroundFlow(Carrier[int]):
         self.sent += packets
         self._trace.row(self._kernel.now_ns, self._row, self.medium.id, self._source_id,
                         self._receiver_id, packets)
-        at_once = self.medium.transmit(self.source, (self.receiver,), packets * self._bytes,
-                                       packets, False, self, packets, True)
-        if at_once is not None:
-            self.delivered += packets
+        self.medium.transmit(self.source, (self.receiver,), packets * self._bytes, packets, False,
+                             self, packets)
         self._book()

@@ -16,7 +16,6 @@ from desim.network.medium import Medium
 from desim.units import NS_PER_S
 from netmodels.access_link import AccessLink
 from netmodels.bus import Bus
-from netmodels.ideal import Ideal
 from netmodels.rules.loss import Loss
 
 S, MS = NS_PER_S, 10**6
@@ -236,9 +235,23 @@ def test_it_is_repeatable_and_its_own():
     assert first == again != other
 
 
-def test_ideal_media_deliver_trains_without_an_event_of_their_own():
-    air = Air(Ideal(Ideal.Params(delay="1 ms")))
-    flow = air.flow([(S, 3)])
-    before = air.kernel.events
+def overfull():
+    """20 ms after 10 packets of 1000 B were sent over 1 Mb/s, each on its own."""
+    air = Air(AccessLink(AccessLink.Params(rate="1 Mb/s")))
+    flow = air.flow([(S - 20 * MS + k, 1) for k in range(10)])
     air.kernel.run(S)
-    assert (flow.delivered, air.kernel.events - before) == (3, 1)
+    return flow, air.medium
+
+
+def test_packets_are_delivered_when_they_arrive():
+    """Each takes 8 ms."""
+    flow, medium = overfull()
+    assert (flow.sent, flow.delivered, flow.in_flight) == (10, 2, 8)
+    assert (medium.packets_delivered, medium.in_flight(), medium.rx_bytes[2]) == (2, 8, 2000)
+
+
+def test_the_twin_that_counts_them_when_they_are_sent_is_caught(monkeypatch):
+    transmit = Medium.transmit
+    monkeypatch.setattr(Medium, "transmit", lambda *frame: transmit(*frame, True))
+    _, medium = overfull()
+    assert (medium.packets_delivered, medium.in_flight(), medium.rx_bytes[2]) == (10, 0, 10_000)
