@@ -14,6 +14,7 @@ from desim.scenario.recipients import monitors
 from desim.scenario.robot_types import equipment_by_path
 from desim.scenario.schema.computer import ComputerParams, WorkstationComputer
 from desim.scenario.schema.power import ComputerPower
+from desim.scenario.schema.robot import LocalizationChoice, MappingParams
 from desim.scenario.schema.scenario import Scenario, SubscribingProcesses, Testbed
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ def without_effect(monitor: Monitor) -> list[str]:
     scenario, ideal = monitor.scenario, not any(isinstance(host, BusyHost)
                                                 for host in monitor.graph.hosts)
     found = (*(_of_ideal_computers(scenario) if ideal else _of_computers(scenario, monitor)),
-             *_of_testbed(scenario, ideal), *_of_middleware(scenario),
+             *_of_testbed(scenario, ideal), *_of_middleware(scenario), *_of_maps(scenario, monitor),
              *_of_measurements(scenario, monitor))
     return [f"{', '.join(keys)}: no effect, because {why}" for keys, why in found if keys]
 
@@ -90,6 +91,19 @@ def _of_middleware(scenario: Scenario) -> Found:
                "each process has its master on its own host")
     elif params.polling_ns is None:
         yield _changed(block, "polled_topics"), "middleware.polling is null"
+
+
+def _of_maps(scenario: Scenario, monitor: Monitor) -> Found:
+    default = LocalizationChoice()
+    slam = [Block(f"{'.'.join(map(str, path))}.localization", equipment.localization,
+                  default if equipment is scenario.robot else scenario.robot.localization)
+            for path, equipment in equipment_by_path(scenario)]
+    yield (_unused(slam, "map_period_ns", lambda own: own.host is not None),
+           "maps go to the robot where SLAM runs on another host (localization.host)")
+    grid, mapping = monitor.ground.grid, scenario.robot.mapping
+    if not mapping.padding(grid.width * grid.height):
+        yield (_changed([Block("robot.mapping", mapping, MappingParams())], "published_size_m"),
+               f"the terrain's own map is no smaller, {grid.width} x {grid.height} cells")
 
 
 def _of_measurements(scenario: Scenario, monitor: Monitor) -> Found:

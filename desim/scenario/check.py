@@ -255,13 +255,22 @@ def _local_window(scenario: Scenario, _: Folder) -> Found:
 
 
 def _one_raster(scenario: Scenario, _: Folder) -> Found:
-    shared_m = scenario.robot.mapping.resolution_m
+    """Types whose maps have other cells, or another size in messages, than the fleet's."""
+    shared = scenario.robot.mapping
     for path, equipment in equipment_by_path(scenario):
-        own_m = filled_in(equipment.mapping, scenario.robot.mapping).resolution_m
-        if own_m != shared_m:
+        own = filled_in(equipment.mapping, shared)
+        if own.resolution_m != shared.resolution_m:
             yield (*path, "mapping", "resolution"), (
-                f"must be that of the fleet, {LENGTH.format(shared_m)}, got {LENGTH.format(own_m)}:"
-                " robots share their maps")
+                f"must be that of the fleet, {LENGTH.format(shared.resolution_m)}, got "
+                f"{LENGTH.format(own.resolution_m)}: robots share their maps")
+        if own.published_size_m != shared.published_size_m:
+            yield (*path, "mapping", "published_size"), (
+                f"must be that of the fleet, {_sides(shared.published_size_m)}, got "
+                f"{_sides(own.published_size_m)}: robots share their maps")
+
+
+def _sides(size_m: tuple[float, float] | None) -> str:
+    return "null" if size_m is None else f"[{', '.join(map(LENGTH.format, size_m))}]"
 
 
 def _radios(scenario: Scenario, _: Folder) -> Found:

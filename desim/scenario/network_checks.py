@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from fnmatch import fnmatchcase
 
 from desim import plugins
@@ -30,6 +30,7 @@ def _attached(scenario: Scenario, _: Folder) -> Found:
         for i, name in enumerate(choice.hosts or ()):
             if name not in hosts:
                 yield (*path, i), unknown("host", name, hosts)
+        yield from _repeated(path, choice.hosts or ())
         if choice.hosts is not None and len(choice.hosts) < (1 if choice.inside else 2):
             yield path, ("must be at least one host, or left out" if choice.inside else
                          f"must be a list of at least 2, got a list of {len(choice.hosts)}")
@@ -45,6 +46,7 @@ def _topics(scenario: Scenario, _: Folder) -> Found:
             if name not in known:
                 yield (path if isinstance(choice.medium, str) else (*path, i)), unknown(
                     "medium", name, known)
+        yield from _repeated(path, choice.media)
 
 
 def _forwarding(scenario: Scenario, _: Folder) -> Found:
@@ -58,6 +60,14 @@ def _forwarding(scenario: Scenario, _: Folder) -> Found:
                 yield (*path, i), unknown("medium", name, _outside(own))
             elif host not in (own[name].hosts or (host,)):
                 yield (*path, i), f"{host} is not attached to {name} (network.media.{name}.hosts)"
+        yield from _repeated(path, stationary.forwards)
+
+
+def _repeated(path: Path, names: Sequence[str]) -> Found:
+    """Names that a list has already."""
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            yield (*path, i), f"{name} is named already; allowed: once"
 
 
 def _outside(own: dict[str, MediumChoice]) -> tuple[str, ...]:

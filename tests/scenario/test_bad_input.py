@@ -141,6 +141,12 @@ WRONG = {
             "3:51: hosts.b.forwards.0: unknown medium 'ari' (did you mean 'air'?); allowed: lan, "
             "air",
             "3:77: hosts.c.forwards: must be at least two media, or none"]),
+    "names that a list has already": (
+        "network: {media: {lan: {model: link, hosts: [base, robot_0, base]}}}\n"
+        "hosts: {base: {forwards: [lan, lan]}}\ntopics: {scan: {medium: [lan, lan]}}", [
+            "2:61: network.media.lan.hosts.2: base is named already; allowed: once",
+            "3:32: hosts.base.forwards.1: lan is named already; allowed: once",
+            "4:31: topics.scan.medium.1: lan is named already; allowed: once"]),
     "failover": ("network: {failover: {announce_every: 0 s, metric: -1}}", [
         "2:38: network.failover.announce_every: '0 s' must be above zero",
         "2:43: network.failover.metric: unknown key; allowed: noticed_after, announce_every"]),
@@ -522,6 +528,11 @@ WRONG = {
         "fleet: {types: {scout: {robot: {mapping: {resolution: 0.1 m}}}}}", [
             "2:55: fleet.types.scout.robot.mapping.resolution: must be that of the fleet, 0.2 m, "
             "got 0.1 m: robots share their maps"]),
+    "maps of two sizes in messages": (
+        "robot: {mapping: {published_size: [160 m, 160 m]}}\n"
+        "fleet: {types: {scout: {robot: {mapping: {published_size: null}}}}}", [
+            "3:59: fleet.types.scout.robot.mapping.published_size: must be that of the fleet, "
+            "[160 m, 160 m], got null: robots share their maps"]),
     "unknown parameter of a type's strategy": (
         "fleet: {types: {scout: {strategy: {strategy: nearest_frontier, k: 1}}}}", [
             "2:64: fleet.types.scout.strategy.k: unknown key; allowed: strategy"]),

@@ -49,6 +49,12 @@ def said(*overrides):
     (("middleware={model: multimaster, polling: 1 s, polled_topics: 3}",), "middleware.polling, "
      "middleware.polled_topics: no effect, because each process has its master on its own host",
      "middleware={model: ros1, polling: 1 s, polled_topics: 3}"),
+    (("robot.localization={model: gmapping, map_period: 3 s}",), "robot.localization.map_period: "
+     "no effect, because maps go to the robot where SLAM runs on another host "
+     "(localization.host)", "robot.localization.host=workstation"),
+    (("robot.mapping.published_size=[20 m, 20 m]",), "robot.mapping.published_size: no effect, "
+     "because the terrain's own map is no smaller, 121 x 121 cells",
+     "robot.mapping.published_size=[30 m, 30 m]"),
     (("measure.periods={cpu_percent: 1 s, explored: 1 s, robots: 2 s, bytes_per_s: 1 s}",),
      "measure.periods.cpu_percent: no effect, because the run does not measure it", SAYS)])
 def test_keys_without_effect_are_said(overrides, line, twin):
