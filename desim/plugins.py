@@ -19,7 +19,7 @@ from pydantic import ValidationError
 from desim import ports
 from desim.errors import InputError, did_you_mean, first_line
 from desim.ports.cases import Case, Validation
-from desim.ports.computers import CostModel
+from desim.ports.computers import CostModel, MemoryModel
 from desim.ports.localization import Localization
 from desim.ports.middleware import Middleware
 from desim.ports.sharing import FollowsScans, Sharing
@@ -59,7 +59,9 @@ _OPTIONAL: dict[str, tuple[type, ...]] = {
     "strategy": (ports.Starts, ports.FollowsGoals, ports.FollowsMap, ports.FollowsTeam),
     "sharing": (FollowsScans,),
     "task": (Briefs, GivesMap, FollowsKnowledge, JudgesMap, Measures),
+    "computers": (MemoryModel,),
 }
+_ALL_OR_NONE = (MemoryModel,)  # of these, one method is of no use without the others
 
 # The parameters that desim makes a plug-in with. (A world is made by its ``build``.)
 _MADE_WITH = {**dict.fromkeys(CONTRACTS, ("params",)), "validation": ()}
@@ -130,6 +132,7 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
             elif part is contract:
                 found.append(f"have a method {name}({', '.join(wanted)})")
     found += _misspelled(kind, cls)
+    found += _half(kind, cls)
     for attribute, fewest in (("reasons", 0), ("leads", 1)):
         names = getattr(cls, attribute, None)
         if hasattr(contract, attribute) and not (isinstance(names, tuple) and len(names) >= fewest
@@ -149,6 +152,13 @@ def _misspelled(kind: str, cls: Callable[..., object]) -> list[str]:
     return [f"have no method {name}, which is never called{meant}" for name in own
             if name.startswith("on_") and name not in events and name not in used
             and (meant := did_you_mean(name, events))]
+
+
+def _half(kind: str, cls: Callable[..., object]) -> list[str]:
+    """Advice about methods whose companions are missing, so that none of them is called."""
+    parts = [_methods(part) for part in _OPTIONAL.get(kind, ()) if part in _ALL_OR_NONE]
+    return [f"have {' and '.join(names)}, or none of them: it has no {name}" for names in parts
+            for name in names if not hasattr(cls, name) and any(hasattr(cls, one) for one in names)]
 
 
 def _misfit(name: str, function: Callable[..., object], wanted: Sequence[str]) -> str:

@@ -78,7 +78,25 @@ class Short:
         return 0
 
 
+class HalfAMemory(PerBeam):
+    def system_bytes(self):
+        return 48_000_000
+
+
+class WholeMemory(HalfAMemory):
+    def process_bytes(self, kept):
+        return 0
+
+
+def test_memory_needs_both_of_its_methods():
+    check_computers(WholeMemory)
+    assert plugins.misfit("computers", WholeMemory) == ""
+    assert plugins.misfit("computers", HalfAMemory) == (
+        "have system_bytes and process_bytes, or none of them: it has no process_bytes")
+
+
 @pytest.mark.parametrize(("twin", "error", "what"), [
+    (HalfAMemory, AssertionError, "must have system_bytes and process_bytes, or none of them"),
     (Fractional, ModelError, "answered 0.5 to callback_ns(Work(node='slam', trigger='odom'"),
     (Chancy, AssertionError, "must draw from context.stream(name) only"),
     (Forgetful, AssertionError, "must give the same costs in each run: keep state in self"),
