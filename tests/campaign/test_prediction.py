@@ -5,8 +5,17 @@ from designs import planned, row
 
 from desim.campaign.running import probes
 from desim.campaign.running.agenda import Agenda
-from desim.campaign.running.prediction import Cost, Model, finished_costs, forecast
+from desim.campaign.running.prediction import (
+    Cost,
+    Forecast,
+    Model,
+    extrapolated_s,
+    finished_costs,
+    forecast,
+)
 from desim.campaign.running.probes import _start_s, probed
+from desim.commands.views.sweep import show_prediction
+from desim.commands.views.terminal import Terminal
 
 TEXT = """parameters:
   robots: {key: fleet.size, values: [1, 2, 4]}
@@ -41,6 +50,45 @@ def test_what_did_not_end_is_expected_to_last_as_long_as_its_neighbours(plan):
     assert Model(plan, cut_off).expected_s(plan.vectors[1]) == pytest.approx(OVERHEAD_S + 2)
     assert Model(plan, {1: cut_off[1]}).expected_s(plan.vectors[1]) == pytest.approx(
         OVERHEAD_S + 20)  # nothing is known but the time limit
+
+
+def test_how_much_a_run_has_explored_says_how_long_it_lasts(plan):
+    """A fifth of what is wanted in 30 s: the rest, with its last corners, takes 1.3 times as long
+    as in proportion. Before 20 s nothing can be told."""
+    assert extrapolated_s(0.18, 30.0, 0.9) == pytest.approx(1.3 * 150)
+    assert extrapolated_s(0.88, 30.0, 0.9) == pytest.approx(1.3 * 30 * 0.9 / 0.88)
+    assert extrapolated_s(0.89, 30.0, 0.5) == 30.0, "it has lasted so long already"
+    assert extrapolated_s(0.18, 19.0, 0.9) is extrapolated_s(0.01, 30.0, 0.9) is None
+    early = Cost(1, 10, False, 0, 50.0)
+    assert Model(plan, {0: [early]}).expected_s(plan.vectors[0]) == pytest.approx(OVERHEAD_S + 5)
+    ended = Cost(2, 20, True)
+    assert Model(plan, {0: [early, ended]}).expected_s(plan.vectors[0]) == pytest.approx(
+        OVERHEAD_S + 0.1 * 20)  # which is known better
+
+
+def test_lengths_follow_the_fleet_and_do_not_grow_beyond_it(plan):
+    """1 robot takes 80 s, 4 robots 20 s; for each simulated second 0.1 s of CPU."""
+    between = Model(plan, {0: [Cost(8, 80, True)], 4: [Cost(2, 20, True)]})
+    assert between.expected_s(plan.vectors[2]) == pytest.approx(OVERHEAD_S + 0.1 * 60)
+    beyond = Model(plan, {0: [Cost(8, 80, True)], 2: [Cost(8, 40, True)]})
+    assert beyond.expected_s(plan.vectors[4]) == pytest.approx(OVERHEAD_S + 0.4 * 40)
+
+
+@pytest.mark.parametrize(("costs", "said"), [
+    ([Cost(1, 10, False, 0, 50.0)],
+     "16 s of CPU are to be expected (from 1 probe of 1.0 s, 0 of them to the end), if exploring "
+     "goes on as it began in these; 8 s with 2 jobs on cores of their own, at most 17 s, every run "
+     "to its time limit\n"),
+    ([Cost(1, 10, True)],
+     "16 s of CPU are to be expected (from 1 probe of 1.0 s, 1 of them to the end); 8 s with 2 "
+     "jobs on cores of their own, at most 17 s, every run to its time limit\n"),
+    ([Cost(1, 10, False)],
+     "34 s of CPU at most (from 1 probe of 1.0 s, 0 of them to the end, and none far enough to "
+     "tell how long runs last); with 2 jobs on cores of their own at most 17 s, every run to its "
+     "time limit\n")])
+def test_a_prediction_says_what_it_rests_on(capsys, costs, said):
+    show_prediction(Terminal(soft_wrap=True, highlight=False), Forecast(16.0, 34.0), costs, True, 2)
+    assert capsys.readouterr().out == said
 
 
 def test_a_dear_beginning_comes_once(plan):
@@ -87,6 +135,18 @@ def test_a_probe_that_takes_too_long_is_stopped(tmp_path):
     (cost,), = probed(plan, Agenda(plan, {}), budget_s=0.2).values()
     assert not cost.ended and 0 < cost.simulated_s < 100_000
     assert 0 <= cost.start_s < cost.cpu_s
+
+
+def test_a_probe_that_is_stopped_says_how_long_it_would_have_explored(tmp_path, monkeypatch):
+    """Of robots that stand, and with another task, nothing is known."""
+    seen = []
+    monkeypatch.setattr(probes, "extrapolated_s", lambda *run: seen.append(run) or 123.0)
+    text = "stop: {elapsed: 100000 s, explored: 98 %}\nset: {robot.passive: [robot_0, robot_1]"
+    plan = planned(tmp_path, text + "}\n")
+    (cost,), = probed(plan, Agenda(plan, {}), budget_s=0.2).values()
+    assert cost.lasts_s == 123.0
+    (explored, simulated_s, wanted), = seen
+    assert (simulated_s, wanted) == (cost.simulated_s, 0.98) and 0 <= explored < 0.98
 
 
 @pytest.mark.parametrize("iterations, most", [(1, 1), (3, 1), (5, 3), (10, 6)])

@@ -11,16 +11,18 @@ from time import process_time
 from desim import api
 from desim.campaign.design.plan import Plan, Vector
 from desim.campaign.running.agenda import Agenda
-from desim.campaign.running.prediction import Cost
+from desim.campaign.running.prediction import Cost, extrapolated_s
 from desim.results.folder import RunFolder
 from desim.results.run import Run
 from desim.results.status import RunStatus
+from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 
 BUDGET_S = 20.0  # as long as a person waits for an answer
 _MOST_PROBES = 8  # of 2.5 s each: shorter ones see little more than the beginning
 _SHARE = 10  # runs for each probe: what predicts takes about a tenth of what it predicts
+_EXPLORED = {"any": "explored", "union": "explored_union", "all": "explored_all"}  # by stop.by
 _GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
 
 
@@ -80,7 +82,17 @@ def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
         cpu_s, simulated_s = run.manifest["cpu_s"], run.manifest["simulated_s"]
         if run.manifest["status"] == RunStatus.FINISHED:
             return Cost(cpu_s, simulated_s, True)
-        return Cost(cpu_s, simulated_s, False, _start_s(cpu_s, simulated_s, marks))
+        return Cost(cpu_s, simulated_s, False, _start_s(cpu_s, simulated_s, marks),
+                    _whole_s(loaded.scenario, run))
+
+
+def _whole_s(scenario: Scenario, run: Run) -> float | None:
+    """``Cost.extrapolated_s`` of a run that was stopped while it explored."""
+    if scenario.task.model != "exploration":
+        return None
+    stop = scenario.stop
+    return extrapolated_s(run.metrics[_EXPLORED[stop.by]], run.manifest["simulated_s"],
+                          stop.explored)
 
 
 def _start_s(cpu_s: float, simulated_s: float, marks: list[tuple[float, float]]) -> float:

@@ -48,14 +48,19 @@ def show_prediction(on: Terminal, expected: Forecast | None, costs: list[Cost], 
     if expected is None:
         on.print("no prediction: every probe has failed")
         return
-    count = len(costs)
+    expected_s, longest_s = expected
+    count, ended = len(costs), sum(cost.ended for cost in costs)
     source = f"from {count} finished runs" if not by_probes else (
         f"from {count} probe{'s' * (count > 1)} of {sum(cost.cpu_s for cost in costs):.1f} s, "
-        f"{sum(cost.ended for cost in costs)} of them to the end")
-    expected_s, longest_s = expected
-    on.print(f"{_duration(expected_s)} of CPU are to be expected ({source}), "
-             f"{_duration(expected_s / jobs)} with {jobs} jobs on cores of their own; at most "
-             f"{_duration(longest_s / jobs)}, every run to its time limit")
+        f"{ended} of them to the end")
+    most = f"at most {_duration(longest_s / jobs)}, every run to its time limit"
+    if all(cost.lasts_s is None for cost in costs):
+        on.print(f"{_duration(longest_s)} of CPU at most ({source}, and none far enough to tell "
+                 f"how long runs last); with {jobs} jobs on cores of their own {most}")
+        return
+    guessed = "" if ended else ", if exploring goes on as it began in these"
+    on.print(f"{_duration(expected_s)} of CPU are to be expected ({source}){guessed}; "
+             f"{_duration(expected_s / jobs)} with {jobs} jobs on cores of their own, {most}")
 
 
 class SweepView:
