@@ -30,7 +30,7 @@ class ClusterNode:
         self._waited_ns = 0  # until then
         if sum(machine.count for machine in machines) > count:  # else they never wait
             for machine in machines:
-                machine.node = self
+                machine.cluster_node = self
 
     def busy_ns(self) -> int:
         """The time for which processors have been busy so far, summed over all of them."""

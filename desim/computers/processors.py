@@ -53,7 +53,7 @@ class Processors:
     """``count`` processors of one ``speed``, which ``discipline`` gives to the jobs that are ready.
 
     Jobs begin and end in phase CONTROL; ``entity`` is the computer's, for the order inside an
-    instant. ``node``: the cluster's node whose processors these share, where they are virtual and
+    instant. ``cluster_node``: the node whose processors these share, where they are virtual and
     may have to wait. Raises ``KernelError`` unless ``count`` is an int >= 1 and ``speed`` a
     Fraction > 0.
 
@@ -61,7 +61,7 @@ class Processors:
     to wait, or to share, is the work of all jobs brought up to date at each event.
     """
 
-    __slots__ = ("count", "node", "_kernel", "_entity", "_order", "_enqueue", "_grant",
+    __slots__ = ("count", "cluster_node", "_kernel", "_entity", "_order", "_enqueue", "_grant",
                  "_work_a_ns", "_parts_a_ns", "_ready", "_running", "_granted", "_physical",
                  "_share", "_has_left", "_done", "_since_ns", "_busy_ns", "_call", "_due_ns")
 
@@ -71,7 +71,7 @@ class Processors:
             raise KernelError(f"processors have an int count >= 1 and a Fraction speed > 0, got "
                               f"{count!r} and {speed!r}")
         self.count = count
-        self.node: ClusterNode | None = None
+        self.cluster_node: ClusterNode | None = None
         self._kernel, self._entity, self._order = kernel, entity, _CONTROL + entity
         self._enqueue, self._grant = discipline.enqueue, discipline.grant
         self._work_a_ns = speed.numerator * _PARTS  # parts that a processor does in a nanosecond
@@ -114,9 +114,9 @@ class Processors:
         """``job`` is ready."""
         job.awaited, job.over = True, False
         ready = self._ready
-        if self._share is not None or self.node is not None or len(ready) >= self.count:
+        if self._share is not None or self.cluster_node is not None or len(ready) >= self.count:
             self.advance()
-            if self._share is not None or self.node is not None or len(ready) >= self.count:
+            if self._share is not None or self.cluster_node is not None or len(ready) >= self.count:
                 job.begun = False
                 self._enqueue(ready, job)
                 self._dispatch()
@@ -236,8 +236,8 @@ class Processors:
             self._begins(job)
         self._has_left = False
         self._set_share()
-        if self.node is not None:
-            self.node.share_out()
+        if self.cluster_node is not None:
+            self.cluster_node.share_out()
         self._book()
 
     def _set_share(self) -> None:

@@ -238,7 +238,7 @@ class Generous(ClusterNode):
     def __init__(self, kernel, count, machines):
         super().__init__(kernel, count, machines)
         for machine in machines:
-            machine.node = None
+            machine.cluster_node = None
 
 
 class Divided(ClusterNode):
@@ -248,7 +248,7 @@ class Divided(ClusterNode):
         super().__init__(kernel, count, machines)
         virtual = sum(machine.count for machine in machines)
         for machine in machines:
-            machine.node = None
+            machine.cluster_node = None
             machine.get((count, max(virtual, count)))
 
 
