@@ -1,17 +1,22 @@
-"""The resource of a run that gives in (saturates) first: processors, memory, a medium, or a queue.
+"""The resource of a run that gives in (saturates) first.
 
+Processors of hosts and of cluster nodes, threads of programs, memory, media, and queues count.
 The loads of all resources are measured every 5 s, as in the paper's testbed. A resource gives in at
 the end of the first such window in which 90 % of it were in use (the paper chose its processors so
-that they stayed below that). Queues give in when something is lost because one is full.
+that they stayed below that), and queues if 10 % of what was sent in it was lost because one was
+full.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from math import nan
 
 import numpy as np
 
+from desim.computers.cluster_node import ClusterNode
+from desim.computers.processors import Processors
+from desim.middleware.busy.executor import Executor
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.monitor.samples import Sample
@@ -20,21 +25,28 @@ from desim.units import NS_PER_S
 
 WINDOW_NS = 5 * NS_PER_S
 _GIVES_IN = 0.9
+_LOST = 0.1
 _FULL = ("queue_full", "outbox_full")  # drops of frames by media, of messages by links
 
 
 class Bottlenecks:
-    """Watches the resources of ``graph``. The load of processors and memory is that of the busiest
-    host, a medium's that of its busiest part (a port, the air around a host)."""
+    """Watches the resources of ``graph``, and the cluster's ``nodes``. The load of processors and
+    memory is that of the busiest host or node, that of threads the busiest program's (one of its
+    callbacks at a time), a medium's that of its busiest part (a port, the air around a host)."""
 
-    def __init__(self, graph: Graph) -> None:
+    def __init__(self, graph: Graph, nodes: Mapping[str, ClusterNode]) -> None:
         self._graph = graph
         self._computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
+        self._processors: dict[str, list[Processors | ClusterNode]] = {
+            "processor": [host.computer.processors for host in self._computers],
+            "cluster_node": list(nodes.values()) if self._computers else []}
         self._since_ns = 0  # of the present window
-        self._processors_ns = [0] * len(self._computers)
-        self._kills = 0  # of processes, for want of memory
+        # The work that was done when it began:
+        self._processors_ns = {name: [0] * len(own) for name, own in self._processors.items()}
+        self._threads_ns: dict[Executor, int] = {}
         self._media_ns: dict[str, np.ndarray | None] = {}
-        self._lost = 0
+        self._queued: list[tuple[int, int]] = []
+        self._kills = 0  # of processes, for want of memory
         self._latest: dict[str, float] = {}  # shares in the last window
         self._peaks: dict[str, float] = {}
         self._from_s: dict[str, float] = {}
@@ -47,12 +59,9 @@ class Bottlenecks:
         self._latest = dict(self._shares(elapsed_ns))
         for resource, share in self._latest.items():
             self._peaks[resource] = max(self._peaks.get(resource, 0.0), share)
-            if share >= _GIVES_IN:
+            if share >= (_LOST if resource == "queue" else _GIVES_IN):
                 self._from_s.setdefault(resource, now_ns / NS_PER_S)
-        lost = self._lost_in_queues()
-        if lost > self._lost:
-            self._from_s.setdefault("queue", now_ns / NS_PER_S)
-        self._since_ns, self._lost = now_ns, lost
+        self._since_ns = now_ns
 
     def quantities(self) -> dict[str, float]:
         """The loads of the busiest computer in the last window that is over, as expressions see
@@ -67,20 +76,22 @@ class Bottlenecks:
         this order); of each the largest share that was in use, and when it gave in."""
         return {"gives_in_first": min(self._from_s, key=self._from_s.__getitem__, default=None),
                 "saturation": {
-                    **{resource: {"peak": peak, "from_s": self._from_s.get(resource)}
-                       for resource, peak in self._peaks.items()},
-                    "queue": {"lost": self._lost_in_queues(),
-                              "from_s": self._from_s.get("queue")}}}
+                    resource: {"peak": peak, "from_s": self._from_s.get(resource),
+                               **({"lost": sum(lost for lost, _ in self._queues())}
+                                  if resource == "queue" else {})}
+                    for resource, peak in {**self._peaks, "queue": self._peaks.get("queue", 0.0)
+                                           }.items()}}
 
     def _shares(self, elapsed_ns: int) -> Iterator[tuple[str, float]]:
         """The share of each resource that was in use in a window."""
+        for name, own in self._processors.items():
+            if own:
+                busy = [each.busy_ns() for each in own]
+                yield name, max((after - before) / (each.count * elapsed_ns) for each, before, after
+                                in zip(own, self._processors_ns[name], busy, strict=True))
+                self._processors_ns[name] = busy
         if self._computers:
-            processors_ns = [host.computer.processors.busy_ns() for host in self._computers]
-            yield "processor", max(
-                (after - before) / (host.computer.processors.count * elapsed_ns)
-                for host, before, after in zip(self._computers, self._processors_ns, processors_ns,
-                                               strict=True))
-            self._processors_ns = processors_ns
+            yield "thread", self._busiest_thread(elapsed_ns)
         limited = [(host.memory, host.memory.limit_bytes) for host in self._computers
                    if host.memory is not None and host.memory.limit_bytes is not None]
         if limited:
@@ -89,15 +100,49 @@ class Bottlenecks:
             yield "memory", max(float(kills > self._kills), *(
                 memory.used_bytes() / limit_bytes for memory, limit_bytes in limited))
             self._kills = kills
-        for medium in self._graph.media:
+        yield from self._busiest_parts(elapsed_ns).items()
+        before, self._queued = self._queued, self._queues()
+        yield "queue", max((
+            (lost - lost_before) / max(sent - sent_before, lost - lost_before, 1)
+            for (lost, sent), (lost_before, sent_before)
+            in zip(self._queued, before or [(0, 0)] * len(self._queued), strict=True)), default=0.0)
+
+    def _busiest_thread(self, elapsed_ns: int) -> float:
+        """The share of a window for which the busiest thread computed. What a callback takes
+        beyond the window counts in the next ones."""
+        done_ns, most_ns = {}, 0
+        for host in self._computers:
+            for executor in host.executors:
+                before_ns = self._threads_ns.get(executor, 0)
+                all_ns = host.computer.processors.alone_ns(executor.computing_ns)
+                done_ns[executor] = min(all_ns, before_ns + elapsed_ns)
+                most_ns = max(most_ns, done_ns[executor] - before_ns)
+        self._threads_ns = done_ns
+        return most_ns / elapsed_ns
+
+    def _busiest_parts(self, elapsed_ns: int) -> dict[str, float]:
+        """The share of a window for which the busiest part of each medium was in use; media inside
+        hosts by their name there (``bus`` of ``bus@robot_3``)."""
+        shares: dict[str, float] = {}
+        for medium in (*self._graph.media, *self._graph.inside):
             before_ns = self._media_ns.get(medium.name)
             share = utilisation(medium, elapsed_ns, 0 if before_ns is None else before_ns)
             if share is not None:
-                yield medium.name, share["max"]
+                name = medium.name.partition("@")[0]
+                shares[name] = max(shares.get(name, 0.0), share["max"])
                 self._media_ns[medium.name] = busy_ns(medium)
+        return shares
 
-    def _lost_in_queues(self) -> int:
-        """The frames and messages that were lost because a queue was full, so far."""
-        counts = [medium.dropped for medium in self._graph.media]
-        counts += [topic.counts.dropped for topic in self._graph.topics.values()]
-        return sum(dropped.get(reason, 0) for dropped in counts for reason in _FULL)
+    def _queues(self) -> list[tuple[int, int]]:
+        """Of each medium its frames that were lost because a queue was full, and all, so far; and
+        the same of messages."""
+        topics = [topic.counts for topic in self._graph.topics.values()]
+        return [*((_lost([medium.dropped]), medium.intended)
+                  for medium in (*self._graph.media, *self._graph.inside)),
+                (_lost(counts.dropped for counts in topics),
+                 sum(counts.intended for counts in topics))]
+
+
+def _lost(dropped: Iterable[Mapping[str, int]]) -> int:
+    """Those that were dropped because a queue was full."""
+    return sum(counts.get(reason, 0) for counts in dropped for reason in _FULL)

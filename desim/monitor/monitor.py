@@ -107,7 +107,7 @@ class Monitor:
         self.stationary_hosts = StationaryHosts([host for host in graph.hosts
                                                  if host.name not in bodies])
         self.energy_use = EnergyUse(self.hosts, powers or [None] * len(robots), travelled_m)
-        self.bottlenecks = Bottlenecks(graph)
+        self.bottlenecks = Bottlenecks(graph, nodes or {})
         self._interface_rates = InterfaceRates(self.hosts)
         self._own = [robots.index(name) for name in explorers]
         self.partitions = Partitions()

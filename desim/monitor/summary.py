@@ -14,7 +14,7 @@ from desim.monitor.interface_rates import mean_rates
 from desim.monitor.localization_errors import wall_errors
 from desim.monitor.monitor import BYTES, Monitor
 from desim.monitor.samples import Sample, mean_over
-from desim.monitor.traffic import background, by_kind, packets_lost, totals
+from desim.monitor.traffic import background, by_kind, packets_lost, replaced, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
 from desim.monitor.warnings import warnings
 from desim.robot.mapping.tiles import raster
@@ -46,6 +46,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "messages_delivered": traffic.delivered,
         "messages_dropped": dict(sorted(traffic.dropped.items())),
         "messages_in_flight": traffic.in_flight,
+        "messages_replaced": replaced(monitor.graph),
         "bytes_on_air": traffic.bytes_on_air,
         "packets_lost": packets_lost(monitor.graph),
         "background": background(monitor.graph),

@@ -117,6 +117,11 @@ def by_kind(graph: Graph) -> dict[str, dict[str, int]]:
     return {kind: dict(own) for kind, own in out.items()}
 
 
+def replaced(graph: Graph) -> int:
+    """The messages that left a subscription's full queue unread: a newer one took their place."""
+    return sum(topic.counts.overwritten for topic in graph.topics.values())
+
+
 def packets_lost(graph: Graph) -> dict[str, int]:
     """The packets that media have lost, by reason, without those of others."""
     lost: Counter[str] = Counter()

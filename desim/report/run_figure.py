@@ -33,6 +33,7 @@ _UNKNOWN, _FREE, _SOLID, _WRONG = "#c9cdd2", "#ffffff", "#2b2f36", "#d62728"
 _DOOR, _MOVER, _APART = "#f2b705", "#000000", "#b8a3d9"
 _BENDS = 12  # straight pieces that a robot's way of one second is drawn with
 _PREFIX = "bytes_per_s:"
+_DASHES = ("-", "--", ":", "-.")  # of each ten lines, whose colours come again
 
 
 def draw(run: Run, path: Path) -> None:
@@ -213,10 +214,11 @@ def _traffic(axes: Axes, run: Run) -> None:
     rates = {name.removeprefix(_PREFIX): measured(run.samples, name) for name in run.samples
              if name.startswith(_PREFIX)}
     most = {family: values.max() for family, (_, values) in rates.items()}
-    for family in sorted(most, key=lambda family: -most[family]):
+    for number, family in enumerate(sorted(most, key=lambda family: -most[family])):
         times_s, values = rates[family]
         # A row has the mean since the row before.
-        axes.plot(times_s, 1e-3 * values, linewidth=1.3, drawstyle="steps-pre", label=family)
+        axes.plot(times_s, 1e-3 * values, linewidth=1.3, drawstyle="steps-pre", label=family,
+                  color=f"C{number % 10}", linestyle=_DASHES[number // 10 % len(_DASHES)])
     axes.set(title="(d) Delivered between hosts, by topic (* is any robot)",
              xlabel="simulated time [s]", ylabel="contents [kB/s], 1 kB = 1000 bytes",
              xlim=(0.0, max(run.metrics["simulated_s"], 1e-9)))

@@ -3,7 +3,8 @@
     python scenarios/studies/gives_in_table.py results/gives_in
 
 Prints Markdown: for each speed of processors (down) and rate of the network (across), the mean
-exploration time in s, and for each resource the number of runs in which it gave in first.
+exploration time in s, and for each resource the number of runs in which it gave in first. A mean
+with runs that did not finish is a lower bound, marked by >.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ def cell(runs) -> str:
     if not runs:
         return "–"
     first = Counter(run["gives_in_first"] or "nothing" for run in runs)
-    return (f"{np.mean([time_s(run) for run in runs]):.0f} ("
+    late = any(run["exploration_time_s"] is None for run in runs)
+    return ("> " * late + f"{np.mean([time_s(run) for run in runs]):.0f} ("
             + ", ".join(f"{name} {count}" for name, count in sorted(first.items())) + ")")
 
 

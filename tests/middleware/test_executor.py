@@ -245,6 +245,23 @@ def test_timers_that_come_while_their_node_is_busy_do_not_pile_up(log):
     assert net.graph.host("robot").missed_ticks == 6  # of 10, 20; 45, 55; 80, 90
 
 
+def test_ticks_count_as_missed_while_their_node_is_still_busy(log):
+    """The first callback, or another one's that the timer waits for, does not end in this run."""
+    for costs, missed in ((Fixed(clock=10_000), 8), (Fixed(clock=1), 0)):  # of 20 to 90; the twin
+        net = Net(robot(clock=log.ticks(100)), costs=costs)
+        net.run(95 * MS)
+        assert net.graph.host("robot").missed_ticks == missed
+
+    def clock(node):
+        log.ticks(100)(node)
+        node.subscribe("/talk", lambda _: None)
+    costs = Fixed()
+    costs.callback_ns = lambda work: 10 * S if work.trigger == "talk" else MS
+    net = Net(robot(clock=clock, mouth=says([(2 * MS, "hold on")])), costs=costs)
+    net.run(95 * MS)
+    assert net.graph.host("robot").missed_ticks == 7  # 10 is called then, at once 20; 30 to 90
+
+
 def test_a_cancelled_timer_that_waits_is_not_called(log):
     def clock(node):
         timer = node.timer(100, lambda k: log.note(node, k), "zero")

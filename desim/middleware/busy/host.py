@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -36,14 +36,15 @@ class BusyHost(Host):
     memory has a limit.
     """
 
-    __slots__ = ("computer", "memory", "calling", "after_callback", "missed_ticks", "programs",
-                 "_executors", "_subscriptions", "_ends_by_node", "_awake", "_booked")
+    __slots__ = ("computer", "memory", "calling", "after_callback", "programs", "_executors",
+                 "_timers", "_missed_ticks", "_subscriptions", "_ends_by_node", "_awake", "_booked")
 
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
         super().__init__(graph, name, index)
         self.computer = computer
         self.calling: Executor | None = None  # its callback is being called now
-        self.missed_ticks = 0  # of timers, so far
+        self._missed_ticks = 0  # of callbacks that are over
+        self._timers: list[BusyTimer] = []
         self.programs: dict[str, None] = {}  # that have run here, in the order of their starts
         self._executors: dict[str, Executor] = {}  # by node
         self._subscriptions: list[QueuedSubscription] = []
@@ -56,6 +57,16 @@ class BusyHost(Host):
             None if memory is None or memory.limit_bytes is None else memory.check_limit)
 
     @property
+    def executors(self) -> Iterable[Executor]:
+        """The threads of its nodes, since its software started."""
+        return self._executors.values()
+
+    @property
+    def missed_ticks(self) -> int:
+        """The ticks that its timers have missed so far, those of nodes that are still busy, too."""
+        return self._missed_ticks + sum([timer.overdue_ticks() for timer in self._timers])
+
+    @property
     def holds(self) -> bool:
         return self.calling is not None
 
@@ -64,6 +75,8 @@ class BusyHost(Host):
             executor.stop()
         for subscription in self._subscriptions:
             subscription.discard()
+        self._missed_ticks = self.missed_ticks
+        self._timers.clear()
         self._executors.clear()
         self._subscriptions.clear()
         self._ends_by_node.clear()
@@ -74,8 +87,10 @@ class BusyHost(Host):
 
     def ticker(self, node: str, name: str, frequency_hz: Fraction | int,
                callback: Callable[[int], object], start_ns: int) -> Handle:
-        return BusyTimer(self.graph.kernel, self.id, self._executor(node), name, frequency_hz,
-                         callback, start_ns, self._missed)
+        timer = BusyTimer(self.graph.kernel, self.id, self._executor(node), name, frequency_hz,
+                          callback, start_ns, self._missed)
+        self._timers.append(timer)
+        return timer
 
     def after(self, node: str, name: str, delay_ns: int, fn: Callable[..., object], arg: object
               ) -> Handle:
@@ -159,7 +174,7 @@ class BusyHost(Host):
         return self._executors[node]
 
     def _missed(self, ticks: int) -> None:
-        self.missed_ticks += ticks
+        self._missed_ticks += ticks
 
     def _take_turns(self, _: object) -> None:
         awake = self._awake

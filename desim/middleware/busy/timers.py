@@ -85,11 +85,20 @@ class BusyTimer:
     def ended(self) -> None:
         if not self.wants_end or self._call is None:  # it is not due yet, or cancelled
             return
-        self.wants_end, now_ns = False, self._kernel.now_ns
-        if self._time_ns(self._k + 1) < now_ns:
-            self._missed((now_ns - self._time_ns(self._k)) * self._num // self._step)
+        missed, now_ns = self.overdue_ticks(), self._kernel.now_ns
+        self.wants_end = False
+        if missed:
+            self._missed(missed)
             self._start_ns, self._k = now_ns, 0
         self._book(now_ns)
+
+    def overdue_ticks(self) -> int:
+        """The ticks that it will have missed if its node gets to it now. The one that is due is not
+        among them, nor the next one while the node has not come to that."""
+        now_ns, due = self._kernel.now_ns, self._k if self.wants_end else self._k + 1
+        if self._call is None or self._time_ns(due + 1) >= now_ns:
+            return 0
+        return (now_ns - self._time_ns(due)) * self._num // self._step
 
     def _time_ns(self, k: int) -> int:
         return self._start_ns + k * self._step // self._num
