@@ -1,10 +1,13 @@
 """Shared by all tests: reproducible property tests, and where the reference data lie."""
 
+import gc
 import signal
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+from desim.engine.garbage import freeze_present_objects
 
 settings.register_profile("desim", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("desim")
@@ -26,6 +29,13 @@ def reference(repository) -> Path:
     if not folder.is_dir():
         pytest.skip("the reference data folder is not beside the repository")
     return folder
+
+
+def pytest_collection_finish():
+    """A search for garbage passes over thousands of collected tests no more: in the tests of
+    campaigns, where each run ends with one, that is a third of the time."""
+    gc.collect()
+    freeze_present_objects()
 
 
 def pytest_collection_modifyitems(items):
