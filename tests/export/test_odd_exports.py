@@ -108,7 +108,7 @@ def instant(repository, home):
 @pytest.fixture(scope="module")
 def alone(repository, home):
     """One robot, which talks to nobody."""
-    return made(repository, home, "fleet.size=1", "stop.elapsed=3 s", "deployment=field")
+    return made(repository, home, "fleet.size=1", "stop.elapsed=1 s", "deployment=field")
 
 
 @pytest.fixture(scope="module")
@@ -116,13 +116,13 @@ def stopped(repository, home):
     """A run that was interrupted, and a host that stopped before."""
     @contextmanager
     def watch(simulation, folder):
-        simulation.kernel.at(2 * NS_PER_S + 7, Phase.WORLD, 0,
+        simulation.kernel.at(NS_PER_S + 7, Phase.WORLD, 0,
                              lambda _: signal.raise_signal(signal.SIGINT))
         yield
 
     with pytest.raises(KeyboardInterrupt) as interrupted:
         desim.run(repository / "scenarios" / "hello.yaml", out=home, watch=watch, overrides=(
-            "faults=[{at: 1 s, host: robot_1, down_for: 500 ms}]", "robot.passive=[robot_2]"))
+            "faults=[{at: 400 ms, host: robot_1, down_for: 300 ms}]", "robot.passive=[robot_2]"))
     run = Run(interrupted.value.args[0])
     assert run.manifest["status"] == RunStatus.INTERRUPTED
     return run
@@ -131,7 +131,7 @@ def stopped(repository, home):
 @pytest.fixture(scope="module")
 def unkept(repository, home):
     """A run of which nothing was kept."""
-    return made(repository, home, "trace.keep=none", "stop.elapsed=2 s")
+    return made(repository, home, "trace.keep=none", "stop.elapsed=1 s")
 
 
 def broken(frame, receivers):
@@ -247,7 +247,7 @@ def test_two_formats_want_two_files(alone, tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def huge(repository, home):
     """A hundred robots: ten thousand links."""
-    return made(repository, home, "fleet.size=100", "stop.elapsed=500 ms",
+    return made(repository, home, "fleet.size=100", "stop.elapsed=200 ms",
                 file="warehouse_300.yaml")
 
 

@@ -286,7 +286,8 @@ def test_a_host_that_is_not_heard_any_more_is_forgotten():
 
 
 def share(hops, mac, **params):
-    return play(RelayChain(RelayChain.Params(hops=hops, mac=mac, duration="5 s", **params)).setup())
+    return play(RelayChain(RelayChain.Params(**{
+        "hops": hops, "mac": mac, "duration": "5 s", **params})).setup())
 
 
 def bound(hops):
@@ -296,7 +297,8 @@ def bound(hops):
 @pytest.mark.parametrize("mac", ["ideal", "tdma"])
 @pytest.mark.parametrize("hops", [2, 3, 4, 5, 8, 12])
 def test_a_chain_carries_one_by_hops_then_a_quarter(mac, hops):
-    assert share(hops, mac)["goodput_share"] == pytest.approx(bound(hops), rel=0.005)
+    assert share(hops, mac, duration="2 s")["goodput_share"] == pytest.approx(
+        bound(hops), rel=0.005)
 
 
 @pytest.mark.parametrize("mac", ["ideal", "tdma"])
@@ -335,11 +337,11 @@ def test_slow_rates_survive_a_sender_three_hops_away(rate, spacing, hops):
 
 
 def test_a_chain_may_be_as_long_as_it_likes():
-    assert share(60, "ideal")["goodput_share"] == pytest.approx(1 / 4, rel=0.005)
+    assert share(60, "ideal", duration="2 s")["goodput_share"] == pytest.approx(1 / 4, rel=0.005)
 
 
 def test_the_spacing_changes_nothing_where_only_hops_count():
-    assert share(3, "ideal", spacing="3 m") == share(3, "ideal")
+    assert share(3, "ideal", spacing="3 m", duration="2 s") == share(3, "ideal", duration="2 s")
 
 
 @pytest.mark.parametrize("mac", ["ideal", "tdma", "dcf"])

@@ -44,15 +44,17 @@ def test_without_noise():
 
 
 def test_common_random_numbers_narrow_the_interval():
-    """Seeds that differ by more than the knee bends; 200 experiments."""
+    """Seeds that differ by more than the knee bends; 200 experiments. For their mean width 40 are
+    enough."""
     seeds = np.tile(np.arange(10), 10)
     held, narrower = [], []
     for seed in range(200):
         metric = bent(6.3, 0.5, seed) + np.random.default_rng([seed, 1]).normal(size=10)[seeds]
-        blocked, plain = (breakpoint_of(LOADS, metric, seed=seed, resamples=299, blocks=blocks)
-                          for blocks in (seeds, None))
+        blocked = breakpoint_of(LOADS, metric, seed=seed, resamples=299, blocks=seeds)
         held.append(blocked.low <= 6.3 <= blocked.high)
-        narrower.append((blocked.high - blocked.low) / (plain.high - plain.low))
+        if seed < 40:
+            plain = breakpoint_of(LOADS, metric, seed=seed, resamples=299)
+            narrower.append((blocked.high - blocked.low) / (plain.high - plain.low))
     assert np.mean(held) >= 0.91
     assert np.mean(narrower) < 0.6
     for wrong in (seeds[:-1], np.zeros(100)):

@@ -1,5 +1,7 @@
 """No message and no frame is lost without a reason, and none is faster than its medium."""
 
+from functools import cache
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -61,13 +63,20 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_every_message_meets_one_fate(case):
+@cache
+def tallied(case):
+    """The run of a case, which is over, and the counts that were kept beside it."""
     tally = Tally()
     simulation = built(*CASES[case], trace_sink=tally.sink, on_fate=tally.fate)
     finished(simulation)
     simulation.trace.flush()
     tally.fold(simulation.names)
+    return simulation, tally
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_message_meets_one_fate(case):
+    simulation, tally = tallied(case)
     graph = simulation.graph
     intended = sum(topic.counts.intended for topic in graph.topics.values())
     assert len(tally.fates) == intended > 0 or case == "no exchange"
@@ -80,11 +89,7 @@ def test_every_message_meets_one_fate(case):
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_trace_says_what_the_counters_say(case):
-    tally = Tally()
-    simulation = built(*CASES[case], trace_sink=tally.sink)
-    finished(simulation)
-    simulation.trace.flush()
-    tally.fold(simulation.names)
+    simulation, tally = tallied(case)
     topics = simulation.graph.topics.values()
     media = simulation.graph.media
     rows = tally.rows
@@ -128,9 +133,8 @@ def medium_of(scenario):
 
 def test_the_cases_know_every_reason():
     reasons = set()
-    for case in CASES.values():
-        simulation = built(*case)
-        finished(simulation)
+    for case in CASES:
+        simulation, _ = tallied(case)
         for medium in simulation.graph.media:
             reasons.update(medium.packets_dropped)
         for topic in simulation.graph.topics.values():

@@ -17,21 +17,21 @@ LOSSY = ("rules: [{rule: loss, probability: 2 %}, {rule: reordering, probability
          "delay: 20 ms}]")
 CASES = {
     "testbed": (MAZE_30, "stop.elapsed=3 s"),
-    "field": (FIELD_30, "stop.elapsed=8 s", OFTEN),
+    "field": (FIELD_30, "stop.elapsed=6 s", OFTEN),
     "ros1": (MAZE_8, "stop.elapsed=10 s", "middleware.model=ros1",
              f"network.media={{lan: {{model: switch, rate: 12 Mb/s, buffer: 60 kB, {LOSSY}}}}}"),
     "dds": (MAZE_8, "stop.elapsed=10 s", "middleware={model: dds, preset: cyclonedds}",
             f"network.media={{lan: {{model: switch, rate: 20 Mb/s, {LOSSY}}}}}"),
-    "multihop": (FIELD_30, "stop.elapsed=8 s", OFTEN, "network.fidelity=multihop"),
+    "multihop": (FIELD_30, "stop.elapsed=6 s", OFTEN, "network.fidelity=multihop"),
 }
 MORE = {
     "a port that loses some": (MAZE_8, "stop.elapsed=10 s", f"{LAN}.queue=fq_codel",
                                f"{LAN}.rate=7 Mb/s", f"{LAN}.buffer=20 kB"),
     "acknowledgements implied by TCP": (
-        MAZE_8, "stop.elapsed=10 s", "middleware={model: ros1, tcp: {acks: implied}}",
+        MAZE_8, "stop.elapsed=5 s", "middleware={model: ros1, tcp: {acks: implied}}",
         f"network.media={{lan: {{model: switch, rate: 12 Mb/s, {LOSSY}}}}}"),
     "acknowledgements implied by DDS": (
-        MAZE_8, "stop.elapsed=10 s", "middleware={model: dds, acks: implied}",
+        MAZE_8, "stop.elapsed=5 s", "middleware={model: dds, acks: implied}",
         f"network.media={{lan: {{model: switch, rate: 20 Mb/s, {LOSSY}}}}}"),
     "relays of Zenoh": (
         MAZE_8, "stop.elapsed=6 s", "middleware={model: zenoh, routers: [robot_3]}",

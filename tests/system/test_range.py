@@ -9,7 +9,7 @@ from runs import HELLO, MAZE_8, audited, built, call_often, finished
 from desim.monitor.summary import summarize, warnings
 from desim.units import NS_PER_S
 
-SEEDS = (1, 2, 3)
+SEEDS = (1, 2)
 LAN = ("network.media.lan.rules.0.distance={}",)
 AIR = ("deployment=field", "network.media={{lan: null, air: {{model: disk, range: {}}}}}")
 ALONE_S = 25
@@ -25,9 +25,8 @@ def summary(seed, way, reach, *more):
 
 
 def test_exploration_is_slower_within_15_m_than_within_200_m():
-    """On more than half of the seeds, so that the median of the paired differences is above zero.
-    The slower run need not be seen to its end."""
-    slower = 0
+    """On both seeds, so that the median of the paired differences is above zero whatever a third one
+    gave. The slower run need not be seen to its end."""
     for seed in SEEDS:
         far = summary(seed, LAN, "200 m")
         near = summary(seed, LAN, "15 m", f"stop.elapsed={far['exploration_time_s']} s")
@@ -35,14 +34,14 @@ def test_exploration_is_slower_within_15_m_than_within_200_m():
         assert near["partitions"]["count"] > 0
         assert 0 < near["partitions"]["longest_s"] <= near["partitions"]["total_s"]
         assert near["partitions"]["total_s"] <= near["simulated_s"] <= far["exploration_time_s"]
-        slower += near["exploration_time_s"] is None
-    assert slower > len(SEEDS) / 2
+        assert near["exploration_time_s"] is None
 
 
 def test_the_same_in_the_field():
-    near, far = summary(1, AIR, "15 m"), summary(1, AIR, "200 m")
+    far = summary(1, AIR, "200 m")
+    near = summary(1, AIR, "15 m", f"stop.elapsed={far['exploration_time_s']} s")
     assert near["partitions"]["count"] > 0 == far["partitions"]["count"]
-    assert near["exploration_time_s"] > far["exploration_time_s"]
+    assert near["exploration_time_s"] is None
 
 
 @pytest.mark.parametrize("way", [LAN, AIR], ids=["testbed", "field"])

@@ -214,7 +214,8 @@ TWINS = [
 
 
 def first(group, count):
-    return list(islice(group().checks(play), count))
+    """They are played one after the other, as they are asked for."""
+    return islice(group().checks(play), count)
 
 
 @pytest.mark.parametrize(("group", "count", "wrong"), TWINS)
