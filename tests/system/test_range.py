@@ -25,8 +25,8 @@ def summary(seed, way, reach, *more):
 
 
 def test_exploration_is_slower_within_15_m_than_within_200_m():
-    """On both seeds, so that the median of the paired differences is above zero whatever a third one
-    gave. The slower run need not be seen to its end."""
+    """On both seeds, so that the median of the paired differences is above zero whatever a third
+    one gave. The slower run need not be seen to its end."""
     for seed in SEEDS:
         far = summary(seed, LAN, "200 m")
         near = summary(seed, LAN, "15 m", f"stop.elapsed={far['exploration_time_s']} s")
