@@ -1,10 +1,12 @@
-"""A table of the resource that gives in first, from the campaign of gives_in.yaml.
+"""A table and a map of the resource that gives in first, from the campaign of gives_in.yaml.
 
     python scenarios/studies/gives_in_table.py results/gives_in
 
 Prints Markdown: for each speed of processors (down) and rate of the network (across), the mean
 exploration time in s, and for each resource the number of runs in which it gave in first. A mean
-with runs that did not finish is a lower bound, marked by >.
+with runs that did not finish is a lower bound, marked by >. The map, gives_in.png beside
+runs.parquet, has the same times, coloured by the resource that gave in first in most runs; a thick
+line, the knee, parts the cells that take more than 1.2 times as long as the fastest one.
 """
 
 from __future__ import annotations
@@ -16,6 +18,8 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as parquet
 
+_KNEE = 1.2  # times the fastest cell: the bound between "as fast" and "slower", a choice
+
 
 def time_s(run) -> float:
     """The exploration time, or the time limit."""
@@ -23,24 +27,78 @@ def time_s(run) -> float:
     return run["simulated_s"] if reached is None else reached
 
 
+def gave_in(runs) -> Counter:
+    """The count of runs by the resource that gave in first ("nothing": no resource did)."""
+    return Counter(run["gives_in_first"] or "nothing" for run in runs)
+
+
+def mean_time(runs) -> str:
+    """The mean exploration time, a lower bound where runs did not finish."""
+    late = any(run["exploration_time_s"] is None for run in runs)
+    return "> " * late + f"{np.mean([time_s(run) for run in runs]):.0f}"
+
+
 def cell(runs) -> str:
-    """The mean time, and what gave in first how often (nothing: no resource did)."""
+    """The mean time, and what gave in first how often."""
     if not runs:
         return "–"
-    first = Counter(run["gives_in_first"] or "nothing" for run in runs)
-    late = any(run["exploration_time_s"] is None for run in runs)
-    return ("> " * late + f"{np.mean([time_s(run) for run in runs]):.0f} ("
-            + ", ".join(f"{name} {count}" for name, count in sorted(first.items())) + ")")
+    return (f"{mean_time(runs)} ("
+            + ", ".join(f"{name} {count}" for name, count in sorted(gave_in(runs).items())) + ")")
+
+
+def knee(times: np.ndarray) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+    """The edges (from (x, y), to (x, y)) between cells of ``times`` (rows, columns; s) that are
+    slower than the fastest one by the knee's factor and neighbours that are not."""
+    slow = times > _KNEE * np.nanmin(times)
+    rows, columns = times.shape
+    edges = [((column + 0.5, row - 0.5), (column + 0.5, row + 0.5))
+             for row in range(rows) for column in range(columns - 1)
+             if slow[row, column] != slow[row, column + 1]]
+    edges += [((column - 0.5, row + 0.5), (column + 0.5, row + 0.5))
+              for row in range(rows - 1) for column in range(columns)
+              if slow[row, column] != slow[row + 1, column]]
+    return edges
+
+
+def draw(cells: dict, speeds: list, rates: list, path: Path) -> None:
+    """Write the map to a PNG file."""
+    from matplotlib import colormaps, patches, pyplot
+
+    first = {place: gave_in(runs).most_common(1)[0][0] for place, runs in cells.items()}
+    colours = dict(zip(sorted(set(first.values())), colormaps["Pastel1"].colors, strict=False))
+    times = np.full((len(speeds), len(rates)), np.nan)
+    shown, panel = pyplot.subplots(figsize=(7, 3.8), layout="constrained")
+    for (speed, rate), runs in cells.items():
+        row, column = speeds.index(speed), rates.index(rate)
+        times[row, column] = np.mean([time_s(run) for run in runs])
+        panel.add_patch(patches.Rectangle((column - 0.5, row - 0.5), 1, 1, ec="white",
+                                          fc=colours[first[speed, rate]]))
+        panel.text(column, row, mean_time(runs), ha="center", va="center")
+    for (x, y), (to_x, to_y) in knee(times):
+        panel.plot([x, to_x], [y, to_y], color="black", lw=3)
+    panel.set(xlim=(-0.5, len(rates) - 0.5), ylim=(-0.5, len(speeds) - 0.5),
+              xticks=range(len(rates)), xticklabels=rates, xlabel="rate of the network",
+              yticks=range(len(speeds)), yticklabels=speeds, ylabel="speed of the processors",
+              title="exploration time, s, and what gives in first")
+    panel.legend(handles=[patches.Patch(color=colour, label=name)
+                          for name, colour in colours.items()],
+                 loc="upper left", bbox_to_anchor=(1, 1))
+    shown.savefig(path, dpi=110)
+    pyplot.close(shown)
 
 
 def main(campaign: Path) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
     speeds, rates = (list(dict.fromkeys(run[name] for run in runs)) for name in ("speed", "rate"))
+    cells: dict = {}
+    for run in runs:
+        cells.setdefault((run["speed"], run["rate"]), []).append(run)
     print("| speed |", " | ".join(map(str, rates)), "|")
     print("|---" * (1 + len(rates)) + "|")
     for speed in speeds:
-        print(f"| {speed} |", " | ".join(cell([run for run in runs if (
-            run["speed"], run["rate"]) == (speed, rate)]) for rate in rates), "|")
+        print(f"| {speed} |", " | ".join(cell(cells.get((speed, rate), [])) for rate in rates),
+              "|")
+    draw(cells, speeds, rates, campaign / "gives_in.png")
 
 
 if __name__ == "__main__":
