@@ -218,9 +218,9 @@ class Explore(Node):
         self.publish("goal", Goal(math.nan, math.nan))
 
     def _edge(self, place: tuple[float, float] | Frontier) -> tuple[int, int]:
-        """``GlobalPlanner.beside`` of a frontier; the cell of any other place."""
+        """``GlobalPlanner.edge_of`` of a frontier; the cell of any other place."""
         if isinstance(place, Frontier):
-            return self._planner.beside(place)
+            return self._planner.edge_of(place)
         return self._costmap.cell(place[0], place[1]), 0
 
     def _is_spoilt(self, target: Target) -> bool:
@@ -235,5 +235,5 @@ class Explore(Node):
         costmap.update()
         self._checked = costmap.seen
         wanted = min(target.cells, self._queries.smallest)
-        return (costmap.frontier_cells(target.cell, reach, target.highest) < wanted
+        return (costmap.count_frontier_cells(target.cell, reach, target.highest) < wanted
                 or costmap.free_near(*target.place, self._tolerance_m) < 0)

@@ -120,7 +120,7 @@ class GlobalCostmap:
         return kernels.dearest(self.flat, self.across, self.cell(*a_m),
                                self.cell(*b_m)) < INSCRIBED
 
-    def frontier_cells(self, cell: int, reach: int, highest: int) -> int:
+    def count_frontier_cells(self, cell: int, reach: int, highest: int) -> int:
         """The number of cells beside the unknown, of cost ``highest`` or less, in the square of
         ``reach`` cells around a cell."""
-        return kernels.frontier_cells(self.flat, self.across, cell, reach, highest)
+        return kernels.count_frontier_cells(self.flat, self.across, cell, reach, highest)

@@ -72,7 +72,7 @@ class GlobalPlanner:
     def __init__(self, costmap: GlobalCostmap) -> None:
         self.costmap = costmap
         self._arrays = _arrays(len(costmap.flat))
-        self._beside: dict[Frontier, tuple[int, int]] = {}  # of the last search
+        self._edges: dict[Frontier, tuple[int, int]] = {}  # of the last search
 
     def plan(self, from_m: tuple[float, float], to_m: tuple[float, float],
              tolerance_m: float) -> np.ndarray | None:
@@ -118,18 +118,18 @@ class GlobalPlanner:
         """Frontier clusters of at least ``smallest`` cells in the order of ``path_m``. With a
         ``limit``, those that the search meets first.
 
-        The cell to drive to is one of the cluster's a little way in from the one met first, or,
-        where that is beside an obstacle, one before it on the path there. ``path_m`` is the cost
-        of the path as a length: steps in obstacles' margins count for more. ``discs`` int64 [k, 3],
-        row, column and squared radius in cells, are left out.
+        The search meets a cluster at one of its cells. The robot drives to a cell of the cluster a
+        few steps from there, or, if that one is beside an obstacle, to one before it on the path.
+        ``path_m`` is the cost of the path as a length: steps in obstacles' margins count for more.
+        Cells in ``discs`` (int64 [k, 3]: row, column, squared radius in cells) are no frontiers.
         """
         return [frontier for frontier, _ in
                 self._search(_WALKING, from_m, limit, smallest, discs)]
 
-    def hidden_frontiers(self, from_m: tuple[float, float], limit: int | None,
-                         discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
-        """As ``frontiers``, of any size, with those too near to obstacles for the robot's centre.
-        The cell to drive to must not lie in ``discs`` either."""
+    def all_frontiers(self, from_m: tuple[float, float], limit: int | None,
+                      discs: np.ndarray = _NO_DISCS) -> list[Frontier]:
+        """All frontier clusters, also the smallest ones and those too near to obstacles for the
+        robot's centre. The cell to drive to must not lie in ``discs`` either."""
         found = self._search(_SQUEEZING, from_m, None, 1, discs)
         row, column = np.divmod(np.array([goal for _, goal in found], np.int64)[:, None],
                                 self.costmap.across)
@@ -138,20 +138,20 @@ class GlobalPlanner:
                 if not skip][:limit]
 
     def frontier_at(self, x_m: float, y_m: float) -> Frontier | None:
-        """The frontier of the last search whose cell to drive to is here."""
-        return next((one for one in self._beside if one[:2] == (x_m, y_m)), None)
+        """The frontier of the last search for which the robot drives to this place, or None."""
+        return next((one for one in self._edges if one[:2] == (x_m, y_m)), None)
 
-    def beside(self, frontier: Frontier) -> tuple[int, int]:
-        """The cell of the unknown's edge that a frontier of the last search stands for, and the
-        highest cost that cells of its cluster may have."""
-        return (self._beside.get(frontier)
+    def edge_of(self, frontier: Frontier) -> tuple[int, int]:
+        """The cell of its cluster that a frontier of the last search stands for, at the edge of the
+        unknown, and the highest cost that cells of the cluster may have."""
+        return (self._edges.get(frontier)
                 or (self.costmap.cell(frontier.x_m, frontier.y_m), INSCRIBED))
 
     def _search(self, toll: np.ndarray, from_m: tuple[float, float], limit: int | None,
                 smallest: int, discs: np.ndarray) -> list[tuple[Frontier, int]]:
         """Frontiers, each with the cell to drive to."""
         self.costmap.update()
-        self._beside = {}
+        self._edges = {}
         start = self.costmap.free_near(*from_m, START_REACH_M)
         if start < 0:
             return []
@@ -172,17 +172,17 @@ class GlobalPlanner:
         return count
 
     def _settle(self, start: int, goals: np.ndarray) -> None:
-        """Search from here until ``goals`` [k] are settled, as far as they can be reached, unless
-        the last search did so. It often did, as when the robot has just searched for frontiers;
-        costs and paths are those that a new search would find."""
+        """Search from ``start`` until all ``goals`` [k] that can be reached are settled, unless the
+        last search settled them. It often did, as when the robot has just searched for frontiers.
+        Its costs and paths are those that a new search would find."""
         last, distance = self._arrays.last, self._arrays.search.distance
         if last is None or last[:3] != (ref(self.costmap), self.costmap.edition, start) or (
                 last[3] < kernels.FAR - 1 and (distance[goals] > last[3]).any()):
             self._spread(_WALKING, start, goals, 0, 0, _NO_DISCS)
 
     def _read(self, toll: np.ndarray, cell: int, cells: int) -> tuple[Frontier, int]:
-        """The frontier of a cluster just found, and the cell to drive to: back from its ``cell`` to
-        one outside of the margins of obstacles, if that is near."""
+        """The frontier of a cluster just found, and the cell to drive to: the last one on the path
+        to ``cell`` that is outside of the margins of obstacles, if that is near."""
         costmap, arrays = self.costmap, self._arrays
         length = kernels.trace_back(costmap.flat, costmap.across, toll, arrays.search.distance,
                                     cell, arrays.way)
@@ -192,5 +192,5 @@ class GlobalPlanner:
         goal = int(near[np.argmax(at_ease) if at_ease.any() else np.argmin(costs)])
         path_m = int(arrays.search.distance[cell]) / _STRAIGHT * costmap.spec.resolution_m
         frontier = Frontier(*costmap.centre(goal), path_m, cells)
-        self._beside[frontier] = cell, INSCRIBED if toll is _SQUEEZING else INSCRIBED - 1
+        self._edges[frontier] = cell, INSCRIBED if toll is _SQUEEZING else INSCRIBED - 1
         return frontier, goal

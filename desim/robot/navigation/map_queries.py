@@ -40,11 +40,10 @@ class MapQueries:
 
     def frontiers(self, from_m: tuple[float, float], limit: int | None, discs: np.ndarray
                   ) -> list[Frontier]:
-        """Reachable frontiers in the order of their paths; if there are none, those that do not
-        count at first, too small or too near to obstacles. ``discs``: see
-        ``GlobalPlanner.frontiers``."""
+        """Reachable frontiers in the order of their paths; if there are none, also those that are
+        too small or too near to obstacles. ``discs``: see ``GlobalPlanner.frontiers``."""
         return (self.planner.frontiers(from_m, limit, self.smallest, discs)
-                or self.planner.hidden_frontiers(from_m, limit, discs))
+                or self.planner.all_frontiers(from_m, limit, discs))
 
     def path_lengths_m(self, from_m: tuple[float, float], places: Sequence[tuple[float, float]]
                        ) -> np.ndarray:

@@ -91,19 +91,19 @@ def test_blacklisted_discs_are_left_out():
     assert planner.frontiers((1.0, 1.0), None, 4, np.array([[row, column, 900]])) == []
 
 
-def test_slivers_beside_walls_are_hidden_frontiers():
+def test_slivers_beside_walls_are_among_all_frontiers():
     # Unknown only in the corner, where the robot's centre can never be.
     lines = ["#" * 12] + ["#?" + "." * 10] + ["#" + "." * 11] * 8
     made = costmap(drawn(*lines))
     planner = GlobalPlanner(made)
     assert planner.frontiers((1.5, 0.5), None, 1) == []
-    found = planner.hidden_frontiers((1.5, 0.5), 1)
+    found = planner.all_frontiers((1.5, 0.5), 1)
     assert len(found) == 1
     assert made.flat[made.cell(found[0].x_m, found[0].y_m)] < INSCRIBED
-    cell, highest = planner.beside(found[0])
-    assert made.frontier_cells(cell, 2, highest) > 0
+    cell, highest = planner.edge_of(found[0])
+    assert made.count_frontier_cells(cell, 2, highest) > 0
     row, column = divmod(made.cell(found[0].x_m, found[0].y_m), made.across)
-    assert planner.hidden_frontiers((1.5, 0.5), 1, np.array([[row, column, 25]])) == []
+    assert planner.all_frontiers((1.5, 0.5), 1, np.array([[row, column, 25]])) == []
 
 
 def test_a_robot_too_near_to_a_wall_still_finds_its_way_out():
@@ -115,4 +115,4 @@ def test_a_robot_too_near_to_a_wall_still_finds_its_way_out():
 def test_nothing_known_no_frontiers():
     made = costmap(drawn("???", "???"))
     assert GlobalPlanner(made).frontiers((0.3, 0.3), None, 1) == []
-    assert GlobalPlanner(made).hidden_frontiers((0.3, 0.3), None) == []
+    assert GlobalPlanner(made).all_frontiers((0.3, 0.3), None) == []

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from desim.middleware.contents import LaserScan
 from desim.robot.mapping.tiles import FREE, OCCUPIED
 from desim.robot.navigation.footprint_cover import cover
-from desim.robot.navigation.kernels.footprint import room2
+from desim.robot.navigation.kernels.footprint import body_clearance2
 from desim.robot.navigation.local_planner import LocalPlanner
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
@@ -99,7 +99,7 @@ places = st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
 @given(st.lists(places, min_size=1, max_size=4), places, st.floats(-3.1, 3.1))
 def test_the_room_is_the_distance_of_the_nearest_obstacle_from_the_outline(points, at, yaw):
     """As far as cells tell: half a diagonal, and as much for the points that stand for the rest."""
-    room_m = math.sqrt(room2(near2(points), CELL_M, cover(BAR, CELL_M), *at, yaw)) - 0.2
+    room_m = math.sqrt(body_clearance2(near2(points), CELL_M, cover(BAR, CELL_M), *at, yaw)) - 0.2
     nearest_m = min(to_bar(point, *at, yaw) for point in points)
     assert room_m == pytest.approx(max(nearest_m, -0.2), abs=0.142)
 
@@ -107,8 +107,8 @@ def test_the_room_is_the_distance_of_the_nearest_obstacle_from_the_outline(point
 @given(st.lists(places, min_size=1, max_size=4), places, st.floats(-3.1, 3.1))
 def test_a_polygon_of_64_corners_has_the_room_of_its_disc(points, at, yaw):
     layer = near2(points)
-    of_disc = math.sqrt(room2(layer, CELL_M, np.zeros((0, 3)), *at, yaw))
-    of_polygon = math.sqrt(room2(layer, CELL_M, cover(ROUND, CELL_M), *at, yaw))
+    of_disc = math.sqrt(body_clearance2(layer, CELL_M, np.zeros((0, 3)), *at, yaw))
+    of_polygon = math.sqrt(body_clearance2(layer, CELL_M, cover(ROUND, CELL_M), *at, yaw))
     assert of_polygon == pytest.approx(of_disc, abs=0.142)
 
 

@@ -202,9 +202,9 @@ def nearest_free(flat, across, cell, reach):
 
 
 @lean("i8(u1[::1], i8, i8, i8, i8)")
-def frontier_cells(flat, across, cell, reach, highest):
-    """Cells of a cost up to ``highest`` with an unknown neighbour (4) in the square of ``reach``
-    cells around ``cell``."""
+def count_frontier_cells(flat, across, cell, reach, highest):
+    """The number of cells of a cost up to ``highest``, in the square of ``reach`` cells around
+    ``cell``, that have an unknown one among their four neighbours."""
     rows, row, column, count = len(flat) // across, cell // across, cell % across, 0
     for r in range(max(row - reach, 1), min(row + reach, rows - 2) + 1):
         for c in range(max(column - reach, 1), min(column + reach, across - 2) + 1):

@@ -19,7 +19,7 @@ class Search(NamedTuple):
     """The arrays of a search: ``distance`` [cells], out, of settled cells | ``seen``, ``queue``
     [cells] and ``buckets`` [BUCKETS, cells] to work in | ``used`` [2], in and out: the first cell
     of distance and seen that the last search wrote to, and the end | ``found`` [clusters, 2], out:
-    cell aimed at, cells of the cluster."""
+    the cell that stands for a cluster, and the number of its cells."""
 
     distance: np.ndarray
     seen: np.ndarray
@@ -36,8 +36,8 @@ SEARCH = types.NamedTuple([types.int32[::1], types.uint8[::1], types.int32[::1],
 
 @inner("b1(u1[::1], i8, i4[:,::1], i8, i8[:,::1])")
 def is_frontier(flat, across, toll, cell, discs):
-    """Passable, with an unknown neighbour at one of its four sides, and in none of ``discs``
-    [k, 3] row, column, squared radius in cells."""
+    """Whether a cell is part of a frontier: it is passable, one of its four neighbours is unknown,
+    and it is in none of ``discs`` [k, 3] (row, column, squared radius in cells)."""
     if toll[0, flat[cell]] == 0 or not beside_unknown(flat, across, cell):
         return False
     row, column = cell // across, cell % across
@@ -49,8 +49,9 @@ def is_frontier(flat, across, toll, cell, discs):
 
 @inner("i8(u1[::1], i8, i4[:,::1], i8, i8[:,::1], u1[::1], i4[::1])")
 def cluster(flat, across, toll, seed, discs, seen, queue):
-    """Write the frontier cells that hang together (8 neighbours) with ``seed`` to ``queue``, in the
-    order of their number of steps from it, and mark them in ``seen``. Returns their number."""
+    """Write the frontier cells that are connected with ``seed`` (8 neighbours) to ``queue``, in the
+    order of their number of steps from it, and mark them in ``seen``. Returns their number, which
+    is the size of the frontier."""
     queue[0], size, k = seed, 1, 0
     seen[seed] = 1
     while k < size:
@@ -68,12 +69,13 @@ def cluster(flat, across, toll, seed, discs, seen, queue):
 @kernel(types.UniTuple(_i8, 2)(types.uint8[::1], _i8, types.int32[:, ::1], _i8, _i8[::1],
                                *[_i8] * 3, types.int64[:, ::1], SEARCH))
 def spread(flat, across, toll, start, goals, limit, smallest, inward, discs, search):
-    """Dijkstra from ``start`` with integer costs in circular buckets (Dial 1969), in order of cost
-    until all ``goals`` [k] are settled, or ``limit`` frontier clusters, or all there is.
+    """Dijkstra's search from ``start``, with integer costs in circular buckets (Dial 1969). It ends
+    when all ``goals`` [k] are settled, or ``limit`` frontier clusters, or all cells in reach.
 
-    goals: none where frontiers are wanted | limit: 0 = no frontiers wanted | smallest: cells of a
-    cluster that counts | inward: cells between the aim in a cluster and its cell met first, at most
-    half way
+    ``goals``: none where frontiers are wanted | ``limit``: 0 if no frontiers are wanted |
+    ``smallest``: the number of cells from which a cluster counts | ``inward``: the number of its
+    cells, at most half of them, between the one that the search met first and the one that stands
+    for the cluster.
     Returns the number of clusters found, and the cost up to which all is settled.
     """
     distance, seen, queue, buckets, used, found = search

@@ -11,7 +11,11 @@ import math
 import numpy as np
 
 from desim.ports.kernels import atan2, cos, exp, from_dtype, inner, kernel, lean, sin, types
-from desim.robot.navigation.kernels.footprint import least_room2, room2, turn_is_clear
+from desim.robot.navigation.kernels.footprint import (
+    body_clearance2,
+    least_clearance2,
+    turn_is_clear,
+)
 from desim.robot.navigation.kernels.global_costmap import FRAME_ARRAY, INSCRIBED, LETHAL, place
 from desim.robot.navigation.kernels.local_costmap import LAYER_ARRAY, SCAN_ARRAY, clearance2
 
@@ -130,12 +134,12 @@ def aim(way, state, setup, flat, frame):
 
 
 @inner(_f8(_f4x2, _setup, _f8x2, *[_f8] * 3))
-def bar2(near2, setup, cover, x, y, yaw):
-    """The squared distance that a robot at this pose has to keep from obstacles at first. If it is
-    too near to one already, it may approach by half a cell, the resolution of the layer, in each
-    period; and not at all if half a cell more would be a collision."""
+def required2(near2, setup, cover, x, y, yaw):
+    """The squared distance from obstacles that a robot at this pose has to keep at first. If it is
+    too near to one already, it may approach by half a cell of the layer in each period, but not
+    where half a cell more would be a collision."""
     s, slack_m = setup[0], 0.5 * setup[0].cell_m
-    near_m = math.sqrt(room2(near2, s.cell_m, cover, x, y, yaw))
+    near_m = math.sqrt(body_clearance2(near2, s.cell_m, cover, x, y, yaw))
     return min(s.safe_m, max(near_m - slack_m, min(near_m, s.radius_m + slack_m)))**2
 
 
@@ -145,20 +149,21 @@ def free_m(near2, cover, cell_m, safe_m, first2, x, y, ux, uy, yaw, length_m):
     ``first2`` at first and ``safe_m`` from there on."""
     for k in range(1, int(length_m / cell_m) + 1):
         bar = first2 if k * cell_m <= _ESCAPE_M else safe_m**2
-        if room2(near2, cell_m, cover, x + k * cell_m * ux, y + k * cell_m * uy, yaw) < bar:
+        px, py = x + k * cell_m * ux, y + k * cell_m * uy
+        if body_clearance2(near2, cell_m, cover, px, py, yaw) < bar:
             return (k - 1) * cell_m
     return length_m
 
 
 @inner(types.UniTuple(_f8, 3)(_f4x2, _setup, _f8x2, *[_f8] * 5))
 def around(near2, setup, cover, x, y, yaw, dx, dy):
-    """The offset (dx, dy) from the robot to its aim; if an obstacle is in between, the straight
-    move that brings it forward most, on the right side rather than on the left; if none does, the
-    longest move. And 1.0 if the robot is shut in."""
+    """The offset (dx, dy) by which the robot gets to its aim, and 1.0 if it is shut in. If an
+    obstacle is in between, it is the straight move that brings the robot forward most, on the right
+    side rather than on the left; if none does, it is the longest move."""
     length, cell_m, safe_m = math.sqrt(dx * dx + dy * dy), setup[0].cell_m, setup[0].safe_m
     if length < cell_m:
         return dx, dy, 0.0
-    first2, reach = bar2(near2, setup, cover, x, y, yaw), min(length, _FAN_M)
+    first2, reach = required2(near2, setup, cover, x, y, yaw), min(length, _FAN_M)
     aim_yaw = atan2(dy, dx) if len(cover) > 0 else 0.0  # a disc does not mind
     best, best_x, best_y = 0.0, dx, dy
     for k in range(2 * _FAN + 1):
@@ -178,9 +183,12 @@ def around(near2, setup, cover, x, y, yaw, dx, dy):
 
 @inner(types.void(_setup, *[_f8] * 3, _f8x2))
 def fan(setup, yaw, low_w, high_w, arcs):
-    """Fill in the properties that an arc has at any speed, for turn rates within reach: arcs
-    [turns + 1, 6], out: turn rate | chord over arc length | direction of the chord | direction of
-    its end. The first is straight on, or as straight as can be."""
+    """Write the samples of turn rates within reach, and the shape of each one's arc, which is the
+    same at any speed.
+
+    ``arcs`` [turns + 1, 6], out: turn rate | chord over arc length | direction of the chord |
+    direction of its end. The first is straight on, or as straight as can be.
+    """
     s, turns = setup[0], len(arcs) - 1
     for j in range(turns + 1):
         w = low_w + (high_w - low_w) * (j - 1) / (turns - 1) if j else min(max(0.0, low_w), high_w)
@@ -191,9 +199,10 @@ def fan(setup, yaw, low_w, high_w, arcs):
 
 
 @inner(_f8(_setup, _f8, _f8x1, _f8, _f8))
-def detour(setup, v, arc, lx, ly):
-    """The cost of an arc of speed v on open ground: by the distance of its end from the straight
-    line to the aim, (lx, ly) from here, and of the point ahead of its end from the aim."""
+def path_and_goal_cost(setup, v, arc, lx, ly):
+    """The cost of an arc of speed v without obstacles. It is ``path_weight`` times the distance of
+    its end from the straight line to the aim, which is (lx, ly) away, plus ``goal_weight`` times
+    the distance of a point ahead of its end from the aim."""
     s = setup[0]
     chord_m = v * s.rollout_s * arc[1]
     dx, dy = chord_m * arc[2], chord_m * arc[3]
@@ -203,10 +212,11 @@ def detour(setup, v, arc, lx, ly):
 
 
 @inner(_f8(_f4x2, _setup, *[_f8] * 6))
-def danger(near2, setup, x, y, yaw, v, w, first2):
-    """The cost of a disc's arc by its nearness to obstacles. It includes the robot's present place,
-    as in TrajectoryPlannerROS, so that standing too near to an obstacle has a cost, too. Infinite
-    if the arc comes nearer than the root of ``first2`` at first, or than ``safe_m`` later."""
+def obstacle_cost(near2, setup, x, y, yaw, v, w, first2):
+    """The cost of an arc of a disc by the least distance from obstacles on it. The robot's present
+    place counts, as in TrajectoryPlannerROS, so that standing too near to an obstacle has a cost,
+    too. The cost is infinite if the arc comes nearer than the root of ``first2`` at first, or than
+    ``safe_m`` later."""
     s = setup[0]
     steps = int(v * s.rollout_s / _STEP_M) + 1
     turn, step_m = w * s.rollout_s / steps, v * s.rollout_s / steps
@@ -223,23 +233,24 @@ def danger(near2, setup, x, y, yaw, v, w, first2):
 
 
 @inner(_f8(_f4x2, _setup, _f8x2, *[_f8] * 6))
-def footprint_danger(near2, setup, cover, x, y, yaw, v, w, first2):
-    """``danger`` of a polygon, which turns on its way and on the spot: poses are so near to each
-    other that no corner goes farther than a disc between them."""
+def footprint_cost(near2, setup, cover, x, y, yaw, v, w, first2):
+    """``obstacle_cost`` of a polygon, whose corners also move when it turns: poses are so near to
+    each other that no corner moves farther between two of them than a disc does."""
     s = setup[0]
     way_m = max(abs(v), abs(w) * s.around_m) * s.rollout_s
     steps = int(way_m / _STEP_M) + 1
-    low2 = least_room2(near2, s.cell_m, cover, x, y, yaw, v, w, s.rollout_s, steps,
+    low2 = least_clearance2(near2, s.cell_m, cover, x, y, yaw, v, w, s.rollout_s, steps,
                        int(_ESCAPE_M * steps / (way_m + 1e-9)), first2, s.safe_m**2)
     if low2 < 0.0:
         return np.inf
-    return inflated(setup, min(low2, s.inflation_m**2, room2(near2, s.cell_m, cover, x, y, yaw)))
+    here2 = body_clearance2(near2, s.cell_m, cover, x, y, yaw)
+    return inflated(setup, min(low2, s.inflation_m**2, here2))
 
 
 @inner(_f8(_setup, _f8))
 def inflated(setup, low2):
-    """The cost of coming as near to an obstacle as the root of ``low2``, as in costmap_2d's
-    inflation."""
+    """``obstacle_weight`` times the cost that costmap_2d's inflation has at the root of ``low2``
+    from an obstacle."""
     s = setup[0]
     if low2 >= s.inflation_m**2:
         return 0.0
@@ -249,27 +260,27 @@ def inflated(setup, low2):
 
 @kernel(types.void(_f4x2, _setup, _f8x2, _state, *[_f8] * 6), inner=True)
 def window(near2, setup, cover, state, x, y, yaw, top_v, aim_x, aim_y):
-    """The dynamic window (Fox, Burgard, Thrun 1997): of the velocities within reach in one control
-    period the one with the cheapest rollout; braking straight ahead if none is clear."""
+    """The dynamic window (Fox, Burgard, Thrun 1997): of all velocities within reach in one control
+    period, take the one with the cheapest rollout, or brake straight ahead if none is clear."""
     s, out, v, w = setup[0], state[0], state[0].speed_mps, state[0].turn_radps
     low_v, high_v = max(v - s.speed_step_mps, 0.0), min(v + s.speed_step_mps, s.max_speed_mps)
     high_v = max(min(high_v, top_v), low_v)
     low_w = max(w - s.turn_step_radps, -s.max_turn_radps)
     high_w = min(w + s.turn_step_radps, s.max_turn_radps)
-    first2 = bar2(near2, setup, cover, x, y, yaw)
+    first2 = required2(near2, setup, cover, x, y, yaw)
     best, arcs = np.inf, np.empty((s.turns + 1, 6))
     fan(setup, yaw, low_w, high_w, arcs)
     out.next_mps, out.next_radps, out.blocked = low_v, min(max(0.0, low_w), high_w), 1.0
     for i in range(s.speeds):
         speed = high_v - (high_v - low_v) * i / max(s.speeds - 1, 1)
         for j in range(s.turns + 1):
-            turn, cost = arcs[j, 0], detour(setup, speed, arcs[j], aim_x - x, aim_y - y)
+            turn, cost = arcs[j, 0], path_and_goal_cost(setup, speed, arcs[j], aim_x - x, aim_y - y)
             if cost >= best:
                 continue  # obstacles cannot make it any better
             if len(cover) == 0:
-                cost += danger(near2, setup, x, y, yaw, speed, turn, first2)
+                cost += obstacle_cost(near2, setup, x, y, yaw, speed, turn, first2)
             else:
-                cost += footprint_danger(near2, setup, cover, x, y, yaw, speed, turn, first2)
+                cost += footprint_cost(near2, setup, cover, x, y, yaw, speed, turn, first2)
             if cost < best:
                 best, out.next_mps, out.next_radps, out.blocked = cost, speed, turn, 0.0
 
@@ -282,8 +293,8 @@ def back_off(state, x, y, yaw, setup, cover, near2, flat, frame):
     if len(cover) == 0 or out.next_mps > 0.0:
         return
     far_m = s.behind_m + s.safe_m - s.radius_m + _BACK_MPS * s.rollout_s
-    first2 = bar2(near2, setup, cover, x, y, yaw)
-    clear = footprint_danger(near2, setup, cover, x, y, yaw, -_BACK_MPS, 0.0, first2) < np.inf
+    first2 = required2(near2, setup, cover, x, y, yaw)
+    clear = footprint_cost(near2, setup, cover, x, y, yaw, -_BACK_MPS, 0.0, first2) < np.inf
     clear = clear and line_below(flat, frame, out.x_m, out.y_m,
                                  out.x_m - far_m * cos(out.yaw_rad),
                                  out.y_m - far_m * sin(out.yaw_rad), LETHAL)
@@ -311,7 +322,7 @@ def find_velocity(state, way, setup, cover, near2, layer, scan, flat, frame):
     off -= 2.0 * math.pi * np.floor(off / (2.0 * math.pi) + 0.5)
     turns = abs(off) > _TURN_FIRST_RAD and v < _SLOW_MPS
     if turns and turn_is_clear(near2, s.cell_m, cover, x, y, yaw, off, _STEP_M / s.around_m,
-                               bar2(near2, setup, cover, x, y, yaw)):
+                               required2(near2, setup, cover, x, y, yaw)):
         # The fastest turn that can still stop in time: w^2 = 2 a off.
         turn = min(math.sqrt(2.0 * _GENTLE * s.turn_acceleration_radps2 * abs(off)),
                    s.max_turn_radps)
@@ -332,13 +343,13 @@ def find_velocity(state, way, setup, cover, near2, layer, scan, flat, frame):
 
 @lean(types.boolean(*[_f8] * 4, _setup, _f8x2, _f4x2, SCAN_ARRAY))
 def can_turn(x, y, yaw, by, setup, cover, near2, scan):
-    """Whether the robot at this pose on the map can turn on the spot ``by`` so much."""
+    """Whether the robot at this pose on the map can turn on the spot by the angle ``by``."""
     s, seen = setup[0], scan[0]
     c, si = cos(seen.yaw_rad), sin(seen.yaw_rad)
     dx, dy = x - seen.x_m, y - seen.y_m
     x, y, yaw = c * dx + si * dy, c * dy - si * dx, yaw - seen.yaw_rad
     return turn_is_clear(near2, s.cell_m, cover, x, y, yaw, by, _STEP_M / s.around_m,
-                         bar2(near2, setup, cover, x, y, yaw))
+                         required2(near2, setup, cover, x, y, yaw))
 
 
 @lean(types.UniTuple(_f8, 3)(*[_f8] * 5, _state, _f8x2, _setup, _f8x2, _f4x2, LAYER_ARRAY,
