@@ -106,7 +106,8 @@ def names_in(file):
             found |= {f"{node.name}.{member.name}" for member in node.body
                       if isinstance(member, ast.FunctionDef)}
         if isinstance(node, ast.Assign):
-            found |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+            found |= {part.id for target in node.targets for part in ast.walk(target)
+                      if isinstance(part, ast.Name)}
     return found
 
 
