@@ -38,10 +38,10 @@ def title(heading: Mapping[str, object]) -> str:
 
 def text(facts: Mapping[str, object]) -> str:
     """The facts in lines."""
-    drawn = ("" if facts["resampled"] is None
-             else f", particles drawn anew {facts['resampled']} times")
+    resampled = ("" if facts["resampled"] is None
+                 else f", particles resampled {facts['resampled']} times")
     lines = [f"{facts['processed']} of {facts['scans']} scans processed ({facts['beams']} beams)"
-             f"{drawn}",
+             f"{resampled}",
              f"CPU time: {facts['cpu_ms_per_scan']:.2f} ms a processed scan"]
     if "relations" in facts:
         rows = [("final path", facts), ("online pose", facts["online"]),
