@@ -1,4 +1,4 @@
-"""Made logs for tests of SLAM: a building of straight walls, a way through it, known noise."""
+"""Synthetic logs for tests of SLAM: a building of straight walls, a path, and known noise."""
 
 from typing import NamedTuple
 

@@ -22,7 +22,7 @@ class SlamTrial(NamedTuple):
 
     ``online`` [scans, 3]: the pose at each scan as it was known then | ``path`` [scans, 3]: that of
     the best particle in the end | ``processed`` [scans] bool | ``resampled``: how often particles
-    were drawn anew | ``cpu_s`` [processed]: of each update that processed a scan. ``resampled`` and
+    were resampled | ``cpu_s`` [processed]: of each update that processed a scan. ``resampled`` and
     ``particles`` are None of a plug-in, of which nothing is known.
     """
 

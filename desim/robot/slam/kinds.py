@@ -1,4 +1,7 @@
-"""The kinds of SLAM by name."""
+"""The filters of both kinds of SLAM by name.
+
+Their plug-ins, which scenarios name, are in ``desim/robot/localization/kinds``.
+"""
 
 from __future__ import annotations
 

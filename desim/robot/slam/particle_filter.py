@@ -24,39 +24,39 @@ from desim.robot.transforms import compose, motion_between, motion_to
 # Constants without a source are ours. docs/slam.md has what another value of one makes of a real
 # log's error.
 
-# Standard deviations of a return's residual: the sensor's noise in m, and what cells blur in cells.
-# From far away more is taken at first: at its own, a pose that is a cell off has no gradient.
+# Standard deviations of a return's residual: the sensor's noise in m, and the blur of cells, in
+# cells. The rough alignment has a larger one: with the smaller one the likelihood has no gradient
+# at a pose that is a cell off.
 _SIGMA_M = 0.01
 _SIGMA_CELLS = 0.05
 _ROUGH_CELLS = 0.25
 _OUTLIER_SIGMAS = 2.5  # the scale at which residuals begin to be outliers
-_REACH_CELLS = 1.5  # from a return to the surfaces that it may be of
+_REACH_CELLS = 1.5  # from a return to the cells whose surface it may belong to
 _STEPS = 10  # of Gauss-Newton, at most
-# Independent returns in a scan: fewer than it has, as cells and surfaces err together.
+# Returns of a scan that count as independent. It has more, but the errors of neighbours are alike.
 _EFFECTIVE = 60.0
 _SPACING_CELLS = 1.0  # between the returns that are aligned
 
 # The window of the search.
 _COARSE_M = 0.1  # its step, if a cell is not larger
-_WINDOW_SIGMAS = 2.5  # of the odometry, to each side,
-_WINDOW_M = 0.5, 1.0  # but so much at least and at most,
-_WINDOW_RAD = 0.3, 0.8  # and of the heading so much
+_WINDOW_SIGMAS = 2.5  # its half width in standard deviations of the odometry,
+_WINDOW_M = 0.5, 1.0  # and the bounds of it for the position
+_WINDOW_RAD = 0.3, 0.8  # and for the heading
 _STRAYED_SIGMAS = 1.5  # odometry that the search finds farther off counts as that far off
 
-# Weights are flattened before particles are drawn, as gmapping flattens them (by 1 / 90, with
-# ``ogain`` 3 and 30 particles): errors of successive scans are alike, and particles that are drawn
-# anew at every fifth scan have one ancestor by the time a loop closes. docs/slam.md has what other
-# values make of made rings.
-_GAIN = 0.05
-# The robot goes by another particle where the path of that one is 10 000 times as probable. In bare
-# corridors all are alike, and the likeliest is a matter of chance.
+# The exponent of weights before resampling (gmapping's: 1 / 90, with ``ogain`` 3 and 30 particles).
+# Errors of successive scans are alike, and particles that are resampled at every fifth scan have
+# one common ancestor by the time a loop closes. docs/slam.md has the errors with other exponents.
+_WEIGHT_EXPONENT = 0.05
+# Another particle becomes the best when its path is this much more probable. In bare corridors all
+# paths are about equally probable, and which one is the most is a matter of chance.
 _DECISIVE = math.log(1e4)
-_DRAWS = 2 ** 32  # counters of a step: more particles do not move the numbers of the others
+_DRAWS = 2 ** 32  # counters of a step: more particles do not change the numbers of the others
 
 
 class Processed(NamedTuple):
-    """A scan that was processed: the odometry then [3], and after the scan the ``poses`` of the
-    particles [particles, 3] and the ``ancestors`` that these were drawn from."""
+    """A processed scan: its odometry [3], and the ``poses`` [particles, 3] and ``ancestors``
+    [particles] of the particles after it."""
 
     odometry: np.ndarray
     poses: np.ndarray
@@ -77,8 +77,8 @@ class ParticleSlam:
     """A particle filter over poses and maps: ``update`` takes odometry and scans in; ``pose``,
     ``path`` and ``map`` are those of the best particle.
 
-    ``key`` of its random numbers (``Streams.key``) | ``spread`` of the draws around the most likely
-    pose, as a share of its standard deviation; 0 for one hypothesis.
+    ``key``: that of its random numbers (``Streams.key``) | ``spread``: the share of the standard
+    deviations with which poses are drawn around the most likely one; 0 for one hypothesis.
     """
 
     def __init__(self, settings: SlamSettings, key: int, spread: float) -> None:
@@ -94,8 +94,8 @@ class ParticleSlam:
         self.maps = SharedMaps(count, cell_m)
         self.poses = np.zeros((count, 3))
         self.weights, self._shares = np.zeros(count), np.full(count, 1.0 / count)
-        self.evidence = np.zeros(count)  # log-weights of whole paths, as gmapping's ``weightSum``
-        self.best = 0  # the particle that the robot goes by: it is not drawn, and always goes on
+        self.path_weights = np.zeros(count)  # log-weights, as gmapping's ``weightSum``
+        self.best = 0  # the particle whose pose the robot uses: not drawn, never dropped
         self._roots, self._lineage = np.zeros((count, 6)), np.arange(count)
         self.history: list[Processed] = []
         self._before: Pose2D | None = None  # the odometry of the scan before
@@ -144,7 +144,8 @@ class ParticleSlam:
         self.maps.add(self.poses, self._settings.laser.mount[:2], points[:count], fewer[:kept])
 
     def _move(self, odometry: np.ndarray, fewer: np.ndarray, kept: int) -> None:
-        """Move the particles to where the scan fits, weigh them and draw them anew."""
+        """Move the particles to where the scan fits, weigh them, and resample them if few of them
+        are effective."""
         settings, motion = self._settings, motion_between(self.history[-1].odometry, odometry)
         sigmas = settings.noise.sigmas(motion, self._readings)
         expected = compose(self.poses, motion)
@@ -162,18 +163,19 @@ class ParticleSlam:
         self.poses = poses
         self._lineage = np.arange(len(poses))
         self.weights += gained
-        self.evidence += gained
-        likeliest = int(np.argmax(self.evidence))
-        if self.evidence[likeliest] > self.evidence[self.best] + _DECISIVE:
+        self.path_weights += gained
+        likeliest = int(np.argmax(self.path_weights))
+        if self.path_weights[likeliest] > self.path_weights[self.best] + _DECISIVE:
             self.best = likeliest
-        effective = normalize(self.weights * _GAIN, self._shares)
+        effective = normalize(self.weights * _WEIGHT_EXPONENT, self._shares)
         if effective < settings.resample_threshold * len(poses):
             self._resample(step)
 
     def locate(self, expected: np.ndarray, motion: np.ndarray, ranges: np.ndarray) -> np.ndarray:
         """The most likely pose [3] of a scan on the map of the best particle, which stays as it is.
 
-        ``expected``: the pose by odometry | ``motion`` [3]: for its uncertainty.
+        ``expected``: the pose by odometry | ``motion`` [3]: the motion that led there, of which its
+        uncertainty depends.
         """
         _, fewer, _, kept = self._points(ranges)
         sigmas = self._settings.noise.sigmas(motion, 1)
@@ -184,7 +186,8 @@ class ParticleSlam:
         return pose
 
     def _points(self, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray, int, int]:
-        """The returns of a scan; some of them, far enough apart; and the number of each."""
+        """The returns of a scan as points with normals, the thinned ones, and the number of each
+        (in the order: all, thinned, number of all, number of thinned)."""
         widest_m, ranges = self._settings.bodies_m, np.ascontiguousarray(ranges, float)
         if widest_m:
             beyond = np.empty(len(ranges))
@@ -197,8 +200,8 @@ class ParticleSlam:
 
     def _roughly(self, found: np.ndarray, expected: np.ndarray, sigmas: np.ndarray,
                  points: np.ndarray, count: int) -> np.ndarray:
-        """The pose roughly aligned with the best particle's map. Both the pose ``found`` by the
-        search and the odometry's are aligned; the more likely end counts."""
+        """The pose of a rough alignment with the best particle's map: the likelier of two, one from
+        the pose ``found`` by the search, one from the odometry's."""
         ends = found.copy(), expected.copy()
         there, here = (sum(align(self.best, pose, expected, sigmas, points, count,
                                  self.maps.arrays, self._rough, self._roots[0])) for pose in ends)
@@ -215,21 +218,21 @@ class ParticleSlam:
         return best
 
     def _resample(self, step: int) -> None:
-        """Draw the particles anew, in proportion to their weights (selective resampling: when few
-        of them are effective)."""
+        """Draw new particles from the present ones, in proportion to their weights. The best one
+        always survives."""
         chosen = np.empty(len(self.poses), np.int64)
         # The normal numbers take the counters 2 k and 2 k + 1 of uniform ones, from 0 up.
         ancestors(self._shares, ~self._key, np.uint64(step), chosen)
         chosen[self.best] = self.best
         self.maps.follow(chosen)
         self.poses, self._lineage = self.poses[chosen], chosen
-        self.evidence = self.evidence[chosen]
+        self.path_weights = self.path_weights[chosen]
         self.weights[:] = 0.0
         self._shares[:] = 1.0 / len(chosen)
 
     @property
     def pose(self) -> np.ndarray:
-        """The pose [3] now: of the best particle, moved on by the odometry since."""
+        """The pose [3] now: that of the best particle, moved on by the odometry since its scan."""
         last = self.history[-1]
         assert self._before is not None
         return compose(self.poses[self.best],
@@ -246,7 +249,7 @@ class ParticleSlam:
         """The poses [processed, 3] of the best particle and its ancestors."""
         at, poses = self.best, []
         for step in reversed(self.history):
-            # A step's poses are those after its resampling, in the places of the drawn ones.
+            # A step's poses are those after its resampling.
             poses.append(step.poses[at])
             at = int(step.ancestors[at])
         return np.array(poses[::-1])

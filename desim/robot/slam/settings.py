@@ -16,12 +16,13 @@ SICK_LMS291 = LaserGeometry(-0.5 * math.pi, math.radians(0.5), longest_m=80.0)  
 class OdometryNoise:
     """The noise of the odometry between two processed scans, as standard deviations.
 
-    From ``least_m`` and ``least_rad`` on they grow with the motion, as gmapping's do (``srr``,
-    ``str``, ``srt``, ``stt``: 0.1, 0.1, 0.2, 0.2; here 0.1 rad/m), or with the square root of the
-    number of readings, by ``reading_m`` and ``reading_rad``. Odometry that is off by more than
-    ``strayed`` in log-likelihood has failed; infinite: it never fails. ``spread`` is the share of
-    the standard deviations with which particles are drawn: 0.5, as each draw makes a particle's map
-    fit less, and the best one, which takes most likely poses, would outdo those that come home.
+    They begin at ``least_m`` and ``least_rad``. They grow with the motion, as gmapping's do
+    (``srr``, ``str``, ``srt``, ``stt``: 0.1, 0.1, 0.2, 0.2; here 0.1 rad/m), or with the square
+    root of the number of readings, by ``reading_m`` and ``reading_rad``. The log-likelihood of the
+    odometry counts as ``-strayed`` at least, since odometry may fail; if ``strayed`` is infinite,
+    it never fails. ``spread`` is the share of the standard deviations with which particles are
+    drawn. It is below 1 because each draw makes a particle's map fit worse: the best particle,
+    which takes most likely poses, would win against particles that close a loop correctly.
     """
 
     m_per_m: float = 0.1
@@ -52,11 +53,11 @@ class OdometryNoise:
 class SlamSettings:
     """The settings of a particle filter for SLAM.
 
-    A scan is processed after ``linear_update_m`` or ``angular_update_rad`` of motion; particles are
-    drawn anew when their effective number falls below ``resample_threshold`` of them (the defaults
-    of gmapping: 1.0 m, 0.5 rad, 0.5, 30 particles). ``resolution_m`` is the width of a cell. A
-    thing in front of all else that is not wider than ``bodies_m`` may be a teammate, and is left
-    out; 0: nothing is left out.
+    A scan is processed after ``linear_update_m`` or ``angular_update_rad`` of motion. Particles are
+    resampled when the effective sample size falls below ``resample_threshold`` of their number (the
+    defaults of gmapping: 1.0 m, 0.5 rad, 0.5, 30 particles). ``resolution_m`` is the width of a
+    cell. A thing in front that is no wider than ``bodies_m`` may be a teammate, and is removed from
+    scans; 0: nothing is removed.
     """
 
     particles: int = 30

@@ -43,11 +43,14 @@ FIT = types.NamedTuple([_f8, _f8, _f8, _f8, _i8], Fit)
 
 @inner(types.void(_i8, _f8x1, _f8x2, _i8, _f8, MAPS, _f8x2))
 def surfaces(particle, pose, points, count, reach_m, maps, near):
-    """Write the surface near each return of a scan at ``pose`` to ``near`` [count, 7]: the return
-    from the robot (x, y in the map's directions), the offset of the surface's point from it, the
-    surface's normal (zeros if unknown), and 1; 0 if there is none, -1 if all there is unknown.
+    """Write the surface near each return of a scan at ``pose`` to ``near`` [count, 7].
 
-    Mean of the mean returns of 3 x 3 cells, weighted with (1 - d^2 / reach^2)^2 and their number.
+    A row is: the return as seen from the robot (x, y in the map's directions), the offset from it
+    to the surface, the surface's normal (zeros if unknown), and 1. The last is 0 if there is no
+    surface, and -1 if all cells there are unknown.
+
+    The surface is the mean of the mean returns of 3 x 3 cells, weighted with (1 - d^2 / reach^2)^2
+    and their number.
     One call for all returns: a call that hands over the maps costs as much as five cells.
     """
     c, s = cos(pose[2]), sin(pose[2])
@@ -173,8 +176,8 @@ def add_odometry(pose, expected, sigmas, system):
 
 @inner(types.boolean(_f8x1, _f8x1))
 def factorize(system, root):
-    """Cholesky's factor [6] (rows of the lower triangle) of the matrix in normal equations; whether
-    it has one."""
+    """Write Cholesky's factor [6] (rows of the lower triangle) of the matrix in normal equations.
+    Returns whether it has one."""
     root[0] = np.sqrt(system[0])
     root[1] = system[1] / root[0]
     root[2] = np.sqrt(system[3] - root[1] * root[1])

@@ -1,4 +1,4 @@
-"""Loops over particles: the next pose and weight of each, and which of them go on."""
+"""Loops over particles: the next pose and weight of each, and which of them survive resampling."""
 
 from typing import NamedTuple
 
@@ -21,8 +21,8 @@ _u8 = types.uint64
 class MotionPrior(NamedTuple):
     """The odometry's uncertainty about the poses it expects: standard deviations ``sigmas`` [3]
     along the robot, across it (m) and of its heading (rad); the ``wide`` ones [3] with which scans
-    are aligned; ``strayed``, the most that a pose far off counts against a particle, in
-    log-likelihood; and whether the best particle's pose is ``far`` from the expected one."""
+    are aligned; ``strayed``: the log-likelihood of the odometry counts as ``-strayed`` at least;
+    and whether the best particle's pose is ``far`` from the expected one."""
 
     sigmas: np.ndarray
     wide: np.ndarray
@@ -47,15 +47,17 @@ def propose(poses, expected, odometry, points, count, maps, fit, rough, spread, 
 
     ``poses`` [particles, 3]: where the alignment begins, out: the draws | ``expected`` [particles,
     3]: the poses by odometry | ``spread``: standard deviations are multiplied with it; 0 takes the
-    most likely pose, as the particle ``best`` always does | ``key``, ``counter``: of the first of 3
-    normal numbers a particle | ``weights`` [particles], out: log-weights of this scan | ``roots``
-    [particles, 6], out: Cholesky factors of the information.
+    most likely pose, as the particle ``best`` always does | ``key``, ``counter``: those of the
+    first of 3 normal numbers for each particle | ``weights`` [particles], out: log-weights of this
+    scan | ``roots`` [particles, 6], out: Cholesky factors of the information.
 
     The proposal is the normal distribution around the most likely pose of scan and odometry; its
     integral is the weight: p(z | x) p(x | u) sqrt(det(2 pi C)) (Grisetti, Stachniss and Burgard
-    2007, equations 11 to 19, with Laplace's approximation in the place of samples). Where the best
-    particle has to go far, as it does where a loop closes, one that is where it should be need not:
-    each then takes the likelier end of a ``rough`` alignment from there and from its own odometry.
+    2007, equations 11 to 19, with Laplace's approximation instead of samples).
+
+    ``poses`` begin where the best particle's correction puts each. If that is ``far``, as when a
+    loop closes, a particle that closes the loop correctly by itself must not be moved: so each one
+    takes the likelier of two ``rough`` alignments, from there and from its own odometry.
     """
     own, system = np.empty(3), np.empty(9)
     for k in range(len(poses)):
@@ -109,8 +111,8 @@ def normalize(weights, shares):
 def ancestors(shares, key, counter, chosen):
     """Systematic resampling (Carpenter, Clifford and Fearnhead 1999) by one uniform number.
 
-    ``chosen`` [particles], out: the ancestor of each. A particle that survives keeps its place, so
-    that its map is not moved.
+    ``chosen`` [particles], out: the ancestor of each. A particle that survives keeps its index, so
+    that its map stays where it is.
     """
     count = len(shares)
     chosen[:] = 0

@@ -26,8 +26,8 @@ GONE_M = -1.0  # the range of a beam that met something in front
 
 
 class Beams(NamedTuple):
-    """The geometry of a laser: first angle and increment in rad, shortest and longest range used in
-    m, and the pose of the laser on the robot (m, m, rad)."""
+    """The geometry of a laser: its first angle and increment in rad, the shortest and the longest
+    range that are used in m, and the pose of the laser on the robot (m, m, rad)."""
 
     angle_min_rad: float
     increment_rad: float
@@ -127,11 +127,11 @@ def points_of(ranges, beams, points, taken):
 
 @lean(types.void(types.float64[::1], BEAMS, types.float64, types.float64[::1]))
 def without_bodies(ranges, beams, widest_m, kept):
-    """Copy ranges to ``kept``, infinite where something stands in front that is ``widest_m`` wide
-    at most: a teammate's body, perhaps.
+    """Copy ranges to ``kept``, with infinity where something stands in front that is at most
+    ``widest_m`` wide: it may be a teammate's body.
 
     Such a thing is a run of beams without a step of ``STEP_M`` in range, from which the range steps
-    up on both sides. What it hides in part is found when it is out of the way.
+    up on both sides. One that is partly hidden by another is found once the other is removed.
     """
     for b in range(len(kept)):
         kept[b] = ranges[b] if beams.shortest_m <= ranges[b] < beams.longest_m else np.inf
@@ -167,10 +167,11 @@ def thinned(points, count, beams, spacing_m, kept):
     """Copy points to ``kept`` so that those on a surface lie ``spacing_m`` or more apart, in the
     mean. Returns their number.
 
-    Returns lie densest nearby. They would outweigh distant ones, which fix the heading. Where beams
-    lie closer on a surface, each return is worth the share of the spacing that they leave, and one
-    is kept whenever the shares add up to one. By the distance from the return before, those whose
-    noise is away from it would be kept: the heading of a robot in a corridor would drift.
+    Returns lie densest nearby, and would outweigh distant ones, which fix the heading. Where beams
+    meet a surface closer to each other than ``spacing_m``, each return counts as the share of the
+    spacing that it covers, and one is kept whenever the shares add up to one. If instead returns
+    were kept that are far enough from the last one, their noise would point away from it, and the
+    heading of a robot in a corridor would drift.
     """
     n, worth = 0, 1.0
     for k in range(count):

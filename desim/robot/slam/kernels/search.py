@@ -62,8 +62,8 @@ def search(particle, expected, sigmas, window, start, coarse, points, count, map
 
     ``expected`` [3], ``sigmas`` [3]: the pose by odometry, and its standard deviations along the
     robot, across it and of its heading | ``window`` [2]: half its size in m and rad | ``coarse``:
-    cells in a step | ``strayed``: odometry that is off by more, in log-likelihood, has failed, and
-    all such poses are alike to it.
+    cells in a step | ``strayed``: the log-likelihood of the odometry counts as ``-strayed`` at
+    least, as odometry may fail.
     """
     size_m = coarse * maps.resolution_m
     far, squares = 0.0, 0.0
