@@ -32,7 +32,7 @@ class Blacklist:
         return any(until_ns <= now_ns for _, _, until_ns in self._entries)
 
     def discs(self) -> np.ndarray:
-        """[k, 3] row, column and squared radius in cells, as the search takes them."""
+        """The avoided discs [k, 3] for searches: row, column and squared radius in cells."""
         within2 = int(self._radius**2 + 1e-6)  # 0.6 m are three cells of 0.2 m, and not 2.9999
         return np.array([(row, column, within2)
                          for row, column, _ in self._entries], np.int64).reshape(-1, 3)

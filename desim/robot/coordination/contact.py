@@ -10,12 +10,12 @@ class Contact:
 
     def __init__(self) -> None:
         self.place: ports.Place | None = None  # where somebody was last heard
-        self._heard_ns = -1  # then
-        self._since_ns: int | None = None  # the first question
+        self._heard_ns = -1  # the time at which it was there
+        self._since_ns: int | None = None  # the time of the first call
 
     def silent_ns(self, context: ports.StrategyContext, names: Iterable[str] | None = None) -> int:
-        """The time since any teammate (of ``names``) was last heard of; the time since the first
-        call if none ever was. Notes the robot's place."""
+        """The time since a teammate (one of ``names``) was last heard of, or since the first call
+        if none ever was. Notes the robot's place if one was heard since the last call."""
         if self._since_ns is None:
             self._since_ns = context.now_ns
         links = context.links()

@@ -27,22 +27,25 @@ from desim.scenario.schema.robot import ExplorationParams
 from desim.units import NS_PER_S
 
 # Tuned; ``maze_8`` beside a constant: see desim/robot/navigation/__init__.py.
-# Pause after a fruitless search, which goes through the whole map; maze_8: same.
+# Pause after a search that found no goal, which goes through the whole map; maze_8: same.
 _IDLE_NS = 5 * NS_PER_S
-# Frontiers with fruitless visits that are refused in one choice; then the choice counts anyhow.
+# Choices that are refused in one go because visits there were fruitless; the next one counts.
 _VETOES = 5  # maze_8: same
 
 
 class Target(NamedTuple):
-    """The goal of the robot: its ``cell`` at the edge of the unknown; the highest cost that cells
-    of its frontier may have, and the number of these cells, 0 for a place that is no frontier; the
-    length of the path when the goal was chosen, NaN if that is not known."""
+    """The goal of the robot.
+
+    ``cell``: of the frontier, at the edge of the unknown | ``highest``: the highest cost that cells
+    of the frontier may have | ``cells``: their number, 0 for a place that is no frontier |
+    ``path_m``: the length of the path when the goal was chosen, NaN if that is not known.
+    """
 
     place: Place
     cell: int
     highest: int
     cells: int
-    way_m: float
+    path_m: float
 
 
 class Explore(Node):
@@ -176,7 +179,7 @@ class Explore(Node):
         """Publish the lengths (m) of the path to the goal and of its frontier, as they were when
         the goal was chosen."""
         if self._target is not None:
-            self.publish("cost", Float64(self._target.way_m))
+            self.publish("cost", Float64(self._target.path_m))
             self.publish("gain", Float64(self._target.cells * self._costmap.spec.resolution_m))
 
     def _choose(self) -> None:
@@ -209,8 +212,8 @@ class Explore(Node):
         cells = 0 if frontier is None else frontier.cells
         self.record("goal", bits(at.x_m), bits(at.y_m), cells)
         self.publish("goal", Goal(at.x_m, at.y_m))
-        way_m = math.nan if frontier is None else frontier.path_m
-        self._target, self._moving = Target(at, *self._edge(frontier or at), cells, way_m), True
+        path_m = math.nan if frontier is None else frontier.path_m
+        self._target, self._moving = Target(at, *self._edge(frontier or at), cells, path_m), True
 
     def _halt(self) -> None:
         """Tell move_base to stop."""
@@ -224,8 +227,8 @@ class Explore(Node):
         return self._costmap.cell(place[0], place[1]), 0
 
     def _is_spoilt(self, target: Target) -> bool:
-        """Whether the unknown cells beside the goal are known now, or the goal is blocked. This is
-        cheap as long as nothing has changed nearby."""
+        """Whether the unknown cells beside the goal have become known, or the goal is blocked. This
+        is cheap as long as nothing has changed nearby."""
         costmap = self._costmap
         reach = math.ceil(self._radius_m / costmap.spec.resolution_m) + 1
         corners = (target.cell + reach * (dr * costmap.across + dc)

@@ -17,24 +17,24 @@ class Meeting(NamedTuple):
     time_ns: int
 
     def is_due(self, robot: ports.StrategyContext, speed_mps: float) -> bool:
-        """Whether a robot of this speed has to leave now, and knows a path."""
+        """Whether a robot of this speed has to leave now to be in time, and knows a path."""
         way_m = float(robot.path_lengths_m([self.place])[0])
         left_s = (self.time_ns - robot.now_ns) / NS_PER_S
         return way_m < math.inf and way_m / speed_mps >= left_s
 
     def shown(self, robot: ports.StrategyContext) -> Meeting:
-        """The same meeting, which the replay shows from now on."""
+        """Show the meeting in the replay from now on. Returns it."""
         text = f"{robot.name} meets at {self.time_ns / NS_PER_S:.0f} s"
         robot.show("meeting", [ports.Mark(*self.place, text)])
         return self
 
     def drive(self, robot: ports.StrategyContext, near_m: float) -> None:
-        """Drive there; stand once the robot is near, since one place has no room for all."""
+        """Drive there, and stop once the robot is near, since one place has no room for all."""
         drive_near(robot, self.place, near_m)
 
 
 def drive_near(robot: ports.StrategyContext, place: ports.Place, near_m: float) -> None:
-    """Drive to ``place``, and stand once the robot is near."""
+    """Drive to ``place``, and stop once the robot is near."""
     if is_near(robot, place, near_m):
         if robot.goal is not None:
             robot.stop()
@@ -48,7 +48,7 @@ def is_near(robot: ports.StrategyContext, place: ports.Place, near_m: float) -> 
 
 
 def silent(robot: ports.StrategyContext, names: Iterable[str], for_ns: int) -> list[str]:
-    """Those of ``names`` that were not heard of within the last ``for_ns``."""
+    """The names of the robots (of ``names``) that were not heard of within the last ``for_ns``."""
     links = robot.links()
     return [name for name in names
             if name not in links or robot.now_ns - links[name].heard_ns > for_ns]

@@ -16,7 +16,7 @@ _MOST_ANSWERS = 500
 
 
 class Encoded(NamedTuple):
-    """A content as bytes: what the publisher does to its object later changes no message."""
+    """A content as bytes, so that a later change of the publisher's object changes no message."""
 
     data: bytes
     is_json: bool
@@ -54,8 +54,8 @@ class MessageCount:
         self._now_ns, self._messages = -1, 0
 
     def add(self, topic: str, now_ns: int, answers: int) -> None:
-        """One more, at the end of so many ``answers`` of this instant, each to the one before.
-        Raises ``ModelError`` for too many."""
+        """Count one more message. ``answers``: the messages of this instant that led to it, each an
+        answer to the one before. Raises ``ModelError`` for too many."""
         self._messages = self._messages + 1 if now_ns == self._now_ns else 1
         self._now_ns = now_ns
         if self._messages > _MOST_MESSAGES or answers > _MOST_ANSWERS:

@@ -17,7 +17,7 @@ class Visits:
         self._count = 0
 
     def add(self, x_m: float, y_m: float) -> None:
-        """The robot has reached a goal."""
+        """Note that the robot has reached its goal, this place."""
         self._count = self._count + 1 if self._is_near(x_m, y_m) else 1
         self._x_m, self._y_m = x_m, y_m
 

@@ -19,10 +19,10 @@ class Centralized:
     frontiers to those without a task (Burgard, Moors, Stachniss, Schneider 2005, section III).
 
     The same class runs on the robots and on that host. Every ``period`` a robot reports its place
-    and the drives that have ended; the base publishes the tasks of all robots. ``hungarian`` makes
-    the total length of all paths least. ``greedy`` assigns the shortest path first. A frontier near
-    to a task is taken. A task is over when the drive has ended, or when no frontier is near it any
-    more: then the robot in front may get the next one, and need not stop. Failsafe: a robot that
+    and the drives that have ended; the base publishes the tasks of all robots. ``hungarian``
+    minimizes the total length of all paths. ``greedy`` assigns the shortest path first. A frontier
+    near a task is taken. A task is over when the drive has ended, or when no frontier is near it
+    any more: then the robot in front gets the next frontier without a stop. Failsafe: a robot that
     has not heard the base for ``failsafe_after`` goes on alone as ``nearest_frontier``, until it
     hears the base again.
     """
@@ -52,11 +52,11 @@ class Centralized:
     def on_start(self, host: ports.StrategyContext) -> None:
         if host.has_body:
             host.advertise("report", queue=10)
-            host.subscribe("tasks", self._obey)
+            host.subscribe("tasks", self._on_tasks)
             host.every(self._params.period_ns, self._report)
         else:
             host.advertise("tasks")
-            host.subscribe("report", self._note)
+            host.subscribe("report", self._on_report)
             host.every(self._params.period_ns, self._assign)
 
     # -------------------------------------------------------------------------------- a robot
@@ -77,20 +77,20 @@ class Centralized:
             return
         robot.publish("report", {"at": robot.pose[:2], "goal": robot.goal, "ended": self._ended})
         self._ended = []
-        if robot.goal is None and self._is_alone(robot):  # it stands, and nothing is news to it
+        if robot.goal is None and self._is_alone(robot):  # nothing else would make it move
             place = nearest(robot)
             if place is not None:
                 robot.go(place)
 
-    def _obey(self, robot: ports.StrategyContext, tasks: ports.StrategyMessage) -> None:
+    def _on_tasks(self, robot: ports.StrategyContext, tasks: ports.StrategyMessage) -> None:
         self._bases.add(tasks.source)
         task = tasks.content.get(robot.name)
         if task is not None and robot.pose is not None and not robot.go(ports.Place(*task)):
-            self._ended.append(ports.Place(*task))  # not there, as far as its own map says
+            self._ended.append(ports.Place(*task))  # by its own map it cannot be there
 
     # -------------------------------------------------------------------------------- the base
 
-    def _note(self, base: ports.StrategyContext, report: ports.StrategyMessage) -> None:
+    def _on_report(self, base: ports.StrategyContext, report: ports.StrategyMessage) -> None:
         name, content = report.source, report.content
         self._at[name] = ports.Place(*content["at"])
         ended = [ports.Place(*place) for place in content["ended"]]
@@ -101,7 +101,7 @@ class Centralized:
             self._tasks.pop(name, None)
 
     def on_teammate(self, host: ports.StrategyContext, name: str, heard: bool) -> None:
-        if not heard:  # its frontier is anybody's
+        if not heard:  # its task goes to another robot
             self._tasks.pop(name, None)
             self._at.pop(name, None)
 
@@ -126,7 +126,7 @@ class Centralized:
         base.publish("tasks", tasks)
 
     def _frontiers(self, base: ports.StrategyContext) -> list[ports.Place]:
-        """The frontiers in order of their paths from the first robot that can reach any."""
+        """The frontiers, ordered by path length from the first robot that can reach any."""
         for name in sorted(self._at, key=ports.natural_key):
             found = base.frontiers(origin=self._at[name])
             if found:
@@ -139,7 +139,7 @@ class Centralized:
 
 
 def _greedy(costs: np.ndarray) -> tuple[list[int], list[int]]:
-    """Rows and columns of the cheapest pair, of the cheapest of the rest, and so on."""
+    """Rows and columns of the pairs of a greedy assignment, the cheapest pair first."""
     left, pairs = costs.copy(), []
     for _ in range(min(costs.shape)):
         row, column = divmod(int(left.argmin()), costs.shape[1])

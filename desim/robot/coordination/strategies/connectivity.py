@@ -44,7 +44,7 @@ class Connectivity:
 
     def on_start(self, robot: ports.StrategyContext) -> None:
         robot.advertise("places")
-        robot.subscribe("places", self._learn)
+        robot.subscribe("places", self._on_places)
         robot.every(self._params.period_ns, self._keep_together)
 
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | ports.Place | None:
@@ -78,7 +78,7 @@ class Connectivity:
             if chosen is not None:
                 robot.go(chosen)
 
-    def _learn(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
+    def _on_places(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
         for name, (time_ns, place) in message.content.items():
             if name != robot.name and time_ns > self._known.get(name, (-1,))[0]:
                 self._known[name] = time_ns, ports.Place(*place)

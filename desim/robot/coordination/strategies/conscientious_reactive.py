@@ -10,7 +10,7 @@ from desim.robot.coordination.strategies.nearest_frontier import nearest
 
 
 class ConscientiousReactive:
-    """Drive to that one of the nearest places which the robot itself has not visited for longest.
+    """Drive to the one of the nearest places that the robot itself has not visited for longest.
 
     Robots exchange no messages. A drive that failed counts as a visit, so that no place holds a
     robot up. If no path to a place is known the robot explores as ``nearest_frontier``.

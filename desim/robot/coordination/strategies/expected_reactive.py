@@ -32,7 +32,7 @@ class ExpectedReactive:
 
     def on_start(self, robot: ports.StrategyContext) -> None:
         robot.advertise("intention")
-        robot.subscribe("intention", self._hear)
+        robot.subscribe("intention", self._on_intention)
 
     def on_teammate(self, robot: ports.StrategyContext, name: str, heard: bool) -> None:
         if not heard:
@@ -62,7 +62,7 @@ class ExpectedReactive:
             awaited_ns for other, awaited_ns in self._awaited.values() if other == place), 0)
         return (arrival_ns - before_ns) / way_ns, arrival_ns
 
-    def _hear(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
+    def _on_intention(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
         place, arrival_ns = message.content
         before = self._awaited.get(message.source)
         if before is not None:  # it sets out anew: it has been there

@@ -14,7 +14,7 @@ _ALIKE_CELLS = 2  # a goal that is nearer to a blacklisted one, in x and in y, i
 
 
 class ExploreMultirobot:
-    """Every second the frontier of least cost becomes the goal:
+    """Each second, make the frontier of least cost the goal:
 
         cost = potential_scale * potential - gain_scale * length
 
@@ -24,10 +24,10 @@ class ExploreMultirobot:
     failed, or the robot has made no progress towards it for longer than ``progress_timeout``.
     Teammates matter only through the map.
 
-    Differences from the code: the place to drive to is that of ``Frontier``, and not the centroid
-    of the frontier; the path to an unchanged goal is not planned anew each second; there is no
-    detour to close loops; the term of orientation, with a scale of 0 in the launch file, is left
-    out.
+    Differences from the code: the robot drives to the place of ``Frontier``, and not to the
+    centroid of the frontier; the path to an unchanged goal is not planned anew each second; there
+    is no detour to close loops; the cost has no term of orientation, whose scale is 0 in the launch
+    file.
     """
 
     class Params(ports.Params):
@@ -60,8 +60,8 @@ class ExploreMultirobot:
         return None if self._done else self._best(robot)
 
     def on_map(self, robot: ports.StrategyContext) -> None:
-        """Replace the goal if another one is better now. That can be so only after a change of the
-        map: on the path to the best frontier the cost of no other one falls faster."""
+        """Replace the goal if another one is better now. Only a change of the map can make one
+        better: on the path to the best frontier the cost of no other one falls faster."""
         if self._done or robot.goal is None:  # then ``choose`` is called
             return
         if robot.now_ns - self._chosen_ns < self._params.period_ns:

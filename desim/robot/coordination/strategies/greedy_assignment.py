@@ -12,8 +12,8 @@ class GreedyAssignment:
     """Choose the frontier with the largest utility minus cost (Burgard, Moors, Stachniss, Schneider
     2005, algorithm 1, each robot for itself).
 
-    The cost is the length of the path. The utility is 1, less ``1 - d / range`` for each teammate's
-    goal at a distance ``d`` below the range.
+    The cost is the length of the path. The utility is 1, minus ``1 - d / range`` for each goal of a
+    teammate at a distance ``d`` below the range.
     """
 
     class Params(ports.Params):

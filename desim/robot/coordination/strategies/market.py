@@ -39,20 +39,22 @@ class Market:
 
     def __init__(self, params: Params) -> None:
         self._params, self._contact = params, Contact()
-        self._held: dict[ports.Place, tuple[str, int]] = {}  # by others: by whom, until when
-        self._lots: dict[ports.Place, tuple[float, str]] = {}  # on offer: the best bid, and whose
+        # Frontiers that other robots hold: which robot, until when.
+        self._held: dict[ports.Place, tuple[str, int]] = {}
+        # Frontiers that this robot offers: the best bid, and whose it is.
+        self._lots: dict[ports.Place, tuple[float, str]] = {}
         self._offered_ns = 0
 
     def on_start(self, robot: ports.StrategyContext) -> None:
-        for topic, callback in (("offer", self._bid), ("bid", self._note), ("award", self._learn),
-                                ("release", self._free)):
+        for topic, callback in (("offer", self._on_offer), ("bid", self._on_bid),
+                                ("award", self._on_award), ("release", self._on_release)):
             robot.advertise(topic, queue=10)
             robot.subscribe(topic, callback)
 
     def on_teammate(self, robot: ports.StrategyContext, name: str, heard: bool) -> None:
         if not heard:
-            self._keep(robot, {place: held for place, held in self._held.items()
-                               if held[0] != name})
+            self._set_held(robot, {place: held for place, held in self._held.items()
+                                   if held[0] != name})
 
     def on_goal(self, robot: ports.StrategyContext, place: ports.Place, end: ports.GoalEnd) -> None:
         robot.publish("release", place)
@@ -74,8 +76,8 @@ class Market:
 
     def _profits(self, robot: ports.StrategyContext) -> dict[ports.Frontier, float]:
         """The profit of each frontier that no other robot holds."""
-        self._keep(robot, {place: held for place, held in self._held.items()
-                           if held[1] > robot.now_ns})
+        self._set_held(robot, {place: held for place, held in self._held.items()
+                               if held[1] > robot.now_ns})
         return {one: self._revenue_m(robot, one) - one.path_m for one in robot.frontiers()
                 if not any(self._is_same(one, place) for place in self._held)}
 
@@ -88,7 +90,7 @@ class Market:
 
     # ------------------------------------------------------------------------- as a seller
 
-    def _note(self, robot: ports.StrategyContext, bid: ports.StrategyMessage) -> None:
+    def _on_bid(self, robot: ports.StrategyContext, bid: ports.StrategyMessage) -> None:
         if bid.content["offer"] == [robot.name, self._offered_ns]:
             for x_m, y_m, profit_m in bid.content["bids"]:
                 lot = ports.Place(x_m, y_m)
@@ -97,8 +99,8 @@ class Market:
             self._show_lots(robot)
 
     def _award(self, robot: ports.StrategyContext) -> None:
-        """End the auction. Each bidder gets the best lot that it has won; the seller itself keeps
-        only its goal."""
+        """End the auction. Each bidder gets the best of the lots that it has won. Of its own lots
+        the seller keeps its goal alone."""
         best: dict[str, tuple[float, ports.Place]] = {}
         for lot, (profit_m, bidder) in self._lots.items():
             best[bidder] = max(best.get(bidder, (-math.inf, lot)), (profit_m, lot))
@@ -109,13 +111,13 @@ class Market:
             if winner != robot.name:
                 self._hold(robot, lot, winner)
         if robot.goal is not None and any(self._is_same(robot.goal, lot) for lot in self._held):
-            self._turn(robot)
+            self._change_goal(robot)
         robot.publish("award", [[winner, *lot] for lot, winner in winners.items()
                                 if winner != robot.name or lot == robot.goal])
 
     # -------------------------------------------------------------------------- as a buyer
 
-    def _bid(self, robot: ports.StrategyContext, offer: ports.StrategyMessage) -> None:
+    def _on_offer(self, robot: ports.StrategyContext, offer: ports.StrategyMessage) -> None:
         if robot.pose is None:
             return
         lots = [ports.Place(x_m, y_m) for x_m, y_m, _ in offer.content]
@@ -133,7 +135,7 @@ class Market:
         if better:
             robot.publish("bid", {"offer": [offer.source, offer.sent_ns], "bids": better})
 
-    def _learn(self, robot: ports.StrategyContext, award: ports.StrategyMessage) -> None:
+    def _on_award(self, robot: ports.StrategyContext, award: ports.StrategyMessage) -> None:
         """Note the frontiers that others hold; drive to a frontier just won if it is nearer than
         the goal."""
         own = [ports.Place(*lot) for winner, *lot in award.content if winner == robot.name]
@@ -143,7 +145,7 @@ class Market:
         if robot.goal is not None and any(
                 self._is_same(robot.goal, lot) for winner, *lot in award.content
                 if winner != robot.name):
-            self._turn(robot)
+            self._change_goal(robot)
         if own and robot.pose is not None:
             places = own if robot.goal is None else [robot.goal, *own]
             ways_m = robot.path_lengths_m(places).tolist()
@@ -151,15 +153,16 @@ class Market:
             if math.isfinite(way_m):
                 robot.go(place)
 
-    def _free(self, robot: ports.StrategyContext, release: ports.StrategyMessage) -> None:
-        self._keep(robot, {
+    def _on_release(self, robot: ports.StrategyContext, release: ports.StrategyMessage) -> None:
+        self._set_held(robot, {
             place: held for place, held in self._held.items()
             if held[0] != release.source or not self._is_same(place, release.content)})
 
     def _hold(self, robot: ports.StrategyContext, place: ports.Place, name: str) -> None:
-        self._keep(robot, {**self._held, place: (name, robot.now_ns + self._params.hold_ns)})
+        self._set_held(robot, {**self._held, place: (name, robot.now_ns + self._params.hold_ns)})
 
-    def _keep(self, robot: ports.StrategyContext, held: dict[ports.Place, tuple[str, int]]) -> None:
+    def _set_held(self, robot: ports.StrategyContext,
+                  held: dict[ports.Place, tuple[str, int]]) -> None:
         if held != self._held:
             self._held = held
             robot.show("held", (ports.Mark(*place, name)
@@ -169,7 +172,7 @@ class Market:
         robot.show("bid", (ports.Mark(*lot, f"{bidder}: profit {profit_m:.0f} m")
                            for lot, (profit_m, bidder) in self._lots.items()))
 
-    def _turn(self, robot: ports.StrategyContext) -> None:
+    def _change_goal(self, robot: ports.StrategyContext) -> None:
         """Another robot holds the goal: drive to the best other frontier, if there is one."""
         profits = self._profits(robot)
         if profits:

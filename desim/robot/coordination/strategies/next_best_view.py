@@ -8,7 +8,7 @@ from desim import ports
 
 
 class NextBestView:
-    """Choose the frontier with the largest ``gain exp(-decay path)``: the unknown area that the
+    """Choose the frontier with the largest ``gain * exp(-decay * path)``: the unknown area that the
     laser would see there, discounted by the length of the path."""
 
     class Params(ports.Params):

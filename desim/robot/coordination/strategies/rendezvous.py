@@ -45,7 +45,7 @@ class Rendezvous:
 
     def on_start(self, robot: ports.StrategyContext) -> None:
         robot.advertise("meeting")
-        robot.subscribe("meeting", self._agree)
+        robot.subscribe("meeting", self._on_meeting)
         if robot.has_body:
             robot.every(self._params.fresh_ns // 3, self._keep_appointment)
 
@@ -99,7 +99,7 @@ class Rendezvous:
         self._part(robot, Meeting(place, robot.now_ns + self._interval_ns))
         robot.publish("meeting", [*place, self._meeting.time_ns])
 
-    def _agree(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
+    def _on_meeting(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
         x_m, y_m, time_ns = message.content
         self._interval_ns = self._params.interval_ns
         self._part(robot, Meeting(ports.Place(x_m, y_m), time_ns))

@@ -64,7 +64,7 @@ class RoleBased:
                                   else robots[number - 1:number]), None)
         self._is_exploring = self._is_explorer
         host.advertise("meeting")
-        host.subscribe("meeting", self._agree)
+        host.subscribe("meeting", self._on_meeting)
         if self._partner is not None:
             host.every(self._params.fresh_ns // 3,
                        self._explore if self._is_explorer else self._relay)
@@ -132,7 +132,7 @@ class RoleBased:
 
     # --------------------------------------------------------------------------------- a relay
 
-    def _agree(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
+    def _on_meeting(self, robot: ports.StrategyContext, message: ports.StrategyMessage) -> None:
         if message.content["with"] == robot.name and self._is_set(robot):
             self._meeting = Meeting(ports.Place(*message.content["at"]),
                                     message.content["time_ns"]).shown(robot)

@@ -7,7 +7,7 @@ from desim import ports
 
 class Voronoi:
     """Choose the nearest frontier in the robot's own Voronoi cell: no teammate is nearer to it in a
-    straight line. Without one there, the frontier nearest to the cell."""
+    straight line. If no frontier is there, choose the one nearest to the cell."""
 
     class Params(ports.Params):
         """None."""
