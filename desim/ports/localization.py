@@ -30,8 +30,8 @@ class LaserGeometry(NamedTuple):
 
 
 class OdometryErrors(NamedTuple):
-    """Standard deviations of the odometer's errors: of each reading about the true pose or, if it
-    ``drifts``, of each step between two readings."""
+    """Standard deviations of the odometer's errors: errors of each reading against the true pose
+    or, if it ``drifts``, of each step between two readings."""
 
     drifts: bool
     position_m: float
@@ -39,8 +39,8 @@ class OdometryErrors(NamedTuple):
 
 
 class MapSettings(NamedTuple):
-    """The map to be made: the width of a cell; a scan is taken in after so much motion; a beam of
-    ``usable_range_m`` or more clears space up to there and marks nothing."""
+    """The settings of the map: the width of a cell; the motion after which a scan is due; the range
+    up to which beams are used (a longer one clears space up to there and marks nothing)."""
 
     resolution_m: float
     linear_update_m: float

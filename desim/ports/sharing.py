@@ -1,7 +1,7 @@
 """The contract of map sharing: what a robot sends its team of its map, and what it takes in.
 
 A plug-in sends what it likes, when it likes. It hands what it has received to the robot's map as
-evidence with a source and a version: of each tile the newest version counts, so that messages may
+evidence with a source and a version. Of each tile the newest version counts, so that messages may
 come late, twice or not at all.
 """
 
@@ -60,8 +60,8 @@ class ReceivedEvidence(Evidence, Protocol):
 
 
 class Contribution(NamedTuple):
-    """News of ``source``, a robot. ``version`` is the source's clock (ns) at which pose and
-    evidence held: it grows, also over a restart. A pose or an evidence of None is no news."""
+    """News of ``source``, a robot. ``version`` is the source's clock (ns) when pose and evidence
+    were taken: it grows, also over a restart. None for the pose or the evidence means no news."""
 
     source: str
     version: int
@@ -120,7 +120,8 @@ class SharingContext(Protocol):
 
     @property
     def pose(self) -> Pose2D | None:
-        """The robot's own, as localization has it; None before the first, and without a body."""
+        """The robot's own pose, as localization estimates it; None before the first, and on a host
+        without a body."""
 
     @property
     def team(self) -> tuple[str, ...]:
@@ -160,8 +161,8 @@ class SharingContext(Protocol):
         """Hand to the robot's map and to its team what has come, all at once."""
 
     def place(self, source: str, frame: Pose2D | None) -> None:
-        """Report the start pose of ``source``, its frame, in this robot's coordinates; None takes
-        the report back. Only the monitor reads it, and compares it with the truth."""
+        """Report where the frame of ``source`` lies (its start pose, in this robot's coordinates);
+        None takes the report back. Only the monitor reads it, to compare it with the truth."""
 
     def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
@@ -194,9 +195,9 @@ class Sharing(Protocol):
     """Shares maps. Built as ``Sharing(params)``, one for each host.
 
     ``fusion`` of its class, if it has one, is the default of ``coordination.exchange.fusion``. With
-    ``common_frame = False`` robots do not know how their frames lie to each other: nothing but map
-    sharing may tell teammates of places. With ``needs_body = True`` it merges into the map of its
-    host's own scans, and there is no coordinator: a host without a body would get no map.
+    ``common_frame = False`` robots do not know the relative poses of their frames, and nothing but
+    map sharing may send teammates places. With ``needs_body = True`` it merges into the map of its
+    host's own scans; a scenario with a coordinator is refused, which has no body and no scans.
     """
 
     @property
@@ -216,7 +217,7 @@ class PlansWithMerged(Protocol):
 
     @property
     def raytrace_range_m(self) -> float | None:
-        """The limit of near by. None: there is none, the robot plans with all that it sees."""
+        """The range up to which the robot plans with what it sees itself; None: no limit."""
 
 
 @runtime_checkable

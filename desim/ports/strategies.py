@@ -28,7 +28,8 @@ class Place(NamedTuple):
 class Frontier(NamedTuple):
     """A cluster of known free cells beside the unknown.
 
-    ``x_m, y_m`` the cell to drive to | ``path_m`` length of the way there | ``cells`` its size.
+    ``x_m, y_m``: the place to drive to | ``path_m``: the length of the path there; steps near
+    obstacles count for more | ``cells``: its size, the number of its cells.
     """
 
     x_m: float
@@ -58,8 +59,8 @@ class Peer(NamedTuple):
 class TeamLink:
     """A teammate as the radio hears it.
 
-    ``heard_ns``: the time at which anything of it came last (map update, pose, message of its
-    strategy) | ``signal``: measures the power when it is read first.
+    ``heard_ns``: the time at which anything last came from it (a map update, a pose, a message of
+    its strategy) | ``signal``: measures the power when ``signal_dbm`` is first read.
     """
 
     def __init__(self, heard_ns: int, signal: Callable[[], float | None] = lambda: None) -> None:
@@ -73,8 +74,11 @@ class TeamLink:
 
 
 class TeamArea(NamedTuple):
-    """The area that a teammate has seen with its own laser, as far as its maps have arrived:
-    ``seen`` bool [height, width], read-only; ``sent_ns`` the teammate's clock then."""
+    """The area that a teammate has seen with its own laser, as far as its maps have arrived.
+
+    ``seen``: bool [height, width], read-only | ``sent_ns``: the teammate's clock when the
+    newest of them was taken.
+    """
 
     seen: np.ndarray
     sent_ns: int
@@ -129,12 +133,12 @@ class StrategyContext(Protocol):
 
     @property
     def pose(self) -> Pose2D | None:
-        """The robot's own, as localization has it."""
+        """The robot's own pose, as localization estimates it."""
 
     @property
     def task(self) -> Any:
-        """The briefing of the scenario's task, ``desim.ports.tasks.Patrol`` of ``patrolling``; None
-        of ``exploration``."""
+        """The briefing of the scenario's task: a ``desim.ports.tasks.Patrol`` for ``patrolling``,
+        None for ``exploration``."""
 
     @property
     def goal(self) -> Place | None:
@@ -167,7 +171,8 @@ class StrategyContext(Protocol):
         none."""
 
     def gain_m2(self, place: tuple[float, float]) -> float:
-        """Unknown area that the laser would see from ``place`` if the unknown were free."""
+        """The unknown area that the laser would see from ``place`` if all that is unknown were free
+        (the expected information gain)."""
 
     @property
     def grid(self) -> GridSpec:
@@ -184,7 +189,7 @@ class StrategyContext(Protocol):
 
     def go(self, place: tuple[float, float] | Frontier) -> bool:
         """Drive to ``place`` instead of the present goal. If the robot cannot be there by its own
-        map, nothing changes and False is returned."""
+        map, this changes nothing and returns False."""
 
     def stop(self) -> None:
         """Give the goal up, and stand."""
@@ -217,8 +222,8 @@ class StrategyContext(Protocol):
         """Random numbers by name, this host's own."""
 
     def show(self, kind: str, marks: Iterable[Mark]) -> None:
-        """Show people ``marks`` in place of the last ones of this ``kind``. A run that is not
-        recorded does not iterate over ``marks``, so nothing in a run may depend on that."""
+        """Show ``marks`` in the replay, in place of the last ones of this ``kind``. A run that is
+        not recorded does not iterate over ``marks``, so nothing in a run may depend on that."""
 
 
 class Strategy(Protocol):

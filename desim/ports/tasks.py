@@ -41,22 +41,23 @@ class Patrol(NamedTuple):
 
 
 class Knowledge(Protocol):
-    """The cells of G that robots know. A robot's count may fall, the union's never does."""
+    """The numbers of cells of G that robots know. That of one robot may fall, that of the union of
+    all robots never does."""
 
     @property
     def cells(self) -> int:
-        """All cells of G."""
+        """The number of all cells of G."""
 
     @property
     def known(self) -> Sequence[int]:
-        """The cells known to each of ``explorers``."""
+        """The number of cells known to each of ``explorers``."""
 
     @property
     def union_known(self) -> int:
-        """The cells that some robot has known."""
+        """The number of cells that some robot knows or has known."""
 
     def cells_for(self, share: float) -> int:
-        """The fewest cells that make at least ``share`` of G."""
+        """The least number of cells that is at least ``share`` of G."""
 
 
 class TaskContext(Protocol):
@@ -95,17 +96,17 @@ class TaskContext(Protocol):
         """``stop.by`` of the scenario."""
 
     def poses(self) -> np.ndarray:
-        """[robots, 3] x m, y m, yaw rad as of now."""
+        """[robots, 3] the true poses now: x m, y m, yaw rad."""
 
     def travelled_m(self) -> np.ndarray:
-        """[robots] the ways driven so far."""
+        """[robots] the distances driven so far, in m."""
 
     def every(self, period_ns: int, callback: Callable[[TaskContext], object]) -> None:
         """Call ``callback(context)`` every ``period_ns``, from one period after the start on."""
 
     def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
-        """Write a trace row about ``robot``. All that metrics count has a row: runs with equal rows
-        have equal metrics."""
+        """Write a trace row about ``robot``. All that metrics count must have a row, so that runs
+        with equal rows have equal metrics."""
 
     def end(self, reason: str) -> None:
         """The task is done: the run ends, and its ``stop_reason`` is ``reason``."""
