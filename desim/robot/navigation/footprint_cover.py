@@ -1,4 +1,4 @@
-"""Points of a footprint by which the local planner measures the room around it."""
+"""Points of a footprint, from which the local planner measures distances to obstacles."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from desim.scenario.schema.footprint import sides
 
 
 def cover(body: BodyType, cell_m: float) -> np.ndarray:
-    """[k, 3] points of the footprint, at most ``cell_m`` apart: x, y in m, and how much farther
-    from the outline than the inscribed radius. The outline's own are those of base_local_planner's
-    ``footprintCost``; those inside tell how deep an obstacle is. A disc has none."""
+    """[k, 3] points of the footprint, at most ``cell_m`` apart: x, y in m, and by how much the
+    distance from the outline is larger than the inscribed radius. base_local_planner's
+    ``footprintCost`` takes those on the outline; those inside tell how deep an obstacle is in it. A
+    disc has none."""
     corners = np.array(body.corners_m).reshape(-1, 2)
     if not len(corners):
         return np.zeros((0, 3))

@@ -28,9 +28,11 @@ def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
 
 
 class GlobalCostmap:
-    """Costs of a map's cells. ``update`` brings them up to date: it is called before a search, not
-    at each change of the map, and reads only the rows of tiles that have changed since then.
-    ``see`` adds what the lasers see at the moment, until the map changes there.
+    """Costs of a map's cells.
+
+    ``update`` brings them up to date. It is called before a search, not at each change of the map,
+    and reads only the rows of tiles that have changed since it was last called. ``see`` adds what
+    the lasers see at the moment, until the map changes there.
 
     ``values`` uint8 [height + 2, width + 2] with a lethal rim one cell wide | ``flat`` the same as
     one line: a *cell* is its place there | ``frame`` one record of ``FRAME`` | ``edition`` counts

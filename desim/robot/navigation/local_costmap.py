@@ -39,7 +39,7 @@ class LocalCostmap:
 
     def observe(self, scans: Sequence[PlacedScan]) -> None:
         """Replace the window by the points of ``scans``, each seen from the robot's pose at its
-        instant; the window is in the frame of the first."""
+        instant. The window is in the robot's frame at the first one."""
         scan, (x_m, y_m, yaw_rad) = scans[0]
         # float32, as the ranges are: no return must not turn into a hit by rounding.
         longest_m = float(np.float32(scan.range_max_m))
@@ -54,8 +54,9 @@ class LocalCostmap:
                         self._memory, self.near2)
 
     def forget(self, outside_m: float) -> None:
-        """Forget the points out of view that lie outside of a square of this side around the robot
-        (costmap_2d's resetMapOutsideWindow). The rest is the last scan, which the next replaces."""
+        """Forget the remembered points that lie outside of a square of this side around the robot
+        (costmap_2d's resetMapOutsideWindow). All other points are of the last scan, which the next
+        one replaces."""
         kept = self._memory[:int(self.layer[0]["remembered"])]
         here = np.array((self.scan[0]["x_m"], self.scan[0]["y_m"]))
         kept = kept[np.abs(kept[:, :2] - here).max(axis=1, initial=0.0) <= 0.5 * outside_m]

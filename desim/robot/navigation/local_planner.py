@@ -80,8 +80,8 @@ class LocalPlanner:
         return bool(self._state[0]["blocked"])
 
     def command(self, speed_mps: float, turn_radps: float) -> None:
-        """Note that this velocity was commanded; the motors come as near to it as they can in a
-        period."""
+        """Note that this velocity was commanded. The motors get as near to it as they can in one
+        control period."""
         self.speed_mps = _towards(self.speed_mps, speed_mps, self._speed_step_mps)
         self.turn_radps = _towards(self.turn_radps, turn_radps, self._turn_step_radps)
 

@@ -15,7 +15,7 @@ _MOVED_M = 0.3
 
 
 class GoalPatience(Protocol):
-    """A kind of patience: it is notified of the drive to a goal, and chooses the recoveries.
+    """A rule by which a robot counts as stuck on its way to a goal, and chooses its recoveries.
 
     ``tried``: the number of recoveries since the goal began, or since one helped | ``insists``:
     whether the robot plans again if it finds no path or no clear velocity; otherwise a goal without
@@ -26,30 +26,32 @@ class GoalPatience(Protocol):
     insists: bool
 
     def begin_goal(self, now_ns: int) -> None:
-        """A new goal has come."""
+        """Note that a new goal has come."""
 
     def begin_path(self, now_ns: int, x_m: float, y_m: float) -> None:
-        """There is a new path from this place."""
+        """Note that there is a new path, from this place."""
 
     def miss_path(self) -> None:
-        """There is no path to the goal."""
+        """Note that there is no path to the goal."""
 
     def restart(self, now_ns: int) -> None:
-        """A recovery begins or ends."""
+        """Note that a recovery begins or ends."""
 
     def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
-        """The robot is here, with ``togo_m`` of the path to go; ``blocked``: no velocity is clear.
+        """Note where the robot is, with ``togo_m`` of the path to go; ``blocked``: no velocity is
+        clear.
         """
 
     def is_over(self, now_ns: int) -> bool:
         """Whether it is time for a recovery."""
 
     def next(self, wanted: Recovery | None = None) -> Recovery | None:
-        """The next recovery, or ``wanted`` in its place; None: the goal is given up."""
+        """The next recovery, or ``wanted`` instead of it; None: the goal is given up."""
 
 
 class ProgressPatience:
-    """Ends when the rest of the path has not become shorter for a while, whatever the reason."""
+    """Patience that ends when the rest of the path has not become shorter for a while, whatever the
+    reason."""
 
     insists = False
     _ORDER = (Recovery.REPLAN, Recovery.ROTATE, Recovery.RETREAT)
@@ -65,14 +67,14 @@ class ProgressPatience:
         self.tried = 0
 
     def begin_path(self, now_ns: int, x_m: float, y_m: float) -> None:
-        """A new path is a new start only if the robot has moved since the last one."""
+        """Give the drive new time only if the robot has moved since the last new path."""
         self._least_m = math.inf
         if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) > _MOVED_M:
             self._place_m = (x_m, y_m)
             self._since_ns = now_ns
 
     def miss_path(self) -> None:
-        """The goal is given up anyway."""
+        """Do nothing: a goal without a path is given up at once."""
 
     def restart(self, now_ns: int) -> None:
         self._least_m = math.inf
@@ -101,12 +103,13 @@ class _Cause(Enum):
 
 
 class MoveBasePatience:
-    """Ends as in move_base (move_base.cpp, ``executeCycle``): after ``planner_patience`` without a
-    path, ``controller_patience`` without a clear velocity, or ``oscillation_timeout`` within
-    ``oscillation_distance`` of one place. What helped begins the recoveries from the first again.
+    """Patience that ends as in move_base (move_base.cpp, ``executeCycle``).
 
-    As there, a recovery gives planning and oscillation new time, but not the control: if the first
-    velocity after it is blocked too, the next recovery follows at once.
+    It ends after ``planner_patience`` without a path, ``controller_patience`` without a clear
+    velocity, or ``oscillation_timeout`` within ``oscillation_distance`` of one place. Once a
+    recovery has helped, the next trouble begins with the first recovery again. As in move_base, a
+    recovery gives planning and oscillation new time, but not the control: if the first velocity
+    after it is blocked too, the next recovery follows at once.
     """
 
     insists = True

@@ -142,8 +142,8 @@ def see(ranges, beams, pose, no_return_m, limits_m, frame, flat):
     """Clear and mark as a scan says, before inflation. ``ranges`` [k] float32 m, with hits below
     ``no_return_m``, and ``beams`` [k, 2] cos and sin of their angles, from ``pose`` x, y, yaw.
 
-    limits_m: from the robot up to where beams clear, and up to where hits mark; the radius of the
-    robot, under which all is free
+    ``limits_m``: the distances from the robot up to which beams clear and hits mark, and the radius
+    of the robot, under which all is free
     """
     (x, y, yaw), (clear_m, mark_m, radius_m) = pose, limits_m
     c, s, cell_m = cos(yaw), sin(yaw), frame[0].cell_m

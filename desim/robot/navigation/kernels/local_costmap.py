@@ -20,9 +20,9 @@ from desim.robot.navigation.kernels.global_costmap import FRAME_ARRAY, LETHAL, p
 # nothing, and the cosine of the angle from ahead up to which both sides are in view.
 SCAN = np.dtype([(name, "f8") for name in ("x_m", "y_m", "yaw_rad", "time_s", "no_return_m",
                                            "edge_cos")])
-# Cells, exact distances, and how far the robot yields; of the last scan the distance to what has
-# the right of way, the speed at which it comes, where and when that was seen, and how many points
-# are remembered.
+# The width of a cell, the range of exact distances, and the distance up to which the robot yields;
+# of the last scan: the distance to what has the right of way, the speed at which it approaches,
+# where and when that was seen, and the number of remembered points.
 LAYER = np.dtype([(name, "f8") for name in (
     "cell_m", "reach_m", "within_m", "yield_m", "come_mps", "x_m", "y_m", "time_s")]
                  + [("remembered", "i8")])
@@ -33,7 +33,7 @@ _MEMORY_S = 2.0  # time for which a point that left the view is remembered; maze
 _MEMORY_M = 1.2  # greatest distance of such a point; maze_8: 194, 199 s
 # The robot yields to what is on its left only within 50 degrees of ahead; maze_8: 195, 176 s.
 _AHEAD_COS = 0.64
-_NEWS_S = 0.5  # an older distance says nothing of what comes: the local layer runs at 5 Hz
+_NEWS_S = 0.5  # an older distance does not count for the speed of approach (scans come at 5 Hz)
 
 SCAN_ARRAY = types.Array(from_dtype(SCAN), 1, "C")
 LAYER_ARRAY = types.Array(from_dtype(LAYER), 1, "C")
@@ -84,7 +84,7 @@ def mark(ranges, beams, scan, layer, near2):
 @kernel(types.void(_f4x1, _f8x2, SCAN_ARRAY, LAYER_ARRAY, _f8x2, _f4x2), inner=True)
 def remember(ranges, beams, scan, layer, memory, near2):
     """Mark the points that were seen nearby a moment ago and are out of view now: a robot that
-    turns must remember obstacles behind it. memory [most, 3] x, y on the map and the instant."""
+    turns must remember obstacles behind it. ``memory`` [most, 3]: x, y on the map, the instant."""
     cell_m, reach_m, here, now_s = layer[0].cell_m, layer[0].reach_m, scan[0], scan[0].time_s
     c, s, kept, dx2 = cos(here.yaw_rad), sin(here.yaw_rad), 0, np.empty(len(near2), np.float32)
     for k in range(layer[0].remembered):
@@ -111,7 +111,7 @@ def remember(ranges, beams, scan, layer, memory, near2):
 @inner(types.float64(_f4x1, _f8x2, SCAN_ARRAY, types.float64, _u1x1, FRAME_ARRAY))
 def yield_to(ranges, beams, scan, within_m, flat, frame):
     """The distance in m, at most ``within_m``, to the nearest point that may move and has the right
-    of way: it is on no known obstacle, and ahead or to the right."""
+    of way: a point on no known obstacle, ahead or to the right."""
     across, nearest, here = int(frame[0].across), within_m, scan[0]
     c, s = cos(here.yaw_rad), sin(here.yaw_rad)
     for b in range(len(ranges)):
