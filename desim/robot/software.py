@@ -23,7 +23,7 @@ from desim.robot.mapping.node import Mapping
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.navigation import global_costmap, move_base
 from desim.robot.navigation.map_queries import MapQueries
-from desim.robot.sharing.node import MapSharing, drawn_beside
+from desim.robot.sharing.node import MapSharing, own_map_for
 from desim.robot.team import Team
 from desim.robot.team_state import TeamStateNode
 from desim.scenario.schema.communication import Exchange, StrategyChoice
@@ -49,10 +49,10 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     with below("coordination"):
         strategy = _strategy(choice)
     sharing = _sharing(coordination.exchange)
-    drawn = drawn_beside(robot_map, sharing)
+    own_map = own_map_for(robot_map, sharing)
     nodes: list[Node] = [
-        *_localization(host, robot, drawn, start, _bodies_m(scenario, peers)),
-        MapSharing(host, sharing, robot_map, peers, team, drawn),
+        *_localization(host, robot, own_map, start, _bodies_m(scenario, peers)),
+        MapSharing(host, sharing, robot_map, peers, team, own_map),
         move_base.MoveBase(host, robot, body, queries.costmap),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
     ]

@@ -9,10 +9,13 @@ from desim.ports import Peer, Place, TeamLink
 
 
 class Team:
-    """The other hosts with a strategy: ``names`` of all of them | ``peers``: the newest pose of
-    each, from a map update or a ``TeamState`` | ``signal_dbm``: the power at which the host's radio
-    receives a teammate now, None if it receives nothing or its model has no signals |
-    ``common_frame``: whether robots know the relative poses of their frames from the start."""
+    """The other hosts with a strategy.
+
+    ``names``: of all of them | ``peers``: the newest pose of each, from a map update or a
+    ``TeamState`` | ``signal_dbm``: the power at which the host's radio receives a teammate now,
+    None if it receives nothing or its model has no signals | ``common_frame``: whether robots know
+    the relative poses of their frames from the start.
+    """
 
     def __init__(self, names: tuple[str, ...], lost_after_ns: int,
                  signal_dbm: Callable[[str], float | None] = lambda name: None,
@@ -53,7 +56,7 @@ class Team:
 
     def changes(self, now_ns: int) -> list[tuple[str, bool]]:
         """The changes since the last call: teammates that are heard of for the first time or again
-        (True), and those that have not been heard of for too long (False)."""
+        (True), and those that count as lost, not heard of for ``lost_after_ns`` (False)."""
         changed = []
         for name in self.names:
             heard_ns = self._heard_ns(name)

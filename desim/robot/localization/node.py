@@ -75,7 +75,7 @@ class LocalizationNode(Node):
         self._others: list[Latest] = []  # of the lasers beside the first
         self._odometry: Pose | None = None  # the latest
         self._placed_ns = -PATIENCE_NS  # stamp of the last odometry that had a scan
-        self._undrawn: UnreadScan | None = None  # that may be drawn now
+        self._undrawn: UnreadScan | None = None  # the scan that may be drawn now
         self._drawn: list[Pose2D] = []  # the poses of the scans in the map
         self._scans: list[tuple[LaserScan, ...]] = []  # of each pose, the first laser's first
 
@@ -105,12 +105,12 @@ class LocalizationNode(Node):
         self._publish(before, odometry, Pose2D(*map(float, pose)))
 
     def _publish(self, before: Pose | None, odometry: Pose, pose: Pose2D) -> None:
-        """Publish ``pose``, at the instant of ``odometry``; ``before``: the odometry before."""
+        """Publish ``pose``, at the instant of ``odometry``; ``before``: the odometry before it."""
         publish_pose(self, before, odometry.stamp_ns, pose)
 
     def _odometry_at(self, stamp_ns: int, before: Pose | None, odometry: Pose) -> Pose | None:
-        """The odometry at the instant of a scan, None if there is none (yet). As in ``Mapping``,
-        poses are interpolated only if the rates have no common instants."""
+        """The odometry at the instant of a scan; None if there is none, or not yet. As in
+        ``Mapping``, it is interpolated only if the rates have no common instants."""
         if stamp_ns == odometry.stamp_ns:
             self._placed_ns = stamp_ns
             return odometry
@@ -135,7 +135,7 @@ class LocalizationNode(Node):
             self._announce_map()
 
     def _advertise_map(self) -> None:
-        """The map may be published from now on."""
+        """Allow the map to be published from now on."""
         self.advertise("map")
 
     def _announce_map(self) -> None:

@@ -48,7 +48,8 @@ class CorrectionNode(LocalizationNode):
 
 
 class PosePublisher(Node):
-    """Publishes ``pose`` for each message of ``odom``, by the last correction that has arrived."""
+    """Publishes ``pose`` for each message of ``odom``: the odometry, transformed by the last
+    correction that has arrived."""
 
     def __init__(self, host: Host) -> None:
         super().__init__(host, "pose_publisher")

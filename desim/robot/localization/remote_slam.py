@@ -2,8 +2,8 @@
 
 It subscribes to the robot's scans and odometry over the network. The robot gets the transform
 ``map_to_odom`` for each odometry that arrives here, and whole maps, as slam_gmapping publishes
-them. Its ``PosePublisher`` and ``MapReceiver`` take them: what it knows is as old as the last
-message that it got.
+them. The robot's ``PosePublisher`` and ``MapReceiver`` take them, so what it knows is as old as the
+last message that it got.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class WholeMap(NamedTuple):
 
 
 class MapReceiver(Node):
-    """Puts each map that arrives on ``slam_map`` in the place of the own layer of ``robot_map``.
+    """Replaces the own layer of ``robot_map`` by each map that arrives on ``slam_map``.
 
     The event ``map`` announces each change to other nodes of the host.
     """

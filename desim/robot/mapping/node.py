@@ -3,7 +3,7 @@
 A scan must be placed with the pose of its own instant: at 5 rad/s, 40 ms are 0.2 rad. So the node
 takes scans that have the same stamp as a pose (at 25 Hz and 10 Hz, every 200 ms), whichever of the
 two arrives first. If the rates have no common instants, or a message was lost, it interpolates
-between two poses. A scan that is not taken is never computed.
+between two poses. The ranges of a scan that is not taken are never computed.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class Mapping(Node):
                 self._integrate(scan.content, between(before, pose, stamp_ns))
 
     def _due(self, before: Pose | None, pose: Pose) -> bool:
-        """Whether a scan at ``pose`` shall be integrated; ``before``: the pose before that one."""
+        """Whether a scan at ``pose`` is to be integrated; ``before``: the pose before that one."""
         if before is None or self._integrated is None:
             return True
         moved_m, turned_rad = step(self._integrated, pose)

@@ -67,7 +67,7 @@ _scans = lru_cache(maxsize=4)(_Scans)
 
 class RobotMap:
     """The knowledge of one robot: ``fused`` int16 [tiles, 1024], the sum of all its layers, always
-    up to date. A sum of int16 holds 468 sources at the clamp.
+    up to date. (An int16 holds the sum of 468 sources that are all at the clamp.)
 
     ``version`` counts the changes of knowledge: cells that became free, occupied or unknown. More
     evidence for the same state is no change. ``tile_version`` [tiles] has the version of each

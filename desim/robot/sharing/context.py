@@ -28,7 +28,7 @@ class MapContext(MapAccess):
     """The ``SharingContext`` of a host."""
 
     def __init__(self, node: MapSharing) -> None:
-        super().__init__(node.robot_map, node.drawn)
+        super().__init__(node.robot_map, node.own_map)
         self._node = node
 
     @property

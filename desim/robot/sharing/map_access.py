@@ -15,11 +15,11 @@ from desim.robot.mapping.tiles import LayerSnapshot, Received, TilePool, drawn
 
 
 class MapAccess:
-    """The part of a ``SharingContext`` that is about the robot's map. ``drawn``: see
+    """The part of a ``SharingContext`` that is about the robot's map. ``own_map``: see
     ``MapSharing``."""
 
-    def __init__(self, robot_map: RobotMap, drawn: RobotMap) -> None:
-        self._map, self._drawn = robot_map, drawn
+    def __init__(self, robot_map: RobotMap, own_map: RobotMap) -> None:
+        self._map, self._own_map = robot_map, own_map
 
     @property
     def grid(self) -> GridSpec:
@@ -30,7 +30,7 @@ class MapAccess:
         return self._map.padding
 
     def own(self) -> LayerSnapshot:
-        return self._drawn.own.snapshot()
+        return self._own_map.own.snapshot()
 
     def received(self) -> Mapping[str, Received]:
         return self._map.received

@@ -28,7 +28,7 @@ from desim.robot.team import Team
 
 class MapSharing(Node):
     """Runs ``sharing`` (None: the robot shares nothing) and hands received evidence to
-    ``robot_map`` and received poses to ``team``. ``drawn`` is the map of the robot's own scans,
+    ``robot_map`` and received poses to ``team``. ``own_map`` is the map of the robot's own scans,
     often ``robot_map`` itself.
 
     The event ``map`` announces to other nodes of the host that the map has changed, the event
@@ -36,9 +36,9 @@ class MapSharing(Node):
     """
 
     def __init__(self, host: Host, sharing: Sharing | None, robot_map: RobotMap,
-                 peers: tuple[str, ...], team: Team, drawn: RobotMap) -> None:
+                 peers: tuple[str, ...], team: Team, own_map: RobotMap) -> None:
         super().__init__(host, "map_sharing")
-        self.robot_map, self.peers, self.team, self.drawn = robot_map, peers, team, drawn
+        self.robot_map, self.peers, self.team, self.own_map = robot_map, peers, team, own_map
         self._sharing = sharing
         self._keeper = sharing if isinstance(sharing, Keeps) else None
         self._pose = Latest(host)
@@ -53,9 +53,9 @@ class MapSharing(Node):
         context = MapContext(self)
         sharing.start(context)
         if isinstance(sharing, FollowsScans):
-            self.drawn.scan_observers.append(partial(sharing.on_scan, context))
+            self.own_map.scan_observers.append(partial(sharing.on_scan, context))
         if isinstance(sharing, FollowsRedraws):
-            self.drawn.redraw_observers.append(partial(sharing.on_redraw, context))
+            self.own_map.redraw_observers.append(partial(sharing.on_redraw, context))
 
     def kept(self) -> dict[str, int]:
         """See ``Node.kept``: the map of each robot that it has heard of, its own and the merged
@@ -100,16 +100,16 @@ class MapSharing(Node):
         self.record("frame_at", *map(bits, frame))
 
 
-def drawn_beside(robot_map: RobotMap, sharing: Sharing | None) -> RobotMap:
+def own_map_for(robot_map: RobotMap, sharing: Sharing | None) -> RobotMap:
     """The map of the robot's own scans: ``robot_map`` itself, or a separate one if map sharing
     makes the map to plan with."""
     raytrace_range_m = sharing.raytrace_range_m if isinstance(sharing, PlansWithMerged) else None
     if raytrace_range_m is None:
         return robot_map
-    drawn = RobotMap(robot_map.spec, robot_map.pool)
+    own_map = RobotMap(robot_map.spec, robot_map.pool)
 
     def see_near_by(pose: Pose2D, scan: LaserScan, usable_range_m: float) -> None:
         robot_map.integrate_scan(*pose, scan, min(raytrace_range_m, usable_range_m))
 
-    drawn.scan_observers.append(see_near_by)
-    return drawn
+    own_map.scan_observers.append(see_near_by)
+    return own_map

@@ -19,11 +19,11 @@ import numpy as np
 from desim.robot.sharing.kernels.registration import overlay
 from desim.robot.transforms import motion_between
 
-# All of these are ours, and were not tried one by one; docs/map-sharing.md has the trials of what a
-# scenario sets.
+# All of these are ours, and were not varied one by one. docs/map-sharing.md has trials of those
+# settings that are keys of a scenario.
 _BINS = 360  # of a Hough spectrum, half a degree each
 _COARSE = 2  # cells of the map along one of the correlation: 0.4 m
-_ROTATIONS = 2  # peaks of the spectra's correlation, each also half a turn on
+_ROTATIONS = 2  # peaks of the spectra's correlation; each also counts half a turn on
 _PLACES = 3  # the best translations of each rotation
 # Two hypotheses that are farther apart than this are not the same.
 _APART_M = 1.5
@@ -51,8 +51,9 @@ class TrinaryMap(NamedTuple):
 
 
 class Hypothesis(NamedTuple):
-    """``frame`` [3]: the other's frame, in one's own. Wall cells of either map that lie on known
-    cells of the other: ``agree`` on walls or beside one, ``differ`` on other free cells."""
+    """A candidate for ``frame`` [3], the other's frame in one's own, and its evidence: of the wall
+    cells of either map that lie on known cells of the other, ``agree`` lie on walls or beside one,
+    ``differ`` on other free cells."""
 
     frame: np.ndarray
     agree: int

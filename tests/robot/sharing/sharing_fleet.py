@@ -14,7 +14,7 @@ from desim.network.surroundings import Nowhere
 from desim.ports import GridSpec
 from desim.robot.mapping.fusion import robot_map_of
 from desim.robot.mapping.tiles import TilePool, fuse
-from desim.robot.sharing.node import MapSharing, drawn_beside
+from desim.robot.sharing.node import MapSharing, own_map_for
 from desim.robot.team import Team
 from netmodels.ideal import Ideal
 
@@ -80,7 +80,7 @@ class Fleet:
         self.medium = Medium("air", Ideal(Ideal.Params()), list(rules), kernel=self.kernel,
                              names=names, streams=streams, hosts=list(hosts), place=Nowhere(3))
         self.graph.attach(self.medium)
-        self.pool, self.maps, self.drawn, self.heard, self.log = TilePool(), {}, {}, {}, []
+        self.pool, self.maps, self.own_maps, self.heard, self.log = TilePool(), {}, {}, {}, []
         self.sharing, self.fusion = sharing, fusion
         for name, own in zip(hosts, seconds, strict=True):
             self.graph.host(name).software = lambda host, own=own: self._nodes(host, own)
@@ -90,10 +90,10 @@ class Fleet:
         robot_map = self.maps[host.name] = robot_map_of(SPEC, self.pool, self.fusion)
         others = tuple(other.name for other in self.graph.hosts if other is not host)
         sharing = self.sharing()
-        drawn = self.drawn[host.name] = drawn_beside(robot_map, sharing)
-        return [Explorer(host, drawn, seconds), Ear(host, self.log, others),
+        own_map = self.own_maps[host.name] = own_map_for(robot_map, sharing)
+        return [Explorer(host, own_map, seconds), Ear(host, self.log, others),
                 MapSharing(host, sharing, robot_map, others,
-                           self.heard.setdefault(host.name, Team((), 0)), drawn)]
+                           self.heard.setdefault(host.name, Team((), 0)), own_map)]
 
     def run(self, until_s):
         self.kernel.run(until_s * S)

@@ -75,7 +75,7 @@ def test_with_a_range_of_its_own_a_robot_waits_for_whole_rounds_for_its_own_map_
     everywhere = [set(range(60))] * 3
     fleet = Fleet(of(MrsTestbed, raytrace_range="1 m"), everywhere, fusion="greedy").run(60)
     for name, robot_map in fleet.maps.items():
-        drawn, near = fleet.drawn[name].own.snapshot(), robot_map.own.snapshot()
+        drawn, near = fleet.own_maps[name].own.snapshot(), robot_map.own.snapshot()
         known = [np.count_nonzero(layer.cells()) for layer in (near, robot_map.received[name],
                                                                drawn)]
         assert known[0] < known[1] <= known[2]

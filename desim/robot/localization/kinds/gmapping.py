@@ -10,7 +10,7 @@ from desim.robot.slam.kinds import gmapping
 
 class Gmapping(ScanMatching):
     """SLAM with the laser and the odometry by a Rao-Blackwellized particle filter (Grisetti,
-    Stachniss and Burgard 2007)."""
+    Stachniss and Burgard 2007): ``desim/robot/slam/particle_filter.py``."""
 
     new_filter = staticmethod(gmapping)
 

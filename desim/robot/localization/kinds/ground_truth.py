@@ -10,7 +10,10 @@ from desim.ports.localization import LocalizationContext, ScanWithOdometry
 
 class GroundTruth:
     """A sensor that publishes the true pose (MORSE's pose sensor without noise). No other kind of
-    localization reads the truth; this one reads no odometry."""
+    localization reads the truth; this one reads no odometry.
+
+    The node ``SensorPose`` (``desim/robot/localization/sensor_pose.py``) publishes its readings.
+    """
 
     class Params(ports.Params):
         """None."""

@@ -21,5 +21,5 @@ class DeadReckoning:
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
                     scan: ScanWithOdometry | None) -> Pose2D:
-        """The reading."""
+        """The reading as it is."""
         return odometry

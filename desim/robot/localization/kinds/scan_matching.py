@@ -41,7 +41,7 @@ class ScanMatching:
         self._readings = 0  # of the odometer, since the last ``scan``
         # The odometry of the last processed scan, and its most likely pose.
         self._processed: tuple[Pose2D, Pose2D] | None = None
-        self._counted = 0, 0  # patches, when there were so many scans
+        self._counted = 0, 0  # scans, and the patches of their maps
 
     def start(self, context: LocalizationContext) -> None:
         """Make the filter."""
@@ -79,7 +79,7 @@ class ScanMatching:
         return {"patches": self._counted[1], "scans": scans}
 
     def _in_map(self, poses: np.ndarray) -> np.ndarray:
-        """``poses``, which are as seen from the start, in the map's frame."""
+        """``poses``, which are relative to the start, in the map's frame."""
         return compose(np.array(self._start), poses)
 
     def _redraw(self, context: LocalizationContext) -> None:
@@ -89,12 +89,12 @@ class ScanMatching:
 
 def settings_of(context: LocalizationContext, particles: int) -> SlamSettings:
     """The settings of a filter for a robot's laser, odometry and map."""
-    laser, drawn = context.laser, context.map
+    laser, mapping = context.laser, context.map
     return SlamSettings(
-        particles=particles, resolution_m=drawn.resolution_m,
-        linear_update_m=drawn.linear_update_m, angular_update_rad=drawn.angular_update_rad,
+        particles=particles, resolution_m=mapping.resolution_m,
+        linear_update_m=mapping.linear_update_m, angular_update_rad=mapping.angular_update_rad,
         noise=_noise(context.odometry_errors),
-        laser=laser._replace(longest_m=min(laser.longest_m, drawn.usable_range_m)),
+        laser=laser._replace(longest_m=min(laser.longest_m, mapping.usable_range_m)),
         bodies_m=context.bodies_m)
 
 

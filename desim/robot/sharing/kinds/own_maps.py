@@ -14,12 +14,12 @@ from desim.units import NS_PER_S, Pace
 
 
 class OwnMaps:
-    """Sends this robot's own evidence to the others every ``period_ns`` if it changed, and
-    merges theirs ``MERGING_HZ`` times a second: the last update of each that has come.
+    """Sends this robot's own evidence to the others every ``period_ns`` if it changed, and merges
+    the last update that came from each other robot, ``MERGING_HZ`` times a second.
 
     With ``changed_tiles`` an update holds the tiles that changed since the last one sent. A robot
-    that missed one has the newest of each tile that it did get, and the rest at the next complete
-    update. The map topic is latched, as gmapping's is.
+    that missed an update gets those tiles with their next change, or with the next complete update.
+    The map topic is latched, as gmapping's is.
     """
 
     class Params(ports.Params):

@@ -86,10 +86,10 @@ class Teammate:
 
 
 class RegisteredMaps:
-    """Sends the robot's own map in its own frame, every ``period`` if it changed. Receivers compare
-    it with theirs, and accept the frame that fits best where walls agree and no other place fits
-    nearly as well; before that they use neither its map nor its pose. Both are taken back if the
-    walls disagree later."""
+    """Sends the robot's own map in its own frame, every ``period`` if it changed. A receiver
+    registers it with its own map. It accepts the frame that fits best if the walls agree and no
+    other frame fits nearly as well; before that it uses neither the map nor the pose. It takes both
+    back if the walls disagree later."""
 
     common_frame = False
     needs_body = True  # a frame is found by laying maps over the own one
@@ -171,7 +171,7 @@ class RegisteredMaps:
             context.take_in(contributions)
 
     def _heard(self, context: SharingContext, message: SharedMessage) -> list[Contribution]:
-        """The evidence that the map of a teammate adds, or takes back."""
+        """The evidence that the newest map of a teammate adds, or takes back."""
         source, said = message.source, message.content
         own, teammate = self._map(context), self._teammates.get(source)
         if teammate is None or teammate.newest.session < said.session:
@@ -202,8 +202,8 @@ class RegisteredMaps:
 
     def _found(self, own: TrinaryMap, other: TrinaryMap, frame: np.ndarray | None
                ) -> np.ndarray | None:
-        """The other's frame, if it can be accepted; if one was before, the search begins with it,
-        ``frame``."""
+        """The other's frame, if it can be accepted. If one was accepted before, the search begins
+        there, at ``frame``."""
         if frame is not None:
             known = refined(own, other, frame)
             return known.frame if self._agrees(own, known) else None

@@ -95,11 +95,11 @@ class TeammateSubmaps:
 
 
 class Submaps:
-    """Sends a submap of every ``scans`` scans that the robot has entered in its own map, or of what
-    has come in ``oldest``, once. The poses of all, 24 B each, are sent when there is one submap
-    more, when SLAM has corrected one, and after ``REFRESH_PERIODS`` periods without news. Receivers
-    then move what they have (Cartographer's submaps: Hess et al. 2016), and ask for what they lack.
-    Inside a submap nothing is corrected any more."""
+    """Sends each submap once. A submap has ``scans`` scans that the robot has entered in its own
+    map, or those of the time ``oldest``. The poses of all submaps, 24 B each, are sent when there
+    is a new submap, when SLAM has corrected one, and after ``REFRESH_PERIODS`` periods without
+    news. Receivers then move the submaps that they have (as Cartographer's: Hess et al. 2016), and
+    ask for those that they lack. Inside a submap nothing is corrected any more."""
 
     class Params(ports.Params):
         """The size of submaps, and the period of poses."""
@@ -207,7 +207,7 @@ class Submaps:
 
     def _submaps_of(self, context: SharingContext, source: str, session: int
                     ) -> TeammateSubmaps | None:
-        """The submaps of a teammate since it started; None for what it said before a new start."""
+        """The submaps of a teammate since it started; None for a message from before a restart."""
         theirs = self._teammates.get(source)
         if theirs is None or theirs.session < session:
             grid = context.grid
