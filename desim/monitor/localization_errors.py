@@ -13,26 +13,26 @@ from desim.ports.tasks import Ground
 
 
 class _Sums:
-    """The squares of the errors of so many poses, and the largest."""
+    """Sums of the squared errors of poses, their count, and the largest error."""
 
     def __init__(self) -> None:
         self.count = 0
         self.square_m2 = self.square_rad2 = self.most_m = 0.0
 
     def add(self, off_m: float, off_rad: float) -> None:
-        """The errors of one more pose."""
+        """Add the errors of one more pose."""
         self.count += 1
         self.square_m2 += off_m * off_m
         self.square_rad2 += off_rad * off_rad
         self.most_m = max(self.most_m, off_m)
 
     def root(self, squares: float) -> float | None:
-        """The root of the mean of ``squares``; None of none."""
+        """The root of the mean of ``squares``; None if there were no poses."""
         return math.sqrt(squares / self.count) if self.count else None
 
 
 class LocalizationErrors:
-    """Sums over poses. ``true_poses()`` [robots, 3] as of now."""
+    """The errors of all poses of a run. ``true_poses()`` [robots, 3] are those of now."""
 
     def __init__(self, robots: tuple[str, ...], true_poses: Callable[[], np.ndarray]) -> None:
         self._index = {name: i for i, name in enumerate(robots)}
@@ -40,11 +40,12 @@ class LocalizationErrors:
         self._processed, self._online = _Sums(), _Sums()
 
     def localized(self, robot: str, x: int, y: int, yaw: int) -> None:
-        """A robot has placed the scan of this instant; the bits of x m, y m and yaw rad."""
+        """Note from which pose a robot enters the scan of this instant in its map: the bits of x m,
+        y m and yaw rad."""
         self._note(self._processed, robot, x, y, yaw)
 
     def believed(self, robot: str, x: int, y: int, yaw: int) -> None:
-        """A robot estimates its pose like this, as of this instant."""
+        """Note the pose that a robot estimates for this instant, likewise."""
         self._note(self._online, robot, x, y, yaw)
 
     def _note(self, sums: _Sums, robot: str, x: int, y: int, yaw: int) -> None:

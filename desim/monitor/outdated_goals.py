@@ -1,4 +1,4 @@
-"""Driving for nothing: towards places that somebody else has explored, because the map is late."""
+"""Drives in vain: towards places that a teammate has explored, because its map comes late."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOVING_M = 0.05  # a robot that came farther than this within the last second is
 
 
 class OutdatedGoals:
-    """The time and the way that each robot drives towards an outdated goal.
+    """The time and the distance that each robot drives towards an outdated goal.
 
     A goal is outdated while there are cells of G within ``NEAR_M`` of it that the robot does not
     know, and some robot has known each of them. Sampled once a second: a second counts for a robot
@@ -37,7 +37,7 @@ class OutdatedGoals:
         self.way_m = [0.0] * robots
 
     def sets_out(self, robot: int, x_m: float, y_m: float) -> None:
-        """A robot has a goal from now on."""
+        """Note that a robot has a goal from now on."""
         grid = self._grid
         column, row = grid.cell(x_m, y_m)
         reach = int(NEAR_M / grid.resolution_m)
@@ -48,12 +48,12 @@ class OutdatedGoals:
         self._cells[robot] = numbers[near].astype(np.int64)
 
     def ends(self, robot: int) -> None:
-        """A robot has no goal any more."""
+        """Note that a robot has no goal any more."""
         self._cells[robot] = None
 
     def each_second(self, now_ns: int, travelled_m: np.ndarray, maps: list[RobotMap | None]
                     ) -> None:
-        """[robots] m driven so far, and their maps."""
+        """Sample once a second: [robots] m driven so far, and their maps."""
         moved_m = travelled_m - self._before_m
         for robot in np.flatnonzero(moved_m > MOVING_M).tolist():
             cells, robot_map = self._cells[robot], maps[robot]

@@ -11,8 +11,8 @@ import numpy as np
 from desim.engine.trace import Names, real
 from desim.units import NS_PER_S
 
-# A merge is false that was ever farther off (ours): a quarter of a road of the paper's terrains, or
-# the turn that makes as much 40 m away.
+# A merge is false if it was ever farther off than this (ours): a quarter of the width of a road in
+# the paper's terrains, or the turn that makes as much 40 m away.
 FALSE_M, FALSE_RAD = 2.0, 0.05
 
 
@@ -24,13 +24,14 @@ class Error(NamedTuple):
 
     @property
     def is_false(self) -> bool:
-        """Whether the maps do not belong together so."""
+        """Whether the error is so large that the maps do not belong together like this."""
         return self.off_m > FALSE_M or self.off_rad > FALSE_RAD
 
 
 class RelativePoses:
-    """The frames of others as robots hold them. ``true_poses()`` [robots, 3] and ``now_ns()`` as
-    of now. An episode begins when a robot accepts a teammate's frame, and ends when it drops it."""
+    """The frames of teammates that robots have accepted, and their errors. ``true_poses()``
+    [robots, 3] and ``now_ns()`` are those of now. An episode begins when a robot accepts a
+    teammate's frame, and ends when it drops it."""
 
     def __init__(self, robots: tuple[str, ...], explorers: tuple[str, ...], names: Names,
                  true_poses: Callable[[], np.ndarray], now_ns: Callable[[], int]) -> None:
@@ -45,17 +46,18 @@ class RelativePoses:
         self._merges = self._false_merges = 0
 
     def started(self, robot: str) -> None:
-        """The software of a robot starts: its frame is where it is now."""
+        """Note that the software of a robot starts: its frame is where it is now."""
         self._starts[robot] = self._true_poses()[self._robots.index(robot)].tolist()
         for pair in [pair for pair in self._held if pair[0] == robot]:
             self._drop(pair)
 
     def about(self, robot: str, source: int, *_: int) -> None:
-        """A robot speaks of the frame of ``source``, by its number in the trace."""
+        """Note that the next row of a robot is about the frame of ``source``, its number in the
+        trace."""
         self._about[robot] = self._names[source]
 
     def placed(self, robot: str, x: int, y: int, yaw: int) -> None:
-        """It takes it to be here; the bits of x m, y m and yaw rad."""
+        """Note where the robot takes that frame to be: the bits of x m, y m and yaw rad."""
         pair = robot, self._about[robot]
         x_m, y_m, yaw_rad = self._starts[pair[1]]
         error = Error(math.hypot(real(x) - x_m, real(y) - y_m),
@@ -69,7 +71,7 @@ class RelativePoses:
             self._false_merges += 1
 
     def lost(self, robot: str, source: int, *_: int) -> None:
-        """A robot takes back where it thought that frame was."""
+        """Note that a robot drops the frame of a teammate."""
         self._drop((robot, self._names[source]))
 
     def _drop(self, pair: tuple[str, str]) -> None:
@@ -77,10 +79,10 @@ class RelativePoses:
         self._false.discard(pair)
 
     def summary(self) -> dict[str, float | None]:
-        """``merges`` and ``false_merges``; of all ordered pairs the share that holds a right one at
-        the end, ``merged_pairs``; of these the root mean square errors ``merge_error_m`` and
-        ``merge_error_rad``; ``merge_time_s``: the first right one of a pair, mean over those that
-        had one. None where no robot has merged."""
+        """``merges`` and ``false_merges``; ``merged_pairs``: the share of all ordered pairs that
+        hold a correct frame at the end; ``merge_error_m`` and ``merge_error_rad``: the root mean
+        square errors of these; ``merge_time_s``: the time of a pair's first correct merge, as a
+        mean over the pairs that had one. None where no robot has merged."""
         right = [error for error in self._held.values() if not error.is_false]
         times = list(self._first_ns.values())
         return {"merges": self._merges, "false_merges": self._false_merges,
@@ -91,5 +93,5 @@ class RelativePoses:
 
 
 def _root(errors: list[float]) -> float | None:
-    """The root of the mean square; None of none."""
+    """The root of the mean square; None if there is nothing."""
     return math.sqrt(math.fsum(e * e for e in errors) / len(errors)) if errors else None

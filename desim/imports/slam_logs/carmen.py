@@ -3,9 +3,10 @@
 The lines that are read: ``FLASER n ranges.. x y theta odom_x odom_y odom_theta time host log_time``
 and the newer ``ROBOTLASER1 type start field_of_view increment longest accuracy remission_mode n
 ranges.. n remissions.. x y theta odom_x odom_y odom_theta tv rv safety(3) time host log_time``;
-``ODOM x y theta tv rv accel time host log_time`` is checked alone: a scan has the odometry of its
-instant. Not so ``RAWLASER1``, which begins as ``ROBOTLASER1`` does and ends ``n remissions.. time
-host log_time``: where a log has no other scans, they are placed on straight lines between ``ODOM``.
+``ODOM x y theta tv rv accel time host log_time`` is only checked, as a scan has the odometry of its
+instant. ``RAWLASER1``, which begins as ``ROBOTLASER1`` does and ends ``n remissions.. time host
+log_time``, has none: if a log has no other scans, these are placed on straight lines between
+``ODOM``.
 ``PARAM robot_front_laser_max m`` is the longest range. All other lines are skipped.
 """
 
@@ -115,7 +116,7 @@ def _same_laser(scan: _Scan, first: _Scan, kind: str) -> None:
 
 
 def _in_order(scans: list[_Scan]) -> tuple[list[_Scan], list[str]]:
-    """The scans whose stamps do not run backwards, and a warning if there are others."""
+    """The scans whose stamps do not go backwards, and a warning if there are others."""
     newest = np.maximum.accumulate([scan.time_s for scan in scans]).tolist()
     late = [k for k, scan in enumerate(scans) if scan.time_s < newest[k]]
     if not late:

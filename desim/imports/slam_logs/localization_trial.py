@@ -49,10 +49,9 @@ def play_localization(localization: Localization, log: CarmenLog, settings: Slam
                       done: Callable[[int, int], object] = lambda part, whole: None) -> SlamTrial:
     """Feed a log to a plug-in that is new; ``clock`` and ``done`` as of ``slam_trial.play``.
 
-    The scans of the map count as processed, and the CPU time of a scan in between with that of the
-    next one that is. Where the plug-in draws the map, the final path goes through the poses that it
-    left the scans of the map at; else nothing is corrected afterwards, and it is that of the poses
-    as they were known then.
+    The scans of the map count as processed. The CPU time of a scan in between is added to that of
+    the next processed one. If the plug-in draws the map, the final path goes through its last poses
+    of these scans. Otherwise nothing is corrected afterwards, and the final path is the online one.
     """
     robot, scans = LogRobot(localization, settings, streams), len(log.times_s)
     online, spent_s = np.zeros((scans, 3)), np.zeros(scans)

@@ -41,10 +41,10 @@ class LogRobot:
     """A ``LocalizationContext`` that a log is read to, scan by scan.
 
     Each scan is a reading of the odometer, too. The log has the laser's own poses, so the laser is
-    mounted in the middle of the robot. A log says neither where the robot started nor how far its
-    odometer errs. ``drawn`` are the numbers of the scans that are in the map, ``path`` the poses
-    that they are drawn from: those that the plug-in says or, if it does not draw itself, those that
-    it returned after enough motion.
+    mounted in the middle of the robot. A log has neither the start of the robot nor the errors of
+    its odometer. ``drawn`` are the numbers of the scans that are in the map, ``path`` the poses
+    that they are drawn from: those of the plug-in's ``draw`` or, if it does not draw itself, those
+    that it returned after enough motion.
     """
 
     def __init__(self, localization: Localization, settings: SlamSettings, streams: Streams
@@ -66,8 +66,8 @@ class LogRobot:
         localization.start(self)
 
     def read(self, time_s: float, odometry: np.ndarray, ranges: np.ndarray) -> Pose2D:
-        """Hand over the next scan (``ranges`` [beams] m) and its ``odometry`` [3]; the pose that
-        the plug-in returns. The clock begins with the first, and never goes back."""
+        """Hand over the next scan (``ranges`` [beams] m) and its ``odometry`` [3]. Returns the pose
+        that the plug-in returns. The clock begins with the first scan, and never goes back."""
         if not self._scans:
             self._began_s = time_s
         self.now_ns = max(self.now_ns, round((time_s - self._began_s) * NS_PER_S))

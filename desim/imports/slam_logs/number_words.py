@@ -9,7 +9,7 @@ from desim.errors import InputError, printable
 
 
 def finite(words: Sequence[str], where: str, kind: str) -> list[float]:
-    """The finite numbers that ``words`` are. Raises ``InputError`` for another word, with the place
+    """Convert ``words`` to finite numbers. Raises ``InputError`` for another word, with the place
     (file:line) and the ``kind`` of the line."""
     found = []
     for word in words:

@@ -14,16 +14,16 @@ from desim.robot.transforms import compose, motion_between, wrapped
 # The pose [3] of a scan (ranges [beams]) from the expected one and the motion since a node.
 Locate = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 
-_METRES_PER_RAD = 0.5  # a turn counts like that way, where a correction is spread over motion
+_METRES_PER_RAD = 0.5  # a turn counts as this distance where a correction is spread over motion
 
 
 class SlamTrial(NamedTuple):
     """The outcome of SLAM on a log.
 
     ``online`` [scans, 3]: the pose at each scan as it was known then | ``path`` [scans, 3]: that of
-    the best particle in the end | ``processed`` [scans] bool | ``resampled``: how often particles
-    were resampled | ``cpu_s`` [processed]: of each update that processed a scan. ``resampled`` and
-    ``particles`` are None of a plug-in, of which nothing is known.
+    the best particle at the end | ``processed`` [scans] bool | ``resampled``: how often particles
+    were resampled | ``cpu_s`` [processed]: CPU time of each update that processed a scan.
+    ``resampled`` and ``particles`` are None for a plug-in, of which nothing is known.
     """
 
     online: np.ndarray
@@ -58,8 +58,8 @@ def play(slam: ParticleSlam, log: CarmenLog, clock: Callable[[], float],
 
 def whole_path(nodes: np.ndarray, log: CarmenLog, processed: np.ndarray, locate: Locate,
                done: Callable[[int], object] = lambda scan: None) -> np.ndarray:
-    """The path at all scans: ``nodes`` [processed, 3] at those processed. ``locate`` places the
-    others from where the odometry between the two beside them puts them."""
+    """The path at all scans: ``nodes`` [processed, 3] at processed ones. ``locate`` places each
+    scan in between, beginning where the odometry puts it between its two neighbours."""
     at = np.flatnonzero(processed)
     steps = motion_between(log.odometry[:-1], log.odometry[1:])
     way = np.r_[0.0, np.cumsum(np.hypot(steps[:, 0], steps[:, 1])

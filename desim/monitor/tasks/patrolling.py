@@ -22,7 +22,7 @@ _SAMPLE_NS = NS_PER_S // 10
 
 
 class Patrolling:
-    """Visit places so that none is alone for long. A robot visits those that it is near to."""
+    """Visit places so that none is unvisited for long. A robot visits a place by coming near."""
 
     class Params(ports.Params):
         places: tuple[tuple[Position, Position], ...] = Field((), description=(
@@ -68,7 +68,7 @@ class Patrolling:
         return self._params.map == "known"
 
     def measure(self) -> dict[str, float]:
-        """``idleness_s`` is the mean over places as of now."""
+        """``idleness_s`` is the present mean over places."""
         idle_ns = self._idle_ns()
         return {"idleness_s": sum(idle_ns) / len(idle_ns) / NS_PER_S,
                 "idleness_worst_s": max(self._worst_ns, *idle_ns) / NS_PER_S,

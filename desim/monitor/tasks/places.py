@@ -13,8 +13,8 @@ _CANDIDATES = 32  # for each place
 
 
 def free_cells(ground: Ground, starts_m: np.ndarray, clearance_m: float) -> np.ndarray:
-    """[n, 2] m, the middles of the cells that are ``clearance_m`` away from all walls, as is a way
-    there from near one of ``starts_m`` [robots, 2]."""
+    """[n, 2] m, the centres of the cells that are ``clearance_m`` away from all walls, and that can
+    be reached from near one of ``starts_m`` [robots, 2] on a path with the same clearance."""
     grid = ground.grid
     # From the middle of a cell to the middle of a wall's, whose edge is half a cell before.
     off_m = (ndimage.distance_transform_edt(ground.solid == 0) - 0.5) * grid.resolution_m
@@ -31,9 +31,9 @@ def free_cells(ground: Ground, starts_m: np.ndarray, clearance_m: float) -> np.n
 
 
 def drawn(cells_m: np.ndarray, count: int, generator: np.random.Generator) -> tuple[Place, ...]:
-    """``count`` of ``cells_m`` [n, 2], spread out: of some candidates, each the one that is
-    farthest from all before it (best candidate, Mitchell 1991). Raises ``InputError`` where
-    there are fewer cells."""
+    """``count`` of ``cells_m`` [n, 2], spread out: each is, of some random candidates, the one that
+    is farthest from all before it (best candidate, Mitchell 1991). Raises ``InputError`` if there
+    are fewer cells."""
     if len(cells_m) < count:
         raise InputError(f".drawn: there are {len(cells_m)} places with this clearance, not "
                          f"{count}")
