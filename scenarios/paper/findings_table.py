@@ -12,6 +12,7 @@ Prints Markdown, and of findings writes findings.png beside runs.parquet.
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -91,33 +92,44 @@ def figure(runs, sizes, columns, path: Path) -> None:
 
 
 def mechanisms(runs) -> None:
-    """Each mechanism taken away, against none, seed by seed: the share of time, geometric mean, its
-    95 % interval, p of the paired t test by Holm, how many seeds became faster."""
-    for size in sorted(levels(runs, "robots")):
-        some = [run for run in runs if run["robots"] == size]
-        times = {name: {run["seed"]: time_s(run) for run in some if run["without"] == name}
-                 for name in levels(some, "without")}
-        whole = times["nothing"]
-        pairs = {}
-        for name, own in times.items():
-            seeds = [seed for seed in own if seed in whole]
-            if name != "nothing" and len(seeds) > 1:
-                pairs[name] = paired(np.log([own[seed] for seed in seeds]),
-                                     np.log([whole[seed] for seed in seeds]))
-        adjusted = dict(zip(pairs, holm([one.t_p or 1.0 for one in pairs.values()]), strict=True))
-        print(f"\n| {size} robots without | time, s | share of time | p | faster |")
-        print("|---|---|---|---|---|")
-        for name, own in times.items():
-            late = sum(run["exploration_time_s"] is None for run in some
-                       if run["without"] == name)
-            row = [t_interval(list(own.values())).text() + (f" ({late} late)" if late else ""),
-                   "1", "", ""]
-            if name in pairs:
-                low, mean, high = np.exp([pairs[name].difference.low, pairs[name].difference.mean,
-                                          pairs[name].difference.high])
-                row[1:] = [f"{mean:.2f} ({low:.2f} to {high:.2f})", f"{adjusted[name]:.2g}",
-                           f"{pairs[name].below} of {len(own)}"]
-            print(f"| {name.replace('_', ' ')} |", " | ".join(row), "|")
+    """Each mechanism taken away, against none, for each size of the fleet; and the larger fleet
+    against the smaller one, without each mechanism."""
+    sizes, names = sorted(levels(runs, "robots")), levels(runs, "without")
+    times = {(size, name): {run["seed"]: time_s(run) for run in runs
+                            if (run["robots"], run["without"]) == (size, name)}
+             for size in sizes for name in names}
+    for size in sizes:
+        late = Counter(run["without"] for run in runs
+                       if run["robots"] == size and run["exploration_time_s"] is None)
+        compare(f"{size} robots without", {name: times[size, name] for name in names},
+                dict.fromkeys(names[1:], times[size, names[0]]), late)
+    few, many = sizes[0], sizes[-1]
+    compare(f"{many} robots against {few}, without", {name: times[many, name] for name in names},
+            {name: times[few, name] for name in names}, Counter())
+
+
+def compare(title: str, times: dict, others: dict, late: Counter) -> None:
+    """Print a row for each of ``times`` (by seed, s) against that of ``others``, seed by seed: the
+    share of time, geometric mean with its 95 % interval, p of the paired t test by Holm, and the
+    number of seeds that became faster."""
+    pairs = {}
+    for name, other in others.items():
+        seeds = [seed for seed in times[name] if seed in other]
+        if len(seeds) > 1:
+            pairs[name] = paired(np.log([times[name][seed] for seed in seeds]),
+                                 np.log([other[seed] for seed in seeds]))
+    adjusted = dict(zip(pairs, holm([one.t_p or 1.0 for one in pairs.values()]), strict=True))
+    print(f"\n| {title} | time, s | share of time | p | faster |")
+    print("|---|---|---|---|---|")
+    for name, own in times.items():
+        row = [t_interval(list(own.values())).text()
+               + (f" ({late[name]} late)" if late[name] else ""), "1", "", ""]
+        if name in pairs:
+            share = pairs[name].difference
+            low, mean, high = np.exp([share.low, share.mean, share.high])
+            row[1:] = [f"{mean:.2f} ({low:.2f} to {high:.2f})", f"{adjusted[name]:.2g}",
+                       f"{pairs[name].below} of {len(own)}"]
+        print(f"| {name.replace('_', ' ')} |", " | ".join(row), "|")
 
 
 def main(campaign: Path) -> None:

@@ -36,3 +36,30 @@ def test_the_tables_have_the_terrains(vectors, tmp_path, capsys):
         *(f"| {terrain} | 802 ± 2 (2.0 km) | 802 ± 2 (2.0 km) |"
           for terrain in ("maze", "zigzag", "loop", "cross"))]
     assert (tmp_path / "findings.png").exists()
+
+
+def test_each_mechanism_is_compared_seed_by_seed_and_the_larger_fleet_with_the_smaller(
+        vectors, capsys):
+    table = importlib.import_module("findings_table")
+    shares = {(8, "nothing"): 1.0, (8, "the_end"): 1.0, (16, "nothing"): 1.5, (16, "the_end"): 0.75}
+    table.mechanisms([
+        {"robots": robots, "without": without, "seed": seed, "simulated_s": 2000.0,
+         "exploration_time_s": None if (robots, without, seed) == (8, "the_end", 3)
+         else share * 400 + 10 * seed}
+        for (robots, without), share in shares.items() for seed in (1, 2, 3)])
+    assert capsys.readouterr().out.splitlines() == [
+        "",
+        "| 8 robots without | time, s | share of time | p | faster |",
+        "|---|---|---|---|---|",
+        "| nothing | 420 ± 25 | 1 |  |  |",
+        "| the end | 943 ± 2273 (1 late) | 1.67 (0.18 to 15.13) | 0.42 | 0 of 3 |",
+        "",
+        "| 16 robots without | time, s | share of time | p | faster |",
+        "|---|---|---|---|---|",
+        "| nothing | 620 ± 25 | 1 |  |  |",
+        "| the end | 320 ± 25 | 0.52 (0.50 to 0.54) | 0.00017 | 3 of 3 |",
+        "",
+        "| 16 robots against 8, without | time, s | share of time | p | faster |",
+        "|---|---|---|---|---|",
+        "| nothing | 620 ± 25 | 1.48 (1.45 to 1.50) | 0.00026 | 0 of 3 |",
+        "| the end | 320 ± 25 | 0.46 (0.05 to 4.07) | 0.26 | 3 of 3 |"]
