@@ -72,19 +72,24 @@ def uncoordinated(scenario: Scenario, _: Folder) -> Found:
 
 
 def coordinators(scenario: Scenario, _: Folder) -> Found:
-    """Map sharing that gives a host without a body no map."""
+    """Map sharing that gives a host without a body no map, or none at all."""
     exchange = scenario.coordination.exchange
     names = [name for name, host in scenario.hosts.items() if host.strategy is not None]
-    if exchange is None or not names:
+    if not names:
         return
+    path: Path
     try:
-        if plugins.needs_body(exchange.model):
-            yield ("coordination", "exchange", "model"), (
-                f"{plugins.bare(exchange.model)!r} merges into the map of a robot's own scans; "
-                f"{', '.join(names)}, with a strategy and without a body, would get no map; "
-                f"allowed with a coordinator: {', '.join(_without_body())}")
+        if exchange is None:
+            path, why = ("coordination", "exchange"), "null means that nobody sends a map"
+        elif plugins.needs_body(exchange.model):
+            path, why = ("coordination", "exchange", "model"), (
+                f"{plugins.bare(exchange.model)!r} merges into the map of a robot's own scans")
+        else:
+            return
     except InputError:
         return  # there is no such plug-in, which is complained of where it is named
+    yield path, (f"{why}; {', '.join(names)}, with a strategy and without a body, would get no "
+                 f"map; allowed with a coordinator: {', '.join(_without_body())}")
 
 
 def _without_body() -> Iterator[str]:

@@ -80,6 +80,11 @@ WRONG = {
             "scans; base, with a strategy and without a body, would get no map; allowed with a "
             "coordinator: frontiers, own_maps, relayed, scans, submaps"])
        for model in ("mrs_testbed", "registered_maps")},
+    "a coordinator to which nobody sends a map": (
+        "hosts: {base: {strategy: nearest_frontier}}\ncoordination: {exchange: null}", [
+            "3:26: coordination.exchange: null means that nobody sends a map; base, with a "
+            "strategy and without a body, would get no map; allowed with a coordinator: frontiers, "
+            "own_maps, relayed, scans, submaps"]),
     "a quantity of another task": ("stop: {when: idleness_s > 5}", [
         "2:14: stop.when: unknown quantity 'idleness_s'; allowed: time_s, explored, "
         "explored_union, explored_all, collisions, recoveries, messages_sent, messages_delivered, "

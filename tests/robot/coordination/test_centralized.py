@@ -100,3 +100,25 @@ def test_without_a_word_of_the_base_a_robot_goes_on_alone_until_it_hears_it_agai
     team.wait(2)
     team.drive("a")
     assert team.choose("a") is None
+
+
+def test_robots_go_on_alone_when_the_base_is_heard_but_has_tasks_for_nobody():
+    """As when its map lacks what they have seen: messages arrive, and maps do not."""
+    team = central({"a": (0, 0), "b": (40, 0)}, (5, 0), (38, 0))
+    team.benches["base"].known = []
+    assert team.choose("a") is None
+    team.wait(14)
+    assert team.goals() == {"a": None, "b": None}
+    team.wait(2)
+    assert team.goals() == {"a": (5.0, 0.0), "b": (38.0, 0.0)}
+    team.know((60, 0))
+    team.wait()  # the base has a map now
+    assert team.goals() == {"a": (5.0, 0.0), "b": (60.0, 0.0)}
+    team.drive("a")
+    assert team.choose("a") is None  # and obeys again
+
+
+def test_a_robot_waits_as_long_as_others_have_tasks():
+    team = central({"a": (0, 0), "b": (-3, 0)}, (5, 0))
+    team.wait(40)
+    assert team.goals() == {"a": (5.0, 0.0), "b": None}

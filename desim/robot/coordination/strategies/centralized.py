@@ -9,7 +9,6 @@ from scipy.optimize import linear_sum_assignment
 
 from desim import ports
 from desim.robot.coordination.assignment import NO_WAY_M, finite_costs_m
-from desim.robot.coordination.contact import Contact
 from desim.robot.coordination.strategies.nearest_frontier import nearest
 from desim.units import Duration, Length, Period
 
@@ -22,9 +21,10 @@ class Centralized:
     and the drives that have ended; the base publishes the tasks of all robots. ``hungarian``
     minimizes the total length of all paths. ``greedy`` assigns the shortest path first. A frontier
     near a task is taken. A task is over when the drive has ended, or when no frontier is near it
-    any more: then the robot in front gets the next frontier without a stop. Failsafe: a robot that
-    has not heard the base for ``failsafe_after`` goes on alone as ``nearest_frontier``, until it
-    hears the base again.
+    any more: then the robot in front gets the next frontier without a stop. Failsafe: a robot goes
+    on alone as ``nearest_frontier`` when it has heard of no task, its own or another robot's, for
+    ``failsafe_after``: the base is silent, or its map does not have what robots have seen. It does
+    so until it hears of tasks again.
     """
 
     class Params(ports.Params):
@@ -35,14 +35,15 @@ class Centralized:
         avoid_ns: Duration = Field("30 s", description=(
             "time for which nobody is sent where a drive ended (six periods of the exchange)"))
         failsafe_after_ns: Duration = Field("15 s", description=(
-            "without any word of the base: go on alone (15 periods)"))
+            "without any task of the base, for whomever: go on alone (15 periods)"))
 
     needs_coordinator = True
 
     def __init__(self, params: Params) -> None:
-        self._params, self._contact = params, Contact()
-        # On a robot: who has sent tasks; the places where drives ended since the last report.
-        self._bases: set[str] = set()
+        self._params = params
+        # On a robot: when it last heard of a task; the places where drives ended since the last
+        # report.
+        self._tasks_ns: int | None = None
         self._ended: list[ports.Place] = []
         # At the base: each robot's place; its task, and since when; places to avoid, until when.
         self._at: dict[str, ports.Place] = {}
@@ -70,7 +71,9 @@ class Centralized:
             self._report(robot)
 
     def _is_alone(self, robot: ports.StrategyContext) -> bool:
-        return self._contact.silent_ns(robot, self._bases) >= self._params.failsafe_after_ns
+        if self._tasks_ns is None:  # it waits from now on
+            self._tasks_ns = robot.now_ns
+        return robot.now_ns - self._tasks_ns >= self._params.failsafe_after_ns
 
     def _report(self, robot: ports.StrategyContext) -> None:
         if robot.pose is None:
@@ -83,7 +86,8 @@ class Centralized:
                 robot.go(place)
 
     def _on_tasks(self, robot: ports.StrategyContext, tasks: ports.StrategyMessage) -> None:
-        self._bases.add(tasks.source)
+        if tasks.content:
+            self._tasks_ns = robot.now_ns
         task = tasks.content.get(robot.name)
         if task is not None and robot.pose is not None and not robot.go(ports.Place(*task)):
             self._ended.append(ports.Place(*task))  # by its own map it cannot be there
