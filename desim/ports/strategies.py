@@ -28,8 +28,9 @@ class Place(NamedTuple):
 class Frontier(NamedTuple):
     """A cluster of known free cells beside the unknown.
 
-    ``x_m, y_m``: the place to drive to | ``path_m``: the length of the path there; steps near
-    obstacles count for more | ``cells``: its size, the number of its cells.
+    ``x_m, y_m``: the place to drive to, at one of its cells or up to 1 m before that on the path |
+    ``path_m``: the cost of the path to that cell, in metres of free cells; steps near obstacles
+    count for more | ``cells``: its size, the number of its cells.
     """
 
     x_m: float
@@ -162,13 +163,20 @@ class StrategyContext(Protocol):
     # ----------------------------------------------------------------------------- the own map
 
     def frontiers(self, limit: int | None = None, origin: Place | None = None) -> list[Frontier]:
-        """Reachable frontiers, those with the shortest path first, and no more than ``limit``.
-        Blacklisted ones are left out. Paths begin at ``origin``, or at the robot's pose."""
+        """Reachable frontiers in the order of ``path_m``. Paths begin at ``origin``, or at the
+        robot's pose. Blacklisted frontiers are left out; those that are too small, or too near to
+        obstacles, are returned if there are no others.
+
+        With a ``limit``, those of them alone that the search meets first. It spreads in the order
+        of costs, and so meets a frontier at its nearest cell. ``path_m`` belongs to a cell up to
+        2 m further in, so that a frontier that is met later may have a smaller one:
+        ``frontiers(1)[0]`` is not always ``frontiers()[0]``. (Where frontiers that are too small or
+        too near are returned, those with the smallest ``path_m``.)"""
 
     def path_lengths_m(self, places: Sequence[tuple[float, float]], origin: Place | None = None
                        ) -> np.ndarray:
-        """[n] lengths of the paths to ``places``, as ``Frontier.path_m``; inf where there is
-        none."""
+        """[n] costs of the paths to ``places``, in metres of free cells as ``Frontier.path_m``; inf
+        where there is none."""
 
     def gain_m2(self, place: tuple[float, float]) -> float:
         """The unknown area that the laser would see from ``place`` if all that is unknown were free

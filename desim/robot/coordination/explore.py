@@ -38,7 +38,7 @@ class Target(NamedTuple):
 
     ``cell``: of the frontier, at the edge of the unknown | ``highest``: the highest cost that cells
     of the frontier may have | ``cells``: their number, 0 for a place that is no frontier |
-    ``path_m``: the length of the path when the goal was chosen, NaN if that is not known.
+    ``path_m``: of the frontier when the goal was chosen, NaN for a place that is no frontier.
     """
 
     place: Place
@@ -176,7 +176,7 @@ class Explore(Node):
             self._publish_cost()
 
     def _publish_cost(self) -> None:
-        """Publish the lengths (m) of the path to the goal and of its frontier, as they were when
+        """Publish ``path_m`` of the goal and the length (m) of its frontier, as they were when
         the goal was chosen."""
         if self._target is not None:
             self.publish("cost", Float64(self._target.path_m))

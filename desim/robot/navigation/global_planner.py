@@ -97,8 +97,8 @@ class GlobalPlanner:
 
     def lengths_m(self, from_m: tuple[float, float], places: Sequence[tuple[float, float]],
                   tolerance_m: float) -> np.ndarray:
-        """[n] costs of the cheapest paths to ``places`` as lengths, as ``Frontier.path_m``; inf
-        where there is none. A path ends as that of ``plan``."""
+        """[n] costs of the cheapest paths to ``places``, in metres of free cells; inf where there
+        is none. A path ends as that of ``plan``."""
         costmap = self.costmap
         costmap.update()
         lengths_m = np.full(len(places), np.inf)
@@ -120,7 +120,8 @@ class GlobalPlanner:
 
         The search meets a cluster at one of its cells. The robot drives to a cell of the cluster a
         few steps from there, or, if that one is beside an obstacle, to one before it on the path.
-        ``path_m`` is the cost of the path as a length: steps in obstacles' margins count for more.
+        ``path_m`` is the cost of the path to the cell of the cluster, in metres of free cells:
+        steps in obstacles' margins count for more.
         Cells in ``discs`` (int64 [k, 3]: row, column, squared radius in cells) are no frontiers.
         """
         return [frontier for frontier, _ in

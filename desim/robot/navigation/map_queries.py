@@ -40,14 +40,14 @@ class MapQueries:
 
     def frontiers(self, from_m: tuple[float, float], limit: int | None, discs: np.ndarray
                   ) -> list[Frontier]:
-        """Reachable frontiers in the order of their paths; if there are none, also those that are
+        """Reachable frontiers in the order of ``path_m``; if there are none, also those that are
         too small or too near to obstacles. ``discs``: see ``GlobalPlanner.frontiers``."""
         return (self.planner.frontiers(from_m, limit, self.smallest, discs)
                 or self.planner.all_frontiers(from_m, limit, discs))
 
     def path_lengths_m(self, from_m: tuple[float, float], places: Sequence[tuple[float, float]]
                        ) -> np.ndarray:
-        """[n] lengths of the cheapest paths to ``places``, as ``Frontier.path_m``; inf for none."""
+        """[n] costs of the cheapest paths to ``places``, as ``Frontier.path_m``; inf for none."""
         return self.planner.lengths_m(from_m, places, self._tolerance_m)
 
     def is_free(self, x_m: float, y_m: float) -> bool:

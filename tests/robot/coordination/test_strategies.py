@@ -58,6 +58,23 @@ def test_alone_on_a_plain_every_strategy_but_the_best_view_takes_the_nearest(cls
     assert cls is NextBestView or found.path_m == pytest.approx(nearest)
 
 
+class MeetsTheFarther(StrategyBench):
+    """Its search meets first what is last in the order of ``path_m``."""
+
+    def frontiers(self, limit=None, origin=None):
+        found = super().frontiers(None, origin)
+        return found if limit is None else found[-limit:]
+
+
+def test_without_teammates_most_take_the_smallest_path_m_and_one_what_the_search_meets():
+    """See ``StrategyContext.frontiers``: these are not always the same."""
+    context = MeetsTheFarther(frontiers_at((0, 0), (10, 0), (0, 11)))
+    context.peers = {}
+    for cls in (GreedyAssignment, Hungarian, MinPos, Voronoi):
+        assert chosen(cls, context) == (10.0, 0.0)
+    assert chosen(NearestFrontier, context) == (0.0, 11.0)
+
+
 @pytest.mark.parametrize("cls, kind, texts", [
     (ExploreMultirobot, "cost", ["cost 3.0 m: way 5.0 m, gain 2.0 m",
                                  "cost 8.0 m: way 10.0 m, gain 2.0 m"]),

@@ -58,6 +58,18 @@ def test_frontiers_are_those_of_an_exhaustive_search(robot_map, smallest, random
         assert all(f.cells in allowed for f in met)
 
 
+def test_the_frontier_that_is_met_first_may_have_the_longer_path():
+    """A limit counts in the order of nearest cells; path_m belongs to a cell further in."""
+    # The robot is at the lower end of the unknown on its left; on its right there is a spot of it.
+    lines = ["?" + "." * 30] * 20 + ["?" + "." * 11 + "?" * 2 + "." * 17] + ["?" + "." * 30] * 3
+    planner = GlobalPlanner(costmap(drawn(*lines)))
+    every = planner.frontiers((1.1, 0.7), None, 4)
+    left, right = sorted(every, key=lambda one: one.x_m)
+    assert every == [right, left]  # in the order of path_m
+    assert planner.frontiers((1.1, 0.7), 1, 4) == [left]
+    assert left.path_m - right.path_m < 2.0
+
+
 @given(half_known(), st.randoms(use_true_random=False))
 def test_the_robot_can_get_to_every_frontier(robot_map, random):
     made = costmap(robot_map)
