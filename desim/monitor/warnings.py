@@ -11,8 +11,12 @@ from desim.errors import did_you_mean
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
+from desim.monitor.tasks.patrolling import Patrolling
+from desim.monitor.tasks.places import free_cells
 from desim.monitor.without_effect import without_effect
 from desim.network.medium import Medium
+from desim.scenario.robot_types import used_types
+from desim.units import LENGTH
 
 if TYPE_CHECKING:
     from desim.monitor.monitor import Monitor
@@ -23,7 +27,7 @@ _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 def warnings(monitor: Monitor) -> list[str]:
     """Warnings of keys without effect, of networks that settle nothing, of names that match no
     topic or node, of topics and hosts that nobody could hear, of strategies that have nothing to
-    do, and of fleets that never move."""
+    do, of places out of reach, and of fleets that never move."""
     said = without_effect(monitor)
     said += filter(None, map(_under_way, (*monitor.graph.media, *monitor.graph.inside)))
     said += [f"medium {name}: nothing has arrived inside of a host: does its model carry frames "
@@ -35,6 +39,7 @@ def warnings(monitor: Monitor) -> list[str]:
     said += [f"the strategy {name!r} has nothing to explore: the task {monitor.task_name!r} gives "
              f"robots the map; choose one that needs a {monitor.task_gives} (needs of its class)"
              for name in monitor.uninformed]
+    said += _out_of_reach(monitor)
     said += [f"host {name} has no place (hosts.{name}.at), and no message from or to it has "
              "arrived: nobody hears such a host over a radio" for name in _unheard(monitor.graph)]
     if monitor.explorers and not monitor.travelled_m().any():
@@ -112,3 +117,21 @@ def _unheard(graph: Graph) -> list[str]:
     return [host.name for i, host in enumerate(graph.hosts)
             if host.nodes and np.isnan(places[i]).any()
             and not arrivals[i].any() and not arrivals[:, i].any()]
+
+
+def _out_of_reach(monitor: Monitor) -> list[str]:
+    """Warnings of places of a patrol that nobody has visited, and to which no path leads from where
+    the robots are."""
+    task, scenario = monitor.task, monitor.scenario
+    if not isinstance(task, Patrolling) or not task.unvisited() or not monitor.explorers:
+        return []
+    radius_m = min(scenario.fleet.types[name].inscribed_radius_m
+                   for name in used_types(scenario.fleet))
+    starts_m = monitor.poses()[[monitor.robots.index(name) for name in monitor.explorers], :2]
+    cells_m = free_cells(monitor.ground, starts_m, radius_m)
+    places = task.briefing().places
+    return [f"task.places.{i}: nobody has been at {LENGTH.format(places[i].x_m)}, "
+            f"{LENGTH.format(places[i].y_m)}: no path leads there from where the robots are"
+            for i in task.unvisited()
+            if not (np.hypot(*(cells_m - places[i]).T)
+                    <= scenario.robot.navigation.goal_tolerance_m).any()]

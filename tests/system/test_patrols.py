@@ -7,6 +7,7 @@ from runs import SCENARIOS, audited, built
 
 import desim
 from desim.monitor.summary import summarize
+from desim.monitor.warnings import warnings
 from desim.report.key_figures import key_figures
 from desim.report.replay.facts import facts
 from desim.robot.coordination.strategies import cyclic_patrol
@@ -141,3 +142,35 @@ def test_robots_that_are_not_spread_gain_less(monkeypatch):
     monkeypatch.setattr(cyclic_patrol, "natural_key", lambda name: 0)
     together = in_the_hall(2)[0]
     assert together["idleness_mean_s"] > 1.2 * spread["idleness_mean_s"]
+
+
+CLOSED = {"name": "closed", "coordination": "cyclic_patrol", "stop": {"elapsed": "60 s"},
+          "task": {"model": "patrolling", "places": [
+              ["-9 m", "5 m"], ["8 m", "4 m"], ["9 m", "-5 m"], ["-9 m", "-5 m"]]},
+          "environment": {"terrain": {"size": ["24 m", "16 m"], "drawing": {
+              "cell": "8 m", "lines": ["+--+--+--+",
+                                       "|     |  |",
+                                       "+  +  +--+",
+                                       "|  |     |",
+                                       "+--+--+--+"]}}},
+          "fleet": {"size": 2, "start": {"from": ["-10 m", "6 m"], "step": ["2 m", "0 m"]}}}
+
+
+@pytest.mark.parametrize("terrain", ["known", "unknown"])
+def test_a_place_behind_walls_is_left_out_and_named(terrain):
+    task = {**CLOSED["task"], "map": terrain}
+    simulation = Simulation(from_mapping({**CLOSED, "task": task}).scenario)
+    simulation.run()
+    visits = simulation.monitor.task.metrics()["visits_by_place"]
+    assert visits[1] == 0
+    assert min(visits[0], *visits[2:]) >= 1
+    assert warnings(simulation.monitor) == ["task.places.1: nobody has been at 8 m, 4 m: no path "
+                                            "leads there from where the robots are"]
+
+
+def test_a_place_that_nobody_had_time_to_visit_is_not_named():
+    simulation = Simulation(from_mapping({
+        **CLOSED, "stop": {"elapsed": "1 s"}, "task": {
+            **CLOSED["task"], "places": [["-9 m", "-5 m"], ["9 m", "-5 m"]]}}).scenario)
+    simulation.run()
+    assert not any("no path" in text for text in warnings(simulation.monitor))

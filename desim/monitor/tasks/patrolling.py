@@ -67,6 +67,10 @@ class Patrolling:
     def gives_map(self) -> bool:
         return self._params.map == "known"
 
+    def unvisited(self) -> list[int]:
+        """The indices of the places that nobody has visited."""
+        return [place for place, visits in enumerate(self._visits) if not visits]
+
     def measure(self) -> dict[str, float]:
         """``idleness_s`` is the present mean over places."""
         idle_ns = self._idle_ns()

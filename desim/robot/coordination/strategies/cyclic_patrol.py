@@ -14,7 +14,9 @@ class CyclicPatrol:
     The tour goes from the first place to the nearest of the others, and so on; it is then shortened
     by reversing parts of it (2-opt, Croes 1958). Robots with the same map find the same tour, so
     that they need no messages. The k-th of n robots begins at the place nearest to k/n of the
-    tour's length. If a drive to a place fails, the robot leaves the place out in this round.
+    tour's length. If a drive to a place fails, the robot leaves the place out in this round. A
+    place to which there is no path although nothing is left to explore is not on the tour, until
+    there is a path.
     """
 
     class Params(ports.Params):
@@ -32,22 +34,35 @@ class CyclicPatrol:
 
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | ports.Place | None:
         places = robot.task.places
-        if not self._tour:
+        if len(self._tour) < len(places):
             lengths_m = np.array([robot.path_lengths_m(places, place) for place in places])
             if not np.isfinite(lengths_m).all():
-                return nearest(robot)  # not all paths are known yet
-            order = tour(lengths_m)
-            self._tour = [places[i] for i in order]
-            names = sorted((robot.name, *robot.team), key=natural_key)
-            steps_m = lengths_m[order, np.roll(order, -1)]
-            begins_m = np.cumsum(steps_m) - steps_m  # of each place on the tour
-            own_m = names.index(robot.name) / len(names) * steps_m.sum()
-            self._next = int(np.abs(begins_m - own_m).argmin())
+                unknown = nearest(robot)
+                if unknown is not None:
+                    return unknown  # not all paths are known yet
+            self._plan(robot, lengths_m)
         for k in range(len(self._tour)):
             place = self._tour[(self._next + k) % len(self._tour)]
             if np.isfinite(robot.path_lengths_m([place])[0]):
                 return place
         return nearest(robot)
+
+    def _plan(self, robot: ports.StrategyContext, lengths_m: np.ndarray) -> None:
+        """Plan a tour through the places that the robot can get to, ``lengths_m`` [n, n] apart from
+        each other, if these are more than are on the tour."""
+        places = robot.task.places
+        reached = [i for i, length_m in enumerate(robot.path_lengths_m(places).tolist())
+                   if np.isfinite(length_m)]
+        if len(reached) <= len(self._tour):
+            return
+        lengths_m = lengths_m[np.ix_(reached, reached)]
+        order = tour(lengths_m)
+        self._tour = [places[reached[i]] for i in order]
+        names = sorted((robot.name, *robot.team), key=natural_key)
+        steps_m = lengths_m[order, np.roll(order, -1)]
+        begins_m = np.cumsum(steps_m) - steps_m  # of each place on the tour
+        own_m = names.index(robot.name) / len(names) * steps_m.sum()
+        self._next = int(np.abs(begins_m - own_m).argmin())
 
 
 def tour(lengths_m: np.ndarray) -> list[int]:
