@@ -167,11 +167,11 @@ def check_body(host: str, has_body: bool) -> None:
 
 
 def check_choice(strategy: Strategy, chosen: object, shown: Sequence[Frontier],
-                 is_free: Callable[[float, float], bool]) -> None:
-    """A strategy's choice: a frontier that it was just ``shown``, a place where the robot can be as
-    far as is known, or None."""
+                 is_on_map: Callable[[float, float], bool]) -> None:
+    """A strategy's choice: a frontier that it was just ``shown``, a place on the robot's map, or
+    None."""
     if not (chosen is None or isinstance(chosen, Frontier) and chosen in shown
-            or isinstance(chosen, Place) and is_place(chosen) and is_free(*chosen)):
+            or isinstance(chosen, Place) and is_place(chosen) and is_on_map(*chosen)):
         what = f"a list of {len(chosen)}" if isinstance(chosen, list) else repr(chosen)
         raise ModelError(f"{class_of(strategy)} chose {what}; wanted: one of frontiers(), a Place "
-                         "that is free in the robot's map, or None")
+                         "on the robot's map, or None")

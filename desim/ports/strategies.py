@@ -250,7 +250,8 @@ class Strategy(Protocol):
     def choose(self, context: StrategyContext) -> Frontier | Place | None:
         """The place to drive to, or None when there is nothing to do. Asked when the robot has no
         goal and its map has changed, and when its goal is spoilt. Never asked on a host without a
-        body."""
+        body. A ``Place`` where the robot cannot be by its own map counts as None, and ``choose`` is
+        asked again some seconds later; one off the map is an error."""
 
 
 @runtime_checkable

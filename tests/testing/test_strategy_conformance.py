@@ -203,8 +203,8 @@ def doubles(context):
     (Board, AssertionError, "keep its state in self: Board.taken changed, and all robots share it"),
     (Logging, AssertionError, "keep its state in self: test_strategy_conformance.LOG changed"),
     *((doing("choose", lambda self, context, chosen=chosen: chosen), ModelError,
-       f"Doing chose {chosen!r}; wanted: one of frontiers(), a Place that is free in the robot's "
-       "map, or None") for chosen in (
+       f"Doing chose {chosen!r}; wanted: one of frontiers(), a Place on the robot's map, or "
+       "None") for chosen in (
            ports.Place(NAN, 0.0), ports.Place(INF, 0.0), ports.Place("a", None), "north",
            (1.0, 2.0), ports.Place(1e9, 1e9))),
     *((doing("on_map", does), error, says) for does, error, says in (
@@ -268,7 +268,7 @@ def test_a_run_refuses_a_frontier_that_it_has_not_shown(tmp_path):
     with pytest.raises(ModelError) as caught:
         desim.run(scenario, out=tmp_path)
     wrong = ("chose Frontier(x_m=1.0, y_m=2.0, path_m=3.0, cells=4); wanted: one of frontiers(), a "
-             "Place that is free in the robot's map, or None")
+             "Place on the robot's map, or None")
     assert str(caught.value).endswith(wrong)
     assert caught.value.__notes__[-1].endswith(f"{wrong} (robot_0, 0.605517 s)")
 

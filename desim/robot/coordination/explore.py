@@ -70,6 +70,7 @@ class Explore(Node):
         self._mapped = False  # whether the costmap can be used
         self._target: Target | None = None
         self._moving = False  # whether move_base has a goal of this node
+        self._is_blocked = False  # whether the robot cannot be where the strategy last chose to go
         self._blacklist = Blacklist(exploration, self._costmap.across,
                                     self._costmap.spec.resolution_m)
         self._visits = Visits(navigation.goal_tolerance_m)
@@ -190,7 +191,8 @@ class Explore(Node):
                 break
             self._blacklist.add(self._edge(chosen)[0], self.now_ns)
             chosen = self._chosen()
-        self._checked = self._costmap.robot_map.version
+        # A place that is blocked now is asked for again, although the map may not change.
+        self._checked = -1 if self._is_blocked else self._costmap.robot_map.version
         if chosen is not None:
             self._drive_to(chosen)
         elif self._target is None:  # nor did the strategy set a goal while it was asked
@@ -199,11 +201,13 @@ class Explore(Node):
                 self._halt()
 
     def _chosen(self) -> Frontier | Place | None:
-        """The strategy's choice. Raises ``ModelError`` for a frontier that it was not shown, and
-        for a place where the robot cannot be."""
+        """The strategy's choice, None for a place where the robot cannot be by its own map. Raises
+        ``ModelError`` for a frontier that it was not shown, and for a place off the map."""
         chosen = self._strategy.choose(self._context)
-        check_choice(self._strategy, chosen, self._shown, self._queries.is_free)
-        return chosen
+        check_choice(self._strategy, chosen, self._shown, self._queries.is_on_map)
+        self._is_blocked = (chosen is not None and not isinstance(chosen, Frontier)
+                            and not self._queries.is_free(*chosen))
+        return None if self._is_blocked else chosen
 
     def _drive_to(self, place: tuple[float, float] | Frontier) -> None:
         at = Place(place[0], place[1])

@@ -50,10 +50,14 @@ class MapQueries:
         """[n] costs of the cheapest paths to ``places``, as ``Frontier.path_m``; inf for none."""
         return self.planner.lengths_m(from_m, places, self._tolerance_m)
 
+    def is_on_map(self, x_m: float, y_m: float) -> bool:
+        """Whether a place is within the raster of the map."""
+        column, row = self.grid.cell(x_m, y_m)
+        return 0 <= column < self.grid.width and 0 <= row < self.grid.height
+
     def is_free(self, x_m: float, y_m: float) -> bool:
         """Whether the robot's centre may be there, or a tolerance away, as far as is known."""
-        column, row = self.grid.cell(x_m, y_m)
-        if not (0 <= column < self.grid.width and 0 <= row < self.grid.height):
+        if not self.is_on_map(x_m, y_m):
             return False
         self.costmap.update()
         return self.costmap.free_near(x_m, y_m, self._tolerance_m) >= 0

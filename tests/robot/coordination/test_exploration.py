@@ -10,6 +10,7 @@ from desim import plugins
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, real
+from desim.errors import ModelError
 from desim.middleware.contents import Empty, GoalResult, Lazy, Pose
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
@@ -212,6 +213,33 @@ def test_a_strategy_of_ones_own_may_choose_any_place():
     play = Play(strategy=Fixed())
     play.script.answer = True
     assert play.run(4) == [(k, (2.5, 1.5)) for k in range(4)]
+
+
+class Stubborn:
+    """Wants to be at one place, and counts how often it was asked."""
+
+    def __init__(self, place):
+        self.place, self.asked_s = place, []
+
+    def choose(self, view):
+        self.asked_s.append(view.now_ns // S)
+        return self.place
+
+
+def test_a_place_that_is_not_free_is_no_goal_and_is_asked_for_again():
+    """As with go, and also where the map does not change."""
+    stubborn = Stubborn(Place(0.5, 1.5))  # unknown at first
+    play = Play(strategy=stubborn)
+    play.script.answer = None
+    play.at(12, lambda: play.know(ALL_KNOWN))
+    assert play.run(20) == [(15, (0.5, 1.5))]
+    assert stubborn.asked_s == [0, 5, 10, 15]
+
+
+@pytest.mark.parametrize("place", [Place(-9.0, 1.5), Place(math.nan, 1.5), (2.5, 1.5)])
+def test_nonsense_is_an_error_and_no_place_that_is_not_free(place):
+    with pytest.raises(ModelError, match=r"Stubborn.* chose .*; wanted: .* a Place on the "):
+        Play(strategy=Stubborn(place)).run(4)
 
 
 def test_random_frontier_draws_from_all():
