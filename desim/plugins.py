@@ -11,7 +11,7 @@ from importlib.metadata import EntryPoint, entry_points
 from inspect import Parameter, Signature, getattr_static, isfunction, signature
 from operator import attrgetter
 from traceback import walk_tb
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any
 
 from pydantic import ValidationError
@@ -146,12 +146,20 @@ def _misspelled(kind: str, cls: Callable[..., object]) -> list[str]:
     """Advice about methods that are named nearly like an event, which nobody calls."""
     events = [name for part in (CONTRACTS[kind], *_OPTIONAL.get(kind, ()))
               for name in _methods(part) if name.startswith("on_")]
-    own = {name: method for base in getattr(cls, "__mro__", ())[:-1]
-           for name, method in vars(base).items() if isfunction(method)}
-    used = {name for method in own.values() for name in method.__code__.co_names}
+    own, used = _own_methods(cls), _used_names(cls)
     return [f"have no method {name}, which is never called{meant}" for name in own
             if name.startswith("on_") and name not in events and name not in used
             and (meant := did_you_mean(name, events))]
+
+
+def _own_methods(cls: Callable[..., object]) -> dict[str, FunctionType]:
+    return {name: method for base in getattr(cls, "__mro__", ())[:-1]
+            for name, method in vars(base).items() if isfunction(method)}
+
+
+def _used_names(cls: Callable[..., object]) -> set[str]:
+    """The names of attributes and functions that its methods use."""
+    return {name for method in _own_methods(cls).values() for name in method.__code__.co_names}
 
 
 def _half(kind: str, cls: Callable[..., object]) -> list[str]:
@@ -192,6 +200,11 @@ def block_of(cls: object) -> type[ports.Params] | None:
 def reads_team_state(strategy: str) -> bool:
     """Whether a strategy wants the poses and goals of teammates every second."""
     return bool(getattr(load("strategy", strategy), "reads_team_state", False))
+
+
+def speaks(strategy: str) -> bool:
+    """Whether a strategy has code that advertises topics."""
+    return "advertise" in _used_names(load("strategy", strategy))
 
 
 def fusion(sharing: str) -> str:

@@ -47,9 +47,12 @@ def frames(scenario: Scenario, _: Folder) -> Found:
         elif "team_state" not in coordination.model_fields_set:
             for path, strategy in _chosen(scenario):
                 if plugins.reads_team_state(strategy):
+                    way_out = (", and it speaks to its team of places: choose a strategy that is "
+                               "silent, or" if plugins.speaks(strategy) else
+                               "; set coordination.team_state to null to do without, or choose")
                     yield path, (f"{plugins.bare(strategy)!r} wants its team's poses and goals "
-                                 f"every second, which mean nothing with {model}; set "
-                                 "coordination.team_state to null to do without")
+                                 f"every second, which mean nothing with {model}{way_out} another "
+                                 "coordination.exchange.model")
     except InputError:
         return  # there is no such plug-in, which is complained of where it is named
 
