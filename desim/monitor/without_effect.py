@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.ros1.parameters import RosParams
+from desim.monitor.tasks.patrolling import Patrolling
 from desim.ports.parameters import yaml_key
 from desim.scenario.quantities import ROBOTS_TABLE
 from desim.scenario.recipients import monitors
 from desim.scenario.robot_types import equipment_by_path
 from desim.scenario.schema.computer import ComputerParams, WorkstationComputer
+from desim.scenario.schema.experiment import Stop
 from desim.scenario.schema.power import ComputerPower
 from desim.scenario.schema.robot import LocalizationChoice, MappingParams
 from desim.scenario.schema.scenario import Scenario, SubscribingProcesses, Testbed
@@ -39,7 +41,7 @@ def without_effect(monitor: Monitor) -> list[str]:
                                                 for host in monitor.graph.hosts)
     found = (*(_of_ideal_computers(scenario) if ideal else _of_computers(scenario, monitor)),
              *_of_testbed(scenario, ideal), *_of_middleware(scenario), *_of_maps(scenario, monitor),
-             *_of_measurements(scenario, monitor))
+             *_of_measurements(scenario, monitor), *_of_patrol(scenario, monitor))
     return [f"{', '.join(keys)}: no effect, because {why}" for keys, why in found if keys]
 
 
@@ -110,6 +112,17 @@ def _of_measurements(scenario: Scenario, monitor: Monitor) -> Found:
     measured = {ROBOTS_TABLE, *(name for sample in monitor.samples for name in sample)}
     yield ([f"measure.periods.{name}" for name in scenario.measure.periods
             if name not in measured], "the run does not measure it")
+
+
+def _of_patrol(scenario: Scenario, monitor: Monitor) -> Found:
+    params = scenario.task.params
+    if not isinstance(params, Patrolling.Params):
+        return
+    if params.places:
+        yield (_changed([Block("task", params, Patrolling.Params())], "drawn", "clearance_m"),
+               "task.places are given, and none is drawn")
+    yield (_changed([Block("stop", scenario.stop, Stop())], "explored", "by"),
+           f"they end the task exploration, and the task is {monitor.task_name}")
 
 
 def _is_testbed(scenario: Scenario) -> bool:

@@ -88,6 +88,8 @@ def test_the_briefing_has_the_places_that_were_given_or_drawn():
 @pytest.mark.parametrize("params, text", [
     ({"places": (("4 m", "4 m"), ("0.1 m", "4 m"))},
      ".places.1: 0.1 m, 4 m is inside a wall"),
+    ({"places": (("4 m", "4 m"), ("5 m", "4 m"), ("4 m", "400 cm"))},
+     ".places.2: 4 m, 4 m is places.0 already; allowed: each place once"),
     ({"places": (("400 m", "4 m"),)}, ".places.0: 400 m, 4 m is outside the terrain"),
     ({"clearance": "20 m"}, ".drawn: there are 0 places with this clearance, not 8"),
 ])

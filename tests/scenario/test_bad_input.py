@@ -33,6 +33,10 @@ WRONG = {
     "no task": ("task: 5", ["2:7: task: must be a mapping with model, got 5"]),
     "no places": ("task: {model: patrolling, places: [[1 m]]}", [
         "2:36: task.places.0: must be a list of 2, got a list of 1"]),
+    "an empty list of places": ("task: {model: patrolling, places: []}", [
+        "2:35: task.places: must be a list of at least 1, got a list of 0"]),
+    "teammates that are always lost": ("coordination: {lost_after: 0 s}", [
+        "2:28: coordination.lost_after: '0 s' must be above zero"]),
     "a patrol without a task": ("coordination: {strategy: cyclic_patrol}", [
         "2:26: coordination.strategy: 'cyclic_patrol' needs a task that gives robots a Patrol; the "
         "task 'exploration' gives nothing"]),

@@ -73,3 +73,18 @@ def test_the_period_of_messages_to_a_monitor_counts_for_any_monitor():
     base = "hosts.base={at: [0 m, 0 m], monitor: true}"
     assert said("testbed.monitor_period=2 s", "deployment=field", base) == []
     assert len(said("testbed.monitor_period=2 s", "deployment=field")) == 1
+
+
+PLACES = "places: [[-10 m, 10 m], [-4 m, 10 m]]"
+
+
+@pytest.mark.parametrize(("overrides", "lines", "twin"), [
+    ((f"task={{model: patrolling, {PLACES}, drawn: 9, clearance: 2 m}}",),
+     ["task.drawn, task.clearance: no effect, because task.places are given, and none is drawn"],
+     "task.places=null"),
+    (("task=patrolling", "stop.explored=90 %", "stop.by=all"),
+     ["stop.explored, stop.by: no effect, because they end the task exploration, and the task is "
+      "patrolling"], "task=exploration")])
+def test_keys_of_another_task_or_of_another_way_to_find_places_are_said(overrides, lines, twin):
+    assert said(*overrides) == lines
+    assert said(*overrides, twin) == []

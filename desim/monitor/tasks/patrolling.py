@@ -25,8 +25,8 @@ class Patrolling:
     """Visit places so that none is unvisited for long. A robot visits a place by coming near."""
 
     class Params(ports.Params):
-        places: tuple[tuple[Position, Position], ...] = Field((), description=(
-            "x, y of each (default: drawn from the free space)"))
+        places: tuple[tuple[Position, Position], ...] | None = Field(
+            None, min_length=1, description="x, y of each (null: drawn from the free space)")
         drawn: int = Field(8, ge=1, le=10_000, description="so many are drawn where none are given")
         within_m: Length = Field("1 m", gt=0, description=(
             "a robot that is so near to a place visits it (a robot and its surroundings)"))
@@ -48,7 +48,7 @@ class Patrolling:
 
     def start(self, context: TaskContext) -> None:
         self._context, params = context, self._params
-        self._patrol = Patrol(self._given(context) if params.places else drawn(
+        self._patrol = Patrol(self._given(context, params.places) if params.places else drawn(
             free_cells(context.ground, context.poses()[:, :2], params.clearance_m),
             params.drawn, context.stream("places")))
         count = len(self._patrol.places)
@@ -89,15 +89,20 @@ class Patrolling:
                 "places": count, "visits": sum(self._visits), "rounds": min(self._visits),
                 "visits_by_place": list(self._visits), "visits_by_robot": list(self._visits_of)}
 
-    def _given(self, context: TaskContext) -> tuple[ports.Place, ...]:
+    def _given(self, context: TaskContext, places: tuple[tuple[float, float], ...]
+               ) -> tuple[ports.Place, ...]:
         grid, solid = context.ground.grid, context.ground.solid
-        for i, (x_m, y_m) in enumerate(self._params.places):
+        for i, (x_m, y_m) in enumerate(places):
             column, row = grid.cell(x_m, y_m)
             inside = 0 <= column < grid.width and 0 <= row < grid.height
             if not inside or solid[row, column]:
                 raise InputError(f".places.{i}: {LENGTH.format(x_m)}, {LENGTH.format(y_m)} is "
                                  f"{'inside a wall' if inside else 'outside the terrain'}")
-        return tuple(ports.Place(*place) for place in self._params.places)
+            if (x_m, y_m) in places[:i]:
+                raise InputError(f".places.{i}: {LENGTH.format(x_m)}, {LENGTH.format(y_m)} is "
+                                 f"places.{places.index((x_m, y_m))} already; allowed: each place "
+                                 "once")
+        return tuple(ports.Place(*place) for place in places)
 
     def _sample(self, context: TaskContext) -> None:
         away_m = context.poses()[self._robots, None, :2] - self._at_m
