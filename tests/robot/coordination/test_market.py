@@ -87,6 +87,18 @@ def test_the_tasks_of_a_lost_robot_and_of_one_that_stalls_come_free():
     assert stalled.choose("b") == (10.0, 0.0)
 
 
+def test_before_the_failsafes_time_a_robot_that_hears_nobody_takes_what_is_most_profitable():
+    """Not the nearest frontier, which it takes from then on."""
+    team = Team(lambda: Market(Market.Params(failsafe_after="3 s")), {"a": (0, 0)},
+                [(5, 0), (9, 0)])
+    team.benches["a"].gain_m2 = lambda place: 100.0 if place[0] == 9.0 else 0.0
+    assert team.choose("a") == (9.0, 0.0)
+    team.wait(2)
+    assert team.choose("a") == (9.0, 0.0)
+    team.wait()
+    assert team.choose("a") == (5.0, 0.0)
+
+
 def test_without_a_word_for_the_failsafes_time_it_goes_on_alone_and_says_nothing():
     team = market({"a": (0, 0), "b": (1, 0)}, (10, 0), (-30, 0), hold="60 s")
     team.choose("b")
