@@ -343,8 +343,10 @@ class HearsAntennas(Protocol):
     """A network model in which the hosts' antennas count. Strategies see its signals of their
     teammates; of a model without it, those of ``PredictsSignal``."""
 
-    def link_signal(self, sender: int, receiver: int) -> Signal:
-        """The signal now of one host at another, arrays of one element."""
+    def link_signal(self, sender: int, receiver: int, ends_m: np.ndarray, obstacles: Obstacles
+                    ) -> Signal:
+        """The signal of one host at another, arrays of one element, when they stood at ``ends_m``
+        [2, 2] m with ``obstacles`` between them."""
 
 
 @runtime_checkable

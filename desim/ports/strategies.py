@@ -61,17 +61,19 @@ class TeamLink:
     """A teammate as the radio hears it.
 
     ``heard_ns``: the time at which anything last came from it (a map update, a pose, a message of
-    its strategy) | ``signal``: measures the power when ``signal_dbm`` is first read.
+    its strategy) | ``signal``: computes the power when ``signal_dbm`` is first read; None: there
+    is none.
     """
 
-    def __init__(self, heard_ns: int, signal: Callable[[], float | None] = lambda: None) -> None:
+    def __init__(self, heard_ns: int, signal: Callable[[], float | None] | None = None) -> None:
         self.heard_ns, self._signal = heard_ns, signal
 
     @cached_property
     def signal_dbm(self) -> float | None:
-        """The power at which the teammate is received, in dBm. None: the network model has no
-        signals, or nothing gets through now."""
-        return self._signal()
+        """The power at which its last message was received, in dBm. It stays when nothing more
+        comes. None: the network model has no signals, or no message has come from the teammate
+        itself, without other hosts that forward or relay."""
+        return None if self._signal is None else self._signal()
 
 
 class TeamArea(NamedTuple):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
+from desim.middleware.message import Message
 from desim.ports import Peer, Place, TeamLink
 
 
@@ -12,16 +12,18 @@ class Team:
     """The other hosts with a strategy.
 
     ``names``: of all of them | ``peers``: the newest pose of each, from a map update or a
-    ``TeamState`` | ``signal_dbm``: the power at which the host's radio receives a teammate now,
-    None if it receives nothing or its model has no signals | ``common_frame``: whether robots know
-    the relative poses of their frames from the start.
+    ``TeamState`` | ``signal_of``: a function that computes the power (dBm) at which the host's
+    radio has received a message, None where its model has no signals | ``common_frame``: whether
+    robots know the relative poses of their frames from the start.
     """
 
     def __init__(self, names: tuple[str, ...], lost_after_ns: int,
-                 signal_dbm: Callable[[str], float | None] = lambda name: None,
+                 signal_of: Callable[[Message], Callable[[], float | None] | None]
+                 = lambda message: None,
                  common_frame: bool = True) -> None:
         self.names, self.common_frame = names, common_frame
-        self._signal_dbm = signal_dbm
+        self._signal_of = signal_of
+        self._signals: dict[str, Callable[[], float | None] | None] = {}  # of the last messages
         self.peers: dict[str, Peer] = {}
         self._lost_after_ns = lost_after_ns
         self._stamp_ns: dict[str, int] = {}  # of the peers' poses
@@ -44,6 +46,10 @@ class Team:
         """Note the goal of ``name``, whose pose is known."""
         self.peers[name] = self.peers[name]._replace(goal=goal)
 
+    def received(self, message: Message) -> None:
+        """Note the signal of ``message``, which has come from a teammate."""
+        self._signals[message.origin.name] = self._signal_of(message)
+
     def spoke(self, name: str, now_ns: int) -> None:
         """Note that a message of the strategy of ``name`` has arrived."""
         self._spoke_ns[name] = now_ns
@@ -51,7 +57,7 @@ class Team:
     def links(self) -> dict[str, TeamLink]:
         """The teammates that were ever heard of."""
         heard = ((name, self._heard_ns(name)) for name in self.names)
-        return {name: TeamLink(heard_ns, partial(self._signal_dbm, name))
+        return {name: TeamLink(heard_ns, self._signals.get(name))
                 for name, heard_ns in heard if heard_ns is not None}
 
     def changes(self, now_ns: int) -> list[tuple[str, bool]]:

@@ -70,6 +70,7 @@ class TeamStateNode(Node):
     def _on_state(self, message: Message) -> None:
         state: TeamState = message.content
         name = message.origin.name
+        self._team.received(message)
         self._team.note_pose(name, state.x_m, state.y_m, state.yaw_rad, message.stamp_ns,
                              self.now_ns)
         self._team.note_goal(name, state.goal)

@@ -1,32 +1,51 @@
-"""The signal of a link, as a radio's driver reports it: the power of received frames."""
+"""The signal of a received message, as a radio's driver reports it: the power of its frames."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
 from desim.middleware.graph import Graph
+from desim.middleware.message import Message
 from desim.network.medium import Medium
 from desim.network.surroundings import Surroundings
-from desim.ports import HearsAntennas, PredictsSignal
+from desim.ports import HearsAntennas, Obstacles, PredictsSignal
+
+Power = Callable[[], float | None]  # dBm
 
 
 class LinkSignals:
-    """Signals between the hosts of ``graph``, which stand at ``place``."""
+    """The signals of messages between the hosts of ``graph``, which stand at ``place``."""
 
     def __init__(self, graph: Graph, place: Surroundings) -> None:
         self._graph, self._place = graph, place
+        self._predicting = {medium for medium in graph.media
+                            if isinstance(medium.model, HearsAntennas | PredictsSignal)}
 
-    def power_dbm(self, receiver: str, sender: str) -> float | None:
-        """The power at which ``receiver`` hears ``sender`` now; None if nothing gets through, if
-        other hosts forward between them, or if the network model has no signals."""
-        graph = self._graph
-        to, from_ = graph.host(receiver), graph.host(sender)
-        medium = graph.routes.at_present(to, from_.index)
-        if not isinstance(medium, Medium) or not graph.up[from_.index]:
+    def of(self, receiver: str, message: Message) -> Power | None:
+        """The power at which ``receiver`` has received ``message``, which it reads now. It is that
+        between the places of now, whenever it is computed. None if other hosts have forwarded the
+        message, or if the network model has no signals."""
+        if not self._predicting:
             return None
-        if isinstance(medium.model, HearsAntennas):
-            signal = medium.model.link_signal(from_.index, to.index)
-        elif isinstance(medium.model, PredictsSignal):
-            positions = self._place.positions(graph.kernel.now_ns)
-            signal = medium.model.signal(positions[from_.index], positions[to.index][None])
-        else:
+        graph, from_ = self._graph, message.origin
+        to = graph.host(receiver).index
+        medium = graph.routes.at_present(from_, to, message.topic)
+        if not isinstance(medium, Medium) or medium not in self._predicting:
             return None
-        return float(signal.power_dbm[0]) if signal.delivery[0] > 0 else None
+        ends_m = self._place.positions(graph.kernel.now_ns).take((from_.index, to), axis=0)
+        return partial(_power_dbm, medium.model, from_.index, to, ends_m, self._place.obstacles)
+
+
+def _power_dbm(model: object, sender: int, receiver: int, ends_m: np.ndarray,
+               obstacles: Obstacles) -> float | None:
+    """The power of one host at another, at ``ends_m`` [2, 2] m with ``obstacles`` between them."""
+    if isinstance(model, HearsAntennas):
+        signal = model.link_signal(sender, receiver, ends_m, obstacles)
+    elif isinstance(model, PredictsSignal):
+        signal = model.signal(ends_m[0], ends_m[1:])
+    else:
+        return None
+    return float(signal.power_dbm[0])

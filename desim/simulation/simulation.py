@@ -245,7 +245,7 @@ class Simulation:
                       if plan.name != own and (plan.name in self._explorers or plan.strategy))
         exchange = self.scenario.coordination.exchange
         return Team(names, self.scenario.coordination.lost_after_ns,
-                    partial(self._signals.power_dbm, own),
+                    partial(self._signals.of, own),
                     exchange is None or plugins.has_common_frame(exchange.model))
 
     def _watch(self, robot: str, robot_map: RobotMap | None) -> None:

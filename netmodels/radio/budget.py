@@ -103,11 +103,11 @@ class Budget:
                                  np.column_stack([height_m[one], height_m[other]]))
         return self._sorted(one, other, loss_db, len(places))
 
-    def link_dbm(self, sender: int, receiver: int, places: np.ndarray,
+    def link_dbm(self, sender: int, receiver: int, ends_m: np.ndarray,
                  obstacles: ports.Obstacles) -> np.ndarray:
-        """[1] dBm of one of the hosts at ``places`` [hosts, 2] m at another."""
-        ends = self.antennas.height_m[[sender, receiver]]
-        return self.received_dbm(places[sender], places[receiver][None], obstacles, ends) + (
+        """[1] dBm of one host at another, at ``ends_m`` [2, 2] m."""
+        heights_m = self.antennas.height_m[[sender, receiver]]
+        return self.received_dbm(ends_m[0], ends_m[1:], obstacles, heights_m) + (
             self.sent_dbm[sender] + self.antennas.gain_db[receiver] - self.power_dbm)
 
     def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray, obstacles: ports.Obstacles,

@@ -171,11 +171,10 @@ class Uncontended(Itemized):
         power_dbm = self._near[0].budget.received_dbm(from_m, to_m, self._context.obstacles)
         return ports.Signal(power_dbm, 1.0 * (power_dbm >= self.sensitivity_dbm[0]))
 
-    def link_signal(self, sender: int, receiver: int) -> ports.Signal:
+    def link_signal(self, sender: int, receiver: int, ends_m: np.ndarray,
+                    obstacles: ports.Obstacles) -> ports.Signal:
         """``ports.HearsAntennas``: delivery is all or nothing."""
-        context = self._context
-        power_dbm = self._near[0].budget.link_dbm(
-            sender, receiver, context.positions(context.now_ns), context.obstacles)
+        power_dbm = self._near[0].budget.link_dbm(sender, receiver, ends_m, obstacles)
         return ports.Signal(power_dbm, 1.0 * (power_dbm >= self.sensitivity_dbm[0]))
 
     def separates(self, host: int, other: int) -> bool:

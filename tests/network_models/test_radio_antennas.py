@@ -109,8 +109,9 @@ def signal_dbm(*changes, model=None):
         "network": {"media": {"air": model or {"model": "radio"}}}}).scenario)
     names = [host.name for host in simulation.plan]
     medium = simulation.graph.media[0]
-    return float(medium.model.link_signal(names.index("robot_0"),
-                                          names.index("base")).power_dbm[0])
+    ends = names.index("robot_0"), names.index("base")
+    ends_m = medium.positions(0).take(ends, axis=0)
+    return float(medium.model.link_signal(*ends, ends_m, medium.obstacles).power_dbm[0])
 
 
 @pytest.mark.parametrize("fidelity", ["mac", "walls"])

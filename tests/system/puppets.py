@@ -7,6 +7,8 @@ from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
 from desim.world.plane import Plane
 
 READ = {}  # readings, by sensor, time, and which one was asked
+SIGNALS = []  # ns, robot, the signals of its teammates
+SILENT_FROM_NS = 6 * 10**9
 
 
 def key(sensor, snapshot, *which):
@@ -71,6 +73,47 @@ class Scrambled(Plane):
         return ports.Obstacles(segments=before.segments[:0], material=before.material[:0],
                                thickness_m=before.thickness_m[:0], height_m=before.height_m[:0],
                                epoch=before.epoch, materials=before.materials)
+
+
+class RecordedPlaces(Recorded):
+    """The same, and a record of the true poses at each tick, which radios know."""
+
+    def snapshot(self):
+        snapshot = super().snapshot()
+        READ["poses", snapshot.time_ns] = snapshot.poses
+        return snapshot
+
+
+class ScrambledLater(Scrambled):
+    """The true poses are those of the record until ``SILENT_FROM_NS``, and NaN from then on. Radios
+    know the walls."""
+
+    obstacles = Plane.obstacles
+
+    def _nowhere(self, snapshot):
+        known = READ.get(("poses", snapshot.time_ns))
+        if known is None or snapshot.time_ns > SILENT_FROM_NS:
+            return super()._nowhere(snapshot)
+        return snapshot._replace(poses=known)
+
+
+def silence(frame, receivers, context):
+    """A rule: nothing gets through from ``SILENT_FROM_NS`` on."""
+    return ports.Drop() if context.now_ns >= SILENT_FROM_NS else None
+
+
+class Tuning(NearestFrontier):
+    """Chooses by the signals of its teammates, and notes them."""
+
+    reads_team_state = True
+
+    def choose(self, context):
+        frontiers = context.frontiers()
+        signals = [link.signal_dbm for link in context.links().values()]
+        SIGNALS.append((context.now_ns, context.name, signals))
+        number = sum(int(-1000 * signal) for signal in signals if signal is not None
+                     and np.isfinite(signal))
+        return frontiers[number % len(frontiers)] if frontiers else None
 
 
 class Peeping(NearestFrontier):

@@ -114,6 +114,6 @@ class Listening:
     def on_second(self, context):
         links = context.links()
         for link in links.values():
-            assert link.signal_dbm is None or link.signal_dbm < 0.0  # measured now
+            assert link.signal_dbm is None or link.signal_dbm < 0.0  # computed now
         note(context, "links", links)
         context.publish("here", None)

@@ -67,6 +67,21 @@ def test_who_reads_the_truth_is_found():
     assert with_truth != without
 
 
+def test_the_signal_of_a_teammate_is_that_of_its_last_message():
+    """From 6 s on nothing gets through. True places, which a radio's signals are computed from,
+    are hidden only then."""
+    radio = "{model: radio, fidelity: mac, rules: [{rule: 'puppets:silence'}]}"
+    case = ("robot.localization=odometry", "coordination.strategy=puppets:Tuning",
+            "deployment=field", f"network.media.air={radio}")
+    puppets.READ.clear()
+    puppets.SIGNALS.clear()
+    with_truth, before = deeds("RecordedPlaces", *case), puppets.SIGNALS.copy()
+    assert any(signals for now_ns, _, signals in before if now_ns > puppets.SILENT_FROM_NS)
+    puppets.SIGNALS.clear()
+    assert deeds("ScrambledLater", *case) == with_truth
+    assert before == puppets.SIGNALS
+
+
 def test_robots_with_a_sensor_of_the_truth_get_nowhere():
     with pytest.raises(ValueError, match="cannot convert float NaN to integer"):
         played_twice("robot.localization=ground_truth")

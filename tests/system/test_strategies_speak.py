@@ -143,12 +143,24 @@ def test_a_disk_says_nothing_of_power_and_an_unheard_robot_has_no_link():
     assert {link.signal_dbm for heard in links.values() for link in heard.values()} == {None}
 
 
-def test_a_robot_that_stopped_is_remembered_but_not_received():
-    _, links, _ = links_at_the_end("network.media.air={model: radio, fidelity: mac}",
-                                   "faults=[{at: 5 s, host: robot_2}]")
+def test_of_a_robot_that_stopped_the_last_time_and_power_stay():
+    radio = "network.media.air={model: radio, fidelity: mac}"
+    _, whole, _ = links_at_the_end(radio)
+    _, links, _ = links_at_the_end(radio, "faults=[{at: 5 s, host: robot_2}]")
     heard = links["robot_0"]["robot_2"]
     assert heard.heard_ns <= 5 * 10**9 + 10**8
-    assert heard.signal_dbm is None
+    assert heard.signal_dbm == whole["robot_0"]["robot_2"].signal_dbm < 0.0
+
+
+def test_who_is_heard_of_through_another_alone_has_no_power():
+    _, links, _ = links_at_the_end(
+        "network.media.air={model: radio, fidelity: walls, power: -20 dBm}",
+        "coordination.exchange={model: relayed, period: 1 s}")
+    assert {host: {name: link.signal_dbm is not None for name, link in heard.items()}
+            for host, heard in links.items()} == {
+        "robot_0": {"robot_1": True, "robot_2": False},
+        "robot_1": {"robot_0": True, "robot_2": True},
+        "robot_2": {"robot_0": False, "robot_1": True}}
 
 
 def test_asking_for_links_changes_nothing_else(monkeypatch):

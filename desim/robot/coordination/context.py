@@ -217,6 +217,7 @@ class HostContext:
     def _receive(self, topic: str, callback: OnMessage, message: Message) -> None:
         said: Encoded = message.content
         source = message.origin.name
+        self._team.received(message)
         self._team.spoke(source, self.now_ns)
         callback(self, StrategyMessage(source, topic, said.decoded(), message.stamp_ns))
 

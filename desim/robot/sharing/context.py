@@ -77,10 +77,10 @@ class MapContext(MapAccess):
         check_callback(callback, "context", "message")
         for peer in self.team:
             self._node.subscribe(_absolute(peer, topic), lambda message: callback(
-                self, _shared(message)), queue)
+                self, self._shared(message)), queue)
 
     def latest(self, topic: str = "") -> TeamInbox:
-        inbox = TeamInbox()
+        inbox = TeamInbox(self._shared)
         for peer in self.team:
             self._node.latest(_absolute(peer, topic), inbox.waiting)
         return inbox
@@ -94,21 +94,24 @@ class MapContext(MapAccess):
     def worked(self, **quantities: int) -> None:
         self._node.worked(**quantities)
 
+    def _shared(self, message: Message) -> SharedMessage:
+        """``message``, which is read now, for the plug-in."""
+        self._node.team.received(message)
+        origin = message.origin
+        return _new(SharedMessage, (origin.name, message.content, origin.clock_ns(message.born_ns)))
+
 
 class TeamInbox:
-    """The newest message of each teammate on one topic."""
+    """The newest message of each teammate on one topic. ``shared`` makes of each what a plug-in
+    reads."""
 
-    def __init__(self) -> None:
+    def __init__(self, shared: Callable[[Message], SharedMessage]) -> None:
         self.waiting = WaitSet()
+        self._shared = shared
 
     def news(self) -> list[SharedMessage]:
         """The messages that have arrived and have not been read yet."""
-        return [_shared(message) for _, message in self.waiting.news()]
-
-
-def _shared(message: Message) -> SharedMessage:
-    origin = message.origin
-    return _new(SharedMessage, (origin.name, message.content, origin.clock_ns(message.born_ns)))
+        return [self._shared(message) for _, message in self.waiting.news()]
 
 
 def _absolute(host: str, topic: str) -> str:

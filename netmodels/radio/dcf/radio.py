@@ -192,11 +192,10 @@ class DcfRadio:
         power_dbm = self.budget.received_dbm(from_m, to_m, self.context.obstacles)
         return ports.Signal(power_dbm, self._share(power_dbm))
 
-    def link_signal(self, sender: int, receiver: int) -> ports.Signal:
+    def link_signal(self, sender: int, receiver: int, ends_m: np.ndarray,
+                    obstacles: ports.Obstacles) -> ports.Signal:
         """``ports.HearsAntennas``, as ``signal``."""
-        context = self.context
-        power_dbm = self.budget.link_dbm(sender, receiver, context.positions(context.now_ns),
-                                         context.obstacles)
+        power_dbm = self.budget.link_dbm(sender, receiver, ends_m, obstacles)
         return ports.Signal(power_dbm, self._share(power_dbm))
 
     def _share(self, power_dbm: np.ndarray) -> np.ndarray:
