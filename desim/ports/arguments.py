@@ -92,7 +92,16 @@ def check_advertised(topic: str, advertised: Collection[str]) -> None:
     """A topic that is advertised."""
     if topic not in advertised:
         raise ModelError(f"topic {topic!r} is published but not advertised; advertised: "
-                         f"{', '.join(sorted(advertised)) or 'nothing'}")
+                         f"{', '.join(map(repr, sorted(advertised))) or 'nothing'}")
+
+
+def check_content(content: object) -> None:
+    """A content with a size."""
+    size_bytes = getattr(content, "size_bytes", None)
+    if type(size_bytes) is not int or size_bytes < 0:
+        if hasattr(content, "size_bytes"):
+            raise ModelError(f"size_bytes of a content is an int >= 0, not {size_bytes!r}")
+        raise ModelError(f"a content has size_bytes, an int >= 0; {content!r} has none")
 
 
 def check_new_topic(topic: str, advertised: Collection[str]) -> None:

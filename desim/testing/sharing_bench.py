@@ -9,7 +9,7 @@ import numpy as np
 from desim.engine.streams import Streams
 from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec, Peer, Pose2D
-from desim.ports.arguments import check_callback, check_period, check_work
+from desim.ports.arguments import check_callback, check_content, check_period, check_work
 from desim.ports.sharing import (
     Contribution,
     FollowsScans,
@@ -58,7 +58,7 @@ class SharingBench(MapAccess):
         self.name, self.team, self.now_ns = name, team, now_ns
         self.pose: Pose2D | None = None
         self.published: list[tuple[str, SharedMessage]] = []
-        self.sizes: list[object] = []  # of all messages
+        self.sizes: list[int] = []  # of all messages
         self.contributions: list[Contribution] = []
         self.places: list[tuple[str, Pose2D | None]] = []  # of teammates' frames
         self._sharing, self._teammates = sharing, Team(team, 0)
@@ -100,6 +100,7 @@ class SharingBench(MapAccess):
 
     def publish(self, content: Sized, topic: str = "") -> None:
         assert topic in self._advertised, f"{topic!r} is published but not advertised"
+        check_content(content)
         self.sizes.append(content.size_bytes)
         self.published.append((topic, SharedMessage(self.name, content, self.now_ns)))
 

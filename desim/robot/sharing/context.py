@@ -12,7 +12,13 @@ from desim.errors import below
 from desim.middleware.message import Message
 from desim.middleware.topics import WaitSet
 from desim.ports import Peer, Pose2D
-from desim.ports.arguments import check_callback, check_period, name_of
+from desim.ports.arguments import (
+    check_advertised,
+    check_callback,
+    check_content,
+    check_period,
+    name_of,
+)
 from desim.ports.sharing import Contribution, SharedMessage, SharingContext, Sized
 from desim.robot.sharing.map_access import MapAccess
 from desim.units import NS_PER_S
@@ -30,6 +36,7 @@ class MapContext(MapAccess):
     def __init__(self, node: MapSharing) -> None:
         super().__init__(node.robot_map, node.own_map)
         self._node = node
+        self._topics: set[str] = set()  # advertised
 
     @property
     def name(self) -> str:
@@ -62,6 +69,7 @@ class MapContext(MapAccess):
 
     def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:
+        self._topics.add(topic)
         with below("coordination.exchange"):
             self._node.advertise(_absolute(self.name, topic), transport=transport, latch=latch,
                                  queue=queue, via=via)
@@ -70,6 +78,8 @@ class MapContext(MapAccess):
         return self._node.has_subscribers(_absolute(self.name, topic))
 
     def publish(self, content: Sized, topic: str = "") -> None:
+        check_advertised(topic, self._topics)
+        check_content(content)
         self._node.publish(_absolute(self.name, topic), content)
 
     def subscribe(self, callback: Callable[[SharingContext, SharedMessage], object],
