@@ -6,9 +6,13 @@ import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from inspect import signature
+from typing import TypeGuard
+
+import numpy as np
 
 from desim.errors import ModelError, class_of, did_you_mean
 from desim.ports.computers import KEPT, QUANTITIES
+from desim.ports.sharing import Contribution
 from desim.ports.strategies import Frontier, Mark, Place, Pose2D, Strategy
 
 _TOPIC = re.compile(r"[A-Za-z]\w*(/\w+)*", re.ASCII)  # as ROS names are
@@ -102,6 +106,38 @@ def check_content(content: object) -> None:
         if hasattr(content, "size_bytes"):
             raise ModelError(f"size_bytes of a content is an int >= 0, not {size_bytes!r}")
         raise ModelError(f"a content has size_bytes, an int >= 0; {content!r} has none")
+
+
+def is_pose(pose: object) -> TypeGuard[Pose2D]:
+    """Whether ``pose`` is a ``Pose2D`` of finite numbers."""
+    return isinstance(pose, Pose2D) and all(
+        isinstance(number, float | int | np.floating) and math.isfinite(number) for number in pose)
+
+
+def check_contribution(one: object, sources: Collection[str]) -> None:
+    """News of one of ``sources``; its evidence is not looked at."""
+    if not isinstance(one, Contribution):
+        raise ModelError(f"a robot takes in Contributions, not {one!r}")
+    source, version, pose, _ = one
+    if source not in sources:
+        raise ModelError(f"a Contribution comes from a robot that maps are shared with, not from "
+                         f"{source!r}{did_you_mean(str(source), sources)}")
+    if type(version) is not int:
+        raise ModelError(f"a Contribution's version is an int, the clock of {source} in ns, not "
+                         f"{version!r}")
+    if pose is not None and not is_pose(pose):
+        raise ModelError(f"a Contribution's pose is a Pose2D of three finite numbers, or None, not "
+                         f"{pose!r}")
+
+
+def check_frame(source: object, frame: object, team: Collection[str]) -> None:
+    """The place of a teammate's frame, or None."""
+    if source not in team:
+        raise ModelError(f"frames are those of robots that maps are shared with, not of {source!r}"
+                         f"{did_you_mean(str(source), team)}")
+    if frame is not None and not is_pose(frame):
+        raise ModelError(f"a frame lies at a Pose2D of three finite numbers, or None, not "
+                         f"{frame!r}")
 
 
 def check_new_topic(topic: str, advertised: Collection[str]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from desim.engine.streams import Streams
 from desim.ports import Pose2D
-from desim.ports.arguments import check_work
+from desim.ports.arguments import check_work, is_pose
 from desim.ports.localization import (
     LaserGeometry,
     Localization,
@@ -18,7 +18,7 @@ from desim.ports.localization import (
     OdometryErrors,
     ScanWithOdometry,
 )
-from desim.robot.localization.checks import checked_path, draws_map, is_pose
+from desim.robot.localization.checks import checked_path, draws_map
 from desim.testing.advice import need
 
 LASER = LaserGeometry(-2.25, 4.5 / 180, 12.0, 0.05)  # 181 beams

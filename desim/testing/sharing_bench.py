@@ -9,10 +9,18 @@ import numpy as np
 from desim.engine.streams import Streams
 from desim.middleware.contents import LaserScan
 from desim.ports import GridSpec, Peer, Pose2D
-from desim.ports.arguments import check_callback, check_content, check_period, check_work
+from desim.ports.arguments import (
+    check_callback,
+    check_content,
+    check_contribution,
+    check_frame,
+    check_period,
+    check_work,
+)
 from desim.ports.sharing import (
     Contribution,
     FollowsScans,
+    PlansWithMerged,
     SharedMessage,
     Sharing,
     SharingContext,
@@ -77,6 +85,9 @@ class SharingBench(MapAccess):
 
     def take_in(self, contributions: Iterable[Contribution]) -> None:
         taken = list(contributions)
+        own = (self.name,) if isinstance(self._sharing, PlansWithMerged) else ()
+        for one in taken:
+            check_contribution(one, (*self.team, *own))
         self.contributions += taken
         for source, version, pose, _ in taken:
             if pose is not None:
@@ -87,7 +98,7 @@ class SharingBench(MapAccess):
             self.robot_map.receive(updates)
 
     def place(self, source: str, frame: Pose2D | None) -> None:
-        assert source in self.team, f"{source!r} is no teammate"
+        check_frame(source, frame, self.team)
         self.places.append((source, frame))
 
     def advertise(self, topic: str = "", *, via: str = "unicast", transport: str = "stream",

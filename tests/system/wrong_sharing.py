@@ -1,8 +1,10 @@
 """Map sharing that breaks its contract, for tests: each at its first tick."""
 
+import math
 from typing import NamedTuple
 
 from desim import ports
+from desim.ports.sharing import Contribution
 from desim.units import NS_PER_S
 
 
@@ -47,3 +49,55 @@ class Fraction(Ticking):
 class Unadvertised(Ticking):
     def tick(self, context):
         context.publish(Content(4), "more")
+
+
+class News(Ticking):
+    """Takes in its ``news`` each second."""
+
+    def tick(self, context):
+        context.take_in(self.news(context, context.team[0], context.now_ns))
+
+
+class Numbers(News):
+    def news(self, *_):
+        return [1]
+
+
+class Nothing(News):
+    def news(self, *_):
+        return None
+
+
+class Ghost(News):
+    def news(self, context, other, now_ns):
+        return [Contribution("ghost", now_ns, None, context.own())]
+
+
+class Own(News):
+    def news(self, context, other, now_ns):
+        return [Contribution(context.name, now_ns, None, context.own())]
+
+
+class ToCome(News):
+    def news(self, context, other, now_ns):
+        return [Contribution(other, 10**18, None, context.own())]
+
+
+class Late(News):
+    def news(self, context, other, now_ns):
+        return [Contribution(other, 0.5, None, context.own())]
+
+
+class Lost(News):
+    def news(self, context, other, now_ns):
+        return [Contribution(other, now_ns, ports.Pose2D(math.nan, 0.0, 0.0), None)]
+
+
+class Flat(News):
+    def news(self, context, other, now_ns):
+        return [Contribution(other, now_ns, None, context.drawn([[1, 2]]))]
+
+
+class Framed(Ticking):
+    def tick(self, context):
+        context.place(context.team[0], (1.0, 2.0, 3.0))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from typing import TypeGuard, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from desim.errors import ModelError, class_of
 from desim.ports import Pose2D
+from desim.ports.arguments import is_pose
 from desim.ports.localization import Localization
 
 S = TypeVar("S")  # a scan with its odometry
@@ -17,12 +17,6 @@ S = TypeVar("S")  # a scan with its odometry
 def draws_map(localization: Localization) -> bool:
     """Whether ``localization`` makes the robot's map, too."""
     return bool(getattr(localization, "draws_map", False))
-
-
-def is_pose(pose: object) -> TypeGuard[Pose2D]:
-    """Whether ``pose`` is a ``Pose2D`` of finite numbers."""
-    return isinstance(pose, Pose2D) and all(
-        isinstance(number, float | int | np.floating) and math.isfinite(number) for number in pose)
 
 
 def checked_pose(localization: Localization, pose: object) -> Pose2D:

@@ -40,9 +40,12 @@ class MapAccess:
 
     def drawn(self, log_odds: np.ndarray) -> LayerSnapshot:
         spec = self._map.spec
-        if log_odds.shape != (spec.height, spec.width) or log_odds.dtype != np.int8:
-            raise ModelError(f"evidence is int8 [{spec.height}, {spec.width}], not "
-                             f"{log_odds.dtype} {list(log_odds.shape)}")
+        is_array = isinstance(log_odds, np.ndarray)
+        if not (is_array and log_odds.shape == (spec.height, spec.width)
+                and log_odds.dtype == np.int8):
+            what = (f"{log_odds.dtype} {list(log_odds.shape)}" if is_array
+                    else type(log_odds).__name__)
+            raise ModelError(f"evidence is int8 [{spec.height}, {spec.width}], not {what}")
         return drawn(self._map.pool, spec, log_odds)
 
 

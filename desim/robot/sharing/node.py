@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 from desim.engine.trace import bits
@@ -12,6 +12,7 @@ from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Pose2D
+from desim.ports.arguments import check_contribution, check_frame
 from desim.ports.computers import Keeps
 from desim.ports.sharing import (
     Contribution,
@@ -24,6 +25,9 @@ from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import CELLS, LayerSnapshot
 from desim.robot.sharing.context import MapContext
 from desim.robot.team import Team
+from desim.units import NS_PER_S
+
+_AHEAD_NS = 3600 * NS_PER_S  # of its source's clock, which may have been set back since
 
 
 class MapSharing(Node):
@@ -42,6 +46,8 @@ class MapSharing(Node):
         self._sharing = sharing
         self._keeper = sharing if isinstance(sharing, Keeps) else None
         self._pose = Latest(host)
+        own = (host.name,) if isinstance(sharing, PlansWithMerged) else ()
+        self._sources = frozenset((*peers, *own))  # of contributions
 
     def start(self) -> None:
         sharing = self._sharing
@@ -74,7 +80,8 @@ class MapSharing(Node):
         """See ``SharingContext.take_in``."""
         team, now_ns, before = self.team, self.now_ns, len(self.team.peers)
         updates: list[tuple[str, int, LayerSnapshot]] = []
-        for source, version, pose, evidence in contributions:
+        for contribution in self._checked(contributions):
+            source, version, pose, evidence = contribution
             if pose is not None:
                 team.note_pose(source, *pose, version, now_ns)
             if evidence is None:
@@ -90,8 +97,23 @@ class MapSharing(Node):
         if updates and self.robot_map.receive(updates):
             self.publish("map", Empty())
 
+    def _checked(self, contributions: Iterable[Contribution]) -> Iterator[Contribution]:
+        """``contributions``, each of them checked."""
+        if not isinstance(contributions, Iterable):
+            raise ModelError(f"a robot takes in a list of Contributions, not {contributions!r}")
+        now_ns = self._graph.kernel.now_ns
+        for one in contributions:
+            check_contribution(one, self._sources)
+            clock_ns = self._graph.host(one.source).clock_ns(now_ns)
+            if one.version > clock_ns + _AHEAD_NS:
+                raise ModelError(f"the version {one.version} is to come: the clock of {one.source} "
+                                 f"shows {clock_ns} ns; wanted: what it showed when pose and "
+                                 "evidence were taken")
+            yield one
+
     def place(self, source: str, frame: Pose2D | None) -> None:
         """See ``SharingContext.place``."""
+        check_frame(source, frame, self.peers)
         number = self._graph.names.id(source)
         if frame is None:
             self.record("frame_lost", number)
