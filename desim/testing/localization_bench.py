@@ -18,7 +18,7 @@ from desim.ports.localization import (
     OdometryErrors,
     ScanWithOdometry,
 )
-from desim.robot.localization.checks import checked_path, draws_map
+from desim.robot.localization.checks import checked_path, draws_map, writes_checked
 from desim.testing.advice import need
 
 LASER = LaserGeometry(-2.25, 4.5 / 180, 12.0, 0.05)  # 181 beams
@@ -89,7 +89,8 @@ class LocalizationBench:
             self._timers[k] = period_ns, due_ns + period_ns, callback
             callback(self)
         self.now_ns, self._undrawn = now_ns, scan
-        pose = self._localization.on_odometry(self, odometry, scan)
+        with writes_checked(self._localization):
+            pose = self._localization.on_odometry(self, odometry, scan)
         self._need(is_pose(pose), f"return a Pose2D of three finite numbers, not {pose!r}")
         self.poses.append(Pose2D(*map(float, pose)))
         self._undrawn = None

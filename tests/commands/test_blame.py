@@ -108,6 +108,9 @@ def desim(tmp_path, monkeypatch):
      "on_odometry; wanted: a Pose2D of three finite numbers (robot_"),
     ("l_draws", LOCALIZATION, "context.draw(scan, odometry)", "localization l_draws:Plugin "
      "draws a scan; wanted: draws_map = True in its class at l_draws.py:12 (robot_"),
+    ("l_writes", LOCALIZATION, "scan and scan.ranges.fill(0.0); return odometry", "localization "
+     "l_writes:Plugin writes into what it may only read, as scans are (ValueError: assignment "
+     "destination is read-only); wanted: a copy at l_writes.py:12 (robot_"),
     ("l_timer", LOCALIZATION, "context.every(10**9, self.tick); return odometry\n"
      "        def tick(self, context): return 1 / 0", "localization l_timer:Plugin raised "
      "ZeroDivisionError: division by zero at l_timer.py:13 (robot_"),

@@ -116,5 +116,7 @@ class Scribbles(DeadReckoning):
 
 
 def test_scans_are_not_to_be_changed():
-    with pytest.raises(ValueError, match="read-only"):
+    with pytest.raises(ModelError, match=(
+            r"Scribbles \(.*\) writes into what it may only read, as scans are \(ValueError: "
+            r"assignment destination is read-only\); wanted: a copy$")):
         check_localization(Scribbles)

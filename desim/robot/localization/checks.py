@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 import numpy as np
 
-from desim.errors import ModelError, class_of
+from desim.errors import ModelError, class_of, described
 from desim.ports import Pose2D
 from desim.ports.arguments import is_pose
 from desim.ports.localization import Localization
@@ -17,6 +19,19 @@ S = TypeVar("S")  # a scan with its odometry
 def draws_map(localization: Localization) -> bool:
     """Whether ``localization`` makes the robot's map, too."""
     return bool(getattr(localization, "draws_map", False))
+
+
+@contextmanager
+def writes_checked(localization: Localization) -> Iterator[None]:
+    """Inside, ``localization`` runs. Raises ``ModelError`` if it writes into a scan."""
+    try:
+        yield
+    except ValueError as error:
+        if "read-only" not in str(error):
+            raise
+        raise ModelError(f"{class_of(localization)} writes into what it may only read, as scans "
+                         f"are ({described(error)}); wanted: a copy"
+                         ).with_traceback(error.__traceback__) from None
 
 
 def checked_pose(localization: Localization, pose: object) -> Pose2D:

@@ -21,6 +21,7 @@ from desim.robot.localization.checks import (
     checked_pose,
     drawable,
     draws_map,
+    writes_checked,
 )
 from desim.robot.localization.context import SensorContext
 from desim.robot.mapping.node import PATIENCE_NS
@@ -100,8 +101,10 @@ class LocalizationNode(Node):
         at = None if scan is None else self._odometry_at(scan.stamp_ns, before, odometry)
         if scan is not None and at is not None:
             self._undrawn = UnreadScan(scan, Pose2D(*at[1:]))
-        pose = checked_pose(self.localization, self.localization.on_odometry(
-            self._context, Pose2D(*odometry[1:]), self._undrawn))
+        with writes_checked(self.localization):
+            given = self.localization.on_odometry(self._context, Pose2D(*odometry[1:]),
+                                                  self._undrawn)
+        pose = checked_pose(self.localization, given)
         self._publish(before, odometry, Pose2D(*map(float, pose)))
 
     def _publish(self, before: Pose | None, odometry: Pose, pose: Pose2D) -> None:
