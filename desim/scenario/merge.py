@@ -49,7 +49,8 @@ _SHAPES = {
     ("fleet", "start"): FleetParams.model_fields["start"],
 }
 # Mappings of names: null takes an inherited entry away.
-_BY_NAME = (("network", "media"), ("hosts",), ("fleet", "types"))
+_BY_NAME = (("network", "media"), ("hosts",), ("fleet", "types"), ("robot", "lasers"),
+            ("fleet", "types", "*", "robot", "lasers"))
 
 
 def extended(path: str, below: tuple[str, ...] = ()) -> Document:
@@ -197,4 +198,5 @@ def _map_at(data: object, path: Path, change: Callable[[Data], Data]) -> object:
     if not path:
         return change(data)
     step, rest = path[0], path[1:]
-    return {**data, step: _map_at(data[step], rest, change)} if step in data else data
+    below = [*data] if step == "*" else [step] if step in data else []
+    return {**data, **{name: _map_at(data[name], rest, change) for name in below}}

@@ -240,6 +240,14 @@ def test_null_takes_a_named_thing_away():
     assert field.hosts == {}
 
 
+def test_null_takes_a_laser_away():
+    two = "lasers: {high: {height: 0.6 m}, low: {height: 0.2 m}}"
+    both = scenario(f"robot: {{{two}}}\nfleet: {{types: {{mapper: {{robot: {{{two}}}}}}}}}",
+                    "robot.lasers.high=null", "fleet.types.mapper.robot.lasers.low=null")
+    assert list(both.robot.lasers) == ["low"]
+    assert list(both.fleet.types["mapper"].robot.lasers) == ["high"]
+
+
 def test_overrides_are_yaml_1_2_and_the_last_wins():
     changed = scenario("faults: [{at: 1 s, host: robot_0}]", "fleet.size=2", "fleet.size=8",
                        "faults.0.host=robot_7", "robot.passive=[robot_1]",
