@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from desim.scenario.robot_types import used_types
+from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
 from desim.scenario.schema import footprint
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, RobotType
-from desim.scenario.schema.robot import Equipment, Laser
+from desim.scenario.schema.robot import BUILT_IN_LASERS, Equipment, Laser
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
-from desim.units import LENGTH
+from desim.units import FREQUENCY, LENGTH
 
 Found = Iterator[tuple[Path, str]]
 
@@ -40,6 +40,31 @@ def lasers(equipment: Equipment) -> Iterator[tuple[Path, str | Laser]]:
         yield ("laser",), equipment.laser
     for name, laser in equipment.lasers.items():
         yield ("lasers", name), laser
+
+
+def clearance(path: Path, kind: RobotType) -> Found:
+    """The complaints about the clearance of a type, which stands at ``path``."""
+    if kind.clearance_m >= kind.height_m:
+        yield (*path, "clearance"), (
+            f"must be below the top of the body, its height, {LENGTH.format(kind.height_m)}, got "
+            f"{LENGTH.format(kind.clearance_m)}")
+
+
+def laser_rates(scenario: Scenario, _: Folder) -> Found:
+    """Lasers that scan oftener than bodies move."""
+    tick_hz, shared = scenario.physics.rate_hz, scenario.robot
+    for path, equipment in equipment_by_path(scenario):
+        for at, written in lasers(equipment):
+            if equipment is not shared and at == ("laser",):
+                if "laser" not in equipment.model_fields_set:
+                    continue  # it is the fleet's
+                written = filled_in(equipment, shared).laser or written  # noqa: PLW2901
+            laser = BUILT_IN_LASERS.get(written) if isinstance(written, str) else written
+            if laser is not None and laser.pose == "last_tick" and laser.rate_hz > tick_hz:
+                yield (*path, *at, "rate"), (
+                    f"must be at most that of physics, {FREQUENCY.format(tick_hz)}, got "
+                    f"{FREQUENCY.format(laser.rate_hz)}: scans see the pose of the last tick; "
+                    "allowed with pose: interpolated")
 
 
 def mounts(scenario: Scenario, _: Folder) -> Found:

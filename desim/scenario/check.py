@@ -130,6 +130,7 @@ def _fleet(scenario: Scenario, _: Folder) -> Found:
                 f"must be above 0 m with drive: aerial, and 0 m with any other, got "
                 f"{LENGTH.format(kind.altitude_m)} with drive: {kind.drive}")
         yield from bodies.outline(("fleet", "types", name), kind)
+        yield from bodies.clearance(("fleet", "types", name), kind)
     if isinstance(fleet.start, StartList):
         yield from _start_list(fleet.start, count or fleet.size)
 
@@ -231,6 +232,10 @@ def _laser(scenario: Scenario, _: Folder) -> Found:
             yield (*path, "laser"), "must be null, or left out, beside lasers"
         if not equipment.lasers and equipment.laser is None:
             yield (*path, "laser"), "null is allowed beside lasers alone: a robot has at least one"
+        if not equipment.lasers and "lasers" in equipment.model_fields_set and (
+                "laser" not in equipment.model_fields_set):
+            yield (*path, "lasers"), ("must be one laser at least, or left out beside laser, the "
+                                      "only one")
         for at, laser in bodies.lasers(equipment):
             if isinstance(laser, str):
                 if laser not in BUILT_IN_LASERS:
@@ -350,6 +355,8 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("faults",),), _faults),
     ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types")), _laser),
     ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),
+    ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types"), ("physics", "rate")),
+     bodies.laser_rates),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("robot", "power"), ("fleet", "types")), _radios),

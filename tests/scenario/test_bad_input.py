@@ -519,6 +519,18 @@ WRONG = {
         "2:16: robot.laser: must be null, or left out, beside lasers"]),
     "no laser": ("robot: {laser: null}", [
         "2:16: robot.laser: null is allowed beside lasers alone: a robot has at least one"]),
+    "no lasers": ("robot: {lasers: {}}", [
+        "2:17: robot.lasers: must be one laser at least, or left out beside laser, the only one"]),
+    "a laser faster than the world": ("robot: {laser: {rate: 1 kHz}}", [
+        "2:23: robot.laser.rate: must be at most that of physics, 60 Hz, got 1 kHz: scans see "
+        "the pose of the last tick; allowed with pose: interpolated"]),
+    "a world slower than its lasers": (
+        "physics: {rate: 20 Hz}\nrobot: {laser: {pose: interpolated}}\nfleet: {types: {"
+        "a: {robot: {laser: {rate: 50 Hz}}}, b: {robot: {laser: lms500}},"
+        " c: {robot: {lasers: {low: {}, high: {pose: interpolated}}}}, d: {robot: {}}}}", [
+            f"4:{column}: fleet.types.{laser}.rate: must be at most that of physics, 20 Hz, got "
+            "25 Hz: scans see the pose of the last tick; allowed with pose: interpolated"
+            for column, laser in ((65, "b.robot.laser"), (103, "c.robot.lasers.low"))]),
     "unknown one of several lasers": ("robot: {lasers: {low: lms50}}", [
         "2:23: robot.lasers.low: unknown laser 'lms50' (did you mean 'lms500'?); allowed: lms500, "
         "or its parameters"]),
@@ -560,6 +572,9 @@ WRONG = {
     "a type of the ground in the air": ("fleet: {types: {rover: {altitude: 1 m}}}", [
         "2:35: fleet.types.rover.altitude: must be above 0 m with drive: aerial, and 0 m with any "
         "other, got 1 m with drive: differential"]),
+    "a body above itself": ("fleet: {types: {rover: {clearance: 0.3 m}}}", [
+        "2:36: fleet.types.rover.clearance: must be below the top of the body, its height, 0.24 m, "
+        "got 0.3 m"]),
     "size against groups": ("fleet: {size: 3, robots: [{type: pioneer3dx, count: 2}]}", [
         "2:15: fleet.size: must be the sum of the groups' counts, 2, got 3"]),
     "size against poses": ("fleet: {size: 2, start: {poses: [{x: 1 m, y: 1 m}]}}", [
