@@ -1,6 +1,7 @@
 """Plug-ins that a user writes: a module beside the scenario that names it."""
 
 import pickle
+import re
 import subprocess
 import sys
 import textwrap
@@ -240,3 +241,14 @@ def test_a_module_that_fails_names_its_line(tmp_path):
         plugins.load("strategy", f"{tmp_path}/lacks:Any")
     assert str(caught.value) == ("cannot load strategy 'lacks:Any': No module named "
                                  "'no_such_module' at lacks.py:2")
+
+
+OURS = [(kind, name) for kind in plugins.GROUPS for name, point in plugins.available(kind).items()
+        if point.module.partition(".")[0] in ("desim", "netmodels") and kind != "validation"]
+
+
+@pytest.mark.parametrize(("kind", "name"), OURS)
+def test_descriptions_have_the_words_of_scenarios(kind, name):
+    """And no names of constants, or of parameters with a unit, which stand in the code alone."""
+    text = plugins.load(kind, name).__doc__ or ""
+    assert not re.findall(r"``(?:[a-z_]+_(?:ns|hz|bps|mps|m|rad)|[A-Z]+_[A-Z_]+)``", text)

@@ -14,8 +14,8 @@ from desim.units import NS_PER_S, Pace
 
 
 class OwnMaps:
-    """Sends this robot's own evidence to the others every ``period_ns`` if it changed, and merges
-    the last update that came from each other robot, ``MERGING_HZ`` times a second.
+    """Sends this robot's own evidence to the others every ``period`` if it changed, and merges
+    the last update that came from each other robot, four times a second.
 
     With ``changed_tiles`` an update holds the tiles that changed since the last one sent. A robot
     that missed an update gets those tiles with their next change, or with the next complete update.

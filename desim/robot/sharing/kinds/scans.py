@@ -67,8 +67,8 @@ class TeammateMap(NamedTuple):
 class Scans:
     """Sends every ``period`` the scans that the robot has entered in its own map since the last
     time, with their poses. A receiver that misses some asks for them, and the sender sends all from
-    there on again. After ``REFRESH_PERIODS`` periods without new scans it sends a batch without
-    scans, which has their number."""
+    there on again. After six periods without new scans it sends a batch without scans,
+    which has their number."""
 
     class Params(ports.Params):
         """The period of batches."""

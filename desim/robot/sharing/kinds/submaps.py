@@ -97,7 +97,7 @@ class TeammateSubmaps:
 class Submaps:
     """Sends each submap once. A submap has ``scans`` scans that the robot has entered in its own
     map, or those of the time ``oldest``. The poses of all submaps, 24 B each, are sent when there
-    is a new submap, when SLAM has corrected one, and after ``REFRESH_PERIODS`` periods without
+    is a new submap, when SLAM has corrected one, and after six periods without
     news. Receivers then move the submaps that they have (as Cartographer's: Hess et al. 2016), and
     ask for those that they lack. Inside a submap nothing is corrected any more."""
 
