@@ -60,7 +60,7 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         from desim.report.slam_figure import draw_slam
         from desim.robot.slam.settings import SlamSettings
 
-        default = Path("results") / "slam" / f"{log.name.split('.')[0]}.png"
+        default = Path("results") / "slam" / f"{log.name.split('.')[0] or 'log'}.png"
         check_ending(to or default)
         true = None if relations is None else read_relations(relations)
         found = read_carmen(log)

@@ -201,3 +201,10 @@ def test_a_map_that_does_not_fit_into_memory_is_refused_by_its_cells(folder):
     assert done.stderr.splitlines()[1:] == [
         f"{log}: the map is 90035 m x 34.145 m large by its odometry; in cells of 0.05 m it takes "
         "15371 MB; allowed: up to 1000 MB, with --resolution 0.2"]
+
+
+def test_a_folder_in_place_of_a_log_is_named_as_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["slam", "."])
+    assert done.exit_code == 2
+    assert done.output == ".: Is a directory\n"

@@ -100,7 +100,7 @@ def test_poses_that_somebody_has_corrected_are_no_mount(tmp_path):
 
 
 WRONG = {
-    "empty": ("", ":0: the log ends without a scan; wanted: a log of CARMEN with lines FLASER, "
+    "empty": ("", ": the log ends without a scan; wanted: a log of CARMEN with lines FLASER, "
               "ROBOTLASER1, or RAWLASER1 and ODOM"),
     "no scan": ("ODOM 1 2 3\n", ":1: the log ends without a scan; wanted: a log of CARMEN with "
                                 "lines FLASER, ROBOTLASER1, or RAWLASER1 and ODOM"),

@@ -104,7 +104,7 @@ def read_carmen(path: Path) -> CarmenLog:
             scans.append(scan)
             _same_laser(scan, scans[0], kind)
     if not scans:
-        scans = _placed(raw, odometry, f"{path}:{number}")
+        scans = _placed(raw, odometry, f"{path}:{number}" if number else str(path))
     kept, late = _in_order(scans)
     return _log(kept, longest_m)._replace(warnings=(*late, *_jumps(kept)))
 
