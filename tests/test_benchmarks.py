@@ -71,6 +71,14 @@ def test_each_kernel_has_its_share_of_a_scan_s_time(short_log):
     assert abs(sum(map(int, shares.values())) - 100) <= len(shares)
 
 
+def test_who_measures_for_minutes_says_what(short_log, monkeypatch, capsys):
+    monkeypatch.setattr(robots, "settings", lambda reference: [short_log])
+    monkeypatch.setattr(robots, "TURNS", 1)
+    assert len(robots.scans(None)) == 2
+    assert capsys.readouterr().err.splitlines() == [
+        "measuring short, gmapping: 1 plays", "measuring short, scan_matching: 1 plays"]
+
+
 def test_timers_are_gone_afterwards():
     before = robots.particle_filter.propose
     with robots.timed_kernels():

@@ -34,7 +34,7 @@ from benchmarks.beacons import beacons
 from benchmarks.campaign import finished, overhead
 from benchmarks.fleets import draw, fleets
 from benchmarks.message import messages
-from benchmarks.robots import PARTS_COLUMN, scans
+from benchmarks.robots import PARTS_COLUMN, measuring, scans
 from benchmarks.startup import startup
 from benchmarks.wander import Wander, build, raster_maze
 from rich.console import Console
@@ -275,6 +275,7 @@ def robots() -> list[Row]:
     maze = str(TOOLS.parent / "scenarios" / "maze_30.yaml")
     for kind, aim in LOCALIZATIONS.items():
         what = [maze, "--set", f"robot.localization={kind}"]
+        measuring(f"maze_30, {kind}: two runs")
         run = manifest_of(what, 0)
         parts = json.loads(output_of(str(TOOLS / "profile_run.py"), "--json", *what))
         percents = {part: round(percent) for part, percent in parts["parts_percent"].items()}
@@ -289,8 +290,7 @@ def robots() -> list[Row]:
 def campaign() -> list[Row]:
     """Cost of a campaign beside its runs: CPU of it and its workers, start included."""
     scratch = Path(_scratch.name)
-    return [overhead(scratch), *finished(scratch, 200, 500),
-            *finished(scratch, 10_000, 10)]
+    return [overhead(scratch), *finished(scratch, 200, 500), *finished(scratch, 10_000, 10)]
 
 
 def manifest_of(what: list[str], repetition: int) -> dict[str, Any]:

@@ -74,7 +74,13 @@ def scans(reference: Path) -> list[Row]:
     return [row for setting in settings(reference) for row in map(partial(_row, setting), SLAM)]
 
 
+def measuring(what: str) -> None:
+    """Say what is measured now: it takes up to minutes."""
+    print(f"measuring {what}", file=sys.stderr, flush=True)
+
+
 def _row(setting: Setting, kind: str) -> Row:
+    measuring(f"{setting.name}, {kind}: {TURNS} plays")
     log = setting.log
     chosen = SlamSettings(resolution_m=setting.resolution_m, laser=log.laser)
     new = partial(SLAM[kind], chosen, Streams(1).key("slam"))
