@@ -23,7 +23,15 @@ from desim.ports.computers import CostModel, MemoryModel
 from desim.ports.localization import Localization
 from desim.ports.middleware import Middleware
 from desim.ports.sharing import FollowsScans, Sharing
-from desim.ports.tasks import Briefs, FollowsKnowledge, GivesMap, JudgesMap, Measures, Task
+from desim.ports.tasks import (
+    Briefs,
+    FollowsKnowledge,
+    GivesMap,
+    JudgesMap,
+    Measures,
+    Task,
+    VisitsPlaces,
+)
 
 GROUPS = {
     "network": "desim.networks",
@@ -58,7 +66,7 @@ CONTRACTS: dict[str, type] = {
 _OPTIONAL: dict[str, tuple[type, ...]] = {
     "strategy": (ports.Starts, ports.FollowsGoals, ports.FollowsMap, ports.FollowsTeam),
     "sharing": (FollowsScans,),
-    "task": (Briefs, GivesMap, FollowsKnowledge, JudgesMap, Measures),
+    "task": (Briefs, VisitsPlaces, GivesMap, FollowsKnowledge, JudgesMap, Measures),
     "computers": (MemoryModel,),
 }
 _ALL_OR_NONE = (MemoryModel,)  # of these, one method is of no use without the others

@@ -11,10 +11,10 @@ from desim.errors import did_you_mean
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
-from desim.monitor.tasks.patrolling import Patrolling
 from desim.monitor.tasks.places import free_cells
 from desim.monitor.without_effect import without_effect
 from desim.network.medium import Medium
+from desim.ports.tasks import VisitsPlaces
 from desim.scenario.robot_types import used_types
 from desim.units import LENGTH
 
@@ -123,7 +123,7 @@ def _out_of_reach(monitor: Monitor) -> list[str]:
     """Warnings of places of a patrol that nobody has visited, and to which no path leads from where
     the robots are."""
     task, scenario = monitor.task, monitor.scenario
-    if not isinstance(task, Patrolling) or not task.unvisited() or not monitor.explorers:
+    if not isinstance(task, VisitsPlaces) or not task.unvisited() or not monitor.explorers:
         return []
     radius_m = min(scenario.fleet.types[name].inscribed_radius_m
                    for name in used_types(scenario.fleet))

@@ -148,6 +148,17 @@ class Briefs(Protocol):
 
 
 @runtime_checkable
+class VisitsPlaces(Protocol):
+    """A task whose robots have to get to places: a run warns of those to which no path leads."""
+
+    def briefing(self) -> Patrol:
+        """The places."""
+
+    def unvisited(self) -> list[int]:
+        """The indices of the places that nobody has visited."""
+
+
+@runtime_checkable
 class GivesMap(Protocol):
     """A task in a terrain that is known, where the scenario says so."""
 

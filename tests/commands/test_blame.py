@@ -116,7 +116,7 @@ def desim(tmp_path, monkeypatch):
      "ZeroDivisionError: division by zero at l_timer.py:13 (robot_"),
     ("s_wall", STRATEGY, "return ports.Frontier(900.0, 0.0, 1.0, 9)",
      "s_wall.Plugin (s_wall.py:4) chose Frontier(x_m=900.0, y_m=0.0, path_m=1.0, cells=9); wanted: "
-     "one of frontiers(), a Place that is free in the robot's map, or None (robot_"),
+     "one of frontiers(), a Place on the robot's map, or None (robot_"),
     ("s_nan", STRATEGY, "return ports.Frontier(float('nan'), 0.0, 1.0, 9)",
      "s_nan.Plugin (s_nan.py:4) chose Frontier(x_m=nan, "),
     ("s_block", STRATEGY, "return ports.Frontier(0.0, 0.0, 1.0, 9)",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import ndimage
 
 from desim.errors import InputError
 from desim.ports import Place
@@ -15,6 +14,8 @@ _CANDIDATES = 32  # for each place
 def free_cells(ground: Ground, starts_m: np.ndarray, clearance_m: float) -> np.ndarray:
     """[n, 2] m, the centres of the cells that are ``clearance_m`` away from all walls, and that can
     be reached from near one of ``starts_m`` [robots, 2] on a path with the same clearance."""
+    from scipy import ndimage  # most runs do without it
+
     grid = ground.grid
     # From the middle of a cell to the middle of a wall's, whose edge is half a cell before.
     off_m = (ndimage.distance_transform_edt(ground.solid == 0) - 0.5) * grid.resolution_m

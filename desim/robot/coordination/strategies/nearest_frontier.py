@@ -13,8 +13,8 @@ def nearest(context: ports.StrategyContext) -> ports.Frontier | None:
 class NearestFrontier:
     """Choose the frontier that the search for paths meets first: the one with the nearest cell.
 
-    That need not be the one with the smallest ``path_m``, which belongs to the cell that robots
-    drive to. Robots coordinate through their shared maps alone.
+    That need not be the one with the shortest path, which ends at the cell that robots drive to.
+    Robots coordinate through their shared maps alone.
     """
 
     class Params(ports.Params):
