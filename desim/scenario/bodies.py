@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from fractions import Fraction
 
 from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
 from desim.scenario.schema import footprint
@@ -50,21 +51,35 @@ def clearance(path: Path, kind: RobotType) -> Found:
             f"{LENGTH.format(kind.clearance_m)}")
 
 
-def laser_rates(scenario: Scenario, _: Folder) -> Found:
-    """Lasers that scan oftener than bodies move."""
+def sensor_rates(scenario: Scenario, _: Folder) -> Found:
+    """Sensors that measure oftener than bodies move."""
     tick_hz, shared = scenario.physics.rate_hz, scenario.robot
     for path, equipment in equipment_by_path(scenario):
-        for at, written in lasers(equipment):
-            if equipment is not shared and at == ("laser",):
-                if "laser" not in equipment.model_fields_set:
-                    continue  # it is the fleet's
-                written = filled_in(equipment, shared).laser or written  # noqa: PLW2901
-            laser = BUILT_IN_LASERS.get(written) if isinstance(written, str) else written
-            if laser is not None and laser.pose == "last_tick" and laser.rate_hz > tick_hz:
+        for at, rate_hz, way_out in _rates_of_last_tick(equipment, shared):
+            if rate_hz > tick_hz:
                 yield (*path, *at, "rate"), (
                     f"must be at most that of physics, {FREQUENCY.format(tick_hz)}, got "
-                    f"{FREQUENCY.format(laser.rate_hz)}: scans see the pose of the last tick; "
-                    "allowed with pose: interpolated")
+                    f"{FREQUENCY.format(rate_hz)}: {way_out}")
+
+
+def _rates_of_last_tick(equipment: Equipment,
+                        shared: Equipment) -> Iterator[tuple[Path, Fraction, str]]:
+    """The rate of each sensor of ``equipment`` that measures at the pose of the last tick, with its
+    path, and the reason why it may not be higher than that of ticks. What a type has from the
+    fleet's equipment, ``shared``, is that one's."""
+    for at, written in lasers(equipment):
+        if equipment is not shared and at == ("laser",):
+            if "laser" not in equipment.model_fields_set:
+                continue
+            written = filled_in(equipment, shared).laser or written  # noqa: PLW2901
+        laser = BUILT_IN_LASERS.get(written) if isinstance(written, str) else written
+        if laser is not None and laser.pose == "last_tick":
+            yield at, laser.rate_hz, ("scans see the pose of the last tick; allowed with pose: "
+                                      "interpolated")
+    for name in ("odometry", "sonar"):
+        sensor = getattr(equipment, name)
+        if sensor is not None and (equipment is shared or "rate_hz" in sensor.model_fields_set):
+            yield (name,), sensor.rate_hz, "it measures at the pose of the last tick"
 
 
 def mounts(scenario: Scenario, _: Folder) -> Found:

@@ -87,13 +87,13 @@ WRONG = {
         f"coordination: {{exchange: {{model: {model}}}}}", [
             f"3:34: coordination.exchange.model: '{model}' merges into the map of a robot's own "
             "scans; base, with a strategy and without a body, would get no map; allowed with a "
-            "coordinator: frontiers, own_maps, relayed, scans, submaps"])
-       for model in ("mrs_testbed", "registered_maps")},
+            "coordinator: own_maps, relayed, scans, submaps"])
+       for model in ("mrs_testbed", "registered_maps", "frontiers")},
     "a coordinator to which nobody sends a map": (
         "hosts: {base: {strategy: nearest_frontier}}\ncoordination: {exchange: null}", [
             "3:26: coordination.exchange: null means that nobody sends a map; base, with a "
-            "strategy and without a body, would get no map; allowed with a coordinator: frontiers, "
-            "own_maps, relayed, scans, submaps"]),
+            "strategy and without a body, would get no map; allowed with a coordinator: own_maps, "
+            "relayed, scans, submaps"]),
     "a quantity of another task": ("stop: {when: idleness_s > 5}", [
         "2:14: stop.when: unknown quantity 'idleness_s'; allowed: time_s, explored, "
         "explored_union, explored_all, collisions, recoveries, messages_sent, messages_delivered, "
@@ -531,6 +531,13 @@ WRONG = {
             f"4:{column}: fleet.types.{laser}.rate: must be at most that of physics, 20 Hz, got "
             "25 Hz: scans see the pose of the last tick; allowed with pose: interpolated"
             for column, laser in ((65, "b.robot.laser"), (103, "c.robot.lasers.low"))]),
+    "an odometer and sonars faster than the world": (
+        "physics: {rate: 30 Hz}\nrobot: {sonar: {}, odometry: {rate: 31 Hz}}\nfleet: {types: {"
+        "a: {robot: {sonar: {rate: 40 Hz}}}, b: {robot: {odometry: {position_noise: 1 cm}}}}}", [
+            "3:37: robot.odometry.rate: must be at most that of physics, 30 Hz, got 31 Hz: it "
+            "measures at the pose of the last tick",
+            "4:43: fleet.types.a.robot.sonar.rate: must be at most that of physics, 30 Hz, got "
+            "40 Hz: it measures at the pose of the last tick"]),
     "unknown one of several lasers": ("robot: {lasers: {low: lms50}}", [
         "2:23: robot.lasers.low: unknown laser 'lms50' (did you mean 'lms500'?); allowed: lms500, "
         "or its parameters"]),

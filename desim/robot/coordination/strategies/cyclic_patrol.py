@@ -35,29 +35,25 @@ class CyclicPatrol:
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | ports.Place | None:
         places = robot.task.places
         if len(self._tour) < len(places):
-            lengths_m = np.array([robot.path_lengths_m(places, place) for place in places])
-            if not np.isfinite(lengths_m).all():
+            reached = [place for place, length_m in zip(places, robot.path_lengths_m(places),
+                                                        strict=True) if np.isfinite(length_m)]
+            if len(reached) < len(places):
                 unknown = nearest(robot)
                 if unknown is not None:
                     return unknown  # not all paths are known yet
-            self._plan(robot, lengths_m)
+            if len(reached) > len(self._tour):
+                self._plan(robot, reached)
         for k in range(len(self._tour)):
             place = self._tour[(self._next + k) % len(self._tour)]
             if np.isfinite(robot.path_lengths_m([place])[0]):
                 return place
         return nearest(robot)
 
-    def _plan(self, robot: ports.StrategyContext, lengths_m: np.ndarray) -> None:
-        """Plan a tour through the places that the robot can get to, ``lengths_m`` [n, n] apart from
-        each other, if these are more than are on the tour."""
-        places = robot.task.places
-        reached = [i for i, length_m in enumerate(robot.path_lengths_m(places).tolist())
-                   if np.isfinite(length_m)]
-        if len(reached) <= len(self._tour):
-            return
-        lengths_m = lengths_m[np.ix_(reached, reached)]
+    def _plan(self, robot: ports.StrategyContext, places: list[ports.Place]) -> None:
+        """Plan a tour through ``places``, to all of which there is a path."""
+        lengths_m = np.array([robot.path_lengths_m(places, place) for place in places])
         order = tour(lengths_m)
-        self._tour = [places[reached[i]] for i in order]
+        self._tour = [places[i] for i in order]
         names = sorted((robot.name, *robot.team), key=natural_key)
         steps_m = lengths_m[order, np.roll(order, -1)]
         begins_m = np.cumsum(steps_m) - steps_m  # of each place on the tour

@@ -47,6 +47,8 @@ class Frontiers:
         period_ns: Pace = Field("5 s", description="(as own_maps, for comparison)")
         via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
 
+    needs_body = True  # a host without scans would know edges of free terrain, and nothing inside
+
     def __init__(self, params: Params) -> None:
         self._params = params
         self._sent: Evidence | None = None  # the map at the last update
