@@ -1,0 +1,133 @@
+"""The paper's findings beside the campaign of exploration.yaml, as far as it is done.
+
+    python scenarios/paper/exploration_table.py results/exploration results/exploration_ideal
+
+Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the bend of
+its times, and how busy computers and network are; and zigzag beside each other terrain, run by run.
+Writes exploration.png beside runs.parquet: the times, and those of the second campaign, without
+computers and SLAM, as thin lines.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as parquet
+from findings_table import cell, levels, time_s
+
+from desim.statistics.comparisons import paired
+from desim.statistics.knee import FEWEST_LOADS, breakpoint_of
+
+_SHOWN = (1, 2, 4, 8, 11, 16, 22, 30)  # robots: rows of the table
+_NEAR = 1  # a fleet's time is the mean of fleets with up to so many robots more or fewer
+
+
+def means(runs) -> dict[int, float]:
+    """Mean exploration time, s, by the number of robots."""
+    return {size: float(np.mean([time_s(run) for run in runs if run["robots"] == size]))
+            for size in sorted(levels(runs, "robots"))}
+
+
+def fastest(runs) -> int:
+    """The fleet with the shortest time, that of its neighbours taken in."""
+    sizes = levels(runs, "robots")
+    return min(sizes, key=lambda size: np.mean([time_s(run) for run in runs
+                                                if abs(run["robots"] - size) <= _NEAR]))
+
+
+def bend(runs) -> str:
+    """The fleet from which on more robots pay off less, and the change of time a robot before and
+    after it."""
+    if len(levels(runs, "robots")) < FEWEST_LOADS:
+        return "–"
+    knee = breakpoint_of([run["robots"] for run in runs], [time_s(run) for run in runs])
+    if knee is None:
+        return "none"
+    return (f"{knee.at:.1f} ({knee.low:.1f} to {knee.high:.1f}): {knee.slope_before:+.1f}, then "
+            f"{knee.slope_after:+.1f}")
+
+
+def times(by_terrain) -> None:
+    """Print times and ways by fleet and terrain, and how many runs did not know 99 % in time."""
+    print("| robots |", " | ".join(by_terrain), "|")
+    print("|---" * (1 + len(by_terrain)) + "|")
+    for size in _SHOWN:
+        cells = [cell([run for run in runs if run["robots"] == size])
+                 for runs in by_terrain.values()]
+        print(f"| {size} |", " | ".join(cells), "|")
+
+
+def facts(by_terrain) -> None:
+    """Print what the paper says of each terrain."""
+    print("\n| terrain | fastest fleet, s | bend, robots: s a robot | CPU, %: mean, most | RAM, % "
+          "| a robot receives, kB/s: mean, most |")
+    print("|---" * 6 + "|")
+    for terrain, runs in by_terrain.items():
+        best = fastest(runs)
+        cpu, received = ([run[name] for run in runs] for name in ("mean_cpu_percent",
+                                                                  "mean_rx_kBps"))
+        print(f"| {terrain} | {best}: {means(runs)[best]:.0f} | {bend(runs)} | {np.mean(cpu):.0f}, "
+              f"{max(cpu):.0f} | {np.mean([run['mean_ram_percent'] for run in runs]):.1f} | "
+              f"{np.mean(received):.0f}, {max(received):.0f} |")
+
+
+def beside_zigzag(by_terrain) -> None:
+    """Print the values of zigzag as shares of those of the other terrains, geometric means over
+    runs of equal fleets and seeds with 95 % intervals."""
+    names = {"time": time_s, "CPU": lambda run: run["mean_cpu_percent"],
+             "RAM": lambda run: run["mean_ram_percent"],
+             "received": lambda run: run["mean_rx_kBps"], "sent": lambda run: run["mean_tx_kBps"]}
+    print("\n| zigzag, as a share of |", " | ".join(names), "|")
+    print("|---" * (1 + len(names)) + "|")
+    own = {(run["robots"], run["seed"]): run for run in by_terrain["zigzag"]}
+    for terrain, runs in by_terrain.items():
+        pairs = [(own[run["robots"], run["seed"]], run) for run in runs
+                 if (run["robots"], run["seed"]) in own]
+        if terrain != "zigzag" and pairs:
+            shares = [paired(*(np.log([value(run) for run in side])
+                               for side in zip(*pairs, strict=True))).difference
+                      for value in names.values()]
+            print(f"| {terrain} |", " | ".join(
+                "{:.2f} ({:.2f} to {:.2f})".format(*np.exp([one.mean, one.low, one.high]))
+                if one.low is not None else f"{np.exp(one.mean):.2f}" for one in shares), "|")
+
+
+def figure(by_terrain, ideal, path: Path) -> None:
+    """Draw the times by fleet and terrain, single runs as dots."""
+    from matplotlib import pyplot
+
+    shown, panel = pyplot.subplots(figsize=(7, 4), layout="constrained")
+    for number, (terrain, runs) in enumerate(by_terrain.items()):
+        colour = f"C{number}"
+        panel.plot(*zip(*means(runs).items(), strict=True), color=colour, label=terrain)
+        panel.plot([run["robots"] for run in runs], [time_s(run) for run in runs], ".", ms=3,
+                   color=colour)
+        if terrain in ideal:
+            panel.plot(*zip(*means(ideal[terrain]).items(), strict=True), color=colour, lw=0.7)
+    panel.set(xlabel="robots", ylabel="exploration time, s", ylim=(0, None))
+    panel.grid(alpha=0.3)
+    panel.legend()
+    shown.savefig(path, dpi=110)
+    pyplot.close(shown)
+
+
+def read(campaign: Path) -> dict:
+    """The runs of a campaign, by terrain."""
+    runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
+    return {terrain: [run for run in runs if run["terrain"] == terrain]
+            for terrain in levels(runs, "terrain")}
+
+
+def main(campaign: Path, *ideal: Path) -> None:
+    by_terrain = read(campaign)
+    times(by_terrain)
+    facts(by_terrain)
+    if "zigzag" in by_terrain:
+        beside_zigzag(by_terrain)
+    figure(by_terrain, read(ideal[0]) if ideal else {}, campaign / "exploration.png")
+
+
+if __name__ == "__main__":
+    main(*map(Path, sys.argv[1:]))

@@ -1,0 +1,57 @@
+"""The tables of the paper's exploration."""
+
+import importlib
+
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pytest
+
+
+@pytest.fixture
+def table(monkeypatch, repository):
+    monkeypatch.syspath_prepend(str(repository / "scenarios" / "paper"))
+    return importlib.import_module("exploration_table")
+
+
+def run(terrain, robots, seed, time_s):
+    of_terrain = 2 if terrain == "zigzag" else 1
+    return {"terrain": terrain, "robots": robots, "seed": seed, "exploration_time_s": time_s,
+            "simulated_s": 2000.0, "exploration_cost_m": 100.0 * robots,
+            "mean_cpu_percent": 30.0 * of_terrain, "mean_ram_percent": 6.0,
+            "mean_rx_kBps": 100.0 * robots, "mean_tx_kBps": 90.0 * robots}
+
+
+def write(folder, runs):
+    parquet.write_table(pa.Table.from_pylist(runs), folder / "runs.parquet")
+
+
+def test_each_terrain_has_its_times_its_fastest_fleet_and_its_bend(table, tmp_path, capsys):
+    # In the maze each robot saves 20 s up to 11, and each further one costs 15 s.
+    maze = [run("maze", size, seed, 400.0 - 20 * min(size, 11) + 15 * max(size - 11, 0) + seed)
+            for size in range(1, 31) for seed in (1, 2)]
+    zigzag = [run("zigzag", size, seed, None if size == 1 else 2 * one["exploration_time_s"])
+              for one in maze for size, seed in [(one["robots"], one["seed"])]]
+    write(tmp_path, maze + zigzag)
+    table.main(tmp_path)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == ["| robots | maze | zigzag |", "|---|---|---|"]
+    assert lines[2] == "| 1 | 382 ± 6 (0.1 km) | 2000 ± 0 (0.1 km, 2 of 2 late) |"
+    assert lines[6] == "| 11 | 182 ± 6 (1.1 km) | 363 ± 13 (1.1 km) |"
+    maze_facts, zigzag_facts = lines[13:15]
+    assert maze_facts.startswith("| maze | 11: 182 | 11.0 (")
+    assert maze_facts.endswith("): -20.0, then +15.0 | 30, 30 | 6.0 | 1550, 3000 |")
+    assert zigzag_facts.startswith("| zigzag | 11: 363 | ")
+    shares = lines[18].split(" | ")
+    assert shares[0] == "| maze"
+    assert shares[2:] == ["2.00 (2.00 to 2.00)", *["1.00 (1.00 to 1.00)"] * 2,
+                          "1.00 (1.00 to 1.00) |"]
+    assert (tmp_path / "exploration.png").exists()
+
+
+def test_a_part_of_the_runs_has_a_part_of_the_tables(table, tmp_path, capsys):
+    write(tmp_path, [run("maze", 8, 1, 300.0), run("zigzag", 8, 1, 600.0)])
+    table.main(tmp_path, tmp_path)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[2] == "| 1 | – | – |"
+    assert "| maze | 8: 300 | – | 30, 30 | 6.0 | 800, 800 |" in lines
+    assert "| maze | 2.00 | 2.00 | 1.00 | 1.00 | 1.00 |" in lines

@@ -1,0 +1,40 @@
+"""The table of the paper's Table 2."""
+
+import importlib
+
+import pyarrow as pa
+import pyarrow.parquet as parquet
+import pytest
+
+
+@pytest.fixture
+def table(monkeypatch, repository):
+    monkeypatch.syspath_prepend(str(repository / "scenarios" / "paper"))
+    return importlib.import_module("table2_table")
+
+
+def run(processors, seed, time_s):
+    return {"processors": processors, "robots_per_node": 8 // processors, "seed": seed,
+            "exploration_time_s": time_s, "simulated_s": 2000.0, "mean_cpu_percent": 80.0,
+            "mean_node_cpu_percent": 40.0, "mean_ram_percent": 6.0, "missed_ticks": 12,
+            "mean_rx_kBps": 1300.0, "gives_in_first": "processor" if processors == 1 else None}
+
+
+def test_columns_of_the_paper_are_compared_with_the_runs_seed_by_seed(table, tmp_path, capsys):
+    shares = {1: 1.5, 2: 1.0, 4: 1.0, 8: 1.1}
+    runs = [run(processors, seed, share * (340 + 10 * seed))
+            for processors, share in shares.items() for seed in (1, 2, 3)]
+    runs[-1]["exploration_time_s"] = None
+    parquet.write_table(pa.Table.from_pylist(runs), tmp_path / "runs.parquet")
+    table.main(tmp_path)
+    lines = capsys.readouterr().out.splitlines()
+    busy = "80 | 40 | 6 | 12 | 1300"
+    assert lines[2:6] == [
+        f"| 1 | 8 | 489 | 540 ± 37 | +10 % | {busy} | processor 3 |",
+        f"| 2 | 4 | 349 | 360 ± 25 | +3 % | {busy} | nothing 3 |",
+        f"| 4 | 2 | 350 | 360 ± 25 | +3 % | {busy} | nothing 3 |",
+        f"| 8 | 1 | 384 | 927 ± 2308 (1 late) | +141 % | {busy} | nothing 3 |"]
+    assert lines[7] == "| processors, against 2 | time, s | share of time | p | faster |"
+    assert lines[9].startswith("| 1 | 540 ± 37 | 1.50 (1.50 to 1.50) |")
+    assert lines[10] == "| 2 | 360 ± 25 | 1 |  |  |"
+    assert lines[12].startswith("| 8 | 927 ± 2308 (1 late) | ")
