@@ -55,11 +55,11 @@ def sensor_rates(scenario: Scenario, _: Folder) -> Found:
     """Sensors that measure oftener than bodies move."""
     tick_hz, shared = scenario.physics.rate_hz, scenario.robot
     for path, equipment in equipment_by_path(scenario):
-        for at, rate_hz, way_out in _rates_of_last_tick(equipment, shared):
+        for at, rate_hz, why in _rates_of_last_tick(equipment, shared):
             if rate_hz > tick_hz:
                 yield (*path, *at, "rate"), (
                     f"must be at most that of physics, {FREQUENCY.format(tick_hz)}, got "
-                    f"{FREQUENCY.format(rate_hz)}: {way_out}")
+                    f"{FREQUENCY.format(rate_hz)}: {why}")
 
 
 def _rates_of_last_tick(equipment: Equipment,

@@ -63,6 +63,26 @@ def findings(runs, folder: Path) -> None:
         print(f"| {terrain} |", " | ".join(cell(those(runs, 8, terrain, own)) for own in owns), "|")
 
 
+def comparisons(runs) -> None:
+    """Times of each fleet against those of eight robots, by terrain and by the map that explore
+    plans with, and those of zigzag against those of the maze."""
+    times: dict = {}
+    for run in runs:
+        vector = run["terrain"], run["own_map"]
+        times.setdefault(vector, {}).setdefault(str(run["robots"]), {})[run["seed"]] = time_s(run)
+    late = Counter((run["terrain"], run["own_map"], str(run["robots"])) for run in runs
+                   if run["exploration_time_s"] is None)
+    for (terrain, own), fleets in sorted(times.items()):
+        if set(fleets) > {"8"}:
+            compare(f"robots, {terrain}, {own}, against 8", fleets,
+                    {size: fleets["8"] for size in fleets if size != "8"},
+                    Counter({size: late[terrain, own, size] for size in fleets}))
+    for own in levels(runs, "own_map"):
+        zigzag = times["zigzag", own]
+        compare(f"robots, {own}, zigzag against maze", zigzag, times["maze", own],
+                Counter({size: late["zigzag", own, size] for size in zigzag}))
+
+
 def those(runs, *vector):
     """The runs of a vector."""
     return [run for run in runs if (run["robots"], run["terrain"], run["own_map"]) == vector]
@@ -118,7 +138,8 @@ def compare(title: str, times: dict, others: dict, late: Counter) -> None:
         if len(seeds) > 1:
             pairs[name] = paired(np.log([times[name][seed] for seed in seeds]),
                                  np.log([other[seed] for seed in seeds]))
-    adjusted = dict(zip(pairs, holm([one.t_p or 1.0 for one in pairs.values()]), strict=True))
+    adjusted = dict(zip(pairs, holm([1.0 if one.t_p is None else one.t_p
+                                      for one in pairs.values()]), strict=True))
     print(f"\n| {title} | time, s | share of time | p | faster |")
     print("|---|---|---|---|---|")
     for name, own in times.items():
@@ -138,6 +159,7 @@ def main(campaign: Path) -> None:
         mechanisms(runs)
     else:
         findings(runs, campaign)
+        comparisons(runs)
 
 
 if __name__ == "__main__":

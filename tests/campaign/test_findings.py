@@ -38,6 +38,27 @@ def test_the_tables_have_the_terrains(vectors, tmp_path, capsys):
     assert (tmp_path / "findings.png").exists()
 
 
+def test_fleets_are_compared_with_eight_robots_and_zigzag_with_the_maze(vectors, capsys):
+    table = importlib.import_module("findings_table")
+    runs = [{**one, "seed": seed, "simulated_s": 2000.0, "exploration_time_s":
+             (2 if one["robots"] == 2 else 1) * (3 if one["terrain"] == "zigzag" else 1)
+             * (200.0 + 10 * seed)}
+            for one in vectors.vectors([2, 8]) for seed in (1, 2, 3)]
+    runs[0]["exploration_time_s"] = None  # two robots in the maze, seed 1: 2000 s
+    table.comparisons(runs)
+    found = [line for line in capsys.readouterr().out.splitlines() if line]
+    titles = [line.split(" | ")[0] for line in found if line.startswith("| robots")]
+    assert titles == [f"| robots, {terrain}, {own}, against 8" for terrain in ("maze", "zigzag")
+                      for own in ("at_once", "merged")] + [
+        f"| robots, {own}, zigzag against maze" for own in ("merged", "at_once")]
+    two = [line for line in found if line.startswith("| 2 |")]
+    assert sum("(1 late)" in line for line in two) == 1
+    assert ["| 2.00 (2.00 to 2.00) |" in line for line in two] == [True, False, True, True,
+                                                                 False, False]
+    eight = [line for line in found if line.startswith("| 8 |")]
+    assert ["| 3.00 (3.00 to 3.00) |" in line for line in eight] == 4 * [False] + 2 * [True]
+
+
 def test_each_mechanism_is_compared_seed_by_seed_and_the_larger_fleet_with_the_smaller(
         vectors, capsys):
     table = importlib.import_module("findings_table")
