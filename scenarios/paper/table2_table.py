@@ -1,10 +1,11 @@
-"""The paper's Table 2 beside the campaign of table2.yaml.
+"""The paper's Table 2 beside the campaigns of table2.yaml and table2_speed.yaml.
 
-    python scenarios/paper/table2_table.py results/table2
+    python scenarios/paper/table2_table.py results/table2 results/table2_speed
 
 Prints Markdown: for each number of processors of a machine the paper's time and ours, how busy
 machines and nodes are, and how often each resource gave in first; then the times against those with
-two processors, seed by seed.
+two processors, seed by seed. Of the second campaign, if it is given: for each speed how busy
+machines are, and the times with one processor against those with two.
 """
 
 from __future__ import annotations
@@ -41,7 +42,34 @@ def row(processors: int, runs) -> str:
         ", ".join(f"{name} {count}" for name, count in sorted(first.items()))]) + " |"
 
 
-def main(campaign: Path) -> None:
+def speeds(runs) -> None:
+    """Print for each speed how busy machines with one and two processors are, and the times with
+    one against those with two."""
+    few, many = sorted(levels(runs, "processors"))
+    print(f"\n| speed | CPU with {few}, % | missed ticks | CPU with {many}, % | missed ticks |")
+    print("|---" * 5 + "|")
+    for speed in sorted(levels(runs, "speed")):
+        those = [[run for run in runs if (run["processors"], run["speed"]) == (count, speed)]
+                 for count in (few, many)]
+        print(f"| {speed} |", " | ".join(
+            f"{np.mean([run[column] for run in some]):.0f}" for some in those
+            for column in ("mean_cpu_percent", "missed_ticks")), "|")
+    times = {count: times_by(runs, "speed", count) for count in (few, many)}
+    compare(f"speed, {few} processor, against {many}", times[few], times[many], Counter(
+        str(run["speed"]) for run in runs
+        if run["exploration_time_s"] is None and run["processors"] == few))
+
+
+def times_by(runs, name, processors) -> dict[str, dict[int, float]]:
+    """Times by the value of a parameter and by seed, of runs with so many processors."""
+    times: dict[str, dict[int, float]] = {}
+    for run in runs:
+        if run["processors"] == processors:
+            times.setdefault(str(run[name]), {})[run["seed"]] = time_s(run)
+    return dict(sorted(times.items()))
+
+
+def main(campaign: Path, slower: Path | None = None) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
     counts = sorted(levels(runs, "processors"))
     print("| processors | robots on a node | the paper, s | time, s | difference | machines' CPU, "
@@ -54,7 +82,9 @@ def main(campaign: Path) -> None:
     compare(f"processors, against {_CHOSEN}", {str(one): times[one] for one in counts},
             {str(one): times[_CHOSEN] for one in counts if one != _CHOSEN},
             Counter(str(run["processors"]) for run in runs if run["exploration_time_s"] is None))
+    if slower is not None:
+        speeds(parquet.read_table(slower / "runs.parquet").to_pylist())
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(*map(Path, sys.argv[1:]))

@@ -38,3 +38,29 @@ def test_columns_of_the_paper_are_compared_with_the_runs_seed_by_seed(table, tmp
     assert lines[9].startswith("| 1 | 540 ± 37 | 1.50 (1.50 to 1.50) |")
     assert lines[10] == "| 2 | 360 ± 25 | 1 |  |  |"
     assert lines[12].startswith("| 8 | 927 ± 2308 (1 late) | ")
+
+
+def test_slower_processors_show_when_one_is_too_few(table, tmp_path, capsys):
+    for name in ("table2", "slower"):
+        (tmp_path / name).mkdir()
+    parquet.write_table(pa.Table.from_pylist(
+        [run(count, seed, 350.0) for count in (1, 2) for seed in (1, 2)]),
+        tmp_path / "table2/runs.parquet")
+    times = {(1, 0.1): (800, 900), (2, 0.1): (400, 450),
+             (1, 0.3): (330, 380), (2, 0.3): (330, 380)}
+    parquet.write_table(pa.Table.from_pylist(
+        [run(count, seed, time_s) | {"speed": speed} for (count, speed), own in times.items()
+         for seed, time_s in enumerate(own)]), tmp_path / "slower/runs.parquet")
+    table.main(tmp_path / "table2", tmp_path / "slower")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[lines.index("| speed | CPU with 1, % | missed ticks | CPU with 2, % | missed "
+                             "ticks |"):] == [
+        "| speed | CPU with 1, % | missed ticks | CPU with 2, % | missed ticks |",
+        "|---|---|---|---|---|",
+        "| 0.1 | 80 | 12 | 80 | 12 |",
+        "| 0.3 | 80 | 12 | 80 | 12 |",
+        "",
+        "| speed, 1 processor, against 2 | time, s | share of time | p | faster |",
+        "|---|---|---|---|---|",
+        "| 0.1 | 850 ± 635 | 2.00 (2.00 to 2.00) | 1 | 0 of 2 |",
+        "| 0.3 | 355 ± 318 | 1.00 (1.00 to 1.00) | 1 | 0 of 2 |"]
