@@ -110,8 +110,15 @@ def check_content(content: object) -> None:
 
 def is_pose(pose: object) -> TypeGuard[Pose2D]:
     """Whether ``pose`` is a ``Pose2D`` of finite numbers."""
-    return isinstance(pose, Pose2D) and all(
-        isinstance(number, float | int | np.floating) and math.isfinite(number) for number in pose)
+    if not isinstance(pose, Pose2D):
+        return False
+    x_m, y_m, yaw_rad = pose
+    return _is_finite(x_m) and _is_finite(y_m) and _is_finite(yaw_rad)
+
+
+def _is_finite(number: object) -> bool:
+    return (type(number) is float or isinstance(number, float | int | np.floating)) \
+        and math.isfinite(number)
 
 
 def check_contribution(one: object, sources: Collection[str]) -> None:

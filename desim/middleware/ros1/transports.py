@@ -17,21 +17,26 @@ from desim.ports.middleware import MiddlewareContext, Transport
 class Tcpros(LinkedTransport["Outlet"]):
     """One publisher's messages over the links of its process and topic, with an outbox for each. A
     host with a new link is a new receiver: messages that it did not get over the old one are
-    dropped as ``link_closed``."""
+    dropped as ``link_closed``. ``unfinished``: the messages in all outboxes and sockets, which is
+    asked for after each callback where memory has a limit."""
 
     def __init__(self, context: MiddlewareContext, source: int, publication: RosPublication,
                  limit: int) -> None:
         def link_to(receiver: int, outlet: Outlet | None) -> Outlet:
             connection = publication.connections[receiver]
             if outlet is None or outlet.connection is not connection:
-                return Outlet(context, source, receiver, connection, limit)
+                return Outlet(self, context, source, receiver, connection, limit)
             return outlet
 
         super().__init__(link_to, context.drop)
+        self.unfinished = 0
 
     def lending(self) -> dict[int, Outlet]:
         """See ``desim.middleware.batches.LendsLinks``."""
         return self.links()
+
+    def waiting(self) -> int:
+        return self.unfinished
 
 
 class WrittenMessage:
@@ -50,12 +55,13 @@ class Outlet:
     oldest, and the messages in the socket. The socket takes one more while its send buffer has
     room."""
 
-    __slots__ = ("connection", "patience_ns", "_context", "_sender", "_receiver", "_limit",
-                 "_outbox", "_written", "_closed")
+    __slots__ = ("connection", "patience_ns", "_transport", "_context", "_sender", "_receiver",
+                 "_limit", "_outbox", "_written", "_closed")
 
-    def __init__(self, context: MiddlewareContext, source: int, receiver: int,
+    def __init__(self, transport: Tcpros, context: MiddlewareContext, source: int, receiver: int,
                  connection: Connection, limit: int) -> None:
         self.connection = connection
+        self._transport = transport
         self._context = context
         self._sender = connection.sender(source)
         self._receiver = receiver
@@ -66,6 +72,7 @@ class Outlet:
         self.patience_ns = connection.tcp.params.rto_min_ns
 
     def offer(self, message: Message) -> None:
+        self._transport.unfinished += 1
         outbox = self._outbox
         sender = self._sender
         if not outbox and sender.writable:
@@ -75,12 +82,14 @@ class Outlet:
         if len(outbox) == 1:
             sender.when_writable(self._go_on)
         elif 0 < self._limit < len(outbox):
+            self._transport.unfinished -= 1
             self._context.drop(outbox.popleft(), self._receiver, "outbox_full")
 
     def close(self, reason: str) -> None:
         """Drop all messages that wait or have not arrived. Later arrivals have no effect."""
         self._sender.reclaim()
         self._closed = True
+        self._transport.unfinished -= self.waiting
         drop, receiver = self._context.drop, self._receiver
         for written in self._written:
             drop(written.message, receiver, reason, written.first_ns, written.last_ns)
@@ -111,6 +120,7 @@ class Outlet:
                 and express.lend(size_bytes + LENGTH_BYTES))
 
     def take(self, message: Message, due_ns: int) -> Flight:
+        self._transport.unfinished += 1
         written = WrittenMessage(message)
         written.first_ns = written.last_ns = message.born_ns
         self._written.append(written)
@@ -128,6 +138,7 @@ class Outlet:
     def _arrived(self, written: WrittenMessage) -> None:
         if not self._closed:
             self._written.popleft()
+            self._transport.unfinished -= 1
             self._context.deliver(written.message, self._receiver, written.first_ns,
                                   written.last_ns)
 

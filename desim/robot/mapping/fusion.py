@@ -15,22 +15,25 @@ from desim.robot.mapping.kernels import tiles as kernels
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import CELLS, FREE, OCCUPIED, TILE, LayerSnapshot, TilePool
 
-# int8 [sources, k, 1024], the robot's own first, to int16 [k, 1024].
-Rule = Callable[[np.ndarray], np.ndarray]
+# The cells int8 [tiles, 1024] of all tiles, and which tiles int32 [sources, k], the robot's own
+# first, to int16 [k, 1024].
+Rule = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
-def strongest(cells: np.ndarray) -> np.ndarray:
+def strongest(data: np.ndarray, indices: np.ndarray) -> np.ndarray:
     """The strongest evidence of each cell: that farthest from 0; among equals, the first."""
+    cells = data[indices]
     chosen = np.abs(cells.astype(np.int16)).argmax(axis=0)
     return np.take_along_axis(cells, chosen[np.newaxis], axis=0)[0].astype(np.int16)
 
 
-def first_known(cells: np.ndarray) -> np.ndarray:
+def first_known(data: np.ndarray, indices: np.ndarray) -> np.ndarray:
     """The evidence of the first source that knows a cell: the robot itself comes first, then the
     others in the order in which it received from them (greedyMerging of yzrobot's map_merging). If
     no source knows the cell, the robot's own evidence stays."""
-    chosen = ((cells <= FREE) | (cells >= OCCUPIED)).argmax(axis=0)
-    return np.take_along_axis(cells, chosen[np.newaxis], axis=0)[0].astype(np.int16)
+    fused = np.empty((indices.shape[1], CELLS), np.int16)
+    kernels.choose_first(data, indices, fused)
+    return fused
 
 
 RULES: dict[str, Rule] = {"max": strongest, "greedy": first_known}
@@ -59,7 +62,7 @@ class ChoosingMap(RobotMap):
 
     def fusion_of(self, layers: tuple[LayerSnapshot, ...]) -> np.ndarray:
         """int16 [tiles, 1024] of complete snapshots, own first."""
-        return self._rule(np.stack([layer.cells() for layer in layers]))
+        return self._rule(self.pool.arrays.data, np.stack([layer.indices for layer in layers]))
 
     def _note(self, _: int) -> bool:
         layers, touched = self.layers(), np.zeros(len(self.tiles), bool)
@@ -68,8 +71,8 @@ class ChoosingMap(RobotMap):
                         else layer.indices != 0)
         self._seen = layers
         tiles = np.flatnonzero(touched)
-        after = self._rule(np.stack([self.pool.arrays.data[layer.indices[tiles]]
-                                     for layer in layers]))
+        after = self._rule(self.pool.arrays.data,
+                           np.stack([layer.indices[tiles] for layer in layers]))
         turned = _states(after) != _states(self.fused[tiles])
         self.fused[tiles] = after
         rows = turned.reshape(-1, TILE, CELLS // TILE).any(axis=2)

@@ -80,7 +80,12 @@ def test_only_changes_of_knowledge_are_announced_with_their_tiles_and_rows(rule,
 
 def test_the_rules_differ_where_sources_disagree():
     """One hit against three misses: the sum says free, the strongest free, the first occupied."""
-    cells = np.array([[[17]], [[-24]]], np.int8)
-    assert (cells.sum(), RULES["max"](cells)[0, 0], RULES["greedy"](cells)[0, 0]) == (-7, -24, 17)
-    assert RULES["greedy"](np.array([[[0]], [[-8]]], np.int8))[0, 0] == -8
-    assert RULES["max"](np.array([[[8]], [[-8]]], np.int8))[0, 0] == 8  # among equals its own
+    def choice(rule, *evidence):
+        """The choice among the log-odds of a cell, own first."""
+        data = np.zeros((1 + len(evidence), 1024), np.int8)
+        data[1:, 5] = evidence
+        return RULES[rule](data, np.arange(1, len(data), dtype=np.int32)[:, None])[0, 5]
+
+    assert (choice("max", 17, -24), choice("greedy", 17, -24)) == (-24, 17)
+    assert choice("greedy", 0, -8) == -8
+    assert choice("max", 8, -8) == 8  # among equals its own

@@ -157,3 +157,21 @@ def exchange_all(tiles, old, new, after, version, pool, total):
             total.changed[count] = tile
             count += 1
     return count
+
+
+@lean("void(i1[:,::1], i4[:,::1], i2[:,::1])")
+def choose_first(data, indices, fused):
+    """The evidence of the first source that knows a cell, or else that of the first source, in
+    ``fused`` [k, 1024]. ``indices`` [sources, k] are tiles of ``data``."""
+    for k in range(indices.shape[1]):
+        chosen, own = fused[k], data[indices[0, k]]
+        for c in range(1024):
+            chosen[c] = own[c]
+        for source in range(1, indices.shape[0]):
+            if indices[source, k] == 0:
+                continue
+            other = data[indices[source, k]]
+            for c in range(1024):
+                known = (other[c] <= FREE) | (other[c] >= OCCUPIED)
+                if (chosen[c] > FREE) & (chosen[c] < OCCUPIED) & known:
+                    chosen[c] = other[c]
