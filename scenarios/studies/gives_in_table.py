@@ -3,7 +3,8 @@
     python scenarios/studies/gives_in_table.py results/gives_in
 
 Prints Markdown: for each speed of processors (down) and rate of the network (across), the mean
-exploration time in s, and for each resource the number of runs in which it gave in first. A mean
+exploration time in s, and for each resource the number of runs in which it gave in first
+("lan and processor": both in the same window of 5 s, so that neither was the first). A mean
 with runs that did not finish is a lower bound, marked by >. The map, gives_in.png beside
 runs.parquet, has the same times, coloured by the resource that gave in first in most runs; a thick
 line, the knee, parts the cells that take more than 1.2 times as long as the fastest one.
@@ -27,9 +28,19 @@ def time_s(run) -> float:
     return run["simulated_s"] if reached is None else reached
 
 
+def first_of(run) -> str:
+    """The resources that gave in first: more than one if they did so in the same window of 5 s."""
+    instants = {key.removeprefix("saturation_").removesuffix("_from_s"): from_s
+                for key, from_s in run.items()
+                if key.startswith("saturation_") and key.endswith("_from_s") and from_s is not None}
+    least = min(instants.values(), default=None)
+    return " and ".join(sorted(name for name, from_s in instants.items() if from_s == least)
+                        ) or "nothing"
+
+
 def gave_in(runs) -> Counter:
-    """The count of runs by the resource that gave in first ("nothing": no resource did)."""
-    return Counter(run["gives_in_first"] or "nothing" for run in runs)
+    """The count of runs by what gave in first ("nothing": no resource did)."""
+    return Counter(map(first_of, runs))
 
 
 def mean_time(runs) -> str:

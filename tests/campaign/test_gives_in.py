@@ -14,14 +14,16 @@ def table(monkeypatch, repository):
     return importlib.import_module("gives_in_table")
 
 
-def run(speed, rate, time_s, first):
+def run(speed, rate, time_s, **from_s):
+    """``from_s``: when each resource gave in, None if it did not."""
     return {"speed": speed, "rate": rate, "exploration_time_s": time_s, "simulated_s": 2000.0,
-            "gives_in_first": first}
+            **{f"saturation_{name}_from_s": from_s.get(name) for name in ("port", "processor")}}
 
 
 def test_a_cell_has_its_mean_time_and_what_gave_in(table, tmp_path, capsys):
-    runs = [run(0.1, "20 Mb/s", None, "port"), run(0.1, "20 Mb/s", 500.0, "processor"),
-            run(0.1, "1 Gb/s", 410.0, "processor"), run(1.0, "1 Gb/s", 300.0, None)]
+    runs = [run(0.1, "20 Mb/s", None, port=10.0, processor=15.0),
+            run(0.1, "20 Mb/s", 500.0, processor=5.0),
+            run(0.1, "1 Gb/s", 410.0, processor=5.0), run(1.0, "1 Gb/s", 300.0)]
     parquet.write_table(pa.Table.from_pylist(runs), tmp_path / "runs.parquet")
     table.main(tmp_path)
     assert capsys.readouterr().out.splitlines() == [
@@ -29,6 +31,12 @@ def test_a_cell_has_its_mean_time_and_what_gave_in(table, tmp_path, capsys):
         "| 0.1 | > 1250 (port 1, processor 1) | 410 (processor 1) |",
         "| 1.0 | – | 300 (nothing 1) |"]
     assert (tmp_path / "gives_in.png").exists()
+
+
+def test_of_resources_that_give_in_at_once_none_is_the_first(table):
+    tied = run(0.1, "20 Mb/s", 500.0, port=15.0, processor=15.0)
+    assert table.gave_in([tied, run(0.1, "20 Mb/s", 500.0, port=5.0, processor=15.0)]) == {
+        "port and processor": 1, "port": 1}
 
 
 def test_the_knee_parts_slow_cells_from_those_that_are_as_fast(table):
