@@ -206,6 +206,15 @@ def test_a_robot_without_memory_enough_dies_and_starts_empty():
     assert used_mb[down[1] + 1] < used_mb[down[0] - 1]
 
 
+def test_a_computer_without_memory_for_its_system_is_said():
+    simulation = built(HELLO, SLAM, MEMORY, "robot.computer.memory=30 MB",
+                       "testbed.computer.memory=31 MB", "stop.elapsed=2 s")
+    simulation.run()
+    assert [text for text in warnings(simulation.monitor) if "memory" in text] == [
+        "host robot_0 and 2 more: computer.memory is 30 MB, and the system alone takes 30 MB: the "
+        "software dies whenever it starts"]
+
+
 @pytest.mark.parametrize(("fault", "up_s"), [
     ("", [0.0, 9.0]),  # killed at 5 s, down for 4 s
     ("{at: 6 s, host: robot_0, down_for: 1 s}", [0.0, 9.0]),
