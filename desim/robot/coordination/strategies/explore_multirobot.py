@@ -51,13 +51,17 @@ class ExploreMultirobot:
         self._at = ports.Place(math.inf, math.inf)  # the robot's place likewise
         self._stalled_ns = 0
         self._chosen_ns = 0  # the last look at frontiers
+        self._fresh: list[ports.Frontier] | None = None  # of ``on_map`` in this instant
 
     def on_start(self, robot: ports.StrategyContext) -> None:
         if robot.has_body:
             robot.every(self._params.period_ns, self._watch)
 
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | None:
-        return None if self._done else self._best(robot)
+        if self._done:
+            return None
+        fresh, self._fresh = self._fresh, None  # explore.cpp has one look
+        return self._best(robot, fresh if robot.now_ns == self._chosen_ns else None)
 
     def on_map(self, robot: ports.StrategyContext) -> None:
         """Replace the goal if another one is better now. Only a change of the map can make one
@@ -66,7 +70,8 @@ class ExploreMultirobot:
             return
         if robot.now_ns - self._chosen_ns < self._params.period_ns:
             return
-        best = self._best(robot)
+        self._fresh = robot.frontiers()
+        best = self._best(robot, self._fresh)
         if best is not None:
             robot.go(best)
 
@@ -94,8 +99,10 @@ class ExploreMultirobot:
             else:
                 robot.go(best)
 
-    def _best(self, robot: ports.StrategyContext) -> ports.Frontier | None:
-        """The frontier of least cost that is not avoided; without any, the robot may be done."""
+    def _best(self, robot: ports.StrategyContext, frontiers: list[ports.Frontier] | None = None
+              ) -> ports.Frontier | None:
+        """The frontier of least cost that is not avoided, of ``frontiers`` or of a new look;
+        without any, the robot may be done."""
         resolution_m, params = robot.grid.resolution_m, self._params
         self._chosen_ns = robot.now_ns
 
@@ -105,7 +112,7 @@ class ExploreMultirobot:
         def gain(frontier: ports.Frontier) -> float:
             return params.gain_scale * frontier.cells * resolution_m
 
-        candidates = [one for one in robot.frontiers()
+        candidates = [one for one in (robot.frontiers() if frontiers is None else frontiers)
                       if one.cells * resolution_m >= params.min_frontier_m
                       and not self._is_avoided(one, _ALIKE_CELLS * resolution_m)]
         robot.show("cost", (ports.Mark(*one[:2], f"cost {way(one) - gain(one):.1f} m: way "
