@@ -52,12 +52,12 @@ def test_a_better_goal_replaces_the_present_one_when_the_map_changes():
     assert context.goals == [(10.0, 0.0), (-12.0, 0.0)]
 
 
-def test_a_goal_that_is_spoilt_in_the_instant_of_a_look_costs_no_second_look():
+def test_a_goal_that_is_spoilt_while_frontiers_are_known_costs_no_second_search():
     class Counting(StrategyBench):
-        looks = 0
+        searches = 0
 
         def frontiers(self, *args):
-            self.looks += 1
+            self.searches += 1
             return super().frontiers(*args)
 
     strategy, context = explore(), Counting([frontier(10, 20)])
@@ -65,11 +65,11 @@ def test_a_goal_that_is_spoilt_in_the_instant_of_a_look_costs_no_second_look():
     context.now_ns += 1_000_000_000
     strategy.on_map(context)
     assert strategy.choose(context) == frontier(10, 20)
-    assert context.looks == 2
+    assert context.searches == 2
     strategy.choose(context)  # that choice was refused
     context.now_ns += 1_000_000_000
     strategy.choose(context)
-    assert context.looks == 4
+    assert context.searches == 4
 
 
 def seconds(strategy, context, moves):
