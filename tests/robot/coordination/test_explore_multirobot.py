@@ -72,6 +72,17 @@ def test_a_goal_that_is_spoilt_while_frontiers_are_known_costs_no_second_search(
     assert context.searches == 4
 
 
+def test_frontiers_of_an_earlier_instant_are_not_chosen_after_the_watch_has_searched():
+    strategy, context = explore(), StrategyBench([frontier(10, 20)])
+    strategy.on_start(context)
+    context.go(strategy.choose(context))
+    context.now_ns += 1_000_000_000
+    strategy.on_map(context)
+    context.known[:] = [frontier(-20, 20)]
+    seconds(strategy, context, [0] * 5)  # the watch gives the goal up
+    assert strategy.choose(context) == frontier(-20, 20)
+
+
 def seconds(strategy, context, moves):
     for x_m in moves:
         context.now_ns += 1_000_000_000

@@ -51,7 +51,7 @@ class ExploreMultirobot:
         self._at = ports.Place(math.inf, math.inf)  # the robot's place likewise
         self._stalled_ns = 0
         self._chosen_ns = 0  # the last look at frontiers
-        self._fresh: list[ports.Frontier] | None = None  # of ``on_map`` in this instant
+        self._seen: tuple[int, list[ports.Frontier]] | None = None  # by ``on_map``, and when
 
     def on_start(self, robot: ports.StrategyContext) -> None:
         if robot.has_body:
@@ -60,8 +60,10 @@ class ExploreMultirobot:
     def choose(self, robot: ports.StrategyContext) -> ports.Frontier | None:
         if self._done:
             return None
-        fresh, self._fresh = self._fresh, None  # explore.cpp has one look
-        return self._best(robot, fresh if robot.now_ns == self._chosen_ns else None)
+        seen, self._seen = self._seen, None
+        if seen is not None and seen[0] == robot.now_ns:  # explore.cpp searches once a second
+            return self._best(robot, seen[1])
+        return self._best(robot, robot.frontiers())
 
     def on_map(self, robot: ports.StrategyContext) -> None:
         """Replace the goal if another one is better now. Only a change of the map can make one
@@ -70,8 +72,8 @@ class ExploreMultirobot:
             return
         if robot.now_ns - self._chosen_ns < self._params.period_ns:
             return
-        self._fresh = robot.frontiers()
-        best = self._best(robot, self._fresh)
+        self._seen = robot.now_ns, robot.frontiers()
+        best = self._best(robot, self._seen[1])
         if best is not None:
             robot.go(best)
 
@@ -93,16 +95,16 @@ class ExploreMultirobot:
         self._goal, self._at = goal, ports.Place(*pose[:2])
         if self._stalled_ns > self._params.progress_timeout_ns:
             self._avoided.append(goal)
-            best = self._best(robot)
+            best = self._best(robot, robot.frontiers())
             if best is None:
                 robot.stop()
             else:
                 robot.go(best)
 
-    def _best(self, robot: ports.StrategyContext, frontiers: list[ports.Frontier] | None = None
+    def _best(self, robot: ports.StrategyContext, frontiers: list[ports.Frontier]
               ) -> ports.Frontier | None:
-        """The frontier of least cost that is not avoided, of ``frontiers`` or of a new look;
-        without any, the robot may be done."""
+        """The one of ``frontiers`` of least cost that is not avoided; without any, the robot may be
+        done."""
         resolution_m, params = robot.grid.resolution_m, self._params
         self._chosen_ns = robot.now_ns
 
@@ -112,7 +114,7 @@ class ExploreMultirobot:
         def gain(frontier: ports.Frontier) -> float:
             return params.gain_scale * frontier.cells * resolution_m
 
-        candidates = [one for one in (robot.frontiers() if frontiers is None else frontiers)
+        candidates = [one for one in frontiers
                       if one.cells * resolution_m >= params.min_frontier_m
                       and not self._is_avoided(one, _ALIKE_CELLS * resolution_m)]
         robot.show("cost", (ports.Mark(*one[:2], f"cost {way(one) - gain(one):.1f} m: way "
