@@ -19,7 +19,7 @@ QUANTITIES: Mapping[str, str] = {
     "beams": "a beam of such a scan; a beam that k particles match counts k times",
     "particles": "a particle whose weight was computed",
     "cells": "a cell of a map or costmap that was written, sent, merged or searched",
-    "candidates": "a velocity, frontier or pose that was rated",
+    "candidates": "a velocity, frontier, pose or teammate that was rated",
     "plans": "a path that was searched",
 }
 

@@ -57,8 +57,8 @@ EXPLORE_CELL = 98 * _NS
 EXPLORE_FRONTIER = 500 * 180 * _NS
 EXPLORE_COSTMAP = 5 * 62 * _US + 25 * OBSERVED_SCAN
 
-# map_merging: a call of getPublishedTopics, for each byte of the reply (162 a topic); a cell that
-# is merged.
+# map_merging: a call of getPublishedTopics, for each byte of the reply (162 a topic, 20 topics a
+# robot); a cell that is merged.
 POLL_CALL = 165 * _US
 POLL_BYTE = 16_700
 MERGED_CELL = 2_300
@@ -66,7 +66,7 @@ MERGED_CELL = 2_300
 # The paper's maps are 160 m wide; nodes here declare the cells of an 80 m terrain.
 _PUBLISHED = 4
 _SCANS_PER_ODOMETRY = 2.5  # 25 Hz over 10 Hz
-_TOPICS_OF_EIGHT = 8 * 20  # that rosmaster knows
+_POLLED_ROBOT = 20 * 162 * POLL_BYTE  # its topics that rosmaster knows
 
 CALLBACKS: Mapping[str, Mapping[str, CallbackCost]] = {
     "slam": {
@@ -77,8 +77,8 @@ CALLBACKS: Mapping[str, Mapping[str, CallbackCost]] = {
     },
     "mapping": {ANY: CallbackCost(0, {"beams": GMAPPING_REDRAWN_BEAM})},
     "map_sharing": {
-        "loop": CallbackCost(POLL_CALL + 162 * _TOPICS_OF_EIGHT * POLL_BYTE, {
-            "cells": _PUBLISHED * MERGED_CELL}),
+        "loop": CallbackCost(POLL_CALL + _POLLED_ROBOT, {
+            "candidates": _POLLED_ROBOT, "cells": _PUBLISHED * MERGED_CELL}),
         ANY: CallbackCost(0, {"cells": _PUBLISHED * MERGED_CELL}),
     },
     "move_base": {

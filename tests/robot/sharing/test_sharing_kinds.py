@@ -6,6 +6,7 @@ from sharing_fleet import SPEC, Fleet, S, scan_of
 
 from desim import ports
 from desim.robot.mapping.tiles import raster
+from desim.robot.sharing.context import MapContext
 from desim.robot.sharing.kinds.frontiers import Frontiers, frontier_cells
 from desim.robot.sharing.kinds.mrs_testbed import MrsTestbed
 from desim.robot.sharing.kinds.own_maps import OwnMaps
@@ -46,6 +47,15 @@ def test_mrs_testbed_hands_over_after_a_whole_round_only():
     merged = [second for second, host, kind, _ in fleet.log if (host, kind) == ("robot_2", "map")]
     assert len(merged) >= 5
     assert min(np.diff(merged)) >= 2 * 5 - 1  # one of two partners for each own map
+
+
+def test_mrs_testbed_looks_for_each_teammate_ten_times_a_second(monkeypatch):
+    """The published node's answer from the master grows with the team, and so does its work."""
+    declared = []
+    monkeypatch.setattr(MapContext, "worked", lambda _, **work: declared.append(work))
+    Fleet(of(MrsTestbed), [set()] * 3).run(2)
+    assert declared == [{"candidates": 2}] * len(declared)
+    assert 3 * 19 <= len(declared) <= 3 * 21
 
 
 def test_one_silent_robot_keeps_all_from_merging():

@@ -101,6 +101,7 @@ class MrsTestbed:
                                       self._codec.size_bytes(layer)))
 
     def _loop(self, context: SharingContext) -> None:
+        context.worked(candidates=len(context.team))  # the master names the topics of all robots
         self._listen(context, self._heard.news())
         for message in self._inbox.news():
             self._maps[message.source] = message.content
