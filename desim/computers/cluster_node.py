@@ -25,8 +25,8 @@ class ClusterNode:
         if type(count) is not int or count < 1:
             raise KernelError(f"a node has an int count of processors >= 1, got {count!r}")
         self.count, self.machines, self._kernel = count, tuple(machines), kernel
-        self._wanted = 0  # processors, since ``_since_ns``
         self._since_ns = kernel.now_ns
+        self._wanted = 0  # processors, since then
         self._waited_ns = 0  # until then
         if sum(machine.count for machine in machines) > count:  # else they never wait
             for machine in machines:
@@ -37,13 +37,13 @@ class ClusterNode:
         return sum(machine.busy_ns() for machine in self.machines) - self.waited_ns()
 
     def waited_ns(self) -> int:
-        """The time for which virtual processors have wanted a physical one so far and had none,
+        """The time for which virtual processors have had jobs and no physical processor so far,
         summed over all of them: what Linux calls steal."""
         lacking = max(self._wanted - self.count, 0)
         return self._waited_ns + lacking * (self._kernel.now_ns - self._since_ns)
 
     def share_out(self) -> None:
-        """Share the processors anew: a machine may want more or fewer of them than before."""
+        """A machine may want more or fewer processors than before: share them out again."""
         wanted = self._now_wanted()
         if wanted > self.count:
             for machine in self.machines:  # jobs whose end is no event may be done
@@ -57,7 +57,7 @@ class ClusterNode:
         if scarce:
             share = (self.count, wanted) if wanted > self.count else None
             for machine in self.machines:
-                machine.get(share)
+                machine.set_physical_share(share)
 
     def _now_wanted(self) -> int:
         return sum(machine.wanted for machine in self.machines)

@@ -35,7 +35,7 @@ class Job(ABC):
         self.over = True  # its work is done, as far as the processors have noticed; or none came
         self.begun = False
         self.left = 0  # work to be done yet, in parts
-        # Of a job that has a processor to itself, to which ``left`` is not brought up to date:
+        # Of a job that has a processor to itself. (``left`` is not brought up to date meanwhile.)
         self.since_ns = 0  # when so much was left
         self.due_ns = 0  # when it is done
 
@@ -53,9 +53,9 @@ class Processors:
     """``count`` processors of one ``speed``, which ``discipline`` gives to the jobs that are ready.
 
     Jobs begin and end in phase CONTROL; ``entity`` is the computer's, for the order inside an
-    instant. ``cluster_node``: the node whose processors these share, where they are virtual and
-    may have to wait. Raises ``KernelError`` unless ``count`` is an int >= 1 and ``speed`` a
-    Fraction > 0.
+    instant. ``cluster_node``: the node whose physical processors these share, if they are virtual
+    and may have to wait; else None. Raises ``KernelError`` unless ``count`` is an int >= 1 and
+    ``speed`` a Fraction > 0.
 
     While each job has a processor to itself, its end is known when it begins. Only where a job has
     to wait, or to share, is the work of all jobs brought up to date at each event.
@@ -74,16 +74,21 @@ class Processors:
         self.cluster_node: ClusterNode | None = None
         self._kernel, self._entity, self._order = kernel, entity, _CONTROL + entity
         self._enqueue, self._grant = discipline.enqueue, discipline.grant
-        self._work_a_ns = speed.numerator * _PARTS  # parts that a processor does in a nanosecond
-        self._parts_a_ns = speed.denominator * _PARTS  # parts of a nanosecond of work
+        # Parts that a processor does in a nanosecond, and those of a nanosecond of work at speed 1:
+        self._work_a_ns = speed.numerator * _PARTS
+        self._parts_a_ns = speed.denominator * _PARTS
         self._ready: list[Job] = []  # in the discipline's order
-        self._running = 0  # so many of them, where somebody waits
-        self._granted: Share | None = None  # of a processor, to each; None: nobody waits for one
-        self._physical: Share | None = None  # of a physical one, to each processor; None: likewise
-        self._share: Share | None = None  # the product, None if nobody waits for either
-        self._has_left = False  # a job, since processors were given away last
-        self._done: list[Job] = []  # awaited ones, and ``end`` is still to be called
-        self._since_ns = kernel.now_ns  # of what has been accounted for, where somebody waits
+        # Each running job has the share ``_granted`` of a processor, each processor the share
+        # ``_physical`` of a physical one. None: all of it, nobody waits. ``_share``: the product.
+        self._granted: Share | None = None
+        self._physical: Share | None = None
+        self._share: Share | None = None
+        # Where somebody waits: the number of jobs that run, the first ones, and up to when their
+        # work is accounted for.
+        self._running = 0
+        self._since_ns = kernel.now_ns
+        self._has_left = False  # a job has left since ``_dispatch``
+        self._done: list[Job] = []  # awaited jobs whose ``end`` is still to be called
         self._busy_ns = 0
         self._call: Call | None = None  # of ``_end``
         self._due_ns = -1  # when it fires; -1: it has fired, or there is none
@@ -138,7 +143,7 @@ class Processors:
                 self._book_at(due_ns)
 
     def attend(self, job: Job) -> bool:
-        """Await ``job``, which was not awaited, unless it is done. Returns whether it is."""
+        """From now on ``job`` is awaited, unless it is done. Returns whether it is done."""
         if self._share is not None:
             self.advance()
             if not job.over:
@@ -163,10 +168,10 @@ class Processors:
             self._done.remove(job)
         self._dispatch()
 
-    def get(self, share: Share | None) -> None:
+    def set_physical_share(self, share: Share | None) -> None:
         """From now on each processor has this share of a physical one; None: all of one."""
         self.advance()
-        if self._share is None:  # jobs have ended since processors were given away
+        if self._share is None:  # jobs have ended since ``_dispatch``
             self._running = len(self._ready)
         self._physical = share
         self._set_share()
@@ -220,7 +225,7 @@ class Processors:
             job.end()
 
     def _dispatch(self) -> None:
-        """Let those jobs run that are the first now."""
+        """Let the jobs that are the first now run."""
         ready = self._ready
         while True:
             if len(ready) <= self.count:
@@ -241,7 +246,7 @@ class Processors:
         self._book()
 
     def _set_share(self) -> None:
-        """Let jobs run at the rate that is theirs now. What has been done is accounted for."""
+        """Let jobs run at their present share; their work so far is accounted for."""
         granted, physical, before = self._granted, self._physical, self._share
         self._share = granted if physical is None else physical if granted is None else (
             granted[0] * physical[0], granted[1] * physical[1])
@@ -257,8 +262,8 @@ class Processors:
                 job.since_ns, job.due_ns = now_ns, now_ns - -job.left // self._work_a_ns
 
     def _book(self) -> None:
-        """Book the end of the job that will be done first: an awaited one, or any where a
-        processor that gets free is wanted."""
+        """Book the end of the job that will be done first: of awaited jobs or, if somebody waits
+        for a processor, of all."""
         now_ns = self._kernel.now_ns
         if self._done or (self._has_left and self._share is not None):
             due_ns = now_ns

@@ -1,8 +1,7 @@
 """The contract of a cost model: the processor time that callbacks and messages take, and memory.
 
 All times are processor-nanoseconds at speed 1: the time that one processor of that speed needs with
-nothing else to do. Costs come on top of what is simulated anyway: a model changes when things
-happen, never what is computed.
+nothing else to do. A model changes when things happen, never what is computed.
 """
 
 from __future__ import annotations
@@ -43,9 +42,9 @@ class Work(NamedTuple):
 
 
 class CostModel(Protocol):
-    """Says how many processor-nanoseconds things take, each an int >= 0. Built as
-    ``CostModel(params)``, one for a run; it is asked once for each of them, in the order in which
-    they happen."""
+    """Says how many processor-nanoseconds callbacks and messages take, an int >= 0 for each. Built
+    as ``CostModel(params)``, one for a run; it is asked once about each, in the order in which they
+    happen."""
 
     @property
     def Params(self) -> type[parameters.Params]:
@@ -64,7 +63,7 @@ class CostModel(Protocol):
 
 @runtime_checkable
 class Keeps(Protocol):
-    """A plug-in, of localization or map sharing, that keeps what its robot's memory grows with."""
+    """A plug-in of localization or map sharing whose data take memory."""
 
     def kept(self) -> Mapping[str, int]:
         """The quantities that it keeps now, by the names of ``KEPT``."""
@@ -79,8 +78,8 @@ class Kept(NamedTuple):
 
 @runtime_checkable
 class MemoryModel(Protocol):
-    """A cost model that says how much memory things take, too, in bytes: an int >= 0. It is asked
-    again only about a process that keeps something else."""
+    """A cost model that also says how much memory processes take, in bytes: an int >= 0. It is
+    asked about a process again only when what this keeps has changed."""
 
     def system_bytes(self) -> int:
         """The memory of all that is not a node here: libraries that processes share, other

@@ -107,13 +107,13 @@ def test_a_machine_without_jobs_is_not_busy_while_others_wait():
 
 
 def test_the_twin_that_forgets_the_jobs_that_ended_is_caught(monkeypatch):
-    def get(processors, share):
+    def set_physical_share(processors, share):
         processors.advance()
         processors._physical = share
         processors._set_share()
         processors._book()
 
-    monkeypatch.setattr(Processors, "get", get)
+    monkeypatch.setattr(Processors, "set_physical_share", set_physical_share)
     assert overcommitted_later() == ([208, 398], 408)
 
 
@@ -249,7 +249,7 @@ class Divided(ClusterNode):
         virtual = sum(machine.count for machine in machines)
         for machine in machines:
             machine.cluster_node = None
-            machine.get((count, max(virtual, count)))
+            machine.set_physical_share((count, max(virtual, count)))
 
 
 class ByMachine(ClusterNode):
@@ -260,7 +260,7 @@ class ByMachine(ClusterNode):
         having = [machine for machine in self.machines if machine.wanted]
         for machine in having:
             if self._now_wanted() > self.count:
-                machine.get((self.count, len(having) * machine.wanted))
+                machine.set_physical_share((self.count, len(having) * machine.wanted))
 
 
 OVERFULL = [(0, 0, 900_000), (0, 0, 900_000), (0, 1, 300_000), (100_000, 2, 300_000)]

@@ -446,8 +446,8 @@ WRONG = {
         "computers: {model: table, memory: {processes: {slam: {per: {patch: 16 kB}}}}}", [
             "2:28: robot.computer.memory: must be above 0, got '0 B'",
             "2:48: robot.computer.respawn_delay: '0 s' must be above zero",
-            "3:68: computers.memory.processes.slam.per.patch: nothing that is kept (did you mean "
-            "'patches'?); allowed: bytes, cells, patches, scans"]),
+            "3:68: computers.memory.processes.slam.per.patch: no quantity that nodes keep (did "
+            "you mean 'patches'?); allowed: bytes, cells, patches, scans"]),
     "unknown middleware": ("middleware: {model: ros}", [
         "2:21: middleware.model: unknown middleware 'ros' (did you mean 'ros1'?); known: dds, "
         f"direct, multimaster, ros1, zenoh, {DOTTED}"]),

@@ -41,8 +41,8 @@ COSTMAPS_BEAM = 140 * _NS
 OBSERVED_SCAN = 20 * _US
 SCANS_PER_UPDATE = 5  # 25 Hz over 5 Hz
 # TrajectoryPlannerROS: distances to path and goal on the local map, and the transforms of plan and
-# pose (50 us, an estimate); 80 velocities, rolled out for 1 s (33 poses of 400 ns in the mean), of
-# which 3 x 20 are rated here, the others turn on the spot.
+# pose (50 us, an estimate); 80 velocities, rolled out for 1 s (33 poses of 400 ns in the mean). The
+# planner here rates 3 x 20 of them (the others turn on the spot), so each of these has 80 / 60.
 LOCAL_PLAN = 150 * _US
 LOCAL_CANDIDATE = 80 * 13_300 * _NS // 60
 # navfn: its arrays and costs for each cell of the map, and a way of 20 m (25 000 cells taken from
@@ -50,49 +50,49 @@ LOCAL_CANDIDATE = 80 * 13_300 * _NS // 60
 NAVFN_CELL = 6_300
 NAVFN_WAY = 25_000 * 25 * _NS
 
-# explore, for each cell of its map and each look: two whole potentials (2 x 45 ns), the search for
-# frontiers and the copy that it publishes; for each frontier (500 cells of 180 ns); each second,
-# its own costmap.
+# explore, in each search for frontiers: for each cell of its map two whole potentials (2 x 45 ns),
+# the search itself and the copy that it publishes; for each frontier 500 cells of 180 ns. Each
+# second: its own costmap.
 EXPLORE_CELL = 98 * _NS
 EXPLORE_FRONTIER = 500 * 180 * _NS
 EXPLORE_COSTMAP = 5 * 62 * _US + 25 * OBSERVED_SCAN
 
-# map_merging: a call of getPublishedTopics, for each byte of the reply (162 a topic, 20 topics a
-# robot); a cell that is merged.
+# map_merging: a call of getPublishedTopics; a byte of its reply (162 a topic, 20 topics a robot); a
+# cell that is merged.
 POLL_CALL = 165 * _US
 POLL_BYTE = 16_700
 MERGED_CELL = 2_300
 
-# The paper's maps are 160 m wide; nodes here declare the cells of an 80 m terrain.
-_PUBLISHED = 4
+# Nodes here declare the cells of an 80 m terrain, and the paper's maps are 160 m wide.
+_PAPER_CELLS = 4  # for each cell that is declared
 _SCANS_PER_ODOMETRY = 2.5  # 25 Hz over 10 Hz
-_POLLED_ROBOT = 20 * 162 * POLL_BYTE  # its topics that rosmaster knows
+_POLLED_ROBOT = 20 * 162 * POLL_BYTE  # for the topics of one robot
 
 CALLBACKS: Mapping[str, Mapping[str, CallbackCost]] = {
     "slam": {
         "odom": CallbackCost(int(_SCANS_PER_ODOMETRY * GMAPPING_SCAN), {
             "beams": GMAPPING_BEAM, "particles": GMAPPING_PARTICLE}),
         ANY: CallbackCost(0, {
-            "scans": GMAPPING_REDRAWN_SCAN, "cells": _PUBLISHED * GMAPPING_MAP_CELL}),
+            "scans": GMAPPING_REDRAWN_SCAN, "cells": _PAPER_CELLS * GMAPPING_MAP_CELL}),
     },
     "mapping": {ANY: CallbackCost(0, {"beams": GMAPPING_REDRAWN_BEAM})},
     "map_sharing": {
         "loop": CallbackCost(POLL_CALL + _POLLED_ROBOT, {
-            "candidates": _POLLED_ROBOT, "cells": _PUBLISHED * MERGED_CELL}),
-        ANY: CallbackCost(0, {"cells": _PUBLISHED * MERGED_CELL}),
+            "candidates": _POLLED_ROBOT, "cells": _PAPER_CELLS * MERGED_CELL}),
+        ANY: CallbackCost(0, {"cells": _PAPER_CELLS * MERGED_CELL}),
     },
     "move_base": {
         "control": CallbackCost(LOCAL_PLAN, {
-            "candidates": LOCAL_CANDIDATE, "plans": NAVFN_WAY, "cells": _PUBLISHED * NAVFN_CELL}),
+            "candidates": LOCAL_CANDIDATE, "plans": NAVFN_WAY, "cells": _PAPER_CELLS * NAVFN_CELL}),
         "observe": CallbackCost(COSTMAPS_UPDATE + 2 * SCANS_PER_UPDATE * OBSERVED_SCAN,
                                 {"beams": COSTMAPS_BEAM}),
-        ANY: CallbackCost(0, {"plans": NAVFN_WAY, "cells": _PUBLISHED * NAVFN_CELL}),
+        ANY: CallbackCost(0, {"plans": NAVFN_WAY, "cells": _PAPER_CELLS * NAVFN_CELL}),
     },
     "explore": {
         "watch": CallbackCost(EXPLORE_COSTMAP, {
-            "cells": _PUBLISHED * EXPLORE_CELL, "candidates": EXPLORE_FRONTIER}),
+            "cells": _PAPER_CELLS * EXPLORE_CELL, "candidates": EXPLORE_FRONTIER}),
         ANY: CallbackCost(0, {
-            "cells": _PUBLISHED * EXPLORE_CELL, "candidates": EXPLORE_FRONTIER}),
+            "cells": _PAPER_CELLS * EXPLORE_CELL, "candidates": EXPLORE_FRONTIER}),
     },
 }
 # roscpp over Ethernet of 1500 B: it serializes a message once, and writes it to each link; over
@@ -106,8 +106,8 @@ ROSCPP_FILES = 11_300_000
 ROSCPP_PROCESS = 1_200_000
 ROSPY_FILES = 11_000_000
 ROSPY_PROCESS = 23_500_000
-# slam_gmapping: a patch of 32 x 32 cells of a particle's map, which a particle has to itself from
-# its first write to it on; what it keeps of a scan, with 30 trajectories.
+# slam_gmapping: a patch of 32 x 32 cells of a particle's map, which particles share until one
+# writes to it; what it keeps of a scan, with 30 trajectories.
 GMAPPING_PATCH = 16_700
 GMAPPING_REMEMBERED_SCAN = 29_000
 # For each cell: costmap_2d, navfn's arrays, a map message.
@@ -123,10 +123,10 @@ MERGED_MAP_CELL = 2 * MAP_MESSAGE_CELL
 def _process(cell_bytes: int = 0, **per_bytes: int) -> ProcessMemory:
     """A process of roscpp, with ``cell_bytes`` a cell of the paper's maps."""
     return ProcessMemory(ROSCPP_PROCESS, {
-        "bytes": 1, "cells": _PUBLISHED * cell_bytes, **per_bytes})
+        "bytes": 1, "cells": _PAPER_CELLS * cell_bytes, **per_bytes})
 
 
-# The system: two static_transform_publishers and roslaunch.
+# Besides its nodes, a computer runs two static_transform_publishers and roslaunch.
 MEMORY = MemoryTable(ROSCPP_FILES + 2 * ROSCPP_PROCESS + ROSPY_FILES + ROSPY_PROCESS, {
     "slam": _process(MAP_MESSAGE_CELL, patches=GMAPPING_PATCH, scans=GMAPPING_REMEMBERED_SCAN),
     "localization": _process(),

@@ -31,7 +31,7 @@ def _one_of(names: Sequence[str], otherwise: str) -> AfterValidator:
 
 
 _Quantity = Annotated[str, _one_of(QUANTITIES, "no quantity of work")]
-_Kept = Annotated[str, _one_of(KEPT, "nothing that is kept")]
+_Kept = Annotated[str, _one_of(KEPT, "no quantity that nodes keep")]
 
 
 class CallbackRow(ports.Params):
@@ -39,7 +39,7 @@ class CallbackRow(ports.Params):
 
     fixed_ps: Cost = Field("0 ns", description="each time")
     per: dict[_Quantity, Cost] = Field({}, description=(
-        "for each of a quantity: bytes, scans, beams, particles, cells, candidates, plans"))
+        "for each unit of work: bytes, scans, beams, particles, cells, candidates, plans"))
 
 
 class SendRow(ports.Params):
@@ -61,17 +61,17 @@ class ReceiveRow(ports.Params):
 class ProcessRow(ports.Params):
     """The memory of a node's process."""
 
-    fixed_bytes: ByteSize = Field("0 B", description="of an empty one")
+    fixed_bytes: ByteSize = Field("0 B", description="when it keeps nothing")
     per: dict[_Kept, ByteSize] = Field({}, description=(
-        "for each of what is kept: bytes (of waiting messages), cells, patches, scans"))
+        "for each unit that is kept: bytes (of waiting messages), cells, patches, scans"))
 
 
 class MemoryRows(ports.Params):
     """The memory of a computer."""
 
-    system_bytes: ByteSize = Field("0 B", description="of all that is not a node here")
+    system_bytes: ByteSize = Field("0 B", description="of all other programs and shared libraries")
     processes: dict[str, ProcessRow] = Field({}, description=(
-        "by node; what has no row takes none"))
+        "by node; one without a row takes none"))
 
 
 class TableOfCosts(LinearCosts):
@@ -83,10 +83,11 @@ class TableOfCosts(LinearCosts):
             "by node and trigger, e.g. {move_base: {control: {fixed: 1 ms}}}; any: all other "
             "triggers of the node; what has no row costs nothing"))
         send: SendRow = Field(default_factory=SendRow, description=(
-            "a message, for its publisher (nothing, where nothing is said)"))
+            "a message, for its publisher (default: nothing)"))
         receive: ReceiveRow = Field(default_factory=ReceiveRow, description=(
-            "a message, for each node that subscribes (likewise)"))
-        memory: MemoryRows = Field(default_factory=MemoryRows, description="likewise")
+            "a message, for each node that subscribes (default: nothing)"))
+        memory: MemoryRows = Field(default_factory=MemoryRows, description=(
+            "of the system and of processes (default: none)"))
 
     def __init__(self, params: Params) -> None:
         self.nodes = (*params.callbacks, *params.memory.processes)  # that have rows
