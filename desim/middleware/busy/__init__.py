@@ -1,1 +1,1 @@
-"""Hosts whose computer gets busy: executors, queues of callbacks, timers, and memory."""
+"""Hosts whose callbacks take time: the executors of their nodes, queues, timers, and memory."""

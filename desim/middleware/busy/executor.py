@@ -39,8 +39,8 @@ class QueuedCallback(Protocol):
         """Its time is over."""
 
 
-class HeldPublication(Protocol):
-    """A publisher whose messages leave later."""
+class HoldingPublisher(Protocol):
+    """A publisher that holds back its messages."""
 
     def release(self, content: Content) -> None:
         """Publish ``content`` now."""
@@ -55,8 +55,8 @@ class PolledSubscription(Protocol):
 
 
 class ExecutorHost(Protocol):
-    """The host of an executor. ``calling``: the executor whose callback is being called now.
-    ``after_callback``, if it is not None, gets the name of the node after each callback."""
+    """The host of executors. ``calling``: the one whose callback is being called now. After each
+    callback ``after_callback``, if it is not None, gets the name of its node."""
 
     computer: Computer
     calling: Executor | None
@@ -72,9 +72,10 @@ class Executor(Job):
 
     A message costs its receiver time, read or not. That time is added to ``owed_ns``, which the
     node spends with its next callback. The same holds for subscriptions without a callback: a node
-    that spins at its own rate takes all messages out of its sockets (ros::spinOnce). ``uncharged``
-    are the subscriptions of this kind with messages that may not be in ``owed_ns`` yet.
-    ``computing_ns``: the time of all callbacks so far, at speed 1, in full when each is called.
+    that spins at its own rate takes all messages out of its sockets (ros::spinOnce). ``uncharged``:
+    subscriptions of this kind that may have messages whose time is not in ``owed_ns`` yet.
+    ``computing_ns``: the time of all callbacks so far, at speed 1; that of a callback is added when
+    it is called.
     """
 
     __slots__ = ("node", "program", "receive_ns", "send_ns", "owed_ns", "uncharged", "queue", "add",
@@ -92,7 +93,7 @@ class Executor(Job):
         self.add: Callable[[QueuedCallback], object] = self.queue.append
         self.current: QueuedCallback | None = None  # was called; its time may be over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
-        self.held: list[tuple[HeldPublication, Content]] = []  # published by it
+        self.held: list[tuple[HoldingPublisher, Content]] = []  # published by it
 
     def cost_of(self, trigger: str) -> Callable[[Mapping[str, int]], int]:
         """``CostModel.callback_ns`` of this node, as a function of the quantities."""
@@ -145,7 +146,7 @@ class Executor(Job):
 
     def begin(self) -> int:
         queue, host = self.queue, self._host
-        if not queue:  # what there was to do was cancelled while it waited for a processor
+        if not queue:  # its callback was cancelled while it waited for a processor
             return 0
         entry = self.current = queue.pop(0)
         if self.uncharged:

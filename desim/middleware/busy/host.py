@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from desim.computers.computer import Computer
 from desim.engine.kernel import Phase
 from desim.errors import KernelError
-from desim.middleware.busy.ends import HeldPublisher, PaidLatest, QueuedSubscription
+from desim.middleware.busy.endpoints import HeldPublisher, PaidLatest, QueuedSubscription
 from desim.middleware.busy.executor import Executor
 from desim.middleware.busy.memory import HostMemory
 from desim.middleware.busy.timed_executor import TimedExecutor
@@ -32,8 +32,8 @@ class BusyHost(Host):
     time.
 
     Nothing else takes time there: neither frames, nor the middleware's own messages, nor drivers,
-    which stand for sensors and motors. ``after_callback`` gets the node of each callback where
-    memory has a limit.
+    which stand for sensors and motors. ``after_callback`` checks the limit of memory, if there is
+    one.
     """
 
     __slots__ = ("computer", "memory", "calling", "after_callback", "programs", "_executors",
@@ -49,7 +49,7 @@ class BusyHost(Host):
         self._executors: dict[str, Executor] = {}  # by node
         self._subscriptions: list[QueuedSubscription] = []
         self._ends_by_node: dict[str, list[QueuedSubscription | HeldPublisher]] = {}
-        self._awake: list[Executor] = []  # a turn for each callback that came
+        self._awake: list[Executor] = []  # one turn each, in order
         self._booked = False
         self.memory = memory = (None if computer.memory is None
                                 else HostMemory(self, computer.memory))

@@ -17,10 +17,9 @@ if TYPE_CHECKING:
 class HostMemory:
     """The memory of ``host`` while it is up, by what its nodes keep at the moment (``Node.kept``).
 
-    A process takes memory when it runs. So if there is a limit, it is checked after each callback.
-    Where the processes need more than that, the one that has the most is killed (Linux,
-    mm/oom_kill.c: ``oom_badness``): ``kills`` gets its name, and the trace a row ``out_of_memory``,
-    at which ``Simulation`` stops the host.
+    A process takes memory when it runs. So a limit is checked after each callback. If the processes
+    need more, the largest one is killed (Linux, mm/oom_kill.c: ``oom_badness``): ``kills`` gets its
+    name, the trace a row ``out_of_memory``, and ``Simulation`` stops the host.
     """
 
     __slots__ = ("kills", "_host", "_memory", "_sizes", "_known", "_nodes", "_dying")
@@ -28,8 +27,9 @@ class HostMemory:
     def __init__(self, host: BusyHost, memory: Memory) -> None:
         self.kills: list[str] = []
         self._host, self._memory = host, memory
-        self._sizes: dict[str, int] = {}  # by node, each as of its last callback
-        # By node: the bytes that waited, what it kept besides, and its memory.
+        self._sizes: dict[str, int] = {}  # of each node's process, after its last callback
+        # By node: the bytes that waited and what else it kept when it was last asked, and the
+        # memory that this takes.
         self._known: dict[str, tuple[int, Mapping[str, int], int]] = {}
         self._nodes: dict[str, Node] = {}  # by name
         self._dying = False

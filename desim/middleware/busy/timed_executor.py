@@ -11,13 +11,13 @@ if TYPE_CHECKING:
 
 
 class PublishingCallback(NamedTuple):
-    """A callback of ``node`` that published the messages ``first`` to ``last`` (numbers), and what
-    its time went to: from when it was due until their birth.
+    """A callback of ``node`` that published the messages number ``first`` to ``last``, and the
+    parts of the time from when it was due until their birth.
 
-    ``node_queue_ns``: the node ran the callbacks before it. Its turn then takes as long as it
-    computes, ``computing_ns``, if it has a processor to itself; what it takes longer is
-    ``run_queue_ns``, the wait for a processor that others had, or shared, or preempted it on.
-    ``called_ns``: the instant of its call, when it reads what has arrived."""
+    ``node_queue_ns``: the node ran the callbacks before it. ``computing_ns``: the callback's time
+    with a processor to itself. ``run_queue_ns``: what it took longer, because others had the
+    processor, or shared or preempted it. ``called_ns``: the instant of its call, when it reads what
+    has arrived."""
 
     first: int
     last: int

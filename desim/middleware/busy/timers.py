@@ -41,9 +41,10 @@ class BusyTimer:
     """A timer whose callbacks do not pile up, by the rule of roscpp (ros_comm, timer_manager.h:
     ``schedule`` and ``updateNext``).
 
-    When a callback's time is over, the next one is due a period after that one was due. If that
-    moment is past, it is called at once. If it is past by more than a period, the timer starts anew
-    from now, and ``missed`` gets the number of ticks without a callback. Callback number k gets k.
+    When a callback's time is over, the next tick is due a period after this one was due. If that
+    instant has passed, the next callback is called at once. If it passed more than a period ago,
+    the timer starts anew from now, and ``missed`` gets the number of ticks without a callback.
+    Callback number k gets k.
     """
 
     __slots__ = ("cost_ns", "_kernel", "_entity", "_order", "_executor", "_callback", "_missed",
@@ -93,9 +94,9 @@ class BusyTimer:
         self._book(now_ns)
 
     def overdue_ticks(self) -> int:
-        """The ticks that it will have missed if its node gets to it now. The one that is due is not
-        among them, nor the next one while the node has not come to that."""
-        now_ns, due = self._kernel.now_ns, self._k if self.wants_end else self._k + 1
+        """The ticks that get no callback any more, even if the node has time for the timer now."""
+        now_ns = self._kernel.now_ns
+        due = self._k if self.wants_end else self._k + 1  # the last one that still gets one
         if self._call is None or self._time_ns(due + 1) >= now_ns:
             return 0
         return (now_ns - self._time_ns(due)) * self._num // self._step
@@ -104,7 +105,7 @@ class BusyTimer:
         return self._start_ns + k * self._step // self._num
 
     def _book(self, due_ns: int) -> None:
-        """Fall due then: the last call, if any, has fired."""
+        """Have ``_fall_due`` called then. The call before, if any, has fired."""
         kernel = self._kernel
         if self._call is not None and due_ns > kernel.now_ns:
             kernel.again(due_ns, self._order, self._call)

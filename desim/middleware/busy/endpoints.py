@@ -66,8 +66,8 @@ class QueuedSubscription(Subscription):
 
 
 class PaidLatest(Latest):
-    """A subscription without a callback. Each message that arrives costs the nodes that read the
-    topic, its ``readers``, time."""
+    """A subscription without a callback. Each message that arrives costs each node that reads the
+    topic (``readers``) time."""
 
     __slots__ = ("trigger", "readers", "_paid")
 
@@ -75,18 +75,18 @@ class PaidLatest(Latest):
         super().__init__(host, wait_set)
         self.trigger = host.graph.without_hosts(topic)
         self.readers: list[Executor] = []
-        self._paid = 0  # of the messages of the present feed
+        self._paid = 0  # messages of the present feed that readers have been charged for
 
     def read_by(self, executor: Executor) -> None:
-        """The node of ``executor`` reads it from now on."""
+        """The node of ``executor`` reads the topic from now on."""
         self.charge_readers()
         if executor not in self.readers:
             self.readers.append(executor)
-        self._may_get_more()
+        self._mark_uncharged()
 
     def charge_readers(self) -> bool:
         """Charge the readers for what has arrived by now. Returns whether more messages may arrive
-        without an event. (A message of a feed is made when it is read.)"""
+        without an event, as those of a feed do."""
         if self._expected:
             self.catch_up()
         feed = self.feed
@@ -104,11 +104,11 @@ class PaidLatest(Latest):
         self.charge_readers()
         super().take_from(feed)
         self._paid = 0
-        self._may_get_more()
+        self._mark_uncharged()
 
     def expect(self, link: Expecting, message: Message, due_ns: int) -> None:
         super().expect(link, message, due_ns)
-        self._may_get_more()
+        self._mark_uncharged()
 
     def _take(self, message: Message) -> None:
         self._message, self._unread = message, True
@@ -116,8 +116,8 @@ class PaidLatest(Latest):
         for executor in self.readers:
             executor.owed_ns += executor.receive_ns(trigger, size_bytes)
 
-    def _may_get_more(self) -> None:
-        """Messages may arrive from now on without an event."""
+    def _mark_uncharged(self) -> None:
+        """Messages may arrive without an event: readers ask for them before their callbacks."""
         for executor in self.readers:
             executor.uncharged[self] = None
 
@@ -134,7 +134,7 @@ class HeldPublisher(Publisher):
         self._busy_host = host
         self._name = host.graph.without_hosts(topic.name)
         self._newest_bytes = 0  # of the message that a callback published last
-        self._is_at_rest = False  # all had arrived, and none has gone to another host since
+        self._is_at_rest = False  # all had arrived, and none has left for another host since
         self._links = 0  # over which a message would go
         self._connections = -1  # of the graph, when they were counted
 
