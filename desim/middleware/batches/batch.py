@@ -1,4 +1,4 @@
-"""A batch, its places for each reception, and the links that lend themselves to batches."""
+"""A batch, its places for each reception, and the links that are lent to batches."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class BatchLink(Protocol):
 
     @property
     def patience_ns(self) -> int:
-        """A message that is not known to arrive so soon needs a timer of the link."""
+        """A message that takes longer, or nobody knows how long, needs a timer of the link."""
 
     def lend(self, size_bytes: int) -> bool:
         """Whether a message of ``size_bytes`` would leave at once, and nothing but its arrival
-        would follow. If so, batches may send in its stead from now on. Before its state is read or
-        changed in any other way it calls ``MiddlewareContext.release``."""
+        would follow. If so, batches may send in the link's stead from now on. The link calls
+        ``MiddlewareContext.release`` before anything else reads or changes its state."""
 
     def take(self, message: Message, due_ns: int) -> object:
         """Take over ``message``, which was sent at its birth in the link's stead and will arrive at
@@ -47,18 +47,18 @@ class BatchLink(Protocol):
 
 @runtime_checkable
 class LendsLinks(Protocol):
-    """A transport whose links may lend themselves to batches."""
+    """A transport whose links may be lent to batches."""
 
     def lending(self) -> Mapping[int, BatchLink]:
         """The links by receiver; empty if there is no way to one of them."""
 
 
 class Batch:
-    """Messages that were born at ``born_ns``. Message m has number ``seq + m`` among its host's and
-    ``number + m`` among the run's; ``content(k)`` is that of publisher k's. What is at place i
-    arrives at ``arrivals[i]`` ns, without delay in round ``round`` of the instant of birth.
-    ``open`` are the places that still have to be counted as delivered, ``given`` the frames' tokens
-    of those that links have taken. It is the ``ordinal``-th batch of its publishers."""
+    """Messages that were born at ``born_ns``, the ``ordinal``-th batch of its publishers. Message m
+    is number ``seq + m`` of its host and number ``number + m`` of the run; ``content(k)`` is the
+    content of publisher k's message. The message at place i arrives at ``arrivals[i]`` ns; without
+    delay, in round ``round`` of the instant of birth. ``open``: the places that are not counted as
+    delivered yet. ``given``: by place, the token of a frame that its link has taken."""
 
     __slots__ = ("born_ns", "round", "seq", "number", "ordinal", "arrivals", "content", "messages",
                  "sent", "open", "given")
@@ -70,12 +70,12 @@ class Batch:
         self.arrivals = [UNKNOWN_NS] * places
         self.content = content
         self.messages: list[Message | None] = [None] * messages  # those that were made
-        self.sent = False  # counted as sent
+        self.sent = False  # whether it is counted as sent
         self.open = dict.fromkeys(range(places))
         self.given: dict[int, object] = {}
 
     def over_ns(self, kernel: Kernel) -> int:
-        """The time up to which its messages have arrived by now."""
+        """Messages with arrivals up to this time have landed by now."""
         return kernel.last_over_ns(Phase.DELIVER,
                                    self.round if kernel.now_ns == self.born_ns else 0)
 
@@ -96,7 +96,7 @@ class Member(Carrier[Batch]):
         self._batches, self._number = batches, number
         self.index, self.message_index = index, message_index
         self._entity = pair(publisher.host.id, host.id)
-        self._elsewhere = batches.published  # batches of before, and messages that links have had
+        self._elsewhere = batches.published  # earlier batches, and messages that the link has taken
 
     @property
     def ends(self) -> tuple[BatchLink, Latest | None]:
@@ -139,7 +139,7 @@ class Member(Carrier[Batch]):
         """The last message that has arrived, unless it is ``known`` or older."""
         batch, m = self._last_over(), self.message_index
         if batch is None or known is not None and batch.seq + m <= known.seq \
-                or batch.arrivals[self.index] == UNKNOWN_NS:  # its link has told of it
+                or batch.arrivals[self.index] == UNKNOWN_NS:  # its link delivers it
             return None
         return batch.messages[m] or self.message(batch)
 
@@ -159,7 +159,7 @@ class Member(Carrier[Batch]):
         self._batches.release()
 
     def give(self, batch: Batch) -> None:
-        """Hand the message, which is on its way, over to the link."""
+        """Hand the message, which is on its way, over to its link."""
         if self.latest is not None:
             self.latest.catch_up()
         index, arrivals = self.index, batch.arrivals
@@ -172,8 +172,8 @@ class Member(Carrier[Batch]):
             self._book(batch, arrival_ns)
 
     def _last_over(self) -> Batch | None:
-        """The last batch whose message has arrived here or, if that is the one before the last, has
-        been taken by the link: a batch sets out when that is so of the one before."""
+        """The last batch whose message has landed here. It is one of the last two, because a batch
+        sets out only when each message of the one before has landed or been taken by its link."""
         batches = self._batches
         last, kernel = batches.last, batches.kernel
         if last is not None:
@@ -201,7 +201,7 @@ class Member(Carrier[Batch]):
         self.link.carrier.lost(self._given(batch), receiver, reason)
 
     def _given(self, batch: Batch) -> object:
-        """The token of a frame, which the link takes now if it has not had it."""
+        """The token of a frame, which the link takes now if it has not done so."""
         if self.index not in batch.given:
             self._batches.notify_links()  # it waits by the round trips that were measured so far
             self.give(batch)

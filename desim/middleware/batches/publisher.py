@@ -78,8 +78,8 @@ class BatchPublisher:
             self._give(late_ns)
 
     def release(self) -> None:
-        """Hand messages on their way over to their links, because the caller is about to change
-        their fate, or to read the links."""
+        """Hand messages on their way over to their links: the caller is about to change their fate,
+        or to read the links."""
         self.mixed = True
         self._give(0)
 
@@ -150,7 +150,7 @@ class BatchPublisher:
                 member.latest.take_from(member)
 
     def _members(self) -> list[Member]:
-        """The places of the publishers with subscribers; none where they cannot publish in batches.
+        """The members of the publishers with subscribers; none if these cannot publish in batches.
         """
         members: list[Member] = []
         messages = 0

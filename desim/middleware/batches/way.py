@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.topics import Publisher
 
-MOST_UNREPORTED = 1 << 8  # times of catching up: 0.1 MB with thirty receivers
+MOST_UNREPORTED = 1 << 8  # calls of ``count_arrived``: 0.1 MB with thirty receivers
 
 # Births [batches], latencies [batches, places] and which messages have landed, likewise.
 Arrivals = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -48,9 +48,10 @@ class TakesArrivals(Protocol):
 @dataclass(frozen=True, slots=True)
 class BatchWay:
     """The way of batches of ``host``, with messages of ``size_bytes`` in frames of ``frame`` (bytes
-    and segments): the members, one a place, and the publishers of the messages with their places.
-    Of each message it has the trace id of its topic; of each place the message's number in its
-    batch, the receiver's index and its trace id. ``patience_ns`` is the shortest one of the links.
+    and segments): the ``members``, one a place, and the ``publishers`` of the messages with their
+    places. ``topics``: of each message, the trace id of its topic. ``messages``, ``receivers``,
+    ``hosts``: of each place, the message's number in its batch, and the receiver's index and trace
+    id. ``patience_ns``: the shortest of the links.
     """
 
     host: Host
@@ -64,8 +65,8 @@ class BatchWay:
     messages: np.ndarray
     receivers: tuple[int, ...]
     hosts: np.ndarray
-    awaited: list[Member]  # by callbacks
-    unreported: list[Arrivals]  # of which links have not been notified
+    awaited: list[Member]  # those with a callback
+    unreported: list[Arrivals]  # not notified to the links yet
 
     @classmethod
     def of(cls, host: Host, size_bytes: int, frame: tuple[int, int], members: list[Member]
@@ -114,7 +115,7 @@ class BatchWay:
 
     def count_arrived(self, batches: list[Batch], arrivals: np.ndarray, landed: np.ndarray) -> None:
         """Write the rows ``delivered`` of the messages that have ``landed`` [batches, places], and
-        notify all who count them. (Links are notified later, of many at once: few read them.)"""
+        notify all that count them. (Links are notified later, of many at once: few read them.)"""
         graph, own = self.host.graph, self.host.id
         births = _of(batches, "born_ns")
         born_ns = births[:, None]
