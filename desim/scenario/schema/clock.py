@@ -18,12 +18,12 @@ class NtpParams(Params):
 class ClockParams(Params):
     """The errors of a host's clock."""
 
-    ahead_ns: Duration = Field("0 s", description="so far ahead of the true time at the start")
-    behind_ns: Duration = Field("0 s", description="so far behind it")
+    ahead_ns: Duration = Field("0 s", description="ahead of the true time at the start")
+    behind_ns: Duration = Field("0 s", description="behind the true time at the start")
     spread_ns: Duration = Field("0 s", description=(
-        "standard deviation of what each host's own is ahead beside that, drawn by its name"))
-    drift_ppb: Drift = Field("0 ppm", description="so much too fast; below 0 too slow")
+        "standard deviation of an offset that each host adds, drawn by its name"))
+    drift_ppb: Drift = Field("0 ppm", description="error of its rate; below 0: too slow")
     drift_spread_ppb: Drift = Field("0 ppm", ge=0, description=(
-        "standard deviation of each host's own (a quartz of a PC: some 10 to 50 ppm off)"))
+        "standard deviation of a drift that each host adds (a PC's quartz: 10 to 50 ppm)"))
     ntp: NtpParams | None = Field(None, description=(
-        "an NTP client that corrects it over the network (null: none)"))
+        "an NTP client that corrects the clock over the network (null: none)"))

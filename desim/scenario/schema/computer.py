@@ -19,14 +19,15 @@ class ComputerParams(Params):
         "of a processor; at 1, callbacks take as long as the cost model says"))
     scheduling: Literal["processor_sharing", "fixed_priority", "fifo"] = Field(
         "processor_sharing", description=(
-            "of nodes that are ready: equal shares (Linux's default); fixed_priority: the highest "
-            "of priorities, at once; fifo: in order, until it is done"))
+            "of nodes, if more are ready than there are processors: equal shares (Linux's "
+            "default); fixed_priority: the highest of priorities, preemptive; fifo: in order of "
+            "arrival, each until it is done"))
     priorities: dict[str, int] = Field({}, description=(
-        "of nodes by name, with fixed_priority; the highest first, 0 without one"))
+        "of nodes by name, with fixed_priority; the highest first (a node without one: 0)"))
     memory_bytes: ByteSize | None = Field(None, gt=0, description=(
-        "of the host: where its processes need more, its software dies (null: no limit)"))
+        "of the host: if its processes need more, its software dies (null: no limit)"))
     respawn_delay_ns: Period = Field("5 s", description=(
-        "from then until the software starts again, with empty memory"))
+        "from the death of the software until it starts again with empty memory"))
 
 
 class WorkstationComputer(ComputerParams):

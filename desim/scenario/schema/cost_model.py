@@ -1,4 +1,4 @@
-"""The cost model: what callbacks and messages take of the hosts' processors."""
+"""The cost model: the processor time of callbacks and messages, and the memory of processes."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ class ComputersChoice(PluginChoice):
     kind, name_key = "computers", "model"
 
     model: str = Field("ideal", description=(
-        "a cost model: ideal, callbacks take no time; measured, as real software was measured; "
-        "table, as its keys say"))
+        "a cost model: ideal, nothing takes time; measured, as real software was measured; table, "
+        "costs that the scenario lists"))

@@ -12,12 +12,12 @@ from desim.units import BitRate, Energy, EnergyPerWay, Power
 
 
 class BasePower(Params):
-    """A body with its motors: a line over speed."""
+    """The power of a body with its motors: linear in its speed."""
 
     idle_w: Power = Field("7.4 W", description=(
         "standing (Mei et al. 2005, not verified: 4.6 microcontroller and 2.8 motors)"))
     motion_jpm: EnergyPerWay = Field("6.5 J/m", description=(
-        "beside that, for each m/s a W (motors of 10.6 W at 1.2 m/s: Mei et al. 2005, not "
+        "in addition, W for each m/s (motors of 10.6 W at 1.2 m/s: Mei et al. 2005, not "
         "verified)"))
 
 
@@ -26,7 +26,7 @@ class ComputerPower(Params):
 
     idle_w: Power = Field("8 W", description="(Mei et al. 2005, not verified)")
     processor_w: Power = Field("3.5 W", description=(
-        "beside that, of each processor that is busy (15 W with both busy: Mei et al. 2005, not "
+        "in addition, for each processor that is busy (15 W with both busy: Mei et al. 2005, not "
         "verified)"))
 
 
@@ -35,11 +35,11 @@ class RadioPower(Params):
 
     idle_w: Power = Field("0.82 W", description="(ns-3's WifiRadioEnergyModel: 273 mA at 3 V)")
     receive_w: Power = Field("0.94 W", description=(
-        "instead, at least as much as idle (ns-3: 313 mA)"))
+        "receiving, instead of idle and not below it (ns-3: 313 mA)"))
     send_w: Power = Field("1.14 W", description=(
-        "instead, at least as much as idle (ns-3: 380 mA)"))
+        "sending, likewise (ns-3: 380 mA)"))
     rate_bps: BitRate = Field("54 Mb/s", description=(
-        "at which bytes count as sent and received where the network model does not count airtime "
+        "at which bytes are sent and received where the network model does not count airtime "
         "(802.11g nominal)"))
 
 

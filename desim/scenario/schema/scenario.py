@@ -49,8 +49,8 @@ class Testbed(Params):
     robots_per_node: int = Field(4, ge=1, description=(
         "virtual machines that share a node's network port and its processors (the paper)"))
     processors_per_node: int = Field(8, ge=1, le=1024, description=(
-        "physical ones, which the machines' virtual ones share; robot.computer says how many each "
-        "has, and how fast one is with a physical one to itself (published scripts: ppn=8)"))
+        "physical processors, which the virtual ones of robot.computer share (published scripts: "
+        "ppn=8)"))
     computer: WorkstationComputer = Field(default_factory=WorkstationComputer,
                                           description="the workstation")
     clock: ClockParams | None = Field(None, description=(
