@@ -1,10 +1,10 @@
 """The resource of a run that gives in (saturates) first.
 
-Processors of hosts and of cluster nodes, threads of programs, memory, media, and queues count.
-The loads of all resources are measured every 5 s, as in the paper's testbed. A resource gives in at
-the end of the first such window in which 90 % of it were in use (the paper chose its processors so
-that they stayed below that), and queues if 10 % of what was sent in it was lost because one was
-full.
+Resources are processors of hosts and of cluster nodes, threads of programs, memory, media, and
+queues. Their loads are measured every 5 s, as in the paper's testbed. A resource gives in at the
+end of the first such window in which 90 % of it were in use (the paper chose its processors so that
+they stayed below that). Queues give in if 10 % of what was sent in a window was lost because a
+queue was full.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ _FULL = ("queue_full", "outbox_full")  # drops of frames by media, of messages b
 
 
 class Bottlenecks:
-    """Watches the resources of ``graph``, and the cluster's ``nodes``. The load of processors and
-    memory is that of the busiest host or node, that of threads the busiest program's (one of its
-    callbacks at a time), a medium's that of its busiest part (a port, the air around a host)."""
+    """Watches the resources of ``graph``, and the cluster's ``nodes``. Of processors and memory the
+    busiest host or node counts, of threads the busiest program (it runs one callback at a time), of
+    a medium its busiest part (a port, the air around a host)."""
 
     def __init__(self, graph: Graph, nodes: Mapping[str, ClusterNode]) -> None:
         self._graph = graph
@@ -45,7 +45,7 @@ class Bottlenecks:
         self._processors_ns = {name: [0] * len(own) for name, own in self._processors.items()}
         self._threads_ns: dict[Executor, int] = {}
         self._media_ns: dict[str, np.ndarray | None] = {}
-        self._queued: list[tuple[int, int]] = []
+        self._losses: list[tuple[int, int]] = []
         self._kills = 0  # of processes, for want of memory
         self._latest: dict[str, float] = {}  # shares in the last window
         self._peaks: dict[str, float] = {}
@@ -65,7 +65,7 @@ class Bottlenecks:
 
     def quantities(self) -> dict[str, float]:
         """The loads of the busiest computer in the last window that is over, as expressions see
-        them: NaN before there is one, and of memory without a limit. None where computers are
+        them: NaN before there is one, and of memory without a limit. Empty where computers are
         ideal."""
         return {} if not self._computers else {
             name: 100.0 * self._latest.get(resource, nan) for name, resource in
@@ -73,11 +73,11 @@ class Bottlenecks:
 
     def summary(self) -> Sample:
         """The resource that gave in first, None if none did (of several in one window the first in
-        this order); of each the largest share that was in use, and when it gave in."""
+        the module's order); of each the largest share that was in use, and when it gave in."""
         return {"gives_in_first": min(self._from_s, key=self._from_s.__getitem__, default=None),
                 "saturation": {
                     resource: {"peak": peak, "from_s": self._from_s.get(resource),
-                               **({"lost": sum(lost for lost, _ in self._queues())}
+                               **({"lost": sum(lost for lost, _ in self._lost_and_sent())}
                                   if resource == "queue" else {})}
                     for resource, peak in {**self._peaks, "queue": self._peaks.get("queue", 0.0)
                                            }.items()}}
@@ -96,16 +96,16 @@ class Bottlenecks:
                    if host.memory is not None and host.memory.limit_bytes is not None]
         if limited:
             kills = sum(len(memory.kills) for memory, _ in limited)
-            # A host whose software has died since then was full, and is empty now.
+            # A host whose software has died in the window was full, and is empty now.
             yield "memory", max(float(kills > self._kills), *(
                 memory.used_bytes() / limit_bytes for memory, limit_bytes in limited))
             self._kills = kills
         yield from self._busiest_parts(elapsed_ns).items()
-        before, self._queued = self._queued, self._queues()
+        before, self._losses = self._losses, self._lost_and_sent()
         yield "queue", max((
             (lost - lost_before) / max(sent - sent_before, lost - lost_before, 1)
             for (lost, sent), (lost_before, sent_before)
-            in zip(self._queued, before or [(0, 0)] * len(self._queued), strict=True)), default=0.0)
+            in zip(self._losses, before or [(0, 0)] * len(self._losses), strict=True)), default=0.0)
 
     def _busiest_thread(self, elapsed_ns: int) -> float:
         """The share of a window for which the busiest thread computed. What a callback takes
@@ -133,9 +133,9 @@ class Bottlenecks:
                 self._media_ns[medium.name] = busy_ns(medium)
         return shares
 
-    def _queues(self) -> list[tuple[int, int]]:
-        """Of each medium its frames that were lost because a queue was full, and all, so far; and
-        the same of messages."""
+    def _lost_and_sent(self) -> list[tuple[int, int]]:
+        """The frames of each medium so far, those lost because a queue was full and all; last, the
+        same of messages."""
         topics = [topic.counts for topic in self._graph.topics.values()]
         return [*((_lost([medium.dropped]), medium.intended)
                   for medium in (*self._graph.media, *self._graph.inside)),
@@ -144,5 +144,5 @@ class Bottlenecks:
 
 
 def _lost(dropped: Iterable[Mapping[str, int]]) -> int:
-    """Those that were dropped because a queue was full."""
+    """The number of those that were dropped because a queue was full."""
     return sum(counts.get(reason, 0) for counts in dropped for reason in _FULL)

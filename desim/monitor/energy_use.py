@@ -40,8 +40,8 @@ class EnergyUse:
         self._metered = [(i, host, power) for i, (host, power)
                          in enumerate(zip(hosts, powers, strict=True)) if power is not None]
         self._robots, self._travelled_m = len(hosts), travelled_m
-        # How long the software of each has run, and the airtimes in that; while it runs, less what
-        # its counters showed when it started.
+        # How long the software of each has run, and its airtimes in that time. While it runs: less
+        # what the clock and the counters showed at its start; ``joules`` adds what they show now.
         self._ran = {host.name: (0, np.zeros(2)) for _, host, _ in self._metered}
         self._running: set[str] = set()
 
@@ -56,7 +56,7 @@ class EnergyUse:
         self._running ^= {robot}
 
     def joules(self, now_ns: int) -> np.ndarray:
-        """[robots, 4] J so far, by ``PARTS``; NaN where it is not measured."""
+        """[robots, 4] J so far, by ``PARTS``; NaN of robots whose energy is not measured."""
         used = np.full((self._robots, len(PARTS)), np.nan)
         travelled_m = self._travelled_m()
         for (i, host, power), shown_s in zip(self._metered, self._airtimes_s(), strict=True):
@@ -83,7 +83,8 @@ class EnergyUse:
         return {"energy_j": math.fsum(used.ravel().tolist())}
 
     def columns(self, joules: Sequence[np.ndarray]) -> Sample:
-        """A column of a table of instants and robots, of ``joules`` at these instants."""
+        """A column of a table with a row for each instant and robot, from ``joules`` at these
+        instants."""
         return {"energy_j": np.array(joules).sum(axis=2).ravel()} if self._metered else {}
 
     def summary(self, now_ns: int) -> list[Sample]:

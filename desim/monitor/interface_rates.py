@@ -1,4 +1,4 @@
-"""The bytes on the hosts' interfaces: as the paper's nicstat, in kB/s."""
+"""The bytes on the hosts' interfaces in kB/s, as the paper's nicstat measures them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ class InterfaceRates:
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
-        # When each was taken last, and the bytes by then.
+        # When each was sampled last, and the bytes by then.
         self._last = dict.fromkeys(("rx_kBps", "tx_kBps"), (0, 0))
 
     def sample(self, now_ns: int, due: Callable[[str], bool]) -> Sample:
-        """The rates since each was ``due`` before, as means over the hosts; at the instant of that
-        sample they are null."""
+        """The rates that are ``due`` now, each since it was due before, as means over the hosts;
+        null if that was in the same instant."""
         totals = {"rx_kBps": sum(host.rx_bytes for host in self._hosts),
                   "tx_kBps": sum(host.tx_bytes for host in self._hosts)}
         return {name: self._rate(name, total, now_ns) if due(name) else None

@@ -21,7 +21,7 @@ class MemoryUse:
         self._ideal = not busy
         self._memories = {host.name: host.memory for host in busy if host.memory is not None}
         self._seconds = 0  # so far, each with a sample
-        self._sums = [0] * len(self._memories)  # of what was in use then
+        self._sums = [0] * len(self._memories)  # of the bytes in use then
         self._peaks = [0] * len(self._memories)
 
     def each_second(self) -> list[int]:
@@ -68,8 +68,8 @@ class MemoryUse:
         return summaries
 
     def columns(self, used: Sequence[Sequence[int]], kills: Sequence[Sequence[int]]) -> Sample:
-        """Columns of a table, of ``used_bytes`` and ``kills`` at instants: a row for each instant
-        and host."""
+        """Columns of a table with a row for each instant and host, from ``used_bytes`` and
+        ``kills`` at these instants."""
         if not self._memories:
             return {}
         limits = np.array([memory.limit_bytes or np.nan for memory in self._memories.values()])

@@ -18,11 +18,11 @@ class MeanLoad:
     def __init__(self, these: Iterable[Processors | ClusterNode]) -> None:
         self._these = list(these)
         self._since_ns = 0  # of the last sample
-        self._busy_ns = [0] * len(self._these)  # then
+        self._busy_ns = [0] * len(self._these)  # at the last sample
 
     def percent(self, now_ns: int) -> float | None:
-        """The mean share of the processors that was busy since the sample before; null in the same
-        instant as that one, and without processors."""
+        """The mean share of the processors that was busy since the sample before; null if that was
+        in the same instant, and without processors."""
         busy_ns, elapsed_ns = [each.busy_ns() for each in self._these], now_ns - self._since_ns
         shares = [percent(each, after - before, elapsed_ns) for each, before, after
                   in zip(self._these, self._busy_ns, busy_ns, strict=True)] if elapsed_ns else []

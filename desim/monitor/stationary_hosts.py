@@ -19,11 +19,11 @@ class StationaryHosts:
         self._load, self._memory = ProcessorLoad(hosts, {}), MemoryUse(hosts)
 
     def each_second(self) -> None:
-        """A second has passed: look at the memory in use."""
+        """A second has passed: sample the memory in use."""
         self._memory.each_second()
 
     def memory(self) -> dict[str, Sample]:
-        """By host, of the seconds, as ``MemoryUse.summary``."""
+        """By host, see ``MemoryUse.summary``."""
         return self._memory.summary()
 
     def summary(self, now_ns: int) -> dict[str, Sample]:
