@@ -86,6 +86,17 @@ def test_a_picture_and_a_replay_are_made_once(tmp_path):
     assert {file.name: file.stat().st_mtime_ns for file in kept.iterdir()} == before
 
 
+def test_a_picture_of_a_scenario_in_a_folder_has_a_plain_name(tmp_path, monkeypatch):
+    monkeypatch.setattr("site_pages.pictures._sources", lambda: "0")
+    kept = tmp_path / "kept" / "paper_published-0.png"
+    kept.parent.mkdir()
+    kept.touch()
+    published = next(one for one in shipped() if one.name == "paper/published")
+    assert drawn(published, tmp_path / "a", tmp_path / "b", kept.parent)[:2] == (
+        "paper_published.png", None)
+    assert (tmp_path / "a" / "paper_published.png").exists()
+
+
 def test_docstrings_are_meant_word_by_word():
     assert text.prose("One ``a_b`` and x_y,\nover two lines <here>.\n\n    code = 1") == \
         "One `a_b` and x\\_y, over two lines \\<here\\>.\n\n```text\ncode = 1\n```"

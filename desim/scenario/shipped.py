@@ -86,5 +86,12 @@ def _texts(value: object) -> Iterator[str]:
 
 
 def _command(path: Path) -> str:
-    kinds = {folder(): "desim run", folder() / "layouts": "desim net layout"}
-    return kinds.get(path.parent, "desim sweep")
+    if path.parent.name == "layouts":
+        return "desim net layout"
+    return "desim sweep" if _is_design(path) else "desim run"
+
+
+def _is_design(path: Path) -> bool:
+    """Whether a file, or one that it extends, has a base: a scenario has none."""
+    keys = dict(re.findall(r"^(base|extends): *(\S+)", path.read_text(), re.MULTILINE))
+    return "base" in keys or "extends" in keys and _is_design(path.parent / keys["extends"])

@@ -35,6 +35,16 @@ def test_every_shipped_file_is_listed_with_a_question(new, repository):
     assert not unasked
 
 
+def test_scenarios_are_run_and_designs_are_swept(new):
+    commands = {one.name: one.command for one in shipped()}
+    assert [commands[name] for name in ("hello", "paper/cluster", "paper/published")
+            ] == ["desim run"] * 3
+    assert [commands[name] for name in ("paper/findings", "paper/exploration_ideal_small",
+                                        "studies/bandwidth_small")] == ["desim sweep"] * 3
+    assert commands["layouts/relay"] == "desim net layout"
+    assert new("paper/cluster")[1][-1] == "play it: desim run paper/cluster.yaml"
+
+
 def test_a_question_is_the_first_sentence_of_the_first_comment(tmp_path):
     (tmp_path / "a.yaml").write_text("# Does 99.5 % cost\n# more than 99 %? It does: much.\n#\n"
                                      "name: a\n")

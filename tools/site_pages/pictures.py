@@ -42,9 +42,9 @@ def fleet(one: Shipped) -> int:
 def drawn(one: Shipped, pictures: Path, replays: Path, kept: Path) -> Drawn:
     """A scenario's picture in ``pictures`` and its replay in ``replays``, taken from ``kept`` where
     they have been made before."""
-    robots = fleet(one)
+    robots, stem = fleet(one), one.name.replace("/", "_")
     until_s = max(min(_ROBOT_SECONDS // robots, _LONGEST_S), 1)
-    picture, replay = (kept / f"{one.name}-{_sources()}.{ending}" for ending in ("png", "html"))
+    picture, replay = (kept / f"{stem}-{_sources()}.{ending}" for ending in ("png", "html"))
     kept.mkdir(parents=True, exist_ok=True)
     if not picture.is_file():
         if robots >= _STANDING:
@@ -58,8 +58,8 @@ def drawn(one: Shipped, pictures: Path, replays: Path, kept: Path) -> Drawn:
     for file, place in ((picture, pictures), (replay, replays)):
         if file.is_file():
             place.mkdir(parents=True, exist_ok=True)
-            shutil.copyfile(file, place / f"{one.name}{file.suffix}")
-    return Drawn(f"{one.name}.png", f"{one.name}.html" if replay.is_file() else None,
+            shutil.copyfile(file, place / f"{stem}{file.suffix}")
+    return Drawn(f"{stem}.png", f"{stem}.html" if replay.is_file() else None,
                  f"{robots} robots at the start." if robots >= _STANDING else
                  f"The first {until_s} s of {robots} robots.")
 
