@@ -3,7 +3,7 @@
     python scenarios/paper/exploration_table.py results/exploration results/exploration_ideal
 
 Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the bend of
-its times, and how busy computers and network are; and zigzag beside each other terrain, run by run.
+its times, and how busy computers and network are; and zigzag against the other terrains, by runs.
 Writes exploration.png beside runs.parquet: the times, and those of the second campaign, without
 computers and SLAM, as thin lines.
 """
@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
-from findings_table import cell, levels, time_s
+from exploration_times import cell, levels, time_s  # beside this file
 
 from desim.statistics.comparisons import paired
 from desim.statistics.knee import FEWEST_LOADS, breakpoint_of
 
 _SHOWN = (1, 2, 4, 8, 11, 16, 22, 30)  # robots: rows of the table
-_NEAR = 1  # a fleet's time is the mean of fleets with up to so many robots more or fewer
+_NEAR = 1  # robots more or fewer: neighbours of a fleet, over which its time is averaged
 
 
 def means(runs) -> dict[int, float]:
@@ -31,7 +31,7 @@ def means(runs) -> dict[int, float]:
 
 
 def fastest(runs) -> int:
-    """The fleet with the shortest time, that of its neighbours taken in."""
+    """The fleet with the shortest time, a mean over that fleet and its neighbours."""
     sizes = levels(runs, "robots")
     return min(sizes, key=lambda size: np.mean([time_s(run) for run in runs
                                                 if abs(run["robots"] - size) <= _NEAR]))
@@ -60,7 +60,7 @@ def times(by_terrain) -> None:
 
 
 def facts(by_terrain) -> None:
-    """Print what the paper says of each terrain."""
+    """Print of each terrain the numbers that the paper discusses."""
     print("\n| terrain | fastest fleet, s | bend, robots: s a robot | CPU, %: mean, most | RAM, % "
           "| a robot receives, kB/s: mean, most |")
     print("|---" * 6 + "|")

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
-from findings_table import compare, levels, time_s
+from exploration_times import compare, levels, time_s  # beside this file
 
 from desim.statistics.intervals import t_interval
 

@@ -50,7 +50,7 @@ def mean_time(runs) -> str:
 
 
 def cell(runs) -> str:
-    """The mean time, and what gave in first how often."""
+    """The mean time, and the number of runs by what gave in first."""
     if not runs:
         return "–"
     return (f"{mean_time(runs)} ("
@@ -58,8 +58,8 @@ def cell(runs) -> str:
 
 
 def knee(times: np.ndarray) -> list[tuple[tuple[float, float], tuple[float, float]]]:
-    """The edges (from (x, y), to (x, y)) between cells of ``times`` (rows, columns; s) that are
-    slower than the fastest one by the knee's factor and neighbours that are not."""
+    """The edges (from (x, y), to (x, y)) that part slow cells of ``times`` [rows, columns] s from
+    the others: those that take more than ``_KNEE`` times as long as the fastest cell."""
     slow = times > _KNEE * np.nanmin(times)
     rows, columns = times.shape
     edges = [((column + 0.5, row - 0.5), (column + 0.5, row + 0.5))

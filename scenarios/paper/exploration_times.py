@@ -1,0 +1,56 @@
+"""Exploration times of the paper's campaigns, as cells of tables and compared seed by seed."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from desim.statistics.comparisons import holm, paired
+from desim.statistics.intervals import t_interval
+
+
+def time_s(run) -> float:
+    """The exploration time, or the time limit."""
+    reached = run["exploration_time_s"]
+    return run["simulated_s"] if reached is None else reached
+
+
+def levels(runs, name):
+    """The levels of a parameter, in the campaign's order."""
+    return list(dict.fromkeys(run[name] for run in runs))
+
+
+def cell(runs) -> str:
+    """Time, way, and how many were late, of runs of one vector."""
+    if not runs:
+        return "–"
+    late = sum(run["exploration_time_s"] is None for run in runs)
+    return (f"{t_interval([time_s(run) for run in runs]).text()}"
+            f" ({np.mean([run['exploration_cost_m'] for run in runs]) / 1000:.1f} km"
+            + (f", {late} of {len(runs)} late)" if late else ")"))
+
+
+def compare(title: str, times: dict, others: dict, late: Counter) -> None:
+    """Print a row for each of ``times`` (by seed, s) against that of ``others``, seed by seed: the
+    share of time, geometric mean with its 95 % interval, p of the paired t test by Holm, and the
+    number of seeds that became faster."""
+    pairs = {}
+    for name, other in others.items():
+        seeds = [seed for seed in times[name] if seed in other]
+        if len(seeds) > 1:
+            pairs[name] = paired(np.log([times[name][seed] for seed in seeds]),
+                                 np.log([other[seed] for seed in seeds]))
+    adjusted = dict(zip(pairs, holm([1.0 if one.t_p is None else one.t_p
+                                      for one in pairs.values()]), strict=True))
+    print(f"\n| {title} | time, s | share of time | p | faster |")
+    print("|---|---|---|---|---|")
+    for name, own in times.items():
+        row = [t_interval(list(own.values())).text()
+               + (f" ({late[name]} late)" if late[name] else ""), "1", "", ""]
+        if name in pairs:
+            share = pairs[name].difference
+            low, mean, high = np.exp([share.low, share.mean, share.high])
+            row[1:] = [f"{mean:.2f} ({low:.2f} to {high:.2f})", f"{adjusted[name]:.2g}",
+                       f"{pairs[name].below} of {len(own)}"]
+        print(f"| {name.replace('_', ' ')} |", " | ".join(row), "|")
