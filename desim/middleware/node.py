@@ -119,8 +119,8 @@ class Node:
         return self.host.after(self.name, name, delay_ns, self._run, (callback, arg))
 
     def worked(self, **quantities: int) -> None:
-        """Add to the work of the present callback, by the names of ``ports.computers.QUANTITIES``:
-        how much time it takes depends on that, where computers get busy."""
+        """Add to the work of the present callback, by the names of ``ports.computers.QUANTITIES``.
+        Where computers get busy, its time depends on that."""
         self.host.worked(self.name, quantities)
 
     def kept(self) -> Mapping[str, int]:

@@ -56,7 +56,7 @@ def _of_ideal_computers(scenario: Scenario) -> Found:
 def _of_computers(scenario: Scenario, monitor: Monitor) -> Found:
     blocks = _computers(scenario)
     yield (_unused(blocks, "priorities", lambda own: own.scheduling == "fixed_priority"),
-           "priorities count with scheduling: fixed_priority alone")
+           "priorities count only with scheduling: fixed_priority")
     yield (_unused(blocks, "respawn_delay_ns", lambda own: own.memory_bytes is not None),
            "software dies only where memory has a limit")
     if not any(own["peak_ram_mb"] for own in (*monitor.memory_use.summary().values(),

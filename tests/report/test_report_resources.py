@@ -22,7 +22,7 @@ def slow_fails_by_its_processor(levels, iteration):
 def test_a_table_and_a_sentence_say_what_gave_in_first(tmp_path):
     folder, plan = campaign(tmp_path, PARAMETERS, 3, slow_fails_by_its_processor), design(
         PARAMETERS)
-    assert resources.said(Study(folder, plan)) == [
+    assert resources.sentences(Study(folder, plan)) == [
         "Resource that gave in first, of 6 runs: processor in 3 and lan in 1; none in 2."]
     page = write(folder, plan)
     assert "Which resource gives in first" in page.read_text()
@@ -37,7 +37,7 @@ def test_where_nothing_gave_in_nothing_is_said(tmp_path):
     folder = campaign(tmp_path, PARAMETERS, 2, lambda levels, iteration: timed(
         9.0, gives_in_first=None, saturation_lan_peak=0.1, saturation_queue_lost=0))
     study = Study(folder, design(PARAMETERS))
-    assert resources.said(study) == []
+    assert resources.sentences(study) == []
     assert [row[-2] for row in resources.resources_table(study).rows] == ["none 2", "none 2"]
 
 

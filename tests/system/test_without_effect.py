@@ -31,7 +31,7 @@ def said(*overrides):
      f"no effect, because {IDEAL}", "computers=measured"),
     ((POWER,), f"robot.power.computer.processor: no effect, because {IDEAL}", SAYS),
     ((SAYS, "robot.computer.priorities={move_base: 1}"), "robot.computer.priorities: no effect, "
-     "because priorities count with scheduling: fixed_priority alone",
+     "because priorities count only with scheduling: fixed_priority",
      "robot.computer.scheduling=fixed_priority"),
     ((SAYS, "robot.computer.respawn_delay=3 s"), "robot.computer.respawn_delay: no effect, because "
      "software dies only where memory has a limit", "robot.computer.memory=1 GB"),

@@ -109,7 +109,7 @@ class _Report:
         said = [sentence for metric in self._single if rungs.is_ladder(study)
                 for sentence in rungs.sentences(study, metric, self._rungs(metric))]
         said += [sentence for group in self._groups for sentence in self._onsets[group][1]]
-        said += [*findings.failed(study), *findings.unreached(study), *resources.said(study),
+        said += [*findings.failed(study), *findings.unreached(study), *resources.sentences(study),
                  *findings.significant(self._found)]
         if study.is_sampled:
             said += [sentence for metric in self._single

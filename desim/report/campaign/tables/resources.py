@@ -22,8 +22,8 @@ NONE = "none"
 
 
 def first_by_vector(study: Study) -> list[Counter[str]]:
-    """The resources that gave in first, by vector; ``NONE`` where none did. Empty where no run
-    tells."""
+    """The runs of each vector by the resource that gave in first; ``NONE`` where none did. Empty if
+    no run has measured it."""
     if not any(metric.startswith(_PEAK[0]) for metric in study.metrics):
         return []
     words = study.text(_FIRST)
@@ -31,8 +31,8 @@ def first_by_vector(study: Study) -> list[Counter[str]]:
             for vector in study.vectors]
 
 
-def said(study: Study) -> list[str]:
-    """A sentence: what gave in first, in how many runs."""
+def sentences(study: Study) -> list[str]:
+    """A sentence: what gave in first, in how many runs. Empty if nothing did."""
     total = sum(first_by_vector(study), Counter[str]())
     gave_in = total - Counter({NONE: total[NONE]})
     if not gave_in:
@@ -43,8 +43,8 @@ def said(study: Study) -> list[str]:
 
 
 def resources_table(study: Study) -> ReportTable | None:
-    """A table by vector: the first to give in, and the mean of each peak. None where no run
-    tells."""
+    """A table by vector: what gave in first, and the mean of each resource's peak. None if no run
+    has measured them."""
     found = first_by_vector(study)
     if not found:
         return None
