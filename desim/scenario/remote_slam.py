@@ -26,8 +26,9 @@ def hosts(scenario: Scenario, _: Folder) -> Found:
         with suppress(InputError):  # no such plug-in, which is complained of where it is named
             if not plugins.draws_map(choice.model):
                 yield (*path, "host"), (
-                    f"{plugins.bare(choice.model)!r} draws no map, it stays on the robot; allowed "
-                    f"on another host: {', '.join(_installed('localization', plugins.draws_map))}")
+                    f"{plugins.bare(choice.model)!r} draws no map, so it runs on the robot; "
+                    "allowed on another host: "
+                    f"{', '.join(_installed('localization', plugins.draws_map))}")
 
 
 def sharing(scenario: Scenario, _: Folder) -> Found:
