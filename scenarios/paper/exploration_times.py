@@ -43,7 +43,7 @@ def compare(title: str, times: dict, others: dict, late: Counter) -> None:
                                  np.log([other[seed] for seed in seeds]))
     adjusted = dict(zip(pairs, holm([1.0 if one.t_p is None else one.t_p
                                       for one in pairs.values()]), strict=True))
-    print(f"\n| {title} | time, s | share of time | p | faster |")
+    print(f"\n| {title} | time, s | share of time | p (Holm) | faster |")
     print("|---|---|---|---|---|")
     for name, own in times.items():
         row = [t_interval(list(own.values())).text()

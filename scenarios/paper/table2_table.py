@@ -5,7 +5,8 @@
 Prints Markdown: for each number of processors of a machine the paper's time and ours, how busy
 machines and nodes are, and how often each resource gave in first; then the times against those with
 two processors, seed by seed. Of the second campaign, if it is given: for each speed how busy
-machines are, and the times with one processor against those with two.
+machines are, and the times with one processor against those with two; last, those of all speeds
+together.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _PAPER_S = {1: 489, 2: 349, 4: 350, 8: 384}
 _CHOSEN = 2  # processors: the configuration of the paper's experiments
 
 _COLUMNS = ("mean_cpu_percent", "mean_node_cpu_percent", "mean_ram_percent", "missed_ticks",
-            "mean_rx_kBps")
+            "messages_replaced", "mean_rx_kBps")
 
 
 def row(processors: int, runs) -> str:
@@ -58,6 +59,8 @@ def speeds(runs) -> None:
     compare(f"speed, {few} processor, against {many}", times[few], times[many], Counter(
         str(run["speed"]) for run in runs
         if run["exploration_time_s"] is None and run["processors"] == few))
+    compare(f"{few} processor, against {many}", *(
+        {"all speeds": geometric_means(times[count].values())} for count in (few, many)), Counter())
 
 
 def times_by_speed(runs, processors) -> dict[str, dict[int, float]]:
@@ -69,12 +72,20 @@ def times_by_speed(runs, processors) -> dict[str, dict[int, float]]:
     return dict(sorted(times.items()))
 
 
+def geometric_means(times) -> dict[int, float]:
+    """The geometric means of ``times`` (each by seed), by seed."""
+    first, *others = times
+    return {seed: float(np.exp(np.mean([np.log(one[seed]) for one in (first, *others)])))
+            for seed in first if all(seed in other for other in others)}
+
+
 def main(campaign: Path, slower: Path | None = None) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
     counts = sorted(levels(runs, "processors"))
     print("| processors | robots on a node | the paper, s | time, s | difference | machines' CPU, "
-          "% | nodes' CPU, % | RAM, % | missed ticks | a robot receives, kB/s | gives in first |")
-    print("|---" * 11 + "|")
+          "% | nodes' CPU, % | RAM, % | missed ticks | unread messages | a robot receives, kB/s | "
+          "gives in first |")
+    print("|---" * 12 + "|")
     for processors in counts:
         print(row(processors, [run for run in runs if run["processors"] == processors]))
     times = {processors: {run["seed"]: time_s(run) for run in runs

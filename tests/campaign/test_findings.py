@@ -70,17 +70,17 @@ def test_each_mechanism_is_compared_seed_by_seed_and_the_larger_fleet_with_the_s
         for (robots, without), share in shares.items() for seed in (1, 2, 3)])
     assert capsys.readouterr().out.splitlines() == [
         "",
-        "| 8 robots without | time, s | share of time | p | faster |",
+        "| 8 robots without | time, s | share of time | p (Holm) | faster |",
         "|---|---|---|---|---|",
         "| nothing | 420 ± 25 | 1 |  |  |",
         "| the end | 943 ± 2273 (1 late) | 1.67 (0.18 to 15.13) | 0.42 | 0 of 3 |",
         "",
-        "| 16 robots without | time, s | share of time | p | faster |",
+        "| 16 robots without | time, s | share of time | p (Holm) | faster |",
         "|---|---|---|---|---|",
         "| nothing | 620 ± 25 | 1 |  |  |",
         "| the end | 320 ± 25 | 0.52 (0.50 to 0.54) | 0.00017 | 3 of 3 |",
         "",
-        "| 16 robots against 8, without | time, s | share of time | p | faster |",
+        "| 16 robots against 8, without | time, s | share of time | p (Holm) | faster |",
         "|---|---|---|---|---|",
         "| nothing | 620 ± 25 | 1.48 (1.45 to 1.50) | 0.00026 | 0 of 3 |",
         "| the end | 320 ± 25 | 0.46 (0.05 to 4.07) | 0.26 | 3 of 3 |"]
