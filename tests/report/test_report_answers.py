@@ -82,6 +82,21 @@ def test_a_line_goes_from_one_end_to_the_other(tmp_path):
             "(n = 5) at 4: -300 [-300, -300] more, seed by seed.") in text
 
 
+def test_the_mean_of_all_lines_shows_what_each_alone_does_not(tmp_path):
+    """Each line alone varies more from seed to seed than the axis makes; their mean does not."""
+    def slower(levels, k):
+        noise = 30.0 * (-1) ** k * (1 if levels["strategy"] == "nearest" else -1)
+        return timed(300.0 - 10.0 * levels["speed"] + k + noise * levels["speed"])
+
+    said = ("exploration time [s] of speed = 2 is 10 below 1, 95 % interval of the difference "
+            "[-10, -10], n = 6 seeds, mean over 2 settings of the rest.")
+    for name, strategies, is_said in ("two", ["nearest", "other"], True), ("one", ["other"], False):
+        (tmp_path / name).mkdir()
+        _, text = page_of(study_of(tmp_path / name, {"speed": [1, 2], "strategy": strategies}, 6,
+                                   slower))
+        assert (said in text) == is_said
+
+
 def test_intervals_do_not_leave_what_can_be(tmp_path):
     def outcome(levels, k):
         return timed((50.0, None)[k % 2], delivered=(0.1, 1.0)[k % 2],

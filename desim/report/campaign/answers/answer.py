@@ -13,7 +13,6 @@ from desim.report.campaign.numbers import (
     Estimate,
     Estimates,
     Panel,
-    PlotLine,
     Study,
     VectorRuns,
 )
@@ -29,8 +28,12 @@ def answer_of(study: Study, estimates: Estimates, metric: str, panels: list[Pane
         return []
     said = []
     if study.against.is_numeric and len(study.against.labels) > 1:
-        ends = [line for panel in panels for line in panel.lines if len(line.vectors) > 1]
-        said += [_along(study, estimates, metric, line) for line in ends[:_MOST]]
+        ends = {panel.place(line): (line.vectors[0], line.vectors[-1])
+                for panel in panels for line in panel.lines if len(line.vectors) > 1}
+        if len(ends) > 1 and study.is_paired:
+            last = len(study.against.labels) - 1
+            said.append(_between(study, estimates, metric, study.against, last))
+        said += [_along(study, estimates, metric, *line) for line in list(ends.items())[:_MOST]]
     words = next((axis for axis in (study.by, study.against) if axis is not None
                   and not axis.is_numeric and len(axis.labels) > 1), None)
     if words is not None and study.is_paired:
@@ -39,18 +42,19 @@ def answer_of(study: Study, estimates: Estimates, metric: str, panels: list[Pane
     return [sentence for sentence in said if sentence]
 
 
-def _along(study: Study, estimates: Estimates, metric: str, line: PlotLine) -> str:
+def _along(study: Study, estimates: Estimates, metric: str, line: str,
+           ends: tuple[VectorRuns, VectorRuns]) -> str:
     """A sentence about the change from one end of a line to the other."""
-    axis, vectors = study.axis, (line.vectors[0], line.vectors[-1])
-    first, last = (estimates.of(metric, vector) for vector in vectors)
+    axis = study.axis
+    first, last = (estimates.of(metric, vector) for vector in ends)
     if first.mean is None or last.mean is None:
         return ""
-    begin, end = map(axis.label, vectors)
-    named = f"{line.label + ': ' if line.label else ''}{formatting.titled(metric)}"
+    begin, end = map(axis.label, ends)
+    named = f"{line + ': ' if line else ''}{formatting.titled(metric)}"
     if first.late == first.n and last.late == last.n:
         return f"{named}: no run reached the aim, neither at {axis.name} = {begin} nor at {end}."
     change = t_interval(_differences(study, estimates, metric,
-                                     [vectors] if study.is_paired else []))
+                                     [ends] if study.is_paired else []))
     more = "" if change.low is None else (
         f": {formatting.number(change.mean, 3)} "
         f"{formatting.between(change.low, change.high)} more, seed by seed{_doubt(change)}")
