@@ -41,7 +41,8 @@ def sweep(design: DesignPath,
           retry_failed: Annotated[bool, typer.Option(
               "--retry-failed", help="run again what failed")] = False,
           dry_run: Annotated[bool, typer.Option(
-              "--dry-run", help="list the runs, and predict their time from the beginnings of some")] = False,
+              "--dry-run", help="list the runs, and predict their time from the beginnings of some"
+              )] = False,
           quiet: Quiet = False,
           ) -> None:
     """Run a design: all its runs that are not done yet.

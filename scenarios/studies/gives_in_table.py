@@ -5,9 +5,11 @@
 Prints Markdown: for each speed of processors (down) and rate of the network (across), the mean
 exploration time in s, and for each resource the number of runs in which it gave in first
 ("lan and processor": both in the same window of 5 s, so that neither was the first). A mean
-with runs that did not finish is a lower bound, marked by >. The map, gives_in.png beside
-runs.parquet, has the same times, coloured by the resource that gave in first in most runs; a thick
-line, the knee, parts the cells that take more than 1.2 times as long as the fastest one.
+with runs that did not finish is a lower bound, marked by >. Then the times at each speed and at
+each rate as shares of those at the highest one, geometric means over runs of equal seeds with 95 %
+intervals, without the rates at which runs did not finish. The map, gives_in.png beside
+runs.parquet, has the times, coloured by the resource that gave in first in most runs; a thick line,
+the knee, parts the cells that take more than 1.2 times as long as runs in which nothing gave in.
 """
 
 from __future__ import annotations
@@ -18,14 +20,9 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
+from paired_times import share, time_s  # beside this file
 
-_KNEE = 1.2  # times the fastest cell: the bound between "as fast" and "slower", a choice
-
-
-def time_s(run) -> float:
-    """The exploration time, or the time limit."""
-    reached = run["exploration_time_s"]
-    return run["simulated_s"] if reached is None else reached
+_KNEE = 1.2  # times as long as without a bottleneck: the bound of "slower", a choice
 
 
 def first_of(run) -> str:
@@ -57,10 +54,32 @@ def cell(runs) -> str:
             + ", ".join(f"{name} {count}" for name, count in sorted(gave_in(runs).items())) + ")")
 
 
-def knee(times: np.ndarray) -> list[tuple[tuple[float, float], tuple[float, float]]]:
+def unhindered_s(runs) -> float:
+    """The mean time of the runs in which nothing gave in; the shortest one if there are none."""
+    return float(np.mean([time_s(run) for run in runs if first_of(run) == "nothing"]
+                         or min(map(time_s, runs))))
+
+
+def shares(runs, name: str) -> None:
+    """Print the times at each value of the parameter ``name``, beside those at the highest one."""
+    late = {run["rate"] for run in runs if run["exploration_time_s"] is None}
+    times: dict = {}
+    for run in runs:
+        if run["rate"] not in late:
+            times.setdefault(run[name], {})[run["speed" if name == "rate" else "rate"],
+                                            run["seed"]] = time_s(run)
+    *lower, highest = times
+    print(f"\n| {name}, against {highest} | share of time |")
+    print("|---|---|")
+    for value in lower:
+        print(f"| {value} | {share(times[value], times[highest])} |")
+
+
+def knee(times: np.ndarray, fast_s: float
+         ) -> list[tuple[tuple[float, float], tuple[float, float]]]:
     """The edges (from (x, y), to (x, y)) that part slow cells of ``times`` [rows, columns] s from
-    the others: those that take more than ``_KNEE`` times as long as the fastest cell."""
-    slow = times > _KNEE * np.nanmin(times)
+    the others: those that take more than ``_KNEE`` times ``fast_s``."""
+    slow = times > _KNEE * fast_s
     rows, columns = times.shape
     edges = [((column + 0.5, row - 0.5), (column + 0.5, row + 0.5))
              for row in range(rows) for column in range(columns - 1)
@@ -85,7 +104,7 @@ def draw(cells: dict, speeds: list, rates: list, path: Path) -> None:
         panel.add_patch(patches.Rectangle((column - 0.5, row - 0.5), 1, 1, ec="white",
                                           fc=colours[first[speed, rate]]))
         panel.text(column, row, mean_time(runs), ha="center", va="center")
-    for (x, y), (to_x, to_y) in knee(times):
+    for (x, y), (to_x, to_y) in knee(times, unhindered_s(sum(cells.values(), []))):
         panel.plot([x, to_x], [y, to_y], color="black", lw=3)
     panel.set(xlim=(-0.5, len(rates) - 0.5), ylim=(-0.5, len(speeds) - 0.5),
               xticks=range(len(rates)), xticklabels=rates, xlabel="rate of the network",
@@ -109,6 +128,9 @@ def main(campaign: Path) -> None:
     for speed in speeds:
         print(f"| {speed} |", " | ".join(cell(cells.get((speed, rate), [])) for rate in rates),
               "|")
+    print(f"\nRuns in which nothing gave in took {unhindered_s(runs):.0f} s in the mean.")
+    for name in ("speed", "rate"):
+        shares(runs, name)
     draw(cells, speeds, rates, campaign / "gives_in.png")
 
 

@@ -16,7 +16,8 @@ def table(monkeypatch, repository):
 
 def run(speed, rate, time_s, **from_s):
     """``from_s``: when each resource gave in, None if it did not."""
-    return {"speed": speed, "rate": rate, "exploration_time_s": time_s, "simulated_s": 2000.0,
+    return {"speed": speed, "rate": rate, "seed": 1, "exploration_time_s": time_s,
+            "simulated_s": 2000.0,
             **{f"saturation_{name}_from_s": from_s.get(name) for name in ("port", "processor")}}
 
 
@@ -29,8 +30,24 @@ def test_a_cell_has_its_mean_time_and_what_gave_in(table, tmp_path, capsys):
     assert capsys.readouterr().out.splitlines() == [
         "| speed | 20 Mb/s | 1 Gb/s |", "|---|---|---|",
         "| 0.1 | > 1250 (port 1, processor 1) | 410 (processor 1) |",
-        "| 1.0 | – | 300 (nothing 1) |"]
+        "| 1.0 | – | 300 (nothing 1) |", "",
+        "Runs in which nothing gave in took 300 s in the mean.", "",
+        "| speed, against 1.0 | share of time |", "|---|---|", "| 0.1 |  |", "",
+        "| rate, against 1 Gb/s | share of time |", "|---|---|"]
     assert (tmp_path / "gives_in.png").exists()
+
+
+def test_times_are_shares_of_those_at_the_highest_value_where_all_runs_finished(table, capsys):
+    runs = [run(speed, rate, 1000.0 / speed * slower + 10 * seed, port=None) | {"seed": seed}
+            for speed in (1, 2) for rate, slower in (("1 Mb/s", 1.5), ("9 Mb/s", 1))
+            for seed in (1, 2)]
+    late = [run(speed, "0.1 Mb/s", None) for speed in (1, 2)]
+    table.shares(late + runs, "speed")
+    table.shares(late + runs, "rate")
+    assert capsys.readouterr().out.splitlines() == [
+        "", "| speed, against 2 | share of time |", "|---|---|", "| 1 | 1.98 (1.96 to 1.99) |",
+        "", "| rate, against 9 Mb/s | share of time |", "|---|---|",
+        "| 1 Mb/s | 1.49 (1.48 to 1.50) |"]
 
 
 def test_of_resources_that_give_in_at_once_none_is_the_first(table):
@@ -41,6 +58,6 @@ def test_of_resources_that_give_in_at_once_none_is_the_first(table):
 
 def test_the_knee_parts_slow_cells_from_those_that_are_as_fast(table):
     times = np.array([[900.0, 700.0, 500.0], [800.0, 355.0, 350.0], [800.0, 320.0, 300.0]])
-    assert table.knee(times) == [((0.5, 0.5), (0.5, 1.5)), ((0.5, 1.5), (0.5, 2.5)),
+    assert table.knee(times, 300.0) == [((0.5, 0.5), (0.5, 1.5)), ((0.5, 1.5), (0.5, 2.5)),
                                  ((0.5, 0.5), (1.5, 0.5)), ((1.5, 0.5), (2.5, 0.5))]
-    assert table.knee(np.full((2, 2), 300.0)) == []
+    assert table.knee(np.full((2, 2), 300.0), 300.0) == []

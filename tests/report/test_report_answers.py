@@ -65,6 +65,14 @@ def test_of_runs_that_all_reached_their_limit_no_difference_is_known(tmp_path):
         assert says in text and "difference 0" not in text
 
 
+def test_a_difference_with_late_runs_says_that_they_count_up_to_the_limit(tmp_path):
+    def outcome(levels, k):
+        return timed(None if levels["strategy"] == "far" and k == 0 else 100.0 + k)
+
+    _, text = page_of(study_of(tmp_path, STRATEGIES, 6, outcome))
+    assert "n = 6 seeds; late runs count up to the limit." in text
+
+
 def test_few_seeds_are_a_hint_and_never_significant(tmp_path):
     study = study_of(tmp_path, STRATEGIES, 3, by_strategy(20.0))
     (found,) = contrasts(study, Estimates(study), "exploration_time_s")

@@ -81,6 +81,8 @@ def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level:
         return ""
     first, second = axis.labels[0], axis.labels[level]
     mean = "" if len(pairs) == 1 else f", mean over {len(pairs)} settings of the rest"
+    if any(one.late for one in of):
+        mean += "; late runs count up to the limit"
     if found.low is None or found.high is None:
         return (f"{formatting.titled(metric)} of {second} minus {first}: "
                 f"{formatting.number(found.mean, 3)}, one seed{mean}.")
