@@ -68,8 +68,8 @@ def _estimate(one: Estimate) -> str:
 
 
 def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level: int) -> str:
-    """A sentence about a level and the first level of the design, as means over all other settings
-    that both have."""
+    """A sentence about a level of an axis and its first one (of numbers the lowest), as means over
+    all other settings that both have."""
     pairs = _pairs(study, axis, level)
     of = [estimates.of(metric, vector) for pair in pairs for vector in pair]
     if of and all(0 < one.n == one.late for one in of):
