@@ -6,10 +6,10 @@ Prints Markdown: for each speed of processors (down) and rate of the network (ac
 exploration time in s, and for each resource the number of runs in which it gave in first
 ("lan and processor": both in the same window of 5 s, so that neither was the first). A mean
 with runs that did not finish is a lower bound, marked by >. Then the times at each speed and at
-each rate as shares of those at the highest one, geometric means over runs of equal seeds with 95 %
-intervals, without the rates at which runs did not finish. The map, gives_in.png beside
-runs.parquet, has the times, coloured by the resource that gave in first in most runs; a thick line,
-the knee, parts the cells that take more than 1.2 times as long as runs in which nothing gave in.
+each rate as shares of those at the last one, by ``paired_times.print_shares``. The map,
+gives_in.png beside runs.parquet, has the times, coloured by the resource that gave in first, alone
+or with others, in most runs; a thick line, the knee, parts the cells that take more than 1.2 times
+as long as runs in which nothing gave in.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
-from paired_times import share, time_s  # beside this file
+from paired_times import print_shares, time_s  # beside this file
 
 _KNEE = 1.2  # times as long as without a bottleneck: the bound of "slower", a choice
 
@@ -38,6 +38,15 @@ def first_of(run) -> str:
 def gave_in(runs) -> Counter:
     """The count of runs by what gave in first ("nothing": no resource did)."""
     return Counter(map(first_of, runs))
+
+
+def most_often(first: Counter) -> str:
+    """The resource that gave in first, alone or with others, in most runs; several if they did in
+    as many."""
+    runs: Counter = Counter()
+    for names, count in first.items():
+        runs.update(dict.fromkeys(names.split(" and "), count))
+    return " or ".join(sorted(name for name, count in runs.items() if count == max(runs.values())))
 
 
 def mean_time(runs) -> str:
@@ -60,19 +69,16 @@ def unhindered_s(runs) -> float:
                          or min(map(time_s, runs))))
 
 
-def shares(runs, name: str) -> None:
-    """Print the times at each value of the parameter ``name``, beside those at the highest one."""
+def shares(runs, name: str, other: str) -> None:
+    """Print the times at each value of the parameter ``name``, beside those at the last one, over
+    pairs of one value of ``other``, without the rates at which runs did not finish."""
     late = {run["rate"] for run in runs if run["exploration_time_s"] is None}
     times: dict = {}
     for run in runs:
         if run["rate"] not in late:
-            times.setdefault(run[name], {})[run["speed" if name == "rate" else "rate"],
-                                            run["seed"]] = time_s(run)
-    *lower, highest = times
-    print(f"\n| {name}, against {highest} | share of time |")
-    print("|---|---|")
-    for value in lower:
-        print(f"| {value} | {share(times[value], times[highest])} |")
+            times.setdefault(run[name], {})[run[other], run["seed"]] = time_s(run)
+    *before, last = times
+    print_shares(f"{name}, against {last}", {value: times[value] for value in before}, times[last])
 
 
 def knee(times: np.ndarray, fast_s: float
@@ -94,7 +100,7 @@ def draw(cells: dict, speeds: list, rates: list, path: Path) -> None:
     """Write the map to a PNG file."""
     from matplotlib import colormaps, patches, pyplot
 
-    first = {place: gave_in(runs).most_common(1)[0][0] for place, runs in cells.items()}
+    first = {place: most_often(gave_in(runs)) for place, runs in cells.items()}
     colours = dict(zip(sorted(set(first.values())), colormaps["Pastel1"].colors, strict=False))
     times = np.full((len(speeds), len(rates)), np.nan)
     shown, panel = pyplot.subplots(figsize=(7, 3.8), layout="constrained")
@@ -129,8 +135,8 @@ def main(campaign: Path) -> None:
         print(f"| {speed} |", " | ".join(cell(cells.get((speed, rate), [])) for rate in rates),
               "|")
     print(f"\nRuns in which nothing gave in took {unhindered_s(runs):.0f} s in the mean.")
-    for name in ("speed", "rate"):
-        shares(runs, name)
+    shares(runs, "speed", "rate")
+    shares(runs, "rate", "speed")
     draw(cells, speeds, rates, campaign / "gives_in.png")
 
 

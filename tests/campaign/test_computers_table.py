@@ -20,6 +20,6 @@ def test_speeds_are_compared_run_by_run_and_over_the_means_of_seeds(monkeypatch,
     parquet.write_table(pa.Table.from_pylist(runs), tmp_path / "runs.parquet")
     table.main(tmp_path)
     assert capsys.readouterr().out.splitlines() == [
-        "| speed, against 10 | share of time | p (Holm) | slower | over seeds |",
+        "", "| speed, against 10 | share of time | p (Holm) | slower | over seeds |",
         "|---|---|---|---|---|",
         "| 0.1 | 1.16 (1.08 to 1.25) | 0.0029 | 6 of 6 | 1.03 to 1.32 |"]

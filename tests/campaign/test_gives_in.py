@@ -32,8 +32,10 @@ def test_a_cell_has_its_mean_time_and_what_gave_in(table, tmp_path, capsys):
         "| 0.1 | > 1250 (port 1, processor 1) | 410 (processor 1) |",
         "| 1.0 | – | 300 (nothing 1) |", "",
         "Runs in which nothing gave in took 300 s in the mean.", "",
-        "| speed, against 1.0 | share of time |", "|---|---|", "| 0.1 |  |", "",
-        "| rate, against 1 Gb/s | share of time |", "|---|---|"]
+        "| speed, against 1.0 | share of time | p (Holm) | slower | over seeds |",
+        "|---|---|---|---|---|", "",
+        "| rate, against 1 Gb/s | share of time | p (Holm) | slower | over seeds |",
+        "|---|---|---|---|---|"]
     assert (tmp_path / "gives_in.png").exists()
 
 
@@ -42,12 +44,21 @@ def test_times_are_shares_of_those_at_the_highest_value_where_all_runs_finished(
             for speed in (1, 2) for rate, slower in (("1 Mb/s", 1.5), ("9 Mb/s", 1))
             for seed in (1, 2)]
     late = [run(speed, "0.1 Mb/s", None) for speed in (1, 2)]
-    table.shares(late + runs, "speed")
-    table.shares(late + runs, "rate")
-    assert capsys.readouterr().out.splitlines() == [
-        "", "| speed, against 2 | share of time |", "|---|---|", "| 1 | 1.98 (1.96 to 1.99) |",
-        "", "| rate, against 9 Mb/s | share of time |", "|---|---|",
-        "| 1 Mb/s | 1.49 (1.48 to 1.50) |"]
+    table.shares(late + runs, "speed", "rate")
+    table.shares(late + runs, "rate", "speed")
+    head = "share of time | p (Holm) | slower | over seeds |", "|---|---|---|---|---|"
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:3] == ["", f"| speed, against 2 | {head[0]}", head[1]]
+    assert lines[3].startswith("| 1 | 1.98 (1.96 to 1.99) | ")
+    assert lines[3].endswith(" | 4 of 4 | 1.88 to 2.08 |")
+    assert lines[4:7] == ["", f"| rate, against 9 Mb/s | {head[0]}", head[1]]
+    assert lines[7].startswith("| 1 Mb/s | 1.49 (1.48 to 1.50) | ")
+
+
+def test_a_map_has_the_resource_that_gave_in_first_most_often_alone_or_with_others(table):
+    assert table.most_often(table.Counter({"lan": 1, "processor": 1})) == "lan or processor"
+    assert table.most_often(table.Counter(
+        {"lan": 1, "lan and processor": 1, "cluster_node": 1})) == "lan"
 
 
 def test_of_resources_that_give_in_at_once_none_is_the_first(table):

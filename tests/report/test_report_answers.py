@@ -96,13 +96,34 @@ def test_the_mean_of_all_lines_shows_what_each_alone_does_not(tmp_path):
         noise = 30.0 * (-1) ** k * (1 if levels["strategy"] == "nearest" else -1)
         return timed(300.0 - 10.0 * levels["speed"] + k + noise * levels["speed"])
 
-    said = ("exploration time [s] of speed = 2 is 10 below 1, 95 % interval of the difference "
-            "[-10, -10], n = 6 seeds, mean over 2 settings of the rest.")
-    for name, strategies, is_said in ("two", ["nearest", "other"], True), ("one", ["other"], False):
+    said = ("exploration time [s] of speed = 3 is 20 below 1, 95 % interval of the difference "
+            "[-20, -20], n = 6 seeds, mean over 2 settings of the rest.")
+    both = ["nearest", "other"]
+    for name, strategies, numbers, is_said in (
+            ("two", both, "common", True), ("one", ["other"], "common", False),
+            ("independent", both, "independent", False)):
         (tmp_path / name).mkdir()
-        _, text = page_of(study_of(tmp_path / name, {"speed": [1, 2], "strategy": strategies}, 6,
-                                   slower))
+        _, text = page_of(study_of(tmp_path / name, {"speed": [1, 2, 3], "strategy": strategies}, 6,
+                                   slower, random_numbers=numbers))
         assert (said in text) == is_said
+
+
+def test_a_setting_in_which_no_run_reached_the_aim_is_left_out_of_the_mean(tmp_path):
+    def outcome(levels, k):
+        return timed(None if levels["strategy"] == "lost" else 300.0 - 10.0 * levels["speed"] + k)
+
+    parameters = {"speed": [1, 2], "strategy": ["nearest", "other", "lost"]}
+    _, text = page_of(study_of(tmp_path, parameters, 6, outcome))
+    assert ("of speed = 2 is 10 below 1, 95 % interval of the difference [-10, -10], n = 6 seeds, "
+            "mean over 2 settings of the rest; 1 more left out, of which nothing is known.") in text
+
+
+def test_each_line_is_named_with_its_panel(tmp_path):
+    parameters = {"robots": [1, 2], "strategy": ["near"], "terrain": ["maze", "loop"]}
+    _, text = page_of(study_of(tmp_path, parameters, 5,
+                               lambda levels, k: timed(400.0 / levels["robots"] + k)))
+    assert "terrain = maze: exploration time [s] goes from 402" in text
+    assert "terrain = loop: exploration time [s] goes from 402" in text
 
 
 def test_intervals_do_not_leave_what_can_be(tmp_path):

@@ -5,6 +5,8 @@ They describe how the first metric changes along the axis, and how the settings 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from desim.report.campaign import formatting
@@ -69,20 +71,23 @@ def _estimate(one: Estimate) -> str:
 
 def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level: int) -> str:
     """A sentence about a level of an axis and its first one (of numbers the lowest), as means over
-    all other settings that both have."""
-    pairs = _pairs(study, axis, level)
-    of = [estimates.of(metric, vector) for pair in pairs for vector in pair]
-    if of and all(0 < one.n == one.late for one in of):
+    all other settings in which something is known of the difference."""
+    both = [(pair, [estimates.of(metric, vector) for vector in pair])
+            for pair in _pairs(study, axis, level)]
+    known = [(pair, of) for pair, of in both if not _is_unknown(of)]
+    if both and not known and all(one.n for _, of in both for one in of):
         return (f"{formatting.titled(metric)} of {axis.name} = {axis.labels[level]} and "
                 f"{axis.labels[0]}: no run reached the aim, so that nothing is known of the "
                 "difference.")
-    found = t_interval(_differences(study, estimates, metric, pairs))
+    found = t_interval(_differences(study, estimates, metric, [pair for pair, _ in known]))
     if found.mean is None:
         return ""
     first, second = axis.labels[0], axis.labels[level]
-    mean = "" if len(pairs) == 1 else f", mean over {len(pairs)} settings of the rest"
-    if any(one.late for one in of):
+    mean = "" if len(both) == 1 else f", mean over {len(known)} settings of the rest"
+    if any(one.late for _, of in known for one in of):
         mean += "; late runs count up to the limit"
+    if len(known) < len(both):
+        mean += f"; {len(both) - len(known)} more left out, of which nothing is known"
     if found.low is None or found.high is None:
         return (f"{formatting.titled(metric)} of {second} minus {first}: "
                 f"{formatting.number(found.mean, 3)}, one seed{mean}.")
@@ -92,6 +97,12 @@ def _between(study: Study, estimates: Estimates, metric: str, axis: Axis, level:
     return (f"{formatting.titled(metric)} of {axis.name} = {second} {words}, 95 % interval of "
             f"the difference {formatting.between(found.low, found.high)}, n = {found.n} seeds{mean}"
             f"{_doubt(found)}.")
+
+
+def _is_unknown(levels: Sequence[Estimate]) -> bool:
+    """Whether nothing is known of the difference of two levels: neither was reached in time by any
+    run, or one has no runs."""
+    return all(one.n == one.late for one in levels) or not all(one.n for one in levels)
 
 
 def _doubt(found: Interval) -> str:
