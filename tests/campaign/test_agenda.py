@@ -1,6 +1,7 @@
 """The runs of an agenda, and their order."""
 
 from collections import deque
+from itertools import pairwise
 
 import pytest
 from designs import planned, row
@@ -8,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as some
 
 from desim.campaign.design.design import Until
-from desim.campaign.running.agenda import Agenda, stopping_rule
+from desim.campaign.running.agenda import Agenda, spread, stopping_rule
 
 ROBOTS = "parameters: {robots: {key: fleet.size, values: [1, 2, 3]}}\n"
 UNTIL = ROBOTS + "iterations: {metric: explored, width: %s, at_least: 3, at_most: 12}\n"
@@ -37,8 +38,18 @@ def draw(vector, iteration):
 def test_the_whole_design_first_then_again(tmp_path):
     plan = planned(tmp_path, ROBOTS + "iterations: 2\n")
     agenda, asked = played(plan, jobs=1)
-    assert asked == [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)]
+    assert asked == [(0, 0), (2, 0), (1, 0), (0, 1), (2, 1), (1, 1)]
     assert agenda.progress == (6, 0, 6)
+
+
+@given(count=some.integers(1, 300), share=some.floats(0, 1))
+def test_each_beginning_of_the_order_covers_the_design_evenly(count, share):
+    """The largest gap is at most 2.62 (1 + golden ratio) times the mean one."""
+    order = spread(range(count))
+    assert sorted(order) == list(range(count))
+    begun = sorted(order[:max(round(share * count), 1)])
+    gaps = [after - before for before, after in pairwise([-1, *begun, count])]
+    assert max(gaps) <= 2.62 * count / len(begun)
 
 
 def test_sequential_stopping(tmp_path):
@@ -76,7 +87,7 @@ def test_a_run_that_two_vectors_ask_for_is_made_once(tmp_path):
     robots = [vector.robots for vector in plan.vectors]
     agenda, asked = played(plan, 3)
     assert asked == [(robots.index(n), iteration) for iteration in (0, 1)
-                     for n in dict.fromkeys(robots)]
+                     for n in dict.fromkeys(spread(robots))]
     assert sorted(robots) == [1, 1, 2, 2]
     assert len(agenda.runs) == 8  # each vector has its row in the table
     assert agenda.progress == (4, 0, 4)

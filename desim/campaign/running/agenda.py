@@ -18,11 +18,15 @@ if TYPE_CHECKING:  # scipy.stats is slow to import, and few designs need it
 
 Value = Callable[[Row], float | None]
 
+_GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
+
 
 class Agenda:
-    """The runs of a campaign, iteration by iteration over all vectors. With ``iterations: {metric:
-    ..., width: ...}`` a vector gets another iteration when all earlier ones are done and its
-    interval is still too wide. So the choice of runs does not depend on the number of workers.
+    """The runs of a campaign, iteration by iteration over all vectors, in an order that is spread
+    over the design: the costs of the first runs soon predict those of large fleets, too. With
+    ``iterations: {metric: ..., width: ...}`` a vector gets another iteration when all earlier ones
+    are done and its interval is still too wide. So the choice of runs does not depend on the number
+    of workers.
 
     ``rows`` are those of the runs that are done; ``add`` adds one. ``value`` gives a row's value of
     the metric that is to be known well enough. ``runs`` are all that belong to the campaign as far
@@ -37,7 +41,7 @@ class Agenda:
         self._next = 0  # in runs
         self._vectors_of: dict[str, list[Vector]] = {}  # two may ask for one and the same run
         self._done = self._failed = 0
-        vectors = [vector for vector in plan.vectors if vector.matches(only)]
+        vectors = spread([vector for vector in plan.vectors if vector.matches(only)])
         self._ids: dict[int, list[str]] = {vector.number: [] for vector in vectors}
         for iteration in range(plan.least_iterations):
             for vector in vectors:
@@ -120,6 +124,12 @@ class Agenda:
         """The metric's values, of those runs that have one."""
         values = [self._value(self.rows[run_id]) for run_id in ids]
         return [float(value) for value in values if value is not None]
+
+
+def spread(vectors: Sequence[Vector]) -> list[Vector]:
+    """The vectors in an order of which each beginning covers all of them evenly."""
+    order = sorted(range(len(vectors)), key=lambda place: place * _GOLDEN % 1)
+    return [vectors[place] for place in order]
 
 
 def is_narrow(values: Sequence[float] | np.ndarray, rule: StoppingRule) -> bool:

@@ -10,7 +10,7 @@ from time import process_time
 
 from desim import api
 from desim.campaign.design.plan import Plan, Vector
-from desim.campaign.running.agenda import Agenda
+from desim.campaign.running.agenda import Agenda, spread
 from desim.campaign.running.prediction import Cost, extrapolated_s
 from desim.results.folder import RunFolder
 from desim.results.run import Run
@@ -23,7 +23,6 @@ BUDGET_S = 20.0  # as long as a person waits for an answer
 _MOST_PROBES = 8  # of 2.5 s each: shorter ones see little more than the beginning
 _SHARE = 10  # runs for each probe: what predicts takes about a tenth of what it predicts
 _EXPLORED = {"any": "explored", "union": "explored_union", "all": "explored_all"}  # by stop.by
-_GOLDEN = 0.6180339887  # its multiples, modulo 1, fill the interval evenly
 
 
 def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
@@ -109,7 +108,6 @@ def _spread(vectors: list[Vector], most: int) -> list[Vector]:
     fleet."""
     if most == 1:
         return [sorted(vectors, key=lambda vector: vector.robots)[len(vectors) // 2]]
-    count = min(most, len(vectors))
-    places = sorted({int(i * _GOLDEN % 1 * len(vectors)) for i in range(1, count - 1)}
-                    | {0, max(range(len(vectors)), key=lambda i: vectors[i].robots)})
-    return sorted((vectors[place] for place in places), key=lambda vector: vector.robots)
+    largest = max(vectors, key=lambda vector: vector.robots)
+    others = [vector for vector in spread(vectors) if vector is not largest]
+    return sorted([largest, *others[:most - 1]], key=lambda vector: vector.robots)
