@@ -3,7 +3,8 @@
     python scenarios/paper/exploration_table.py results/exploration results/exploration_ideal
 
 Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the bend of
-its times, and how busy computers and network are; and zigzag against the other terrains, by runs.
+its times, and how busy computers and network are; the loads of each fleet, over all terrains; and
+zigzag against the other terrains, for equal fleets and seeds.
 Writes exploration.png beside runs.parquet: the times, and those of the second campaign, without
 computers and SLAM, as thin lines.
 """
@@ -11,13 +12,14 @@ computers and SLAM, as thin lines.
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
 from exploration_times import cell, levels, time_s  # beside this file
 
-from desim.statistics.comparisons import paired
+from desim.statistics.intervals import t_interval
 from desim.statistics.knee import FEWEST_LOADS, breakpoint_of
 
 _SHOWN = (1, 2, 4, 8, 11, 16, 22, 30)  # robots: rows of the table
@@ -73,9 +75,31 @@ def facts(by_terrain) -> None:
               f"{np.mean(received):.0f}, {max(received):.0f} |")
 
 
+def loads(by_terrain) -> None:
+    """Print how busy computers and network are, by fleet, over all terrains."""
+    runs = [run for of_terrain in by_terrain.values() for run in of_terrain]
+    print("\n| robots | CPU, % | RAM, % | a robot receives, sends, kB/s "
+          "| workstation, Mb/s both ways | gives in first |")
+    print("|---" * 6 + "|")
+    for size in _SHOWN:
+        own = [run for run in runs if run["robots"] == size]
+        if not own:
+            continue
+        mean = {name: np.mean([run[name] for run in own]) for name in (
+            "mean_cpu_percent", "mean_ram_percent", "mean_rx_kBps", "mean_tx_kBps",
+            "hosts_workstation_rx_kBps", "hosts_workstation_tx_kBps")}
+        workstation_kBps = mean["hosts_workstation_rx_kBps"] + mean["hosts_workstation_tx_kBps"]
+        first = Counter(run["gives_in_first"] or "nothing" for run in own)
+        print(f"| {size} | {mean['mean_cpu_percent']:.0f} | {mean['mean_ram_percent']:.1f} | "
+              f"{mean['mean_rx_kBps']:.0f}, {mean['mean_tx_kBps']:.0f} | "
+              f"{workstation_kBps * 8 / 1000:.0f} | "
+              + ", ".join(f"{name}: {count}" for name, count in first.most_common()) + " |")
+
+
 def beside_zigzag(by_terrain) -> None:
     """Print the values of zigzag as shares of those of the other terrains, geometric means over
-    runs of equal fleets and seeds with 95 % intervals."""
+    runs of equal fleets and seeds. Runs of one seed may depend on each other, so that the 95 %
+    intervals are over the means of seeds."""
     names = {"time": time_s, "CPU": lambda run: run["mean_cpu_percent"],
              "RAM": lambda run: run["mean_ram_percent"],
              "received": lambda run: run["mean_rx_kBps"], "sent": lambda run: run["mean_tx_kBps"]}
@@ -86,12 +110,19 @@ def beside_zigzag(by_terrain) -> None:
         pairs = [(own[run["robots"], run["seed"]], run) for run in runs
                  if (run["robots"], run["seed"]) in own]
         if terrain != "zigzag" and pairs:
-            shares = [paired(*(np.log([value(run) for run in side])
-                               for side in zip(*pairs, strict=True))).difference
-                      for value in names.values()]
-            print(f"| {terrain} |", " | ".join(
-                "{:.2f} ({:.2f} to {:.2f})".format(*np.exp([one.mean, one.low, one.high]))
-                if one.low is not None else f"{np.exp(one.mean):.2f}" for one in shares), "|")
+            print(f"| {terrain} |", " | ".join(share(pairs, value) for value in names.values()),
+                  "|")
+
+
+def share(pairs, value) -> str:
+    """The geometric mean of the quotients of ``pairs`` of runs, with its 95 % interval."""
+    by_seed: dict[int, list[float]] = {}
+    for one, other in pairs:
+        by_seed.setdefault(one["seed"], []).append(np.log(value(one) / value(other)))
+    found = t_interval([np.mean(own) for own in by_seed.values()])
+    if found.low is None:
+        return f"{np.exp(found.mean):.2f}"
+    return "{:.2f} ({:.2f} to {:.2f})".format(*np.exp([found.mean, found.low, found.high]))
 
 
 def figure(by_terrain, ideal, path: Path) -> None:
@@ -124,6 +155,7 @@ def main(campaign: Path, *ideal: Path) -> None:
     by_terrain = read(campaign)
     times(by_terrain)
     facts(by_terrain)
+    loads(by_terrain)
     if "zigzag" in by_terrain:
         beside_zigzag(by_terrain)
     figure(by_terrain, read(ideal[0]) if ideal else {}, campaign / "exploration.png")
