@@ -53,6 +53,21 @@ def test_each_terrain_has_its_times_its_fastest_fleet_and_its_bend(table, tmp_pa
     assert (tmp_path / "exploration.png").exists()
 
 
+def test_shares_have_the_interval_over_the_means_of_seeds(table):
+    """Seeds with shares of 1 and 2, each of two fleets: one degree of freedom (t 12.7)."""
+    pairs = [({"seed": seed}, {"seed": seed, "share": share})
+             for seed, shares in ((1, (0.5, 2.0)), (2, (1.0, 4.0))) for share in shares]
+    assert table.share(pairs, lambda run: 1 / run.get("share", 1)) == "1.41 (0.02 to 115.61)"
+    assert table.share(pairs[:2], lambda run: 1 / run.get("share", 1)) == "1.00"
+
+
+def test_the_fastest_fleet_depends_on_the_seeds(table):
+    runs = [run("maze", size, seed, 100.0 * abs(size - best)) for size in range(1, 12)
+            for seed, best in ((1, 4), (2, 8))]
+    assert table.without_a_seed(runs) == " (4 to 8)"
+    assert table.without_a_seed(runs[::2]) == ""
+
+
 def test_a_part_of_the_runs_has_a_part_of_the_tables(table, tmp_path, capsys):
     write(tmp_path, [run("maze", 8, 1, 300.0), run("zigzag", 8, 1, 600.0)])
     table.main(tmp_path, tmp_path)
