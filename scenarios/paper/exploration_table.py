@@ -3,10 +3,11 @@
     python scenarios/paper/exploration_table.py results/exploration results/exploration_ideal
 
 Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the bend of
-its times, and how busy its computers are; the loads of each fleet, over all terrains; and zigzag
+its times, and how busy its computers are; groups of fleets against each other, and against the
+second campaign, without computers and SLAM; the loads of each fleet, over all terrains; and zigzag
 against the other terrains, for equal fleets and seeds.
-Writes exploration.png beside runs.parquet: the times, and those of the second campaign, without
-computers and SLAM, as thin lines.
+Writes exploration.png beside runs.parquet: the times, and those of the second campaign as thin
+lines.
 """
 
 from __future__ import annotations
@@ -23,6 +24,10 @@ from desim.statistics.intervals import t_interval
 from desim.statistics.knee import FEWEST_LOADS, breakpoint_of
 
 _SHOWN = (1, 2, 4, 8, 11, 16, 22, 30)  # robots: rows of the table
+# Groups of fleets that are compared: one robot; the paper's fastest fleet in the maze, 11, with two
+# neighbours on each side; the largest ones. And the paper's outlier with its neighbours.
+_ONE, _ELEVEN, _LARGEST = (1,), range(9, 14), range(26, 31)
+_OUTLIER, _BESIDE = (26,), (25, 27)
 _NEAR = 1  # robots more or fewer: neighbours of a fleet, over which its time is averaged
 
 
@@ -81,6 +86,35 @@ def facts(by_terrain) -> None:
               f"{bend(runs)} | {np.mean(cpu):.0f}, {max(cpu):.0f} |")
 
 
+def log_times(runs, fleets) -> dict[int, float]:
+    """The mean logarithm of the times of ``fleets`` by seed, for seeds with a run of each."""
+    found = {}
+    for seed in levels(runs, "seed"):
+        own = [run for run in runs if run["seed"] == seed and run["robots"] in fleets]
+        if len(own) == len(fleets):
+            found[seed] = float(np.mean(np.log([time_s(run) for run in own])))
+    return found
+
+
+def quotient(times, others) -> str:
+    """Times by seed, divided by those of equal seeds: geometric mean with its 95 % interval."""
+    return as_share([times[seed] - others[seed] for seed in times if seed in others])
+
+
+def groups(by_terrain, ideal) -> None:
+    """Print the times of groups of fleets as shares of other groups', and of those of ``ideal``."""
+    print("\n| terrain | 9 to 13 robots, of 1 | 26 to 30, of 9 to 13 | 26, of 25 and 27 |"
+          + (" 1, of ideal | 9 to 13, of ideal | 26 to 30, of ideal |" if ideal else ""))
+    print("|---" * (7 if ideal else 4) + "|")
+    for terrain, runs in by_terrain.items():
+        row = [quotient(log_times(runs, own), log_times(runs, others)) for own, others in (
+            (_ELEVEN, _ONE), (_LARGEST, _ELEVEN), (_OUTLIER, _BESIDE))]
+        if ideal:
+            row += [quotient(log_times(runs, own), log_times(ideal.get(terrain, []), own))
+                    for own in (_ONE, _ELEVEN, _LARGEST)]
+        print(f"| {terrain} |", " | ".join(row), "|")
+
+
 def loads(by_terrain) -> None:
     """Print how busy computers and network are, by fleet, over all terrains."""
     runs = [run for of_terrain in by_terrain.values() for run in of_terrain]
@@ -125,7 +159,14 @@ def share(pairs, value) -> str:
     by_seed: dict[int, list[float]] = {}
     for one, other in pairs:
         by_seed.setdefault(one["seed"], []).append(np.log(value(one) / value(other)))
-    found = t_interval([np.mean(own) for own in by_seed.values()])
+    return as_share([np.mean(own) for own in by_seed.values()])
+
+
+def as_share(logarithms) -> str:
+    """The geometric mean with its 95 % interval, from the logarithms of seeds."""
+    found = t_interval(logarithms)
+    if found.mean is None:
+        return "–"
     if found.low is None:
         return f"{np.exp(found.mean):.2f}"
     return "{:.2f} ({:.2f} to {:.2f})".format(*np.exp([found.mean, found.low, found.high]))
@@ -158,13 +199,14 @@ def read(campaign: Path) -> dict:
 
 
 def main(campaign: Path, *ideal: Path) -> None:
-    by_terrain = read(campaign)
+    by_terrain, without = read(campaign), read(ideal[0]) if ideal else {}
     times(by_terrain)
     facts(by_terrain)
+    groups(by_terrain, without)
     loads(by_terrain)
     if "zigzag" in by_terrain:
         beside_zigzag(by_terrain)
-    figure(by_terrain, read(ideal[0]) if ideal else {}, campaign / "exploration.png")
+    figure(by_terrain, without, campaign / "exploration.png")
 
 
 if __name__ == "__main__":

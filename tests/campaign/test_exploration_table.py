@@ -44,9 +44,9 @@ def test_each_terrain_has_its_times_its_fastest_fleet_and_its_bend(table, tmp_pa
     assert maze_facts.startswith("| maze | 11 (11 to 11): 182 | 11.0 (")
     assert maze_facts.endswith("): -20.0, then +15.0 | 30, 30 |")
     assert zigzag_facts.startswith("| zigzag | 11 (11 to 11): 363 | ")
-    assert lines[21] == "| 8 | 45 | 6.0 | 800, 720 | 24 | nothing: 4 |"
-    assert lines[25] == "| 30 | 45 | 6.0 | 3000, 2700 | 90 | processor: 4 |"
-    shares = lines[29].split(" | ")
+    assert lines[26] == "| 8 | 45 | 6.0 | 800, 720 | 24 | nothing: 4 |"
+    assert lines[30] == "| 30 | 45 | 6.0 | 3000, 2700 | 90 | processor: 4 |"
+    shares = lines[34].split(" | ")
     assert shares[0] == "| maze"
     assert shares[2:] == ["2.00 (2.00 to 2.00)", *["1.00 (1.00 to 1.00)"] * 2,
                           "1.00 (1.00 to 1.00) |"]
@@ -66,6 +66,25 @@ def test_the_fastest_fleet_depends_on_the_seeds(table):
             for seed, best in ((1, 4), (2, 8))]
     assert table.without_a_seed(runs) == " (4 to 8)"
     assert table.without_a_seed(runs[::2]) == ""
+
+
+def test_groups_of_fleets_are_compared_seed_by_seed(table, capsys):
+    """Times fall to a half from one robot to 11, and to a quarter of that from 11 to 30; 26 robots
+    take twice the time of 25 and 27 with one seed and as long with the other (t 12.7: factors of
+    e^(12.7 ln(2) / 2), for one fleet of five a fifth of the exponent). The third seed lacks the
+    largest fleets."""
+    def time_s(robots, seed):
+        return (800 if robots < 9 else 400 if robots < 14 else 100) * (
+            2 if robots == 26 and seed == 1 else 1)
+
+    runs = [run("maze", size, seed, float(time_s(size, seed))) for size in range(1, 31)
+            for seed in (1, 2, 3) if size < 26 or seed < 3]
+    ideal = [one | {"exploration_time_s": one["exploration_time_s"] / 2} for one in runs
+             if one["robots"] < 26]
+    table.groups({"maze": runs}, {"maze": ideal})
+    *_, row = capsys.readouterr().out.splitlines()
+    assert row == ("| maze | 0.50 (0.50 to 0.50) | 0.27 (0.11 to 0.65) | 1.41 (0.02 to 115.61) | "
+                   "2.00 (2.00 to 2.00) | 2.00 (2.00 to 2.00) | – |")
 
 
 def test_a_part_of_the_runs_has_a_part_of_the_tables(table, tmp_path, capsys):
