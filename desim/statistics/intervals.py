@@ -50,6 +50,13 @@ class Interval(NamedTuple):
         half = "" if self.half_width is None else f" ± {self.half_width:.{digits}f}"
         return f"{self.mean:.{digits}f}{half}"
 
+    def quotient_text(self, digits: int = 2) -> str:
+        """For logarithms of quotients: the geometric mean of these and its bounds, ``0.56 (0.49 to
+        0.64)``; the mean alone where there are no bounds."""
+        mean, low, high = (f"{np.exp(value):.{digits}f}" if value is not None else ""
+                           for value in self[:3])
+        return f"{mean} ({low} to {high})" if low and high else mean
+
 
 def interval(values: ArrayLike, level: float = 0.95, seed: int = 0,
              resamples: int = RESAMPLES) -> Interval:

@@ -98,7 +98,8 @@ def log_times(runs, fleets) -> dict[int, float]:
 
 def quotient(times, others) -> str:
     """Times by seed, divided by those of equal seeds: geometric mean with its 95 % interval."""
-    return as_share([times[seed] - others[seed] for seed in times if seed in others])
+    return t_interval([times[seed] - others[seed] for seed in times if seed in others]
+                      ).quotient_text() or "–"
 
 
 def groups(by_terrain, ideal) -> None:
@@ -159,17 +160,7 @@ def share(pairs, value) -> str:
     by_seed: dict[int, list[float]] = {}
     for one, other in pairs:
         by_seed.setdefault(one["seed"], []).append(np.log(value(one) / value(other)))
-    return as_share([np.mean(own) for own in by_seed.values()])
-
-
-def as_share(logarithms) -> str:
-    """The geometric mean with its 95 % interval, from the logarithms of seeds."""
-    found = t_interval(logarithms)
-    if found.mean is None:
-        return "–"
-    if found.low is None:
-        return f"{np.exp(found.mean):.2f}"
-    return "{:.2f} ({:.2f} to {:.2f})".format(*np.exp([found.mean, found.low, found.high]))
+    return t_interval([np.mean(own) for own in by_seed.values()]).quotient_text()
 
 
 def figure(by_terrain, ideal, path: Path) -> None:

@@ -49,8 +49,6 @@ def compare(title: str, times: dict, others: dict, late: Counter) -> None:
         row = [t_interval(list(own.values())).text()
                + (f" ({late[name]} late)" if late[name] else ""), "1", "", ""]
         if name in pairs:
-            share = pairs[name].difference
-            low, mean, high = np.exp([share.low, share.mean, share.high])
-            row[1:] = [f"{mean:.2f} ({low:.2f} to {high:.2f})", f"{adjusted[name]:.2g}",
+            row[1:] = [pairs[name].difference.quotient_text(), f"{adjusted[name]:.2g}",
                        f"{pairs[name].below} of {len(own)}"]
         print(f"| {name.replace('_', ' ')} |", " | ".join(row), "|")

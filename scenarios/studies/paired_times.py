@@ -21,7 +21,7 @@ def times_of(runs) -> dict[int, float]:
 def share(own, reference) -> str:
     """The geometric mean of the times of equal seeds, divided, with its 95 % interval."""
     seeds = [seed for seed in own if seed in reference]
-    return "" if len(seeds) < 2 else _share(_logarithms(own, reference, seeds))
+    return "" if len(seeds) < 2 else logarithms(own, reference, seeds).difference.quotient_text()
 
 
 def print_shares(title: str, times: dict, reference: dict) -> None:
@@ -33,7 +33,7 @@ def print_shares(title: str, times: dict, reference: dict) -> None:
     for name, own in times.items():
         keys = [key for key in own if key in reference]
         if len(keys) > 1:
-            pairs[name] = _logarithms(own, reference, keys)
+            pairs[name] = logarithms(own, reference, keys)
             over_seeds[name] = paired(*(_means_of_seeds(side, keys) for side in (own, reference)))
     adjusted = holm([1.0 if one.t_p is None else one.t_p for one in pairs.values()])
     print(f"\n| {title} | share of time | p (Holm) | slower | over seeds |")
@@ -42,11 +42,12 @@ def print_shares(title: str, times: dict, reference: dict) -> None:
         seeds = over_seeds[name].difference
         between = "" if seeds.low is None else "{:.2f} to {:.2f}".format(
             *np.exp([seeds.low, seeds.high]))
-        print(f"| {name} | {_share(one)} | {p:.2g} | {one.above} of {one.difference.n} | "
-              f"{between} |")
+        print(f"| {name} | {one.difference.quotient_text()} | {p:.2g} | "
+              f"{one.above} of {one.difference.n} | {between} |")
 
 
-def _logarithms(own, reference, keys) -> Paired:
+def logarithms(own, reference, keys) -> Paired:
+    """The logarithms of two settings' times, compared for equal ``keys``."""
     return paired(*(np.log([times[key] for key in keys]) for times in (own, reference)))
 
 
@@ -55,9 +56,3 @@ def _means_of_seeds(times, keys) -> list[float]:
     seeds = dict.fromkeys(seed for _, seed in keys)
     return [float(np.mean([np.log(times[key]) for key in keys if key[1] == seed]))
             for seed in seeds]
-
-
-def _share(logarithms: Paired) -> str:
-    found = logarithms.difference
-    low, mean, high = np.exp([found.low, found.mean, found.high])
-    return f"{mean:.2f} ({low:.2f} to {high:.2f})"

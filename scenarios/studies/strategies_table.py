@@ -12,8 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
+from paired_times import logarithms, time_s  # beside this file
 
-from desim.statistics.comparisons import holm, paired
+from desim.statistics.comparisons import Paired, holm
 from desim.statistics.intervals import t_interval
 
 REFERENCE = "nearest_frontier"
@@ -26,22 +27,15 @@ def strategy_kB(run):
                       if "/strategy/" in family or family.endswith("/team_state"))
 
 
-def time_s(run) -> float:
-    """The exploration time, or the time limit."""
-    reached = run["exploration_time_s"]
-    return run["simulated_s"] if reached is None else reached
-
-
 def times_of(runs, strategy) -> dict[tuple[str, int], float]:
     """The time by terrain and seed."""
     return {(run["terrain"], run["seed"]): time_s(run) for run in runs
             if run["strategy"] == strategy}
 
 
-def ratios(first, second) -> tuple[np.ndarray, np.ndarray]:
+def compared_with(first, second) -> Paired:
     """The logarithms of two strategies' times, pair by pair."""
-    keys = [key for key in first if key in second]
-    return (np.log([first[key] for key in keys]), np.log([second[key] for key in keys]))
+    return logarithms(first, second, [key for key in first if key in second])
 
 
 def table(runs) -> None:
@@ -49,7 +43,7 @@ def table(runs) -> None:
     mean over terrains and seeds, its 95 % interval, p of the paired t test by Holm."""
     terrains = list(dict.fromkeys(run["terrain"] for run in runs))
     times = {name: times_of(runs, name) for name in dict.fromkeys(run["strategy"] for run in runs)}
-    pairs = {name: paired(*ratios(own, times[REFERENCE])) for name, own in times.items()
+    pairs = {name: compared_with(own, times[REFERENCE]) for name, own in times.items()
              if name != REFERENCE}
     adjusted = dict(zip(pairs, holm([pair.t_p or 1.0 for pair in pairs.values()]), strict=True))
     print("| strategy |", " | ".join(f"{terrain}, s" for terrain in terrains),
@@ -62,9 +56,7 @@ def table(runs) -> None:
         late = sum(run["exploration_time_s"] is None for run in mine)
         compared = ["1", "", ""]
         if name in pairs:
-            low, mean, high = np.exp([pairs[name].difference.low, pairs[name].difference.mean,
-                                      pairs[name].difference.high])
-            compared = [f"{mean:.2f} ({low:.2f} to {high:.2f})", f"{adjusted[name]:.2g}",
+            compared = [pairs[name].difference.quotient_text(), f"{adjusted[name]:.2g}",
                         f"{pairs[name].cohen_dz:.1f}"]
         sent = [f"{np.mean([run[key] for run in mine]):.2g}"
                 for key in ("coordination_MB", "strategy_kB")]
@@ -90,10 +82,8 @@ def expectations(runs) -> None:
         cells = []
         for network, robots in settings(runs):
             some = [run for run in runs if (run["network"], run["robots"]) == (network, robots)]
-            pair = paired(*ratios(times_of(some, first), times_of(some, second)))
-            low, mean, high = np.exp([pair.difference.low, pair.difference.mean,
-                                      pair.difference.high])
-            cells.append(f"{mean:.2f} ({low:.2f} to {high:.2f}), {pair.below}:{pair.above}")
+            pair = compared_with(times_of(some, first), times_of(some, second))
+            cells.append(f"{pair.difference.quotient_text()}, {pair.below}:{pair.above}")
         print(f"| `{first}` | `{second}` |", " | ".join(cells), "|")
 
 

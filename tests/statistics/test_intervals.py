@@ -133,3 +133,11 @@ def test_a_mean_as_text_has_its_half_width():
     assert t_interval([340.0, 350.0, 360.0]).text() == "350 ± 25"
     assert t_interval([340.0, 350.0, 360.0]).text(1) == "350.0 ± 24.8"
     assert t_interval([340.0]).text() == "340" and t_interval([]).text() == ""
+
+
+def test_logarithms_of_quotients_read_as_their_geometric_mean_and_its_bounds():
+    # Half of ln 2 with bounds 12.7 standard errors away, each half of ln 2: Student's table.
+    assert t_interval([0.0, np.log(2.0)]).quotient_text() == "1.41 (0.02 to 115.61)"
+    assert t_interval([np.log(0.5)] * 3).quotient_text(1) == "0.5 (0.5 to 0.5)"
+    assert t_interval([np.log(3.0)]).quotient_text() == "3.00"
+    assert t_interval([]).quotient_text() == ""
