@@ -4,8 +4,8 @@
 
 Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the bend of
 its times, and how busy its computers are; groups of fleets against each other, and against the
-second campaign, without computers and SLAM; the loads of each fleet, over all terrains; and zigzag
-against the other terrains, for equal fleets and seeds.
+second campaign, without computers and SLAM; maps, safety and loads by fleet, over all terrains; and
+zigzag against the other terrains, for equal fleets and seeds.
 Writes exploration.png beside runs.parquet: the times, and those of the second campaign as thin
 lines.
 """
@@ -117,21 +117,23 @@ def groups(by_terrain, ideal) -> None:
 
 
 def loads(by_terrain) -> None:
-    """Print how busy computers and network are, by fleet, over all terrains."""
+    """Print how good maps are, how safely robots drive, and how busy computers and network are, by
+    fleet, over all terrains."""
     runs = [run for of_terrain in by_terrain.values() for run in of_terrain]
-    print("\n| robots | CPU, % | RAM, % | a robot receives, sends, kB/s "
+    print("\n| robots | map quality | safety | CPU, % | RAM, % | a robot receives, sends, kB/s "
           "| workstation, Mb/s both ways | gives in first |")
-    print("|---" * 6 + "|")
+    print("|---" * 8 + "|")
     for size in _SHOWN:
         own = [run for run in runs if run["robots"] == size]
         if not own:
             continue
         mean = {name: np.mean([run[name] for run in own]) for name in (
-            "mean_cpu_percent", "mean_ram_percent", "mean_rx_kBps", "mean_tx_kBps",
-            "hosts_workstation_rx_kBps", "hosts_workstation_tx_kBps")}
+            "map_quality", "safety", "mean_cpu_percent", "mean_ram_percent", "mean_rx_kBps",
+            "mean_tx_kBps", "hosts_workstation_rx_kBps", "hosts_workstation_tx_kBps")}
         workstation_kBps = mean["hosts_workstation_rx_kBps"] + mean["hosts_workstation_tx_kBps"]
         first = Counter(run["gives_in_first"] or "nothing" for run in own)
-        print(f"| {size} | {mean['mean_cpu_percent']:.0f} | {mean['mean_ram_percent']:.1f} | "
+        print(f"| {size} | {mean['map_quality']:.3f} | {mean['safety']:.2f} | "
+              f"{mean['mean_cpu_percent']:.0f} | {mean['mean_ram_percent']:.1f} | "
               f"{mean['mean_rx_kBps']:.0f}, {mean['mean_tx_kBps']:.0f} | "
               f"{workstation_kBps * 8 / 1000:.0f} | "
               + ", ".join(f"{name}: {count}" for name, count in first.most_common()) + " |")

@@ -17,6 +17,7 @@ def run(terrain, robots, seed, time_s):
     of_terrain = 2 if terrain == "zigzag" else 1
     return {"terrain": terrain, "robots": robots, "seed": seed, "exploration_time_s": time_s,
             "simulated_s": 2000.0, "exploration_cost_m": 100.0 * robots,
+            "map_quality": 0.99, "safety": 1.0 - 0.01 * robots,
             "mean_cpu_percent": 30.0 * of_terrain, "mean_ram_percent": 6.0,
             "mean_rx_kBps": 100.0 * robots, "mean_tx_kBps": 90.0 * robots,
             "hosts_workstation_rx_kBps": 125.0 * robots,
@@ -44,8 +45,8 @@ def test_each_terrain_has_its_times_its_fastest_fleet_and_its_bend(table, tmp_pa
     assert maze_facts.startswith("| maze | 11 (11 to 11): 182 | 11.0 (")
     assert maze_facts.endswith("): -20.0, then +15.0 | 30, 30 |")
     assert zigzag_facts.startswith("| zigzag | 11 (11 to 11): 363 | ")
-    assert lines[26] == "| 8 | 45 | 6.0 | 800, 720 | 24 | nothing: 4 |"
-    assert lines[30] == "| 30 | 45 | 6.0 | 3000, 2700 | 90 | processor: 4 |"
+    assert lines[26] == "| 8 | 0.990 | 0.92 | 45 | 6.0 | 800, 720 | 24 | nothing: 4 |"
+    assert lines[30] == "| 30 | 0.990 | 0.70 | 45 | 6.0 | 3000, 2700 | 90 | processor: 4 |"
     shares = lines[34].split(" | ")
     assert shares[0] == "| maze"
     assert shares[2:] == ["2.00 (2.00 to 2.00)", *["1.00 (1.00 to 1.00)"] * 2,
