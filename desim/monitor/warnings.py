@@ -12,8 +12,8 @@ from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
 from desim.monitor.tasks.places import free_cells
+from desim.monitor.unheard import unheard
 from desim.monitor.without_effect import without_effect
-from desim.network.medium import Medium
 from desim.ports.tasks import VisitsPlaces
 from desim.scenario.robot_types import used_types
 from desim.units import LENGTH
@@ -21,18 +21,13 @@ from desim.units import LENGTH
 if TYPE_CHECKING:
     from desim.monitor.monitor import Monitor
 
-_MANY_FRAMES = 100  # fewer may be on their way when a run ends
-
 
 def warnings(monitor: Monitor) -> list[str]:
-    """Warnings of keys without effect, of networks that settle nothing, of names that match no
-    topic or node, of computers without memory for their system, of topics and hosts that nobody
-    could hear, of strategies that have nothing to do, of places out of reach, and of fleets that
-    never move."""
+    """Warnings of keys without effect, of networks that carry nothing, of names that match no topic
+    or node, of computers without memory for their software, of topics that nobody advertises, of
+    strategies that have nothing to do, of places out of reach, and of fleets that never move."""
     said = without_effect(monitor)
-    said += filter(None, map(_under_way, (*monitor.graph.media, *monitor.graph.inside)))
-    said += [f"medium {name}: nothing has arrived inside of a host: does its model carry frames "
-             "from a host to itself, as link and bus do?" for name in _silent_inside(monitor.graph)]
+    said += unheard(monitor)
     said += [f"topics: no topic of the run has matched {pattern!r}"
              for pattern in monitor.graph.routes.unmatched()]
     said += _strange_nodes(monitor.graph)
@@ -42,49 +37,30 @@ def warnings(monitor: Monitor) -> list[str]:
              f"robots the map; choose one that needs a {monitor.task_gives} (needs of its class)"
              for name in monitor.uninformed]
     said += _out_of_reach(monitor)
-    said += [f"host {name} has no place (hosts.{name}.at), and no message from or to it has "
-             "arrived: nobody hears such a host over a radio" for name in _unheard(monitor.graph)]
     if monitor.explorers and not monitor.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said
 
 
-def _under_way(medium: Medium) -> str:
-    """A warning of a medium in which most frames have no fate at the end; else empty."""
-    under_way, arriving = medium.in_flight(), medium.flights.count
-    settles = medium.delivered or medium.dropped or arriving
-    if under_way < (_MANY_FRAMES if settles else 1) or 2 * under_way <= medium.intended:
-        return ""
-    return (f"medium {medium.name}: {under_way} of {medium.intended} frames are neither delivered "
-            "nor dropped at the end: " + (
-                "does its model settle every frame?" if not settles else
-                "they arrive later: is it too slow for the traffic?" if under_way == arriving else
-                f"{arriving} arrive later, and {under_way - arriving} are not settled: is it too "
-                "slow for the traffic, or does its model forget frames?"))
-
-
-def _silent_inside(graph: Graph) -> list[str]:
-    """The media inside hosts that had frames and delivered none, in any host."""
-    delivered: dict[str, int] = {}
-    for medium in graph.inside:
-        if medium.intended:
-            name = medium.name.partition("@")[0]
-            delivered[name] = delivered.get(name, 0) + medium.delivered
-    return [name for name, count in delivered.items() if not count]
-
-
 def _too_small(graph: Graph) -> list[str]:
-    """Warnings of computers whose system alone needs more memory than they have."""
-    hosts: dict[tuple[int, int], list[str]] = {}  # by memory and what the system takes
+    """Warnings of computers whose memory is too small for their system, or for their software as it
+    starts."""
+    hosts: dict[tuple[int, str], list[str]] = {}  # by limit and what needs more
     for host in graph.hosts:
         memory = host.memory if isinstance(host, BusyHost) else None
-        if memory is not None and memory.limit_bytes is not None \
-                and memory.limit_bytes <= memory.system_bytes:
-            hosts.setdefault((memory.limit_bytes, memory.system_bytes), []).append(host.name)
+        if memory is None or memory.limit_bytes is None:
+            continue
+        if memory.limit_bytes <= memory.system_bytes:
+            needs = f"the system alone takes {memory.system_bytes / 1e6:g} MB"
+        elif memory.limit_bytes < memory.first_bytes:
+            needs = ("the system and the software, as it starts, take "
+                     f"{memory.first_bytes / 1e6:.0f} MB")
+        else:
+            continue
+        hosts.setdefault((memory.limit_bytes, needs), []).append(host.name)
     return [f"host {names[0]}{f' and {len(names) - 1} more' if names[1:] else ''}: computer.memory "
-            f"is {limit_bytes / 1e6:g} MB, and the system alone takes {system_bytes / 1e6:g} MB: "
-            "the software dies whenever it starts"
-            for (limit_bytes, system_bytes), names in hosts.items()]
+            f"is {limit_bytes / 1e6:g} MB, and {needs}: the software dies whenever it starts"
+            for (limit_bytes, needs), names in hosts.items()]
 
 
 def _strange_nodes(graph: Graph) -> list[str]:
@@ -121,18 +97,6 @@ def _silent(graph: Graph) -> list[str]:
             f"{did_you_mean(name, advertised)}"
             for name, topics in ends.items() if name not in advertised
             and any(topic.listening for topic in topics)]
-
-
-def _unheard(graph: Graph) -> list[str]:
-    """The hosts without a place that have software, and whose messages never arrived, nor any for
-    them, while others' did."""
-    arrivals = np.array([host.last_arrival_ns for host in graph.hosts])
-    if not arrivals.any() or not graph.media:
-        return []
-    places = graph.media[0].positions(graph.kernel.now_ns)
-    return [host.name for i, host in enumerate(graph.hosts)
-            if host.nodes and np.isnan(places[i]).any()
-            and not arrivals[i].any() and not arrivals[:, i].any()]
 
 
 def _out_of_reach(monitor: Monitor) -> list[str]:

@@ -25,9 +25,9 @@ class HostPlan(NamedTuple):
     """One computer.
 
     ``robot``: index of the body whose place it shares, or None; then it stands at ``x_m, y_m``
-    (NaN: without a position, in reach of all). ``drives``: indices of the bodies whose sensors and
-    motors are attached to it. ``software``: index of the robot that it controls. ``monitor``:
-    whether robots send it their maps and distances. ``strategy``: of a central coordinator.
+    (NaN: without a place). ``drives``: indices of the bodies whose sensors and motors are attached
+    to it. ``software``: index of the robot that it controls. ``monitor``: whether robots send it
+    their maps and distances. ``strategy``: of a central coordinator.
     ``antenna``: with its height above the ground. ``computer``: a robot's own, or its virtual
     machine, which is on ``node`` of the cluster. ``clock``: None where it shows the true time.
     ``slam``: indices of the other robots whose SLAM runs here.

@@ -215,6 +215,19 @@ def test_a_computer_without_memory_for_its_system_is_said():
         "software dies whenever it starts"]
 
 
+def test_a_computer_without_memory_for_its_software_is_said():
+    """hello's nodes take 9 MB at their first callbacks beside the system's 48 MB."""
+    def said(memory):
+        simulation = built(HELLO, "computers=measured", f"robot.computer.memory={memory}",
+                           "stop.elapsed=2 s")
+        simulation.run()
+        return [text for text in warnings(simulation.monitor) if "memory" in text]
+    assert said("50 MB") == [
+        "host robot_0 and 2 more: computer.memory is 50 MB, and the system and the software, as it "
+        "starts, take 57 MB: the software dies whenever it starts"]
+    assert said("80 MB") == []
+
+
 @pytest.mark.parametrize(("fault", "up_s"), [
     ("", [0.0, 9.0]),  # killed at 5 s, down for 4 s
     ("{at: 6 s, host: robot_0, down_for: 1 s}", [0.0, 9.0]),

@@ -19,13 +19,15 @@ class HostMemory:
 
     A process takes memory when it runs. So a limit is checked after each callback. If the processes
     need more, the largest one is killed (Linux, mm/oom_kill.c: ``oom_badness``): ``kills`` gets its
-    name, the trace a row ``out_of_memory``, and ``Simulation`` stops the host.
+    name, the trace a row ``out_of_memory``, and ``Simulation`` stops the host. ``first_bytes``: the
+    memory in use after the first callback since the last start, where there is a limit.
     """
 
-    __slots__ = ("kills", "_host", "_memory", "_sizes", "_known", "_nodes", "_dying")
+    __slots__ = ("kills", "first_bytes", "_host", "_memory", "_sizes", "_known", "_nodes", "_dying")
 
     def __init__(self, host: BusyHost, memory: Memory) -> None:
         self.kills: list[str] = []
+        self.first_bytes = 0
         self._host, self._memory = host, memory
         self._sizes: dict[str, int] = {}  # of each node's process, after its last callback
         # By node: the bytes that waited and what else it kept when it was last asked, and the
@@ -64,6 +66,7 @@ class HostMemory:
         if not sizes:
             self._nodes = {node.name: node for node in self._host.nodes}
             sizes = self._sizes = self.of_processes()
+            self.first_bytes = self.system_bytes + sum(sizes.values())
         else:
             size_bytes = self._of(self._nodes[name]) if name in self._nodes else 0
             if size_bytes == sizes.get(name, 0):  # as most often: the others' are as they were

@@ -145,7 +145,8 @@ class OtherHost(Params):
     """A computer of others on the network. It runs no software of the fleet."""
 
     at_m: tuple[Position, Position] | None = Field(None, description=(
-        "where it stands (null: in reach of everybody)"))
+        "where it stands; without a place it is in reach of everybody on wires and with disk, and "
+        "of nobody over radios"))
     antenna: Antenna = Field(default_factory=Antenna)
 
 
