@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin
 
-from pydantic import ValidationError
+from pydantic import PlainSerializer, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -103,10 +103,9 @@ def _complaint(block: type[Params], data: object, base: Path, more: tuple[str, .
         return Complaint(path, f"{given} is not allowed{guess}; allowed: {', '.join(options)}")
     if kind == "string_pattern_mismatch":
         return Complaint(path, _pattern_rule(_at(data, own), context))
-    limits = {name: f"{limit:g}" if isinstance(limit, float) else str(limit)  # with all digits
-              for name, limit in context.items()}
-    text = _BOUNDS[kind].format(**limits) if kind in _BOUNDS else _wanted(_annotation(
-        block, location))
+    text = _BOUNDS[kind].format(**{name: _limit(limit, block, location)
+                                   for name, limit in context.items()}) if kind in _BOUNDS else (
+        _wanted(_annotation(block, location)))
     return Complaint(path, f"must be {text}, got {given}")
 
 
@@ -119,6 +118,19 @@ _BOUNDS = {
     "too_long": "a list of at most {max_length}",
     "finite_number": "a finite number",
 }
+
+
+def _limit(limit: Any, block: type[Params], location: Location) -> str:
+    """A limit of the value at a location, as it is written there: with a unit, if it has one."""
+    around = without_null(_annotation(block, location[:-1]))[0]
+    if isinstance(around, type) and issubclass(around, Params) and not isinstance(limit, str):
+        field = _field(around, location[-1])
+        marks = [*field.metadata, *(mark for shape in without_null(field.annotation)
+                                    for mark in get_args(shape)[1:])]
+        writers: list[Any] = [mark.func for mark in marks if isinstance(mark, PlainSerializer)]
+        if writers:
+            limit = writers[0](float(limit))
+    return f"{limit:g}" if isinstance(limit, float) else str(limit)  # with all digits
 
 
 def _missing(block: type[Params], data: object, base: Path, location: Location) -> Complaint:

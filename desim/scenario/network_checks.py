@@ -17,7 +17,7 @@ from desim.scenario.schema.communication import MediumChoice
 from desim.scenario.schema.robot import OTHERS, OWN_TOPICS, Publication
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
-from desim.units import DURATION
+from desim.units import DURATION, MESSAGE_SIZE
 
 Found = Iterator[tuple[Path, str]]
 
@@ -144,13 +144,23 @@ def _publications(scenario: Scenario, _: Folder) -> Found:
             yield from _receivers(at, publication, scenario)
 
 
+def _published_maps(scenario: Scenario, _: Folder) -> Found:
+    """Whole maps that no message can hold: each cell is a byte."""
+    cells = scenario.robot.mapping.published_cells
+    if cells > MESSAGE_SIZE.maximum:
+        yield ("robot", "mapping", "published_size"), (
+            f"makes maps of {cells:.3g} cells, a byte each; allowed: "
+            f"{MESSAGE_SIZE.format(MESSAGE_SIZE.maximum)}")
+
+
 def _receivers(at: Path, publication: Publication, scenario: Scenario) -> Found:
     """Words of ``to`` that mean nobody."""
-    if publication.to is None:
+    if publication.to == ():
+        yield (*at, "to"), "must name at least one host, or be left out"
+    elif publication.to is None:
         if not monitors(scenario):
             yield at, ("the key 'to' is missing: its default are the hosts that collect maps and "
                        "distances, and there is none (hosts.<name>.monitor)")
-        return
     hosts = listeners(scenario)
     for i, word in enumerate(words_of(publication)):
         if word != OTHERS and not any(fnmatchcase(host, word) for host in hosts):
@@ -166,4 +176,5 @@ CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...]
     ((("hosts",), ("network",), ("deployment",)), _forwarding),
     ((("robot", "publishes"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),
      _publications),
+    ((("robot", "mapping"),), _published_maps),
 )

@@ -126,6 +126,17 @@ WRONG = {
             "4:11: robot.publishes.1.topic: 'a' is published already, by another of this list",
             "4:43: robot.publishes.1.to.0: unknown host 'base'; allowed: others, robot_0, robot_1, "
             "workstation"]),
+    "what a robot publishes is for nobody": (
+        "robot: {publishes: [{topic: a, size: 1 kB, rate: 1 Hz, to: []}]}", [
+            "2:60: robot.publishes.0.to: must name at least one host, or be left out"]),
+    "maps that no message can hold": (
+        "robot: {mapping: {published_size: [10 km, 5 km]}}", [
+            "2:35: robot.mapping.published_size: makes maps of 1.25e+09 cells, a byte each; "
+            "allowed: 1 GB"]),
+    "more topics than a master has": (
+        "middleware: {model: ros1, polling: 100 ms, polled_topics: 1001, workers: 1001}", [
+            "2:59: middleware.polled_topics: must be at most 1000, got 1001",
+            "2:73: middleware.workers: must be at most 1000, got 1001"]),
     "nobody to receive what a type publishes": (
         "deployment: field\nfleet: {types: {a: {robot: {publishes: [{topic: a, size: 1 kB, "
         "rate: 1 Hz}]}}}}", [
@@ -193,7 +204,7 @@ WRONG = {
         "network: {background: [{medium: lan, between: [a], rate: 0 b/s, size: 2 kB}]}", [
             "2:47: network.background.0.between: must be a list of 2, got a list of 1",
             "2:58: network.background.0.rate: '0 b/s' must be above zero",
-            "2:71: network.background.0.size: must be at most 1518, got '2 kB'"]),
+            "2:71: network.background.0.size: must be at most 1518 B, got '2 kB'"]),
     "a bus inside hosts": (
         "network: {media: {bus: {model: link, inside: true, hosts: []}, lan: {model: switch, "
         "hosts: [workstation]}},\n  others: {nas: {}}, background: [{medium: bus, between: "
@@ -228,7 +239,7 @@ WRONG = {
         "2:18: stop.explored: '120 %' is too large; at most 100 %"]),
     "zero period": ("measure: {every: 0 s}", ["2:18: measure.every: '0 s' must be above zero"]),
     "zero extent": ("robot: {mapping: {resolution: 0 m}}", [
-        "2:31: robot.mapping.resolution: must be above 0, got '0 m'"]),
+        "2:31: robot.mapping.resolution: must be above 0 m, got '0 m'"]),
     "fleet of 0": ("fleet: {size: 0}", ["2:15: fleet.size: must be at least 1, got 0"]),
     "half a robot": ("fleet: {size: 2.5}", [
         "2:15: fleet.size: must be a whole number, got 2.5"]),
@@ -368,7 +379,7 @@ WRONG = {
     "nothing goes at once": (
         "network: {media: {air: {model: ideal, rules: [\n"
         "{rule: bandwidth, rate: 1 Mb/s, burst: 0 B}]}}}", [
-            "3:40: network.media.air.rules.0.burst: must be at least 1, got '0 B'"]),
+            "3:40: network.media.air.rules.0.burst: must be at least 1 B, got '0 B'"]),
     "unknown rule and parameter of a rule": (
         "network: {media: {lan: {model: ideal, rules: [{rule: rang}, {rule: range, dist: 3 m}]}}}",
         ["2:54: network.media.lan.rules.0.rule: unknown rule 'rang' (did you mean 'range'?); "
@@ -394,7 +405,7 @@ WRONG = {
             "6:1: network.media.lan.rules.3: hosts or links must be given",
             "7:26: network.media.lan.rules.4.links.0: must be a list of 2, got a list of 1",
             "7:53: network.media.lan.rules.4.down: '1 us' is too small; at least 1 ms",
-            "8:41: network.media.lan.rules.5.radius: must be above 0, got '0 m'",
+            "8:41: network.media.lan.rules.5.radius: must be above 0 m, got '0 m'",
             "9:1: network.media.lan.rules.6: p or r must be above zero",
             "10:1: network.media.lan.rules.7: gamma needs a delay above zero",
             "11:43: network.media.lan.rules.8.distribution: 'weibull' is not allowed; allowed: "
@@ -444,7 +455,7 @@ WRONG = {
     "memory that cannot be": (
         "robot: {computer: {memory: 0 B, respawn_delay: 0 s}}\n"
         "computers: {model: table, memory: {processes: {slam: {per: {patch: 16 kB}}}}}", [
-            "2:28: robot.computer.memory: must be above 0, got '0 B'",
+            "2:28: robot.computer.memory: must be above 0 B, got '0 B'",
             "2:48: robot.computer.respawn_delay: '0 s' must be above zero",
             "3:68: computers.memory.processes.slam.per.patch: no quantity that nodes keep (did "
             "you mean 'patches'?); allowed: bytes, cells, patches, scans"]),
@@ -456,8 +467,8 @@ WRONG = {
         "retries: 256, window: 1 kB, buffer: 0 B}}", [
             "2:69: middleware.tcp.keepalive_interval: '1 ns' is too small; at least 1 ms",
             "3:10: middleware.tcp.retries: must be at most 255, got 256",
-            "3:23: middleware.tcp.window: must be at least 2896, got '1 kB'",
-            "3:37: middleware.tcp.buffer: must be at least 1, got '0 B'"]),
+            "3:23: middleware.tcp.window: must be at least 2896 B, got '1 kB'",
+            "3:37: middleware.tcp.buffer: must be at least 1 B, got '0 B'"]),
     "timeouts of TCP out of order": (
         "middleware: {model: zenoh, tcp: {rto_min: 200 s}}", [
             "2:33: middleware.tcp: rto_min must not be above rto_max, got 200 s and 120 s"]),
@@ -477,7 +488,7 @@ WRONG = {
         "or take multicast: true"]),
     "batches of nothing": (
         "middleware: {model: zenoh, batch: 0 B, lease: 1 ns, scout_first: 1 us, retry_first: 0 s}",
-        ["2:35: middleware.batch: must be at least 64, got '0 B'",
+        ["2:35: middleware.batch: must be at least 64 B, got '0 B'",
          "2:47: middleware.lease: '1 ns' is too small; at least 1 ms",
          "2:66: middleware.scout_first: '1 us' is too small; at least 1 ms",
          "2:85: middleware.retry_first: '0 s' must be above zero"]),

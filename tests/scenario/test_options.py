@@ -90,7 +90,7 @@ def test_some_options_can_be_given_again():
                     "kbit/s, Mbit/s, Gbit/s, B/s, kB/s, MB/s, GB/s, e.g. '54 Mb/s', or none"),
     ("--rate 0", "--rate: '0 Mb/s' must be above zero"),
     ("--distance -3", "--distance: '-3 m' must not be negative"),
-    ("--payload 3000", "--payload: must be at most 2000, got '3000 B'"),
+    ("--payload 3000", "--payload: must be at most 2 kB, got '3000 B'"),
     ("--queue-packets 0", "--queue-packets: must be at least 1, got 0"),
     ("--queue-packets 2.5", "--queue-packets: must be a whole number, got 2.5"),
     ("--queue-packets many", "--queue-packets: must be a whole number, got 'many'"),

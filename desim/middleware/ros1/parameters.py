@@ -57,13 +57,13 @@ class RosParams(ports.Params):
     poll_ns: Duration = Field("100 ms", description=(
         "rounds of a roscpp process between which it sends requestTopic, and looks whether that "
         "has been answered (xmlrpc_manager.cpp server_.work; rospy 0 s: at once)"))
-    parameters: int = Field(5, ge=0, description=(
+    parameters: int = Field(5, ge=0, le=1000, description=(
         "parameters that a roscpp process asks its master for, one after another, before it "
         "registers a subscription (statistics.cpp; rospy 0)"))
     start_ns: Duration = Field("10 ms", description=(
         "the first round of a process begins up to so long before its nodes (ours, for hosts that "
         "start in one instant)"))
-    workers: int = Field(3, ge=1, description=(
+    workers: int = Field(3, ge=1, le=1000, description=(
         "threads that tell subscribers of new publishers (rosmaster master_api.py)"))
     worker_poll_ns: Duration = Field("100 ms", description=(
         "how often each of them looks whether there is something to tell, when it had nothing to "
@@ -73,7 +73,7 @@ class RosParams(ports.Params):
     polling_ns: Pace | None = Field(None, description=(
         "each process asks a master on another host for all published topics so often, as "
         "yzrobot/map_merging does ten times a second (null: never)"))
-    polled_topics: int | None = Field(None, ge=0, description=(
+    polled_topics: int | None = Field(None, ge=0, le=1000, description=(
         "that its answer has for each polling process (20 on a robot of the paper's; null: those "
         "that are registered)"))
     tcp_nodelay: bool = Field(False, description=(

@@ -115,17 +115,21 @@ class MappingParams(Params):
     published_size_m: tuple[Length, Length] | None = Field(None, description=(
         "width and height of whole maps in messages, which are padded with unknown cells up to it "
         "(gmapping's xmin to ymax: 160 m x 160 m in the published launch file; null: the terrain's)"
-        ))
+        "; a cell is a byte, and a message has at most 1 GB"))
     usable_range_m: Length = Field("25 m", gt=0, description=(
         "a longer beam clears space up to here and marks nothing (the published code's maxUrange)"))
 
-
-    def padding(self, cells: int) -> int:
-        """The cells that a message of a map of ``cells`` has beside these."""
+    @property
+    def published_cells(self) -> int:
+        """The cells up to which whole maps in messages are padded; 0: they are not."""
         if self.published_size_m is None:
             return 0
         width, height = (round(side_m / self.resolution_m) for side_m in self.published_size_m)
-        return max(0, width * height - cells)
+        return width * height
+
+    def padding(self, cells: int) -> int:
+        """The cells that a message of a map of ``cells`` has beside these."""
+        return max(0, self.published_cells - cells)
 
 
 class ExplorationParams(Params):
