@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim.middleware.busy.host import BusyHost
+from desim.middleware.graph import Graph
 from desim.middleware.multimaster.parameters import MultimasterParams
 from desim.middleware.ros1.parameters import RosParams
 from desim.monitor.tasks.patrolling import Patrolling
@@ -13,10 +14,11 @@ from desim.ports.parameters import yaml_key
 from desim.scenario.quantities import ROBOTS_TABLE
 from desim.scenario.recipients import monitors
 from desim.scenario.robot_types import equipment_by_path
+from desim.scenario.schema.communication import Background
 from desim.scenario.schema.computer import ComputerParams, WorkstationComputer
 from desim.scenario.schema.experiment import Stop
 from desim.scenario.schema.power import ComputerPower
-from desim.scenario.schema.robot import LocalizationChoice, MappingParams
+from desim.scenario.schema.robot import ExplorationParams, LocalizationChoice, MappingParams
 from desim.scenario.schema.scenario import Scenario, SubscribingProcesses, Testbed
 
 if TYPE_CHECKING:
@@ -40,7 +42,8 @@ def without_effect(monitor: Monitor) -> list[str]:
     scenario, ideal = monitor.scenario, not any(isinstance(host, BusyHost)
                                                 for host in monitor.graph.hosts)
     found = (*(_of_ideal_computers(scenario) if ideal else _of_computers(scenario, monitor)),
-             *_of_testbed(scenario, ideal), *_of_middleware(scenario), *_of_maps(scenario, monitor),
+             *_of_testbed(scenario, ideal), *_of_networks(scenario, monitor.graph),
+             *_of_middleware(scenario), *_of_maps(scenario, monitor),
              *_of_measurements(scenario, monitor), *_of_patrol(scenario, monitor))
     return [f"{', '.join(keys)}: no effect, because {why}" for keys, why in found if keys]
 
@@ -83,6 +86,23 @@ def _of_testbed(scenario: Scenario, ideal: bool) -> Found:
                                SubscribingProcesses())], "tf"), "robot.tf is none")
 
 
+def _of_networks(scenario: Scenario, graph: Graph) -> Found:
+    network = scenario.network
+    taken = {medium.name.partition("@")[0] for medium in graph.inside if medium.intended}
+    yield ([f"network.media.{name}" for name, choice in network.media.items()
+            if choice.inside and name not in taken],
+           "no topic of the run took it inside a host (topics)" + (
+               "; in a testbed the sensors are on the workstation" if _is_testbed(scenario) else
+               ""))
+    ends = {end for flow in network.background for end in flow.between}
+    yield ([f"network.others.{name}" for name in network.others if name not in ends],
+           "no flow of network.background begins or ends there")
+    usual = Background(medium="", between=("", ""), rate="1 b/s")
+    yield ([key for i, flow in enumerate(network.background) if flow.pattern != "on_off"
+            for key in _changed([Block(f"network.background.{i}", flow, usual)], "on_ns", "off_ns")
+            ], "only pattern: on_off has spells")
+
+
 def _of_middleware(scenario: Scenario) -> Found:
     params = scenario.middleware.params
     if not isinstance(params, RosParams):
@@ -112,6 +132,22 @@ def _of_measurements(scenario: Scenario, monitor: Monitor) -> Found:
     measured = {ROBOTS_TABLE, *(name for sample in monitor.samples for name in sample)}
     yield ([f"measure.periods.{name}" for name in scenario.measure.periods
             if name not in measured], "the run does not measure it")
+    if not any(own.memory_bytes for _, own, _ in _computers(scenario)):
+        yield (_naming(scenario, "max_ram_percent"),
+               "max_ram_percent is unknown where no host's memory has a limit (computer.memory)")
+    if not monitors(scenario):
+        costs = [Block(f"{'.'.join(map(str, path))}.exploration", equipment.exploration,
+                       (ExplorationParams() if equipment is scenario.robot else
+                        scenario.robot.exploration)) for path, equipment in
+                 equipment_by_path(scenario)]
+        yield (_changed(costs, "publishes_cost"), "no host collects it (hosts.<name>.monitor)")
+
+
+def _naming(scenario: Scenario, quantity: str) -> list[str]:
+    """The keys of conditions that name ``quantity``."""
+    conditions = {"stop.when": scenario.stop.when or "",
+                  **{f"measure.when.{i}": text for i, text in enumerate(scenario.measure.when)}}
+    return [key for key, text in conditions.items() if quantity in text]
 
 
 def _of_patrol(scenario: Scenario, monitor: Monitor) -> Found:

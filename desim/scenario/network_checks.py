@@ -157,10 +157,9 @@ def _receivers(at: Path, publication: Publication, scenario: Scenario) -> Found:
     """Words of ``to`` that mean nobody."""
     if publication.to == ():
         yield (*at, "to"), "must name at least one host, or be left out"
-    elif publication.to is None:
-        if not monitors(scenario):
-            yield at, ("the key 'to' is missing: its default are the hosts that collect maps and "
-                       "distances, and there is none (hosts.<name>.monitor)")
+    elif publication.to is None and not monitors(scenario):
+        yield at, ("the key 'to' is missing: its default are the hosts that collect maps and "
+                   "distances, and there is none (hosts.<name>.monitor)")
     hosts = listeners(scenario)
     for i, word in enumerate(words_of(publication)):
         if word != OTHERS and not any(fnmatchcase(host, word) for host in hosts):

@@ -136,7 +136,7 @@ WRONG = {
     "more topics than a master has": (
         "middleware: {model: ros1, polling: 100 ms, polled_topics: 1001, workers: 1001}", [
             "2:59: middleware.polled_topics: must be at most 1000, got 1001",
-            "2:73: middleware.workers: must be at most 1000, got 1001"]),
+            "2:74: middleware.workers: must be at most 1000, got 1001"]),
     "nobody to receive what a type publishes": (
         "deployment: field\nfleet: {types: {a: {robot: {publishes: [{topic: a, size: 1 kB, "
         "rate: 1 Hz}]}}}}", [
