@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from desim.middleware.host import Host
-from desim.monitor.samples import Sample
+from desim.monitor.samples import LEAST_WINDOW_NS, Sample
 from desim.units import NS_PER_S
 
 
@@ -18,8 +18,8 @@ class InterfaceRates:
         self._last = dict.fromkeys(("rx_kBps", "tx_kBps"), (0, 0))
 
     def sample(self, now_ns: int, due: Callable[[str], bool]) -> Sample:
-        """The rates that are ``due`` now, each since it was due before, as means over the hosts;
-        null if that was in the same instant."""
+        """The rates that are ``due`` now, each since it was taken before, as means over the hosts;
+        null if that was less than ``LEAST_WINDOW_NS`` ago."""
         totals = {"rx_kBps": sum(host.rx_bytes for host in self._hosts),
                   "tx_kBps": sum(host.tx_bytes for host in self._hosts)}
         return {name: self._rate(name, total, now_ns) if due(name) else None
@@ -27,9 +27,10 @@ class InterfaceRates:
 
     def _rate(self, name: str, bytes_: int, now_ns: int) -> float | None:
         since_ns, before = self._last[name]
+        if now_ns - since_ns < LEAST_WINDOW_NS:
+            return None
         self._last[name] = now_ns, bytes_
-        kilo_s = len(self._hosts) * (now_ns - since_ns) / NS_PER_S * 1e3
-        return (bytes_ - before) / kilo_s if kilo_s else None
+        return (bytes_ - before) / (len(self._hosts) * (now_ns - since_ns) / NS_PER_S * 1e3)
 
 
 def mean_rates(host: Host, elapsed_ns: int) -> Sample:

@@ -8,7 +8,7 @@ from desim.computers.cluster_node import ClusterNode
 from desim.computers.processors import Processors
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
-from desim.monitor.samples import Sample, mean
+from desim.monitor.samples import LEAST_WINDOW_NS, Sample, mean
 from desim.units import NS_PER_S
 
 
@@ -22,10 +22,12 @@ class MeanLoad:
 
     def percent(self, now_ns: int) -> float | None:
         """The mean share of the processors that was busy since the sample before; null if that was
-        in the same instant, and without processors."""
+        less than ``LEAST_WINDOW_NS`` ago, and without processors."""
         busy_ns, elapsed_ns = [each.busy_ns() for each in self._these], now_ns - self._since_ns
+        if elapsed_ns < LEAST_WINDOW_NS:
+            return None
         shares = [percent(each, after - before, elapsed_ns) for each, before, after
-                  in zip(self._these, self._busy_ns, busy_ns, strict=True)] if elapsed_ns else []
+                  in zip(self._these, self._busy_ns, busy_ns, strict=True)]
         self._busy_ns, self._since_ns = busy_ns, now_ns
         return mean(shares)
 

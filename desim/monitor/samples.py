@@ -7,6 +7,10 @@ from typing import Any
 
 Sample = dict[str, Any]  # numbers and words; None: it is not known, or was not due
 
+# Of a rate or a load: one frame in a shorter time would make any rate. (Linux counts processors'
+# time in ticks of 10 ms: USER_HZ is 100, proc(5).)
+LEAST_WINDOW_NS = 10_000_000
+
 
 def mean(values: Sequence[float]) -> float | None:
     """The mean of ``values``, None without any."""

@@ -13,7 +13,7 @@ from desim.monitor.coverage import evaluate
 from desim.monitor.interface_rates import mean_rates
 from desim.monitor.localization_errors import wall_errors
 from desim.monitor.monitor import BYTES, Monitor
-from desim.monitor.samples import Sample, mean_over
+from desim.monitor.samples import LEAST_WINDOW_NS, Sample, mean_over
 from desim.monitor.traffic import background, by_kind, packets_lost, replaced, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
 from desim.monitor.warnings import warnings
@@ -130,20 +130,21 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
 
 def samples_table(monitor: Monitor) -> dict[str, list]:
     """The time series: quantities, cause, and bytes/s by topic family since they were taken before.
-    What was not due is null."""
+    What was not due is null, and so is a rate over less than ``LEAST_WINDOW_NS``, but for that of
+    time 0, which is 0."""
     rows = monitor.samples
     table = {name: [row[name] for row in rows] for name in rows[0] if name != BYTES}
-    taken = [i for i, row in enumerate(rows) if row[BYTES] is not None]
-    totals_ = [rows[i][BYTES] for i in taken]
-    steps_s = np.diff(np.array(table["time_s"])[taken], prepend=0.0)
-    # A second sample of one instant has the rate of the first.
-    latest = np.maximum.accumulate(np.where(steps_s > 0.0, np.arange(len(taken)), 0))
-    for topic in sorted({topic for total in totals_ for topic in total}):
-        total = np.array([total.get(topic, 0) for total in totals_], np.float64)
-        rate = np.divide(np.diff(total, prepend=0.0), steps_s, out=np.zeros(len(taken)),
-                         where=steps_s > 0.0)
-        column: list[float | None] = [None] * len(rows)
-        for i, value in zip(taken, rate[latest].tolist(), strict=True):
+    taken, times_ns = [], [0]  # the rows with rates, and the ends of their windows
+    for i, row in enumerate(rows):
+        now_ns = round(row["time_s"] * NS_PER_S)
+        if row[BYTES] is not None and now_ns - times_ns[-1] >= LEAST_WINDOW_NS:
+            taken.append(i)
+            times_ns.append(now_ns)
+    steps_s = np.diff(times_ns) / NS_PER_S
+    for topic in sorted({topic for row in rows for topic in row[BYTES] or ()}):
+        totals_ = [rows[i][BYTES].get(topic, 0) for i in taken]
+        column = [None if row["time_s"] or row[BYTES] is None else 0.0 for row in rows]
+        for i, value in zip(taken, (np.diff(totals_, prepend=0) / steps_s).tolist(), strict=True):
             column[i] = value
         table[f"{BYTES}:{topic}"] = column
     return table

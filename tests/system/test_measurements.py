@@ -66,6 +66,37 @@ def test_a_rate_bridges_the_samples_without_it(usual):
     assert summary["robots"] == usual[2]["robots"]  # whose memory is as of each second
 
 
+def test_a_rate_over_less_than_10_ms_is_null_and_its_bytes_are_in_the_next():
+    samples, _, _ = tables("measure.every=4 ms", "stop.elapsed=102 ms")
+    times_s = [0.012 * k for k in range(1, 9)]
+    for name in RATES:
+        if name in samples:
+            known_s, _ = measured({key: np.array(values, float) for key, values in samples.items()
+                                   if key in ("time_s", name)}, name)
+            assert known_s[known_s > 0] == pytest.approx(times_s), name
+
+
+def test_an_event_soon_after_the_start_makes_no_rate():
+    """With ideal computers robots know a tenth of the terrain 26 us after the first scan is sent.
+    The bytes until then are in the next rate."""
+    series = []
+    for on in "[]", "[explored_10pct]":
+        samples, _, _ = tables("computers=ideal", "robot.power=null", "middleware=direct",
+                               "measure.every=1 s", f"measure.on={on}")
+        series.append({name: np.array(values, float) for name, values in samples.items()
+                       if name in ("time_s", "rx_kBps", "bytes_per_s:/*/scan")})
+    plain, with_events = series
+    assert with_events["time_s"][1] < 1e-4
+    for name in "rx_kBps", "bytes_per_s:/*/scan":
+        totals = []
+        for own in series:
+            times_s, rates = measured(own, name)
+            totals.append(float((rates * np.diff(times_s, prepend=0)).sum()))
+            assert not ((times_s > 0) & (times_s < 0.01)).any()
+            assert max(rates) < 2 * np.median(rates)
+        assert totals[0] == pytest.approx(totals[1])
+
+
 def test_readers_of_the_series_pass_over_what_was_not_due(tmp_path):
     run = desim.run(HELLO, overrides=[
         "stop.elapsed=7 s", "measure.periods={explored_union: 3 s, bytes_per_s: 4 s}"],

@@ -185,7 +185,8 @@ class Publication(Params):
     to: Annotated[str | tuple[str, ...], BY_SHAPE] | None = Field(None, description=(
         "hosts by name or by patterns with * and ?, or others: all robots but the sender (default: "
         "the hosts that collect maps and distances)"))
-    transport: Literal["stream", "datagram"] = Field("stream", description="(TCPROS)")
+    transport: Literal["stream", "datagram"] = Field("stream", description=(
+        "stream: TCPROS; datagram: best effort, cut into packets by the middleware (UDPROS, DDS)"))
     queue: int = Field(1, ge=0, description=(
         "messages that may wait for a receiver, then the oldest goes (0: any number)"))
 
