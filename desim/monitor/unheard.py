@@ -12,7 +12,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.middleware.topics import Topic
 from desim.network.medium import Medium
-from desim.ports import HearsAntennas
+from desim.ports import HearsAntennas, Separates
 from desim.scenario.schema.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def _silent_host(host: Host, scenario: Scenario) -> Iterator[str]:
                "host forwards between them (network.media.<name>.hosts, topics, "
                "hosts.<name>.forwards)")
     elif _is_placeless(graph, host.index) and all(
-            way is None or _has_antennas(way) for way in ways):
+            way is None or _needs_places(way, host.index) for way in ways):
         yield (f"host {host.name} has no place{_key_of_place(host.name, scenario)}, and no message "
                "from or to it has arrived: nobody hears such a host over a radio")
     elif lost:
@@ -128,15 +128,20 @@ def _silent_flows(graph: Graph, scenario: Scenario) -> Iterator[str]:
         if flow.delivered or not flow.dropped:
             continue
         placeless = [names[end] for end in (flow.source, flow.receiver)
-                     if _is_placeless(graph, end)] if _has_antennas(flow.medium) else []
+                     if _is_placeless(graph, end) and _needs_places(flow.medium, end)]
         yield (f"network.background.{number}: none of {flow.sent} packets from {flow.between[0]} "
                f"to {flow.between[1]} has arrived: {_listed(flow.dropped)}" + "".join(
                    f"; {name} has no place{_key_of_place(name, scenario)}, and nobody hears such a "
                    "host over a radio" for name in placeless[:1]))
 
 
-def _has_antennas(way: object) -> bool:
-    return isinstance(way, Medium) and isinstance(way.model, HearsAntennas)
+def _needs_places(way: object, placeless: int) -> bool:
+    """Whether a medium has antennas, or knows no way from a host without a place to anybody."""
+    if not isinstance(way, Medium):
+        return False
+    model, others = way.model, (host for host in way.attached if host != placeless)
+    return isinstance(model, HearsAntennas) or isinstance(model, Separates) and all(
+        model.separates(placeless, other) for other in others)
 
 
 def _is_placeless(graph: Graph, host: int) -> bool:

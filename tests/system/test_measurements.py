@@ -77,7 +77,7 @@ def test_a_rate_over_less_than_10_ms_is_null_and_its_bytes_are_in_the_next():
 
 
 def test_an_event_soon_after_the_start_makes_no_rate():
-    """With ideal computers robots know a tenth of the terrain 26 us after the first scan is sent.
+    """With ideal computers robots know a tenth of the terrain 36 us after the first scan is sent.
     The bytes until then are in the next rate."""
     series = []
     for on in "[]", "[explored_10pct]":
