@@ -239,3 +239,17 @@ def test_robots_stand_where_the_workstations_stamps_are_older_than_the_tolerance
     assert metres(clock={"behind": "300 ms"}) == 0.0
     assert metres(clock={"ahead": "10 s"}) > 5  # nobody asks whether a stamp is yet to come
     assert metres(clock={"behind": "300 ms", "ntp": {"server": "robot_0"}}) > 1
+
+
+def test_a_server_behind_a_host_that_forwards_is_reached():
+    simulation = Simulation(from_mapping({
+        "name": "behind", "fleet": {"size": 2}, "deployment": "field", "stop": {"elapsed": "5 s"},
+        "environment": {"terrain": "maze"}, "robot": {"clock": {
+            "behind": "5 ms", "ntp": {"server": "office"}}},
+        "hosts": {"base": {"forwards": ["air", "lan"]}, "office": {}},
+        "network": {"media": {
+            "air": {"model": "ideal", "hosts": ["robot_0", "robot_1", "base"]},
+            "lan": {"model": "ideal", "hosts": ["base", "office"]}}}}).scenario)
+    simulation.run()
+    for name in ("robot_0", "robot_1"):
+        assert simulation.graph.host(name).clock.unslewed_ns(5 * S) > 2 * MS
