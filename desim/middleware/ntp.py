@@ -5,15 +5,16 @@ answers it trusts the one with the shortest round trip. It steps its clock if th
 large, and slews it otherwise. What remains is half of the difference between the delays of request
 and answer, and the drift between two corrections.
 
-The discipline is the frequency-lock loop of RFC 5905 (appendix A.5.5.6, ``local_clock``) over a
-clock that adjtime(3) slews. An answer's *error* is its offset beyond what is still to be slewed, as
-in the RFC (``offset - c.offset``) and in chrony. So an offset that has not gone yet is no error of
-the rate. From the error e, the time t since the answer before and the polling interval p the rate
-is corrected by e / max(t, p) / 4. Answers one polling interval apart therefore leave 3/4 of the
-rate's error each, however long the slew takes. The RFC measures over its Allan intercept, 1500 s,
-at least; ntpd 4.2.8 over p at least, as we do. Both use this loop for long polling intervals alone,
-and a slower phase-lock loop for short ones, which crosses zero after some 3000 s with a p of 64 s
-(D. Mills in comp.protocols.time.ntp, 17 October 2006).
+The discipline is ntpd's frequency-lock loop (RFC 5905, appendix A.5.5.6, ``local_clock``, with the
+gain of ntpd 4.2.8, ``ntp_loopfilter.c``) over a clock that adjtime(3) slews. An answer's *error* is
+its offset beyond what is still to be slewed, as there (``offset - c.offset``) and in chrony. So an
+offset that has not gone yet is no error of the rate. From the error e, the time t since the answer
+before and the polling interval p the rate is corrected by e / max(t, p) / 4. Answers one polling
+interval apart therefore leave 3/4 of the rate's error each, however long the slew takes.
+
+ntpd has this loop from polling intervals of 2048 s on (the RFC: above 750 s). Below it has a slower
+phase-locked loop, which lets an offset cross zero after some 3000 s with a p of 64 s (D. Mills in
+comp.protocols.time.ntp, 17 October 2006).
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ STEP_NS = 128_000_000  # STEPT: a larger offset is stepped, not slewed
 _ANSWERS = 8  # that the clock filter keeps
 _AGING_PPB = 15_000  # PHI, 15 ppm: an answer counts as worse by so much of its age
 MAX_RATE_PPB = 500_000  # MAXFREQ, also of Linux's ntp_adjtime(2): no clock errs by more
-_AVERAGED = 4  # AVG: a quarter of the measured error of the rate is corrected
+_AVERAGED = 4  # a quarter of the measured error of the rate is corrected: ntpd's CLOCK_FLL, 1/AVG
 
 
 class Answer(NamedTuple):
