@@ -298,6 +298,45 @@ def test_what_a_task_says_is_looked_at(desim, name, body, says):
     assert "Traceback" not in output
 
 
+STOP_FUNCTIONS = """
+    import numpy as np
+    def asks(quantities): return quantities["nonsense"] > 3
+    def sums(quantities): return total([])
+    def total(values): return max(values)
+    def leaves(quantities): raise SystemExit(3)
+    def gives(quantities): return np.array([1, 2])
+    class Late:
+        def __call__(self, quantities): return 1 / 0
+    late = Late()
+    def two(quantities, more): return True
+    {body}
+"""
+PLACES[STOP_FUNCTIONS] = ""
+
+
+@pytest.mark.parametrize("name, says", [
+    ("asks", "asks raised KeyError: 'nonsense' at f_asks.py:3"),
+    ("sums", "sums raised ValueError: max() arg is an empty sequence at f_sums.py:5"),
+    ("leaves", "leaves raised SystemExit: 3 at f_leaves.py:6"),
+    ("gives", "gives (f_gives.py:7) returned array([1, 2]); wanted: true or false"),
+    ("late", "late raised ZeroDivisionError: division by zero at f_late.py:9")])
+def test_a_function_to_stop_at_is_named_with_its_line_and_time(desim, name, says):
+    option = f"stop.when=f_{name}:{name}"
+    code, output = desim(f"f_{name}", STOP_FUNCTIONS, "", "--set", option)
+    assert code == 1
+    assert output.replace(f"f_{name}.{name}", f"f_{name}:{name}") == (
+        f"stop.when: f_{name}:{says} (0 s)\nthis repeats it:\n  desim run bad.yaml --set {option} "
+        "--quiet\n")
+    _, output = desim(f"f_{name}", STOP_FUNCTIONS, "", "--set", option, "--traceback")
+    assert "Traceback (most recent call last)" in output and "stop_function.py" in output
+
+
+def test_a_function_to_stop_at_takes_the_quantities(desim):
+    assert desim("f_two", STOP_FUNCTIONS, "", "--set", "stop.when=f_two:two") == (2, (
+        "--set stop.when=f_two:two: stop.when: the function 'f_two:two' must take (quantities), "
+        "not (quantities, more)\n"))
+
+
 def test_a_callback_that_takes_other_arguments_is_refused_at_the_door(desim):
     assert desim("c_form", METHODS, "def on_goal(self, view): return 1") == (2, (
         "bad.yaml:6:26: coordination.strategy: the strategy 'c_form:Plugin' must take (self, "
