@@ -148,6 +148,30 @@ def test_memory_is_what_nodes_keep():
     assert samples_table(monitor)["ram_mb"][-1] == pytest.approx(robots["ram_mb"][-3:].mean())
 
 
+CAMERA = ("deployment=field", "fleet.size=1", "hosts={base: {}}", "stop.elapsed=3 s",
+          "network={media: {lan: {model: switch, rate: 100 Mb/s}}}",
+          "robot.publishes=[{topic: cam, size: 921 kB, rate: 100 Hz, to: base, queue: 0}]")
+
+
+@pytest.mark.parametrize("costs", [
+    "measured", "{model: table, memory: {processes: {cam_publisher: {per: {bytes: 1 B}}}}}",
+    "{model: table, memory: {processes: {any: {per: {bytes: 1 B}}}}}"])
+def test_messages_that_wait_at_their_publisher_take_memory(costs):
+    """Seven of eight wait: the network carries 12.5 MB of 92.1 MB a second."""
+    simulation = built(HELLO, *CAMERA, f"computers={costs}")
+    simulation.run()
+    counts = simulation.graph.topics["/robot_0/cam"].counts
+    waiting = counts.intended - counts.delivered
+    assert waiting > 250
+    assert not [text for text in warnings(simulation.monitor) if "node" in text]
+    sizes = simulation.graph.host("robot_0").memory.of_processes()
+    assert sizes["cam_publisher"] == 921_000 * waiting
+    simulation = built(HELLO, *CAMERA, f"computers={costs}", "robot.computer.memory=200 MB")
+    simulation.run()
+    killed = summarize(simulation.monitor, simulation.kernel.now_ns)["robots"]["robot_0"]["killed"]
+    assert killed == {"cam_publisher": 1}  # it fills in 2 s
+
+
 def test_conditions_know_the_work_of_computers():
     """At the samples, of which one is due each second."""
     simulation = built(HELLO, SLAM, MEMORY, SMALL, SHORT, "measure={every: 1 s, when: [cpu_s > 1, "

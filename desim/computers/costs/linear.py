@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from desim.ports.computers import Kept, Work
 
-ANY = "any"  # the trigger that stands for all that have no row of their own
+ANY = "any"  # the trigger or process that stands for all that have no row of their own
 _PS_PER_NS = 1000
 _HALF_PS = 500  # for rounding
 _REMEMBERED = 1 << 12  # costs of messages; those of a run have few sizes
@@ -58,7 +58,7 @@ class ProcessMemory(NamedTuple):
 
 
 class MemoryTable(NamedTuple):
-    """``system_bytes`` of a computer, and its ``processes`` by node."""
+    """``system_bytes`` of a computer, and its ``processes`` by node, ``ANY`` for all others."""
 
     system_bytes: int = 0
     processes: Mapping[str, ProcessMemory] = {}
@@ -108,7 +108,8 @@ class LinearCosts:
         return self._memory.system_bytes
 
     def process_bytes(self, kept: Kept) -> int:
-        row = self._memory.processes.get(kept.node)
+        processes = self._memory.processes
+        row = processes.get(kept.node) or processes.get(ANY)
         if row is None:
             return 0
         size_bytes, per_bytes = row.fixed_bytes, row.per_bytes
