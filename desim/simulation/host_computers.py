@@ -32,7 +32,8 @@ def computers_of(scenario: Scenario, hosts: Sequence[HostPlan], kernel: Kernel, 
         Processors(kernel, trace.names.id(host.name), host.computer.processors,
                    Fraction(str(host.computer.speed)), DISCIPLINES[host.computer.scheduling]()),
         costs, host.computer.priorities,
-        Memory(costs, host.computer.memory_bytes) if isinstance(costs, MemoryModel) else None)
+        Memory(costs, host.computer.memory_bytes)
+        if isinstance(costs, MemoryModel) and not host.passive else None)
         for host in hosts}
 
 

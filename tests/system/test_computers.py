@@ -301,6 +301,27 @@ def test_nodes_are_of_the_testbed_alone_and_passive_robots_have_no_machine():
         "node_0": ["robot_0", "robot_2"]}
 
 
+@pytest.mark.parametrize("deployment", ["testbed", "field"])
+def test_a_passive_robot_has_no_loads_and_counts_in_no_mean(deployment):
+    simulation = built(HELLO, COSTS[:-1] + ", memory: {system: 30 MB}}", "robot.passive=[robot_1]",
+                       f"deployment={deployment}", "stop.elapsed=5 s", "robot.computer.memory=1 GB")
+    simulation.run()
+    monitor = simulation.monitor
+    found = summarize(monitor, simulation.kernel.now_ns)
+    samples, table = samples_table(monitor), robots_table(monitor)
+    own = found["robots"]
+    for name in ("cpu_percent", "ram_mb", "ram_percent", "rx_kBps", "tx_kBps"):
+        assert own["robot_1"][name] is None
+        others = [own[robot][name] for robot in ("robot_0", "robot_2")]
+        assert found[f"mean_{name}"] == pytest.approx(np.mean(others))
+    assert samples["ram_mb"][-1] == pytest.approx(np.nanmean(table["ram_mb"][-3:]))
+    assert own["robot_1"]["cpu_s"] is own["robot_1"]["peak_ram_mb"] is None
+    for name in ("cpu_s", "ram_mb", "ram_percent"):
+        assert np.isnan(table[name]).tolist() == [False, True, False] * 6
+    for name in ("missed_ticks", "memory_kills", "rx_bytes", "tx_bytes"):
+        assert table[name].dtype.kind == "i" and not table[name][1::3].any()
+
+
 def busy_ms(*case):
     """The time for which the processors of each robot were busy in 5 s."""
     simulation = built(HELLO, "stop.elapsed=5 s", *case)
