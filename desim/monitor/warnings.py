@@ -26,9 +26,8 @@ _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 def warnings(monitor: Monitor) -> list[str]:
     """Warnings of keys without effect, of networks that settle nothing, of names that match no
-    topic or node, of computers without memory for their system, of topics and hosts that nobody
-    could hear, of strategies that have nothing to do, of places out of reach, and of fleets that
-    never move."""
+    topic or node, of topics and hosts that nobody could hear, of strategies that have nothing to
+    do, of places out of reach, and of fleets that never move."""
     said = without_effect(monitor)
     said += filter(None, map(_under_way, (*monitor.graph.media, *monitor.graph.inside)))
     said += [f"medium {name}: nothing has arrived inside of a host: does its model carry frames "
@@ -36,7 +35,6 @@ def warnings(monitor: Monitor) -> list[str]:
     said += [f"topics: no topic of the run has matched {pattern!r}"
              for pattern in monitor.graph.routes.unmatched()]
     said += _strange_nodes(monitor.graph)
-    said += _too_small(monitor.graph)
     said += _silent(monitor.graph)
     said += [f"the strategy {name!r} has nothing to explore: the task {monitor.task_name!r} gives "
              f"robots the map; choose one that needs a {monitor.task_gives} (needs of its class)"
@@ -71,20 +69,6 @@ def _silent_inside(graph: Graph) -> list[str]:
             name = medium.name.partition("@")[0]
             delivered[name] = delivered.get(name, 0) + medium.delivered
     return [name for name, count in delivered.items() if not count]
-
-
-def _too_small(graph: Graph) -> list[str]:
-    """Warnings of computers whose system alone needs more memory than they have."""
-    hosts: dict[tuple[int, int], list[str]] = {}  # by memory and what the system takes
-    for host in graph.hosts:
-        memory = host.memory if isinstance(host, BusyHost) else None
-        if memory is not None and memory.limit_bytes is not None \
-                and memory.limit_bytes <= memory.system_bytes:
-            hosts.setdefault((memory.limit_bytes, memory.system_bytes), []).append(host.name)
-    return [f"host {names[0]}{f' and {len(names) - 1} more' if names[1:] else ''}: computer.memory "
-            f"is {limit_bytes / 1e6:g} MB, and the system alone takes {system_bytes / 1e6:g} MB: "
-            "the software dies whenever it starts"
-            for (limit_bytes, system_bytes), names in hosts.items()]
 
 
 def _strange_nodes(graph: Graph) -> list[str]:

@@ -5,6 +5,7 @@ import pytest
 from runs import HELLO, MAZE_8, ROUGH, built, finished, outcome_of
 
 from desim.engine.kernel import Phase
+from desim.errors import InputError
 from desim.monitor.summary import robots_table, samples_table, summarize
 from desim.monitor.warnings import warnings
 from desim.units import NS_PER_S
@@ -230,13 +231,14 @@ def test_a_robot_without_memory_enough_dies_and_starts_empty():
     assert used_mb[down[1] + 1] < used_mb[down[0] - 1]
 
 
-def test_a_computer_without_memory_for_its_system_is_said():
-    simulation = built(HELLO, SLAM, MEMORY, "robot.computer.memory=30 MB",
-                       "testbed.computer.memory=31 MB", "stop.elapsed=2 s")
-    simulation.run()
-    assert [text for text in warnings(simulation.monitor) if "memory" in text] == [
-        "host robot_0 and 2 more: computer.memory is 30 MB, and the system alone takes 30 MB: the "
-        "software dies whenever it starts"]
+def test_a_computer_without_memory_for_its_system_is_refused():
+    with pytest.raises(InputError) as refused:
+        built(HELLO, SLAM, MEMORY, "robot.computer.memory=30 MB", "testbed.computer.memory=31 MB",
+              "hosts={base: {computer: {memory: 12 MB}}}", "fleet.types={big: {robot: {computer: "
+              "{memory: 31 MB}}}, own: {robot: {laser: lms500}}}")
+    takes = "must be above 30 MB, which the system takes with computers: table, got"
+    assert refused.value.args == (f"robot.computer.memory: {takes} '30 MB'",
+                                  f"hosts.base.computer.memory: {takes} '12 MB'")
 
 
 @pytest.mark.parametrize(("fault", "up_s"), [

@@ -39,11 +39,6 @@ class HostMemory:
         """None: there is no limit."""
         return self._memory.limit_bytes
 
-    @property
-    def system_bytes(self) -> int:
-        """The memory that all but its nodes takes."""
-        return self._memory.system_bytes()
-
     def used_bytes(self) -> int:
         """The memory in use now; 0 of a host that is down."""
         if not self.host.up:
