@@ -72,24 +72,28 @@ def _silent_inside(graph: Graph) -> list[str]:
 
 
 def _strange_nodes(graph: Graph) -> list[str]:
-    """Warnings of nodes that have a priority or a row of a table of costs, and that never ran, and
-    of triggers with a row that those that ran never had."""
+    """Warnings of nodes that have a priority or a row of a table of costs, and that never ran, of
+    triggers with a row that those that ran never had, and of quantities with a cost that never
+    came."""
     computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
     ran = {program for host in computers for program in host.programs}
     named: dict[tuple[str, str], None] = {}  # key of the scenario and node
     triggers: dict[tuple[str, str], TableOfCosts] = {}  # node and trigger
+    undeclared: dict[str, None] = {}
     for host in computers:
         named |= dict.fromkeys(("computer.priorities", node) for node in host.computer.priorities)
         model = host.computer.model
         if isinstance(model, TableOfCosts):
             named |= dict.fromkeys(("computers", node) for node in model.nodes)
             triggers |= {row: model for row in model.triggers if row not in model.asked}
+            undeclared |= dict.fromkeys(model.never_declared())
     return [*(f"{key}: no node of the run was called {node!r}{did_you_mean(node, sorted(ran))}"
               for key, node in named if node not in ran),
             *(f"computers: node {node!r} had no trigger {trigger!r}"
               f"{did_you_mean(trigger, known)}; it had: {', '.join(known)}"
               for (node, trigger), model in triggers.items() if node in ran
-              for known in [sorted(own for other, own in model.asked if other == node)])]
+              for known in [sorted(own for other, own in model.asked if other == node)]),
+            *undeclared]
 
 
 def _silent(graph: Graph) -> list[str]:

@@ -123,6 +123,17 @@ def test_names_of_nodes_that_never_ran_are_said():
     assert not warnings(simulation.monitor)
 
 
+def test_quantities_that_never_come_are_said():
+    simulation = built(HELLO, "computers={model: table, callbacks: {move_base: {control: {per: {"
+                       "beams: 1 ns, candidates: 1 ns, scans: 1 ns}}, any: {per: {cells: 1 ns}}}, "
+                       "tf: {tf: {per: {bytes: 1 ns}}}}}", "robot.tf=own", "stop.elapsed=3 s")
+    simulation.run()
+    assert [text for text in warnings(simulation.monitor) if "computers" in text] == [
+        "computers: 'control' of node 'move_base' never declared scans, beams; it declared: "
+        "candidates", "computers: 'tf' of node 'tf' never declared bytes; it declared: "
+        "nothing"]
+
+
 MEMORY = (COSTS[:-1] + ", memory: {system: 30 MB, processes: {slam: {fixed: 1 MB, per: {patches: "
           "16.7 kB, scans: 29 kB}}, map_sharing: {per: {bytes: 1 B, cells: 1 B}}}}}")
 SMALL = "robot.computer={memory: 41.3 MB, respawn_delay: 2 s}"

@@ -30,6 +30,19 @@ def test_a_table_keeps_it_with_rows():
         receive={"message": "9 us", "byte": "0.3 ns"})
 
 
+def test_a_table_says_what_never_came_for_callbacks_that_were_called():
+    params = TableOfCosts.Params.model_validate_json(
+        '{"callbacks": {"slam": {"odom": {"per": {"beams": "1 us", "cells": "1 us"}}}}}')
+    costs = TableOfCosts(params)
+    cost_ns = costs.of_callback("slam", "odom")
+    assert costs.never_declared() == []
+    assert cost_ns({"beams": 3, "bytes": 8}) == 3000
+    assert costs.never_declared() == [
+        "computers: 'odom' of node 'slam' never declared cells; it declared: bytes, beams"]
+    assert cost_ns({"cells": 2}) == 2000
+    assert costs.never_declared() == []
+
+
 class PerBeam(IdealComputers):
     """A cost model from outside."""
 

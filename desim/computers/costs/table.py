@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
@@ -103,3 +103,13 @@ class TableOfCosts(LinearCosts):
             MemoryTable(params.memory.system_bytes, {
                 node: ProcessMemory(row.fixed_bytes, row.per)
                 for node, row in processes.items()}))
+
+    def never_declared(self) -> list[str]:
+        """A warning of each row that has been used and has quantities that never came."""
+        return [f"computers: {trigger!r} of node {node!r} never declared "
+                f"{_in_order(own.missing)}; it declared: {_in_order(own.names) or 'nothing'}"
+                for (node, trigger), own in self.declared.items() if own.called and own.missing]
+
+
+def _in_order(quantities: Collection[str]) -> str:
+    return ", ".join(name for name in QUANTITIES if name in quantities)
