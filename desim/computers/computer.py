@@ -25,8 +25,10 @@ class Computer:
                  memory: Memory | None = None) -> None:
         self.processors, self.priorities, self.memory = processors, priorities, memory
         self.model = model
+        # A plug-in may inherit from ours and have callbacks of its own.
         self.costs: RememberedCosts | CheckedCosts = (
-            model.remembered if isinstance(model, LinearCosts) else CheckedCosts(model))
+            model.remembered if isinstance(model, LinearCosts)
+            and type(model).callback_ns is LinearCosts.callback_ns else CheckedCosts(model))
 
 
 class CheckedCosts:
