@@ -8,6 +8,8 @@ from desim.middleware.host import Host
 from desim.monitor.samples import Sample
 from desim.units import NS_PER_S
 
+NOT_MEASURED: Sample = {"rx_kBps": None, "tx_kBps": None}
+
 
 class InterfaceRates:
     """The rates at which the interfaces of ``hosts`` receive and send; kB are 1000 bytes."""

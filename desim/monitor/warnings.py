@@ -26,9 +26,8 @@ _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 def warnings(monitor: Monitor) -> list[str]:
     """Warnings of keys without effect, of networks that settle nothing, of names that match no
-    topic or node, of computers without memory for their system, of topics and hosts that nobody
-    could hear, of strategies that have nothing to do, of places out of reach, and of fleets that
-    never move."""
+    topic or node, of topics and hosts that nobody could hear, of strategies that have nothing to
+    do, of places out of reach, and of fleets that never move."""
     said = without_effect(monitor)
     said += filter(None, map(_under_way, (*monitor.graph.media, *monitor.graph.inside)))
     said += [f"medium {name}: nothing has arrived inside of a host: does its model carry frames "
@@ -36,7 +35,6 @@ def warnings(monitor: Monitor) -> list[str]:
     said += [f"topics: no topic of the run has matched {pattern!r}"
              for pattern in monitor.graph.routes.unmatched()]
     said += _strange_nodes(monitor.graph)
-    said += _too_small(monitor.graph)
     said += _silent(monitor.graph)
     said += [f"the strategy {name!r} has nothing to explore: the task {monitor.task_name!r} gives "
              f"robots the map; choose one that needs a {monitor.task_gives} (needs of its class)"
@@ -73,39 +71,29 @@ def _silent_inside(graph: Graph) -> list[str]:
     return [name for name, count in delivered.items() if not count]
 
 
-def _too_small(graph: Graph) -> list[str]:
-    """Warnings of computers whose system alone needs more memory than they have."""
-    hosts: dict[tuple[int, int], list[str]] = {}  # by memory and what the system takes
-    for host in graph.hosts:
-        memory = host.memory if isinstance(host, BusyHost) else None
-        if memory is not None and memory.limit_bytes is not None \
-                and memory.limit_bytes <= memory.system_bytes:
-            hosts.setdefault((memory.limit_bytes, memory.system_bytes), []).append(host.name)
-    return [f"host {names[0]}{f' and {len(names) - 1} more' if names[1:] else ''}: computer.memory "
-            f"is {limit_bytes / 1e6:g} MB, and the system alone takes {system_bytes / 1e6:g} MB: "
-            "the software dies whenever it starts"
-            for (limit_bytes, system_bytes), names in hosts.items()]
-
-
 def _strange_nodes(graph: Graph) -> list[str]:
-    """Warnings of nodes that have a priority or a row of a table of costs, and that never ran, and
-    of triggers with a row that those that ran never had."""
+    """Warnings of nodes that have a priority or a row of a table of costs, and that never ran, of
+    triggers with a row that those that ran never had, and of quantities with a cost that never
+    came."""
     computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
     ran = {program for host in computers for program in host.programs}
     named: dict[tuple[str, str], None] = {}  # key of the scenario and node
     triggers: dict[tuple[str, str], TableOfCosts] = {}  # node and trigger
+    undeclared: dict[str, None] = {}
     for host in computers:
         named |= dict.fromkeys(("computer.priorities", node) for node in host.computer.priorities)
         model = host.computer.model
         if isinstance(model, TableOfCosts):
             named |= dict.fromkeys(("computers", node) for node in model.nodes)
             triggers |= {row: model for row in model.triggers if row not in model.asked}
+            undeclared |= dict.fromkeys(model.never_declared())
     return [*(f"{key}: no node of the run was called {node!r}{did_you_mean(node, sorted(ran))}"
               for key, node in named if node not in ran),
             *(f"computers: node {node!r} had no trigger {trigger!r}"
               f"{did_you_mean(trigger, known)}; it had: {', '.join(known)}"
               for (node, trigger), model in triggers.items() if node in ran
-              for known in [sorted(own for other, own in model.asked if other == node)])]
+              for known in [sorted(own for other, own in model.asked if other == node)]),
+            *undeclared]
 
 
 def _silent(graph: Graph) -> list[str]:

@@ -30,7 +30,7 @@ WRONG = {
     "unknown task": ("task: patroling", [
         "2:7: task.model: unknown task 'patroling' (did you mean 'patrolling'?); known: "
         f"exploration, patrolling, {DOTTED}"]),
-    "no task": ("task: 5", ["2:7: task: must be a mapping with model, got 5"]),
+    "no task": ("task: 5", ["2:7: task: must be a plug-in's name, or a mapping with model, got 5"]),
     "no places": ("task: {model: patrolling, places: [[1 m]]}", [
         "2:36: task.places.0: must be a list of 2, got a list of 1"]),
     "an empty list of places": ("task: {model: patrolling, places: []}", [
@@ -720,7 +720,7 @@ WRONG = {
         "partitions, robots_moving, cpu_s, missed_ticks, memory_kills, ram_mb, max_cpu_percent, "
         "max_ram_percent"]),
     "computers that are none": ("computers: 5\nmeasure: {when: [cpu_s > 1]}", [
-        "2:12: computers: must be a mapping with model, got 5"]),
+        "2:12: computers: must be a plug-in's name, or a mapping with model, got 5"]),
     "a cost that is no number": ("measure: {cost: explored > 1}", [
         "2:17: measure.cost: 'explored > 1' is a condition where a number is needed, e.g. "
         "'distance_m'"]),
