@@ -97,15 +97,20 @@ def _place(frames: list[tuple[FrameType, int]]) -> str:
 
 
 def _host(owner: object) -> str | None:
-    """The host of a node, or the medium of a model or a rule."""
+    """The host of a node, of its thread, its memory or an end of a topic, or the medium of a model
+    or a rule."""
+    from desim.middleware.busy.endpoints import QueuedSubscription
+    from desim.middleware.busy.executor import Executor
+    from desim.middleware.busy.memory import HostMemory
     from desim.middleware.host import Host
     from desim.middleware.node import Node
+    from desim.middleware.topics import Latest, Publisher
     from desim.network.medium import Medium
     from desim.robot.coordination.context import HostContext
     from desim.robot.localization.context import SensorContext
     from desim.robot.sharing.context import MapContext
 
-    if isinstance(owner, Node):
+    if isinstance(owner, Node | Executor | HostMemory | Latest | Publisher | QueuedSubscription):
         return owner.host.name
     if isinstance(owner, Host | HostContext | MapContext | SensorContext):
         return owner.name

@@ -94,6 +94,14 @@ def class_of(plugin: object) -> str:
     return place_of(inspect.unwrap(type(plugin)))
 
 
+def method_of(plugin: object, name: str) -> str:
+    """A method of a plug-in and where it stands: ``bad.Model.send (bad.py:9)``."""
+    import inspect
+
+    method = inspect.unwrap(getattr(plugin, name))
+    return place_of(method) if hasattr(method, "__qualname__") else class_of(plugin)
+
+
 def place_of(code: Callable[..., object]) -> str:
     """A class or function and where it stands: ``bad.Model (bad.py:7)``."""
     import inspect

@@ -10,7 +10,7 @@ from typing import NoReturn
 from desim.computers.costs.linear import LinearCosts, RememberedCosts
 from desim.computers.memory import Memory
 from desim.computers.processors import Processors
-from desim.errors import ModelError, class_of
+from desim.errors import ModelError, method_of
 from desim.ports.computers import CostModel, Work
 
 
@@ -25,8 +25,10 @@ class Computer:
                  memory: Memory | None = None) -> None:
         self.processors, self.priorities, self.memory = processors, priorities, memory
         self.model = model
+        # A plug-in may inherit from ours and have callbacks of its own.
         self.costs: RememberedCosts | CheckedCosts = (
-            model.remembered if isinstance(model, LinearCosts) else CheckedCosts(model))
+            model.remembered if isinstance(model, LinearCosts)
+            and type(model).callback_ns is LinearCosts.callback_ns else CheckedCosts(model))
 
 
 class CheckedCosts:
@@ -42,23 +44,25 @@ class CheckedCosts:
     def _callback_ns(self, node: str, trigger: str, quantities: Mapping[str, int]) -> int:
         work = Work(node, trigger, quantities)
         cost_ns = self._model.callback_ns(work)
-        return cost_ns if _is_cost(cost_ns) else self._refuse(cost_ns, f"callback_ns({work})")
+        return cost_ns if _is_cost(cost_ns) else self._refuse(
+            cost_ns, "callback_ns", work)
 
     def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
         """See ``CostModel.send_ns``."""
         cost_ns = self._model.send_ns(topic, size_bytes, links)
         return cost_ns if _is_cost(cost_ns) else self._refuse(
-            cost_ns, f"send_ns({topic!r}, {size_bytes}, {links})")
+            cost_ns, "send_ns", topic, size_bytes, links)
 
     def receive_ns(self, topic: str, size_bytes: int) -> int:
         """See ``CostModel.receive_ns``."""
         cost_ns = self._model.receive_ns(topic, size_bytes)
         return cost_ns if _is_cost(cost_ns) else self._refuse(
-            cost_ns, f"receive_ns({topic!r}, {size_bytes})")
+            cost_ns, "receive_ns", topic, size_bytes)
 
-    def _refuse(self, cost_ns: object, asked: str) -> NoReturn:
-        raise ModelError(f"{class_of(self._model)} answered {cost_ns!r} to {asked}; wanted: an int "
-                         ">= 0, in ns")
+    def _refuse(self, cost_ns: object, method: str, *arguments: object) -> NoReturn:
+        asked = ", ".join(map(repr, arguments))
+        raise ModelError(f"{method_of(self._model, method)} answered {cost_ns!r} to {asked}; "
+                         "wanted: an int >= 0, in ns")
 
 
 def _is_cost(cost_ns: object) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NoReturn
 
-from desim.errors import ModelError, class_of
+from desim.errors import ModelError, method_of
 from desim.ports.computers import Kept, MemoryModel
 
 
@@ -20,17 +20,17 @@ class Memory:
     def system_bytes(self) -> int:
         """See ``MemoryModel.system_bytes``."""
         size_bytes = self.model.system_bytes()
-        return size_bytes if _is_size(size_bytes) else self._refuse(size_bytes, "system_bytes()")
+        return size_bytes if _is_size(size_bytes) else self._refuse(size_bytes, "system_bytes")
 
     def process_bytes(self, kept: Kept) -> int:
         """See ``MemoryModel.process_bytes``."""
         size_bytes = self.model.process_bytes(kept)
-        return size_bytes if _is_size(size_bytes) else self._refuse(size_bytes,
-                                                                    f"process_bytes({kept})")
+        return size_bytes if _is_size(size_bytes) else self._refuse(size_bytes, "process_bytes",
+                                                                    f" to {kept}")
 
-    def _refuse(self, answer: object, asked: str) -> NoReturn:
-        raise ModelError(f"{class_of(self.model)} answered {answer!r} to {asked}; wanted: an int "
-                         ">= 0, in bytes")
+    def _refuse(self, answer: object, method: str, asked: str = "") -> NoReturn:
+        raise ModelError(f"{method_of(self.model, method)} answered {answer!r}{asked}; wanted: an "
+                         "int >= 0, in bytes")
 
 
 def _is_size(answer: object) -> bool:

@@ -4,6 +4,17 @@ A client sends a burst of requests when it starts, then one in each polling inte
 answers it trusts the one with the shortest round trip. It steps its clock if that one's offset is
 large, and slews it otherwise. What remains is half of the difference between the delays of request
 and answer, and the drift between two corrections.
+
+The discipline is ntpd's frequency-lock loop (RFC 5905, appendix A.5.5.6, ``local_clock``, with the
+gain of ntpd 4.2.8, ``ntp_loopfilter.c``) over a clock that adjtime(3) slews. An answer's *error* is
+its offset beyond what is still to be slewed, as there (``offset - c.offset``) and in chrony. So an
+offset that has not gone yet is no error of the rate. From the error e, the time t since the answer
+before and the polling interval p the rate is corrected by e / max(t, p) / 4. Answers one polling
+interval apart therefore leave 3/4 of the rate's error each, however long the slew takes.
+
+ntpd has this loop from polling intervals of 2048 s on (the RFC: above 750 s). Below it has a slower
+phase-locked loop, which lets an offset cross zero after some 3000 s with a p of 64 s (D. Mills in
+comp.protocols.time.ntp, 17 October 2006).
 """
 
 from __future__ import annotations
@@ -23,16 +34,18 @@ BURST, BURST_NS = 8, 2 * NS_PER_S  # ntpd's iburst: so many requests, so far apa
 STEP_NS = 128_000_000  # STEPT: a larger offset is stepped, not slewed
 _ANSWERS = 8  # that the clock filter keeps
 _AGING_PPB = 15_000  # PHI, 15 ppm: an answer counts as worse by so much of its age
-_RATE_GAIN = 4  # a quarter of the measured rate is corrected (the frequency-lock loop's gain)
+MAX_RATE_PPB = 500_000  # MAXFREQ, also of Linux's ntp_adjtime(2): no clock errs by more
+_AVERAGED = 4  # a quarter of the measured error of the rate is corrected: ntpd's CLOCK_FLL, 1/AVG
 
 
 class Answer(NamedTuple):
-    """A server's answer: the round trip took ``delay_ns``, and the server's clock is
-    ``offset_ns`` ahead. ``read_ns``: the client's clock when it came."""
+    """A server's answer, heard at ``heard_ns`` after a round trip of ``delay_ns``, both by the
+    host's timer. The server's clock is ``error_ns`` ahead of the client's as that will be when all
+    of its corrections have been slewed."""
 
-    read_ns: int
+    heard_ns: int
     delay_ns: int
-    offset_ns: int
+    error_ns: int
 
 
 class NtpClient:
@@ -44,7 +57,7 @@ class NtpClient:
         self._host, self._server, self._poll_ns = host, server, poll_ns
         self._asked = 0  # requests since the start
         self._answers: deque[Answer] = deque(maxlen=_ANSWERS)
-        self._corrected_ns: int | None = None  # the client's clock at the last correction
+        self._used_ns: int | None = None  # when the answer of the last correction was heard
         self._call: Call | None = None
         graph.context.watchers.append(self._switched)
 
@@ -53,7 +66,7 @@ class NtpClient:
             return
         if self._call is not None:
             self._call.cancel()
-        self._asked, self._corrected_ns = 0, None
+        self._asked, self._used_ns = 0, None
         self._answers.clear()
         graph = self._graph
         if up:  # not all at once, as daemons do not start in one instant
@@ -67,32 +80,37 @@ class NtpClient:
         self._asked += 1
         self._call_after(BURST_NS if self._asked < BURST else self._poll_ns)
         self._graph.context.send("ntp", self._host, [self._server], NTP_BYTES, self._serve,
-                                 self._clock.read(self._kernel.now_ns))
+                                 self._kernel.now_ns)
 
-    def _serve(self, sent_ns: int, server: int) -> None:
+    def _serve(self, asked_ns: int, server: int) -> None:
         """The server answers with its time, and with that of the request."""
         served_ns = self._graph.hosts[server].clock_ns(self._kernel.now_ns)
         self._graph.context.send("ntp", server, [self._host], NTP_BYTES, self._hear,
-                                 (sent_ns, served_ns))
+                                 (asked_ns, served_ns))
 
     def _hear(self, answer: tuple[int, int], _: int) -> None:
-        sent_ns, served_ns = answer
-        read_ns = self._clock.read(self._kernel.now_ns)
-        self._answers.append(Answer(read_ns, read_ns - sent_ns,
-                                    served_ns - (sent_ns + read_ns) // 2))
+        asked_ns, served_ns = answer
+        now_ns = self._kernel.now_ns
+        delay_ns = now_ns - asked_ns
+        bound_ns = self._clock.read(now_ns) + self._clock.unslewed_ns(now_ns)
+        self._answers.append(Answer(now_ns, delay_ns, served_ns + delay_ns // 2 - bound_ns))
         best = min(self._answers, key=lambda each: (
-            each.delay_ns // 2 + (read_ns - each.read_ns) * _AGING_PPB // PPB))
-        if self._corrected_ns is None or best.read_ns > self._corrected_ns:
-            self._correct(best)
+            each.delay_ns // 2 + (now_ns - each.heard_ns) * _AGING_PPB // PPB))
+        if self._used_ns is None or best.heard_ns > self._used_ns:
+            self._correct(now_ns, best)
 
-    def _correct(self, best: Answer) -> None:
-        now_ns, by_ns = self._kernel.now_ns, best.offset_ns
-        if self._corrected_ns is not None and best.read_ns - self._corrected_ns > BURST_NS * BURST:
-            self._clock.trim(by_ns * PPB // (best.read_ns - self._corrected_ns) // _RATE_GAIN)
-        if abs(by_ns) > STEP_NS:
-            self._clock.step(now_ns, by_ns)
-            self._answers.clear()  # they are of another clock
+    def _correct(self, now_ns: int, best: Answer) -> None:
+        error_ns, offset_ns = best.error_ns, best.error_ns + self._clock.unslewed_ns(now_ns)
+        if self._used_ns is not None:
+            over_ns = max(best.heard_ns - self._used_ns, self._poll_ns)
+            rate_ppb = error_ns * PPB // over_ns
+            if abs(rate_ppb) <= MAX_RATE_PPB:  # else one of the two clocks has been set
+                self._clock.trim(rate_ppb // _AVERAGED)
+        if abs(offset_ns) > STEP_NS:
+            self._clock.step(now_ns, offset_ns)
         else:
-            self._clock.slew(now_ns, by_ns)
-        self._corrected_ns = self._clock.read(now_ns)
-        self._graph.context.record("clock_set", self._host, by_ns)
+            self._clock.slew(now_ns, error_ns)
+        self._used_ns = best.heard_ns
+        self._answers = deque((each._replace(error_ns=each.error_ns - error_ns)
+                               for each in self._answers), _ANSWERS)
+        self._graph.context.record("clock_set", self._host, offset_ns)

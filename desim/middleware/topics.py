@@ -96,11 +96,11 @@ class Latest:
     a ``callback``. ``wait_set`` is notified.
     """
 
-    __slots__ = ("feed", "number", "_host", "_message", "_unread", "_expected", "_wait_set")
+    __slots__ = ("feed", "number", "host", "_message", "_unread", "_expected", "_wait_set")
 
     def __init__(self, host: Host, wait_set: WaitSet | None = None) -> None:
         self.feed: Feed | None = None
-        self._host = host
+        self.host = host
         self._message: Message | None = None
         self._unread = False
         self._expected: list[tuple[int, Expecting, Message]] = []  # by time of arrival
@@ -131,7 +131,7 @@ class Latest:
         self._expected.append((due_ns, link, message))
         if len(self._expected) > 1:
             self._expected.sort(key=itemgetter(0))
-        self._host.graph.expecting[self] = None
+        self.host.graph.expecting[self] = None
         if self._wait_set is not None:
             self._wait_set.add(self)
 
@@ -142,7 +142,7 @@ class Latest:
             if message is not None:
                 self._message, self._unread = message, True
         expected = self._expected
-        while expected and self._host.graph.kernel.over(expected[0][0], Phase.DELIVER):
+        while expected and self.host.graph.kernel.over(expected[0][0], Phase.DELIVER):
             due_ns, link, message = self._next_expected()
             self._take(message)
             link.land(message, due_ns)
@@ -177,7 +177,7 @@ class Latest:
         self._unread = False
         message = self._message
         if message is not None and message.number:
-            host = self._host
+            host = self.host
             graph = host.graph
             graph.put(pack(graph.kernel.now_ns, graph.READ, host.id, message.origin.id,
                            message.seq, message.about.id))
@@ -185,7 +185,7 @@ class Latest:
 
     def _next_expected(self) -> tuple[int, Expecting, Message]:
         if len(self._expected) == 1:
-            del self._host.graph.expecting[self]
+            del self.host.graph.expecting[self]
         return self._expected.pop(0)
 
 

@@ -8,6 +8,8 @@ from desim.middleware.host import Host
 from desim.monitor.samples import LEAST_WINDOW_NS, Sample
 from desim.units import NS_PER_S
 
+NOT_MEASURED: Sample = {"rx_kBps": None, "tx_kBps": None}
+
 
 class InterfaceRates:
     """The rates at which the interfaces of ``hosts`` receive and send; kB are 1000 bytes."""
@@ -19,7 +21,7 @@ class InterfaceRates:
 
     def sample(self, now_ns: int, due: Callable[[str], bool]) -> Sample:
         """The rates that are ``due`` now, each since it was taken before, as means over the hosts;
-        null if that was less than ``LEAST_WINDOW_NS`` ago."""
+        null if that was less than ``LEAST_WINDOW_NS`` ago, and without hosts."""
         totals = {"rx_kBps": sum(host.rx_bytes for host in self._hosts),
                   "tx_kBps": sum(host.tx_bytes for host in self._hosts)}
         return {name: self._rate(name, total, now_ns) if due(name) else None
@@ -27,7 +29,7 @@ class InterfaceRates:
 
     def _rate(self, name: str, bytes_: int, now_ns: int) -> float | None:
         since_ns, before = self._last[name]
-        if now_ns - since_ns < LEAST_WINDOW_NS:
+        if not self._hosts or now_ns - since_ns < LEAST_WINDOW_NS:
             return None
         self._last[name] = now_ns, bytes_
         return (bytes_ - before) / (len(self._hosts) * (now_ns - since_ns) / NS_PER_S * 1e3)

@@ -68,15 +68,14 @@ class MemoryUse:
         return summaries
 
     def columns(self, used: Sequence[Sequence[int]], kills: Sequence[Sequence[int]]) -> Sample:
-        """Columns of a table with a row for each instant and host, from ``used_bytes`` and
-        ``kills`` at these instants."""
+        """[instants, hosts] values by column, from ``used_bytes`` and ``kills`` at these
+        instants."""
         if not self._memories:
             return {}
         limits = np.array([memory.limit_bytes or np.nan for memory in self._memories.values()])
         used_bytes = np.array(used, np.float64)
-        return {"ram_mb": (used_bytes / _MB).ravel(),
-                "ram_percent": (100.0 * used_bytes / limits).ravel(),
-                "memory_kills": np.array(kills, np.int64).ravel()}
+        return {"ram_mb": used_bytes / _MB, "ram_percent": 100.0 * used_bytes / limits,
+                "memory_kills": np.array(kills, np.int64)}
 
     def _of(self, name: str, used_bytes: float) -> Sample:
         limit_bytes = self._memories[name].limit_bytes

@@ -63,9 +63,9 @@ class StopReason(StrEnum):
 
 class Track(NamedTuple):
     """The fleet at one instant: cells of G that each robot knows and that some robot has known, and
-    by robot the way driven, the bytes heard and sent, and where computers get busy the time of
-    processors and the missed ticks so far, the memory in use and the processes killed so far;
-    ``joules`` as ``EnergyUse`` has them."""
+    by robot the way driven, the bytes heard and sent, and where computers get busy, by robot
+    with software, the time of processors and the missed ticks so far, the memory in use and the
+    processes killed so far; ``joules`` as ``EnergyUse`` has them."""
 
     time_ns: int
     poses: np.ndarray
@@ -101,14 +101,14 @@ class Monitor:
         self.maps: dict[str, RobotMap | None] = dict.fromkeys(explorers)
         self.families = Families(graph)
         self.hosts = [graph.host(name) for name in robots]
-        self.processor_load = ProcessorLoad(self.hosts, nodes or {})
-        self.memory_use = MemoryUse(self.hosts)
-        bodies = frozenset(robots)
+        self.loaded = [graph.host(name) for name in explorers or robots]  # with software, if any
+        self.processor_load = ProcessorLoad(self.loaded, nodes or {})
+        self.memory_use = MemoryUse(self.loaded)
         self.stationary_hosts = StationaryHosts([host for host in graph.hosts
-                                                 if host.name not in bodies])
+                                                 if host not in self.hosts])
         self.energy_use = EnergyUse(self.hosts, powers or [None] * len(robots), travelled_m)
         self.bottlenecks = Bottlenecks(graph, nodes or {})
-        self._interface_rates = InterfaceRates(self.hosts)
+        self._interface_rates = InterfaceRates(self.loaded)
         self._own = [robots.index(name) for name in explorers]
         self.partitions = Partitions()
         self.overlap = Overlap(ground.grid, ground.reachable)

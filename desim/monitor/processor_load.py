@@ -11,6 +11,8 @@ from desim.middleware.host import Host
 from desim.monitor.samples import LEAST_WINDOW_NS, Sample, mean
 from desim.units import NS_PER_S
 
+NOT_MEASURED: Sample = {"cpu_percent": None, "cpu_s": None, "missed_ticks": 0}
+
 
 class MeanLoad:
     """The mean load of ``these``, from one sample to the next."""
@@ -65,7 +67,7 @@ class ProcessorLoad:
     def of(self, host: Host, elapsed_ns: int) -> Sample:
         """The load of ``host`` over the whole run; null where there is none."""
         if not isinstance(host, BusyHost):
-            return {"cpu_percent": None, "cpu_s": None, "missed_ticks": 0}
+            return NOT_MEASURED
         processors = host.computer.processors
         busy_ns = processors.busy_ns()
         return {"cpu_percent": percent(processors, busy_ns, elapsed_ns),

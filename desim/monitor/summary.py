@@ -8,12 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from desim.errors import ModelError, class_of
-from desim.monitor import energy_use, memory_use
+from desim.monitor import energy_use, interface_rates, memory_use, processor_load
 from desim.monitor.coverage import evaluate
-from desim.monitor.interface_rates import mean_rates
 from desim.monitor.localization_errors import wall_errors
 from desim.monitor.monitor import BYTES, Monitor
-from desim.monitor.samples import LEAST_WINDOW_NS, Sample, mean_over
+from desim.monitor.samples import LEAST_WINDOW_NS, Sample, mean, mean_over
 from desim.monitor.traffic import background, by_kind, packets_lost, replaced, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
 from desim.monitor.warnings import warnings
@@ -66,8 +65,8 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "messages_by_topic": monitor.families.fates(),
         "latency_by_topic": monitor.families.latency(),
         # Equation 8: the mean over the robots of their means over the run.
-        **{f"mean_{key}": sum(robot[key] for robot in robots.values()) / len(robots)
-           for key in ("rx_kBps", "tx_kBps")},
+        **{f"mean_{key}": mean([robot[key] for robot in robots.values()
+                                if robot[key] is not None]) for key in ("rx_kBps", "tx_kBps")},
         **monitor.processor_load.summary(now_ns),
         **memory_use.fleet_summary(list(robots.values())),
         **energy_use.fleet_summary(list(robots.values())),
@@ -106,9 +105,8 @@ def known_map(monitor: Monitor, robot: str | None) -> np.ndarray:
             else raster(grid, robot_map.fused))
 
 
-
 def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
-    """Per robot; kB are 1000 bytes, means over the whole run."""
+    """Per robot; kB are 1000 bytes, means over the whole run. Without software it has no loads."""
     travelled_m = monitor.travelled_m().tolist()
     shares = dict(zip(monitor.explorers, monitor.coverage.known, strict=True))
     memory = monitor.memory_use.summary()
@@ -120,12 +118,12 @@ def _robots(monitor: Monitor, now_ns: int) -> dict[str, Sample]:
         **in_vain.get(name, {"outdated_goal_s": None, "outdated_goal_m": None}),
         "collisions": monitor.collisions_of[i],
         "recoveries": monitor.recoveries_of[i],
-        **mean_rates(host, now_ns),
-        **monitor.processor_load.of(host, now_ns),
+        **(interface_rates.mean_rates(host, now_ns) | monitor.processor_load.of(host, now_ns)
+           if name in monitor.maps else
+           interface_rates.NOT_MEASURED | processor_load.NOT_MEASURED),
         **memory.get(name, memory_use.NOT_MEASURED),
         **energy[i],
     } for i, (name, host) in enumerate(zip(monitor.robots, monitor.hosts, strict=True))}
-
 
 
 def samples_table(monitor: Monitor) -> dict[str, list]:
@@ -159,7 +157,6 @@ def robots_table(monitor: Monitor) -> Sample:
     columns = [monitor.robots.index(name) for name in monitor.explorers]
     for k, track in enumerate(tracks):
         known[k, columns] = [monitor.coverage.share(cells) for cells in track.known]
-    busy_ns = np.array([track.busy_ns for track in tracks]).ravel()
     union = [monitor.coverage.share(track.union_known) for track in tracks]
     return {
         "time_s": np.repeat([track.time_ns / NS_PER_S for track in tracks], count),
@@ -169,9 +166,26 @@ def robots_table(monitor: Monitor) -> Sample:
         "explored_union": np.repeat(union, count),
         **{name: np.array([getattr(track, name) for track in tracks]).ravel()
            for name in ("distance_m", "rx_bytes", "tx_bytes")},
-        **({"cpu_s": busy_ns / NS_PER_S, "missed_ticks": np.array(
-            [track.missed_ticks for track in tracks]).ravel()} if len(busy_ns) else {}),
-        **monitor.memory_use.columns([track.ram_bytes for track in tracks],
-                                     [track.memory_kills for track in tracks]),
+        **{name: _of_all(monitor, values) for name, values in _loads(monitor).items()},
         **monitor.energy_use.columns([track.joules for track in tracks]),
     }
+
+
+def _loads(monitor: Monitor) -> Sample:
+    """[instants, robots with software] values by column; none where computers are ideal."""
+    tracks = monitor.tracks
+    busy_ns = np.array([track.busy_ns for track in tracks])
+    if not busy_ns.size:
+        return {}
+    return {"cpu_s": busy_ns / NS_PER_S,
+            "missed_ticks": np.array([track.missed_ticks for track in tracks]),
+            **monitor.memory_use.columns([track.ram_bytes for track in tracks],
+                                         [track.memory_kills for track in tracks])}
+
+
+def _of_all(monitor: Monitor, values: np.ndarray) -> np.ndarray:
+    """A column with a row for each instant and robot; without software it is NaN, of counts 0."""
+    counts = values.dtype.kind == "i"
+    column = np.full((len(values), len(monitor.robots)), 0 if counts else np.nan, values.dtype)
+    column[:, [monitor.hosts.index(host) for host in monitor.loaded]] = values
+    return column.ravel()

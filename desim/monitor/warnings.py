@@ -43,45 +43,43 @@ def warnings(monitor: Monitor) -> list[str]:
 
 
 def _too_small(graph: Graph) -> list[str]:
-    """Warnings of computers whose memory is too small for their system, or for their software as it
-    starts."""
+    """Warnings of computers whose memory is too small for their software as it starts."""
     hosts: dict[tuple[int, str], list[str]] = {}  # by limit and what needs more
     for host in graph.hosts:
         memory = host.memory if isinstance(host, BusyHost) else None
-        if memory is None or memory.limit_bytes is None:
-            continue
-        if memory.limit_bytes <= memory.system_bytes:
-            needs = f"the system alone takes {memory.system_bytes / 1e6:g} MB"
-        elif memory.limit_bytes < memory.first_bytes:
-            needs = ("the system and the software, as it starts, take "
-                     f"{memory.first_bytes / 1e6:.0f} MB")
-        else:
-            continue
-        hosts.setdefault((memory.limit_bytes, needs), []).append(host.name)
+        if memory is not None and memory.limit_bytes is not None \
+                and memory.limit_bytes < memory.first_bytes:
+            needs = f"{memory.first_bytes / 1e6:.0f} MB"
+            hosts.setdefault((memory.limit_bytes, needs), []).append(host.name)
     return [f"host {names[0]}{f' and {len(names) - 1} more' if names[1:] else ''}: computer.memory "
-            f"is {limit_bytes / 1e6:g} MB, and {needs}: the software dies whenever it starts"
+            f"is {limit_bytes / 1e6:g} MB, and the system and the software, as it starts, take "
+            f"{needs}: the software dies whenever it starts"
             for (limit_bytes, needs), names in hosts.items()]
 
 
 def _strange_nodes(graph: Graph) -> list[str]:
-    """Warnings of nodes that have a priority or a row of a table of costs, and that never ran, and
-    of triggers with a row that those that ran never had."""
+    """Warnings of nodes that have a priority or a row of a table of costs, and that never ran, of
+    triggers with a row that those that ran never had, and of quantities with a cost that never
+    came."""
     computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
     ran = {program for host in computers for program in host.programs}
     named: dict[tuple[str, str], None] = {}  # key of the scenario and node
     triggers: dict[tuple[str, str], TableOfCosts] = {}  # node and trigger
+    undeclared: dict[str, None] = {}
     for host in computers:
         named |= dict.fromkeys(("computer.priorities", node) for node in host.computer.priorities)
         model = host.computer.model
         if isinstance(model, TableOfCosts):
             named |= dict.fromkeys(("computers", node) for node in model.nodes)
             triggers |= {row: model for row in model.triggers if row not in model.asked}
+            undeclared |= dict.fromkeys(model.never_declared())
     return [*(f"{key}: no node of the run was called {node!r}{did_you_mean(node, sorted(ran))}"
               for key, node in named if node not in ran),
             *(f"computers: node {node!r} had no trigger {trigger!r}"
               f"{did_you_mean(trigger, known)}; it had: {', '.join(known)}"
               for (node, trigger), model in triggers.items() if node in ran
-              for known in [sorted(own for other, own in model.asked if other == node)])]
+              for known in [sorted(own for other, own in model.asked if other == node)]),
+            *undeclared]
 
 
 def _silent(graph: Graph) -> list[str]:

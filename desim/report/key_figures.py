@@ -115,7 +115,8 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
 def _processors(m: Summary) -> list[tuple[str, str, str]]:
     if m.get("mean_cpu_percent") is None:
         return []
-    busiest = max(robot["cpu_percent"] for robot in m["robots"].values())
+    busiest = max(robot["cpu_percent"] for robot in m["robots"].values()
+                  if robot["cpu_percent"] is not None)
     waited_s = sum(node["waited_s"] for node in m.get("cluster_nodes", {}).values())
     return [("processors", f"{m['mean_cpu_percent']:.1f} % busy",
              f"of the robots', on average; at most {busiest:.1f} %"),

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import FigureBase
 
 from desim.results.run import Run
+from desim.scenario.names import robot_names
 from desim.scenario.robot_types import equipment_of
 
 _WINDOW_S = 5.0  # the paper's robot log
@@ -36,14 +37,15 @@ def draw(figure: FigureBase, run: Run, colours: dict[str, np.ndarray]) -> None:
 def _plots(run: Run, robots: int) -> list[tuple[str, tuple[np.ndarray, np.ndarray]]]:
     """Titles, with times [n] in s and [n, robots] values."""
     processors = np.array([own.computer.processors for own in equipment_of(run.scenario)])
+    kilo = np.where(np.isin(robot_names(run.scenario), run.scenario.robot.passive), np.nan, 1e-3)
     memory = []
     if "ram_mb" in run.robots:
         limited = not np.isnan(run.robots["ram_percent"]).all()
         memory = [("RAM [%]", _levels(run, "ram_percent", robots)) if limited else
                   ("RAM [MB]", _levels(run, "ram_mb", robots))]
     return [("CPU [%]", _rates(run, "cpu_s", robots, 100.0 / processors)), *memory,
-            ("received [kB/s]", _rates(run, "rx_bytes", robots, 1e-3)),
-            ("sent [kB/s]", _rates(run, "tx_bytes", robots, 1e-3))]
+            ("received [kB/s]", _rates(run, "rx_bytes", robots, kilo)),
+            ("sent [kB/s]", _rates(run, "tx_bytes", robots, kilo))]
 
 
 def _levels(run: Run, column: str, robots: int) -> tuple[np.ndarray, np.ndarray]:
@@ -51,7 +53,7 @@ def _levels(run: Run, column: str, robots: int) -> tuple[np.ndarray, np.ndarray]
     return run.robots["time_s"][::robots], run.robots[column].reshape(-1, robots)
 
 
-def _rates(run: Run, column: str, robots: int, scale: float | np.ndarray
+def _rates(run: Run, column: str, robots: int, scale: np.ndarray
            ) -> tuple[np.ndarray, np.ndarray]:
     """Times [n] in s, and [n, robots] increases of ``column`` a second, times ``scale``."""
     times_s, totals = _levels(run, column, robots)

@@ -11,6 +11,7 @@ from desim import plugins
 from desim.errors import InputError, did_you_mean
 from desim.scenario import (
     bodies,
+    clock_checks,
     coordination,
     expression,
     generated_terrain,
@@ -27,7 +28,6 @@ from desim.scenario.quantities import (
     quantities,
 )
 from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
-from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
@@ -170,38 +170,6 @@ def _known_names(scenario: Scenario, _: Folder) -> Found:
     for i, name in enumerate(scenario.robot.passive):
         if name not in robots:
             yield ("robot", "passive", i), unknown("robot", name, robots)
-
-
-def _time_servers(scenario: Scenario, _: Folder) -> Found:
-    """NTP clients ask another host. Of robots that share a block one may be the server of all."""
-    clocks: list[tuple[Path, ClockParams | None, str | None]] = [
-        *((path, equipment.clock, None) for path, equipment in equipment_by_path(scenario)),
-        (("testbed",), scenario.testbed.clock, WORKSTATION),
-        *((("hosts", name), host.clock, name) for name, host in scenario.hosts.items())]
-    for path, clock, own in clocks:
-        if clock is None or clock.ntp is None:
-            continue
-        server, hosts = clock.ntp.server, host_names(scenario)
-        if server not in hosts:
-            yield (*path, "clock", "ntp", "server"), unknown("host", server, hosts)
-        elif server == own:
-            yield (*path, "clock", "ntp", "server"), (
-                f"{server!r} is the host itself; allowed: another one")
-
-
-def _offsets(scenario: Scenario, _: Folder) -> Found:
-    """Clocks that are both ahead and behind."""
-    usual = scenario.robot.clock
-    clocks: list[tuple[Path, ClockParams | None]] = [
-        *((path, equipment.clock if equipment.clock is None or usual is None else
-           filled_in(equipment.clock, usual)) for path, equipment in equipment_by_path(scenario)),
-        (("testbed",), scenario.testbed.clock),
-        *((("hosts", name), host.clock) for name, host in scenario.hosts.items())]
-    for path, clock in clocks:
-        if clock is not None and clock.ahead_ns and clock.behind_ns:
-            yield (*path, "clock"), (
-                f"must be ahead or behind, not both, got {DURATION.format(clock.ahead_ns)} ahead "
-                f"and {DURATION.format(clock.behind_ns)} behind")
 
 
 def _faults(scenario: Scenario, _: Folder) -> Found:
@@ -350,8 +318,13 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("fleet",), ("hosts",), ("deployment",)), _hosts),
     ((("fleet",), ("hosts",), ("deployment",), ("faults",), ("robot", "passive")), _known_names),
     ((("fleet",), ("hosts",), ("deployment",), ("robot", "clock"), ("testbed", "clock")),
-     _time_servers),
-    ((("robot", "clock"), ("testbed", "clock"), ("hosts",), ("fleet", "types")), _offsets),
+     clock_checks.servers),
+    ((("fleet",), ("hosts",), ("deployment",), ("robot", "clock"), ("testbed", "clock"),
+      ("network", "media")), clock_checks.reach),
+    ((("fleet",), ("hosts",), ("deployment",), ("robot", "clock"), ("testbed", "clock")),
+     clock_checks.circles),
+    ((("robot", "clock"), ("testbed", "clock"), ("hosts",), ("fleet", "types")),
+     clock_checks.offsets),
     ((("faults",),), _faults),
     ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types")), _laser),
     ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),

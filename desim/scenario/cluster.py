@@ -17,6 +17,6 @@ def cluster_nodes(scenario: Scenario) -> dict[str, tuple[str, ...]]:
 
 
 def by_node(robots: Sequence[str], robots_per_node: int) -> dict[str, tuple[str, ...]]:
-    """The nodes with their robots: robot i is on node floor(i / robots per node)."""
+    """The nodes with their ``robots``: number i of these is on node floor(i / robots per node)."""
     return {f"node_{node}": tuple(robots[first:first + robots_per_node])
             for node, first in enumerate(range(0, len(robots), robots_per_node))}

@@ -11,6 +11,7 @@ from pydantic_core import ErrorDetails
 
 from desim.errors import did_you_mean
 from desim.ports import Params
+from desim.scenario.schema.communication import PluginChoice, RuleChoice
 from desim.scenario.schema.shapes import alternatives, keys, without_null
 from desim.scenario.source_places import Path, Places, SourcePlace, dotted
 
@@ -157,7 +158,9 @@ def _wanted(annotation: object) -> str:
     for shape in alternatives(annotation).values() or without_null(annotation):
         origin, inside = get_origin(shape), get_args(shape)
         if isinstance(shape, type) and issubclass(shape, Params):
-            texts.append(f"a mapping with {', '.join(keys(shape))}")
+            named = "a plug-in's name, or " * (issubclass(shape, PluginChoice)
+                                               and shape is not RuleChoice)
+            texts.append(f"{named}a mapping with {', '.join(keys(shape))}")
         elif origin is tuple and inside[-1] is not Ellipsis:
             texts.append(f"a list of {len(inside)}")
         else:

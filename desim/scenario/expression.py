@@ -18,8 +18,8 @@ from collections.abc import Callable, Collection, Mapping
 from itertools import pairwise
 from typing import NamedTuple
 
-from desim import plugins
 from desim.errors import InputError, did_you_mean
+from desim.scenario.stop_function import StopFunction
 
 Quantities = Mapping[str, float]
 _LONGEST, _DEEPEST = 500, 32
@@ -54,10 +54,8 @@ def condition(text: str, names: Collection[str]) -> Condition:
     ``package.module:function``, perhaps with its folder in front, of a mapping of the quantities.
     Raises ``InputError`` with what is wrong and allowed."""
     if names_function(text):
-        function, name = plugins.imported("function", text.strip()), plugins.bare(text.strip())
-        if not callable(function):
-            raise InputError(f"{name!r} is not a function")
-        return Condition(name, lambda quantities: bool(function(quantities)))
+        function = StopFunction(text.strip())
+        return Condition(function.name, function)
     return of_quantities(text, names)
 
 

@@ -16,12 +16,17 @@ from desim.scenario.source_places import Path
 P = TypeVar("P", bound=Params)
 
 
-def types_of(fleet: FleetParams) -> tuple[RobotType, ...]:
-    """The type of each robot; groups are counted off in the natural order of names."""
-    types = {**BUILT_IN_TYPES, **fleet.types}
+def type_names(fleet: FleetParams) -> tuple[str, ...]:
+    """The name of each robot's type; groups are counted off in the natural order of names."""
     if isinstance(fleet.robots, str):
-        return (types[fleet.robots],) * fleet_size(fleet)
-    return tuple(types[group.type] for group in fleet.robots for _ in range(group.count))
+        return (fleet.robots,) * fleet_size(fleet)
+    return tuple(group.type for group in fleet.robots for _ in range(group.count))
+
+
+def types_of(fleet: FleetParams) -> tuple[RobotType, ...]:
+    """The type of each robot."""
+    types = {**BUILT_IN_TYPES, **fleet.types}
+    return tuple(types[name] for name in type_names(fleet))
 
 
 def used_types(fleet: FleetParams) -> tuple[str, ...]:

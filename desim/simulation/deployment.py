@@ -47,6 +47,11 @@ class HostPlan(NamedTuple):
     node: str | None = None
     slam: tuple[int, ...] = ()
 
+    @property
+    def passive(self) -> bool:
+        """Whether it is that of a robot without software."""
+        return self.robot is not None and self.software is None
+
 
 def plan(scenario: Scenario) -> list[HostPlan]:
     """The hosts of a scenario in natural order of their names. Raises ``InputError`` for a robot

@@ -27,7 +27,7 @@ def made(cls: PluginClass[P], params: dict[str, object]) -> P:
 def _parsed(cls: object, params: dict[str, object]) -> ports.Params:
     block = plugins.block_of(cls)
     if block is None:
-        raise _complaint(cls, "have a class Params(desim.ports.Params)")
+        raise complaint(cls, "have a class Params(desim.ports.Params)")
     found = validated(block, params)
     if isinstance(found, list):
         raise InputError(*lines(found, Places(SourcePlace(_name(cls)))))
@@ -37,10 +37,11 @@ def _parsed(cls: object, params: dict[str, object]) -> ports.Params:
 def need(kept: object, cls: object, advice: str) -> None:
     """Raises ``AssertionError`` with ``advice`` for the author of ``cls`` unless it is ``kept``."""
     if not kept:
-        raise _complaint(cls, advice)
+        raise complaint(cls, advice)
 
 
-def _complaint(cls: object, advice: str) -> AssertionError:
+def complaint(cls: object, advice: str) -> AssertionError:
+    """The error that gives the author of ``cls`` this advice."""
     return AssertionError(f"{_name(cls)} must {advice}")
 
 

@@ -15,7 +15,7 @@ from desim import ports
 from desim.netcases.case import play
 from desim.network.passages import Passages
 from desim.ports.cases import Case
-from desim.testing.advice import PluginClass, check_form, made, need
+from desim.testing.advice import PluginClass, check_form, complaint, made, need
 from desim.testing.capabilities import (
     Retrying,
     check_claims,
@@ -180,12 +180,15 @@ def _play_bursts(bench: Bench, singly: bool) -> list[Fate]:
 
 @contextmanager
 def own_streams(cls: object) -> Iterator[None]:
-    """Check that nothing draws from the global generators meanwhile."""
+    """Check that nothing draws from the global generators meanwhile, or ends the program."""
     def state() -> tuple[object, ...]:
         legacy = np.random.get_state(legacy=False)["state"]  # noqa: NPY002 - watched only
         return random.getstate(), legacy["key"].tolist(), legacy["pos"]
 
     before = state()
-    yield
+    try:
+        yield
+    except SystemExit as error:  # it would end the whole test run
+        raise complaint(cls, "not call sys.exit()") from error
     need(state() == before, cls, "draw from context.stream(name) only, not from random or "
                                  "numpy.random")

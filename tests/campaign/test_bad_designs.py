@@ -188,7 +188,8 @@ WRONG = PARAMETERS | {
     "stop when": ("stop: {when: explord > 1}",
         "3:14: stop.when: unknown quantity 'explord' (did you mean 'explored'?); allowed: ..."),
     "stop when raises": ("stop: {when: 'bad_functions:raises_q'}",
-        "2:7: base: a run fails at once: ValueError: oh no"),
+        "2:7: base: a run fails at once: stop.when: bad_functions:raises_q raised ValueError: oh "
+        "no at bad_functions.py:22 (0 s)"),
     "measure": ("measure: {evry: 5 s}",
         "3:17: measure.evry: unknown key (did you mean 'every'?); allowed: every, periods, on, "
         "when, cost, safety_scale"),

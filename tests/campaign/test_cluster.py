@@ -21,6 +21,7 @@ from desim.campaign.design.plan import Plan
 from desim.campaign.running import cluster_settings
 from desim.campaign.running.cluster_settings import Local, Queue, Running, load_settings
 from desim.campaign.running.crew import Crew
+from desim.campaign.running.driver import CampaignDriver
 from desim.campaign.running.sweep import Sweep
 from desim.campaign.running.work import RunTask, Unwritable
 from desim.errors import InputError
@@ -80,7 +81,7 @@ def folder(tmp_path, monkeypatch) -> Path:
 def client():
     from desim.campaign.running.schedulers import connected
 
-    with connected(Local(kind="local", jobs=2), cores=1) as client:
+    with connected(Local(kind="local", jobs=2)) as client:
         yield client
 
 
@@ -120,7 +121,7 @@ def test_dask_gives_the_bytes_that_processes_give(plan, folder, client):
     assert swept(plan, Path("dask"), Cluster(client, up.append)) == digests
     assert len(digests) == 4 and up == [2]
     running = Running(kind="dask", address=client.scheduler.address)
-    with connected(running, cores=1) as another:
+    with connected(running) as another:
         assert swept(plan, Path("address"), Cluster(another)) == digests
     tables = [Path(out, "runs.parquet").read_bytes() for out in ("crew", "dask", "address")]
     assert tables[0] == tables[1] == tables[2]
@@ -210,6 +211,38 @@ def test_ctrl_c_ends_everybody(repository, folder):
     assert "1 worker up" in said
 
 
+@needs_dask
+def test_no_more_workers_start_than_there_are_runs(plan, folder):
+    up: list[int] = []
+    with Sweep(plan, Metrics(plan), Path("many")) as sweep:
+        queue = CampaignDriver(sweep, None, Queue(kind="slurm", jobs=100_000))
+        assert queue.where == "in 4 jobs of slurm"
+        local = CampaignDriver(sweep, None, Local(kind="local", jobs=100_000))
+        local.run(lambda _: None, up.append)
+        assert sweep.agenda.progress[0] == 4
+    assert max(up) <= 4
+
+
+@needs_dask
+def test_ctrl_c_while_workers_start_closes_the_cluster(monkeypatch):
+    """Dask would otherwise try it at exit, and complain of workers that have not begun."""
+    from desim.campaign.running import schedulers
+
+    begun, made = schedulers._begun, []
+
+    class Interrupted(schedulers.LocalCluster):
+        def sync(self, call, *arguments, **options):
+            if call is begun:
+                made.append(self)
+                raise KeyboardInterrupt
+            return super().sync(call, *arguments, **options)
+
+    monkeypatch.setattr(schedulers, "LocalCluster", Interrupted)
+    with pytest.raises(KeyboardInterrupt), schedulers.connected(Local(kind="local", jobs=2)):
+        raise AssertionError("not reached")
+    assert not made[0].shutdown_on_close
+
+
 @pytest.fixture
 def silent():
     """An address at which a server listens that is no Dask scheduler."""
@@ -237,7 +270,7 @@ def _refuse(server: socket.socket) -> None:
 def reached(address: str) -> None:
     from desim.campaign.running.schedulers import connected
 
-    with connected(Running(kind="dask", address=address), cores=1):
+    with connected(Running(kind="dask", address=address)):
         pass
 
 

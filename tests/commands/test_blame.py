@@ -4,6 +4,7 @@ One line names the plug-in, its line, the host and the time; no traceback throug
 code 1.
 """
 
+import re
 import sys
 import textwrap
 
@@ -54,6 +55,13 @@ FUNCTION = """
     def Plugin(frame, receivers, context):
         {body}
 """
+COMPUTERS = """
+    from desim.computers.costs.ideal import IdealComputers
+
+    class Plugin(IdealComputers):
+        {body}
+"""
+MEMORY = "def system_bytes(self): return {}\n        def process_bytes(self, kept): return {}"
 SCENARIO = """
 name: bad
 environment: {terrain: loop}
@@ -68,6 +76,7 @@ MIDDLEWARE = HEAD.replace("context, hosts", "context") + """
 """
 ON_START = "def on_start(self, view): "
 PLACES = {MIDDLEWARE: "middleware: {model: 'NAME:Plugin'}",
+          COMPUTERS: "computers: 'NAME:Plugin'",
           TASK: "task: 'NAME:Plugin'",
           LOCALIZATION: "robot: {localization: 'NAME:Plugin'}",
           METHODS: "coordination: {strategy: 'NAME:Plugin'}",
@@ -238,6 +247,21 @@ def desim(tmp_path, monkeypatch):
        "lan, ") for name, verdict, shown in (
            ("pass", "PASS", "Pass()"), ("late", "Deliver(5)", "Deliver(delay_ns=5)"),
            ("drop", "Drop('said')", "Drop(reason='said', packets=None)"))),
+    ("k_raises", COMPUTERS, "def callback_ns(self, work): return 1 // (work.node != 'move_base')",
+     "computers k_raises:Plugin raised ZeroDivisionError: integer division or modulo by zero at "
+     "k_raises.py:5 (robot_"),
+    ("k_sends", COMPUTERS, "def send_ns(self, topic, size_bytes, links): return 1 / 0",
+     "computers k_sends:Plugin raised ZeroDivisionError: division by zero at k_sends.py:5 (robot_"),
+    ("k_hears", COMPUTERS, "def receive_ns(self, topic, size_bytes): return 1 / 0",
+     "computers k_hears:Plugin raised ZeroDivisionError: division by zero at k_hears.py:5 (robot_"),
+    ("k_before", COMPUTERS, "def callback_ns(self, work): return -7",
+     "k_before.Plugin.callback_ns (k_before.py:5) answered -7 to Work(node='"),
+    ("k_system", COMPUTERS, MEMORY.format("0.5", "0"), "k_system.Plugin.system_bytes "
+     "(k_system.py:5) answered 0.5; wanted: an int >= 0, in bytes (robot_0, 0 s)"),
+    ("k_process", COMPUTERS, MEMORY.format("0", "5.5"),
+     "k_process.Plugin.process_bytes (k_process.py:6) answered 5.5 to Kept(node='"),
+    ("k_memory", COMPUTERS, MEMORY.format("0", "1 / 0"), "computers k_memory:Plugin raised "
+     "ZeroDivisionError: division by zero at k_memory.py:6 (robot_0, 0 s)"),
     ("r_nan", RULE, "return [ports.Deliver(float('nan'))] * len(receivers)",
      "r_nan.Plugin (r_nan.py:4) delays by nan; wanted: an int >= 0 of nanoseconds (medium lan, "),
 ])
@@ -248,6 +272,8 @@ def test_the_plug_in_is_named_with_its_line_host_and_time(desim, name, template,
     assert "Traceback" not in output
     assert output.endswith("this repeats it:\n  desim run bad.yaml --quiet\n")
     assert output.splitlines()[0].endswith(" s)")
+    if template is COMPUTERS:
+        assert re.search(r"\(robot_[01], [\d.e-]+ s\)$", output.splitlines()[0]), output
 
 
 @pytest.mark.parametrize("name, body, says", [
@@ -270,6 +296,45 @@ def test_what_a_task_says_is_looked_at(desim, name, body, says):
     assert code == 1
     assert output.startswith(says), output
     assert "Traceback" not in output
+
+
+STOP_FUNCTIONS = """
+    import numpy as np
+    def asks(quantities): return quantities["nonsense"] > 3
+    def sums(quantities): return total([])
+    def total(values): return max(values)
+    def leaves(quantities): raise SystemExit(3)
+    def gives(quantities): return np.array([1, 2])
+    class Late:
+        def __call__(self, quantities): return 1 / 0
+    late = Late()
+    def two(quantities, more): return True
+    {body}
+"""
+PLACES[STOP_FUNCTIONS] = ""
+
+
+@pytest.mark.parametrize("name, says", [
+    ("asks", "asks raised KeyError: 'nonsense' at f_asks.py:3"),
+    ("sums", "sums raised ValueError: max() arg is an empty sequence at f_sums.py:5"),
+    ("leaves", "leaves raised SystemExit: 3 at f_leaves.py:6"),
+    ("gives", "gives (f_gives.py:7) returned array([1, 2]); wanted: true or false"),
+    ("late", "late raised ZeroDivisionError: division by zero at f_late.py:9")])
+def test_a_function_to_stop_at_is_named_with_its_line_and_time(desim, name, says):
+    option = f"stop.when=f_{name}:{name}"
+    code, output = desim(f"f_{name}", STOP_FUNCTIONS, "", "--set", option)
+    assert code == 1
+    assert output.replace(f"f_{name}.{name}", f"f_{name}:{name}") == (
+        f"stop.when: f_{name}:{says} (0 s)\nthis repeats it:\n  desim run bad.yaml --set {option} "
+        "--quiet\n")
+    _, output = desim(f"f_{name}", STOP_FUNCTIONS, "", "--set", option, "--traceback")
+    assert "Traceback (most recent call last)" in output and "stop_function.py" in output
+
+
+def test_a_function_to_stop_at_takes_the_quantities(desim):
+    assert desim("f_two", STOP_FUNCTIONS, "", "--set", "stop.when=f_two:two") == (2, (
+        "--set stop.when=f_two:two: stop.when: the function 'f_two:two' must take (quantities), "
+        "not (quantities, more)\n"))
 
 
 def test_a_callback_that_takes_other_arguments_is_refused_at_the_door(desim):

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
+from desim.computers.computer import Computer
 from desim.computers.costs import measured_values
 from desim.computers.costs.measured import MeasuredCosts
+from desim.computers.processors import Processors
+from desim.computers.scheduling import ProcessorSharing
+from desim.engine.kernel import Kernel
 from desim.ports.computers import Kept, Work
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "computer-costs.md"
@@ -19,6 +24,18 @@ COSTS = MeasuredCosts(MeasuredCosts.Params())
 
 def ms(node: str, trigger: str, **quantities: int) -> float:
     return COSTS.callback_ns(Work(node, trigger, quantities)) / 1e6
+
+
+class Twice(MeasuredCosts):
+    def callback_ns(self, work: Work) -> int:
+        return 2 * super().callback_ns(work)
+
+
+def test_a_model_that_inherits_has_its_own_callbacks() -> None:
+    processors = Processors(Kernel(), 0, 1, Fraction(1), ProcessorSharing())
+    once, twice = (Computer(processors, model, {}).costs.of_callback("slam", "odom")({"beams": 9})
+                   for model in (COSTS, Twice(Twice.Params())))
+    assert twice == 2 * once > 0
 
 
 def matched_scan_ms(beams: int, costs: Callable[..., float] = ms) -> float:

@@ -352,15 +352,17 @@ def test_work_that_has_no_name_is_refused(log):
 
 @pytest.mark.parametrize("answer", [-1, 1.5, None])
 def test_a_cost_that_is_none_is_refused(log, answer):
-    costs = Fixed()
-    costs.callback_ns = lambda work: answer
-    net = Net(robot(clock=log.ticks(10)), costs=costs)
+    class Wrong(Fixed):
+        def callback_ns(self, work):
+            return answer
+
+    net = Net(robot(clock=log.ticks(10)), costs=Wrong())
     with pytest.raises(ModelError) as refused:
         net.run(S)
     assert str(refused.value) == (
-        f"test_executor.Fixed (test_executor.py:{getsourcelines(Fixed)[1]}) answered {answer} to "
-        "callback_ns(Work(node='clock', trigger='beat', quantities={})); wanted: an int >= 0, in "
-        "ns")
+        f"test_executor.{Wrong.callback_ns.__qualname__} (test_executor.py:"
+        f"{getsourcelines(Wrong.callback_ns)[1]}) answered {answer} to Work(node='clock', "
+        "trigger='beat', quantities={}); wanted: an int >= 0, in ns")
 
 
 def test_callbacks_that_cost_nothing_and_wake_each_other_are_an_error():

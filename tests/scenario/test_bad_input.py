@@ -30,7 +30,7 @@ WRONG = {
     "unknown task": ("task: patroling", [
         "2:7: task.model: unknown task 'patroling' (did you mean 'patrolling'?); known: "
         f"exploration, patrolling, {DOTTED}"]),
-    "no task": ("task: 5", ["2:7: task: must be a mapping with model, got 5"]),
+    "no task": ("task: 5", ["2:7: task: must be a plug-in's name, or a mapping with model, got 5"]),
     "no places": ("task: {model: patrolling, places: [[1 m]]}", [
         "2:36: task.places.0: must be a list of 2, got a list of 1"]),
     "an empty list of places": ("task: {model: patrolling, places: []}", [
@@ -668,6 +668,25 @@ WRONG = {
             "2:33: testbed.clock.ntp.server: 'workstation' is the host itself; allowed: another "
             "one",
             "3:38: hosts.base.clock.ntp.server: 'base' is the host itself; allowed: another one"]),
+    "a time server that no frame can reach": (
+        "robot: {clock: {ntp: {server: office}}}\nhosts: {base: {}, office: {}}\n"
+        "fleet: {size: 2}\ndeployment: field\n"
+        "network: {media: {air: {model: radio, hosts: [robot_0, robot_1, base]}, lan: {model: "
+        "switch, hosts: [base, office]}}}", [
+            "2:31: robot.clock.ntp.server: robot_0 and office have no medium in common "
+            "(network.media.*.hosts), and no hosts forward from one to the other; allowed: a host "
+            "that robot_0 can reach"]),
+    "time servers in a circle": (
+        "testbed: {clock: {ntp: {server: robot_0}}}\n"
+        "robot: {clock: {ntp: {server: workstation}}}\nfleet: {size: 3}", [
+            "3:31: robot.clock.ntp.server: a circle: robot_0 -> workstation -> robot_0; allowed: "
+            "one of them without ntp, or with a server outside of it"]),
+    "two types of robots that follow each other": (
+        "robot: {clock: {ntp: {server: robot_2}}}\nhosts: {base: {clock: {ntp: {server: robot_1}"
+        "}}}\nfleet: {types: {scout: {robot: {clock: {ntp: {server: robot_0}}}}}, robots: "
+        "[{type: pioneer3dx, count: 2}, {type: scout, count: 1}]}", [
+            "2:31: robot.clock.ntp.server: a circle: robot_0 -> robot_2 -> robot_0; allowed: one "
+            "of them without ntp, or with a server outside of it"]),
     "clocks that are ahead and behind": (
         "robot: {clock: {ahead: 1 s}}\n"
         "fleet: {types: {late: {robot: {clock: {behind: 20 ms}}}}}\n"
@@ -712,7 +731,7 @@ WRONG = {
         "partitions, robots_moving, cpu_s, missed_ticks, memory_kills, ram_mb, max_cpu_percent, "
         "max_ram_percent"]),
     "computers that are none": ("computers: 5\nmeasure: {when: [cpu_s > 1]}", [
-        "2:12: computers: must be a mapping with model, got 5"]),
+        "2:12: computers: must be a plug-in's name, or a mapping with model, got 5"]),
     "a cost that is no number": ("measure: {cost: explored > 1}", [
         "2:17: measure.cost: 'explored > 1' is a condition where a number is needed, e.g. "
         "'distance_m'"]),

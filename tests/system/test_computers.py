@@ -5,6 +5,7 @@ import pytest
 from runs import HELLO, MAZE_8, ROUGH, built, finished, outcome_of
 
 from desim.engine.kernel import Phase
+from desim.errors import InputError
 from desim.monitor.summary import robots_table, samples_table, summarize
 from desim.monitor.warnings import warnings
 from desim.units import NS_PER_S
@@ -122,6 +123,17 @@ def test_names_of_nodes_that_never_ran_are_said():
     assert not warnings(simulation.monitor)
 
 
+def test_quantities_that_never_come_are_said():
+    simulation = built(HELLO, "computers={model: table, callbacks: {move_base: {control: {per: {"
+                       "beams: 1 ns, candidates: 1 ns, scans: 1 ns}}, any: {per: {cells: 1 ns}}}, "
+                       "tf: {tf: {per: {bytes: 1 ns}}}}}", "robot.tf=own", "stop.elapsed=3 s")
+    simulation.run()
+    assert [text for text in warnings(simulation.monitor) if "computers" in text] == [
+        "computers: 'control' of node 'move_base' never declared scans, beams; it declared: "
+        "candidates", "computers: 'tf' of node 'tf' never declared bytes; it declared: "
+        "nothing"]
+
+
 MEMORY = (COSTS[:-1] + ", memory: {system: 30 MB, processes: {slam: {fixed: 1 MB, per: {patches: "
           "16.7 kB, scans: 29 kB}}, map_sharing: {per: {bytes: 1 B, cells: 1 B}}}}}")
 SMALL = "robot.computer={memory: 41.3 MB, respawn_delay: 2 s}"
@@ -146,6 +158,30 @@ def test_memory_is_what_nodes_keep():
         assert (robot["peak_ram_mb"], robot["killed"]) == (own.max(), {})
     assert found["mean_ram_percent"] == pytest.approx(robots["ram_mb"].mean())
     assert samples_table(monitor)["ram_mb"][-1] == pytest.approx(robots["ram_mb"][-3:].mean())
+
+
+CAMERA = ("deployment=field", "fleet.size=1", "hosts={base: {}}", "stop.elapsed=3 s",
+          "network={media: {lan: {model: switch, rate: 100 Mb/s}}}",
+          "robot.publishes=[{topic: cam, size: 921 kB, rate: 100 Hz, to: base, queue: 0}]")
+
+
+@pytest.mark.parametrize("costs", [
+    "measured", "{model: table, memory: {processes: {cam_publisher: {per: {bytes: 1 B}}}}}",
+    "{model: table, memory: {processes: {any: {per: {bytes: 1 B}}}}}"])
+def test_messages_that_wait_at_their_publisher_take_memory(costs):
+    """Seven of eight wait: the network carries 12.5 MB of 92.1 MB a second."""
+    simulation = built(HELLO, *CAMERA, f"computers={costs}")
+    simulation.run()
+    counts = simulation.graph.topics["/robot_0/cam"].counts
+    waiting = counts.intended - counts.delivered
+    assert waiting > 250
+    assert not [text for text in warnings(simulation.monitor) if "node" in text]
+    sizes = simulation.graph.host("robot_0").memory.of_processes()
+    assert sizes["cam_publisher"] == 921_000 * waiting
+    simulation = built(HELLO, *CAMERA, f"computers={costs}", "robot.computer.memory=200 MB")
+    simulation.run()
+    killed = summarize(simulation.monitor, simulation.kernel.now_ns)["robots"]["robot_0"]["killed"]
+    assert killed == {"cam_publisher": 1}  # it fills in 2 s
 
 
 def test_conditions_know_the_work_of_computers():
@@ -206,13 +242,14 @@ def test_a_robot_without_memory_enough_dies_and_starts_empty():
     assert used_mb[down[1] + 1] < used_mb[down[0] - 1]
 
 
-def test_a_computer_without_memory_for_its_system_is_said():
-    simulation = built(HELLO, SLAM, MEMORY, "robot.computer.memory=30 MB",
-                       "testbed.computer.memory=31 MB", "stop.elapsed=2 s")
-    simulation.run()
-    assert [text for text in warnings(simulation.monitor) if "memory" in text] == [
-        "host robot_0 and 2 more: computer.memory is 30 MB, and the system alone takes 30 MB: the "
-        "software dies whenever it starts"]
+def test_a_computer_without_memory_for_its_system_is_refused():
+    with pytest.raises(InputError) as refused:
+        built(HELLO, SLAM, MEMORY, "robot.computer.memory=30 MB", "testbed.computer.memory=31 MB",
+              "hosts={base: {computer: {memory: 12 MB}}}", "fleet.types={big: {robot: {computer: "
+              "{memory: 31 MB}}}, own: {robot: {laser: lms500}}}")
+    takes = "must be above 30 MB, which the system takes with computers: table, got"
+    assert refused.value.args == (f"robot.computer.memory: {takes} '30 MB'",
+                                  f"hosts.base.computer.memory: {takes} '12 MB'")
 
 
 def test_a_computer_without_memory_for_its_software_is_said():
@@ -288,6 +325,27 @@ def test_nodes_are_of_the_testbed_alone_and_passive_robots_have_no_machine():
         ("robot_0", "node_0"), ("robot_1", None), ("robot_2", "node_0"), ("workstation", None)]
     assert simulation.scenario.network.media["lan"].params.ports == {
         "node_0": ["robot_0", "robot_2"]}
+
+
+@pytest.mark.parametrize("deployment", ["testbed", "field"])
+def test_a_passive_robot_has_no_loads_and_counts_in_no_mean(deployment):
+    simulation = built(HELLO, COSTS[:-1] + ", memory: {system: 30 MB}}", "robot.passive=[robot_1]",
+                       f"deployment={deployment}", "stop.elapsed=5 s", "robot.computer.memory=1 GB")
+    simulation.run()
+    monitor = simulation.monitor
+    found = summarize(monitor, simulation.kernel.now_ns)
+    samples, table = samples_table(monitor), robots_table(monitor)
+    own = found["robots"]
+    for name in ("cpu_percent", "ram_mb", "ram_percent", "rx_kBps", "tx_kBps"):
+        assert own["robot_1"][name] is None
+        others = [own[robot][name] for robot in ("robot_0", "robot_2")]
+        assert found[f"mean_{name}"] == pytest.approx(np.mean(others))
+    assert samples["ram_mb"][-1] == pytest.approx(np.nanmean(table["ram_mb"][-3:]))
+    assert own["robot_1"]["cpu_s"] is own["robot_1"]["peak_ram_mb"] is None
+    for name in ("cpu_s", "ram_mb", "ram_percent"):
+        assert np.isnan(table[name]).tolist() == [False, True, False] * 6
+    for name in ("missed_ticks", "memory_kills", "rx_bytes", "tx_bytes"):
+        assert table[name].dtype.kind == "i" and not table[name][1::3].any()
 
 
 def busy_ms(*case):

@@ -119,7 +119,7 @@ def test_slurm_gives_the_bytes_that_processes_give(slurm, design):
     plan = Plan(load_design(design))
     with Crew(2) as crew:
         digests = swept(plan, Path("crew"), crew)
-    with connected(queue(jobs=2), cores=1) as client:
+    with connected(queue(jobs=2)) as client:
         assert swept(plan, Path("slurm"), Cluster(client)) == digests
     assert len(digests) == 4
     assert Path("slurm", "runs.parquet").read_bytes() == Path("crew", "runs.parquet").read_bytes()
@@ -133,7 +133,7 @@ def test_a_job_that_is_lost_is_replaced_and_its_run_tried_again(slurm, design):
     Path("fatal.py").write_text(FATAL)
     design.write_text(design.read_text() + "metrics: {lost: 'fatal:lost'}\n")
     plan = Plan(load_design(design))
-    with connected(queue(jobs=1), cores=1) as client:
+    with connected(queue(jobs=1)) as client:
         swept(plan, Path("slurm"), Cluster(client))
     with Crew(1) as crew:
         swept(plan, Path("crew"), crew)

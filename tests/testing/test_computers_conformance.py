@@ -1,6 +1,8 @@
 """The kit's check of cost models: ours pass, and what breaks the contract is named."""
 
 import random
+import sys
+from inspect import getsourcelines
 
 import pytest
 from pydantic import Field
@@ -26,6 +28,19 @@ def test_a_table_keeps_it_with_rows():
                       "any": {"fixed": "10 us"}}},
         send={"message": "5 us", "byte": "0.4 ns", "link": "8 us", "link_byte": "0.1 ns"},
         receive={"message": "9 us", "byte": "0.3 ns"})
+
+
+def test_a_table_says_what_never_came_for_callbacks_that_were_called():
+    params = TableOfCosts.Params.model_validate_json(
+        '{"callbacks": {"slam": {"odom": {"per": {"beams": "1 us", "cells": "1 us"}}}}}')
+    costs = TableOfCosts(params)
+    cost_ns = costs.of_callback("slam", "odom")
+    assert costs.never_declared() == []
+    assert cost_ns({"beams": 3, "bytes": 8}) == 3000
+    assert costs.never_declared() == [
+        "computers: 'odom' of node 'slam' never declared cells; it declared: bytes, beams"]
+    assert cost_ns({"cells": 2}) == 2000
+    assert costs.never_declared() == []
 
 
 class PerBeam(IdealComputers):
@@ -68,6 +83,11 @@ class Ignorant(PerBeam):
         return {"slam": 5}[work.node]
 
 
+class Leaving(PerBeam):
+    def callback_ns(self, work):
+        sys.exit(1)
+
+
 class Short:
     Params = PerBeam.Params
 
@@ -97,7 +117,9 @@ def test_memory_needs_both_of_its_methods():
 
 @pytest.mark.parametrize(("twin", "error", "what"), [
     (HalfAMemory, AssertionError, "must have system_bytes and process_bytes, or none of them"),
-    (Fractional, ModelError, "answered 0.5 to callback_ns(Work(node='slam', trigger='odom'"),
+    (Fractional, ModelError, ".Fractional.callback_ns (test_computers_conformance.py:{line}) "
+     "answered 0.5 to Work(node='slam', trigger='odom'"),
+    (Leaving, AssertionError, "Leaving must not call sys.exit()"),
     (Chancy, AssertionError, "must draw from context.stream(name) only"),
     (Forgetful, AssertionError, "must give the same costs in each run: keep state in self"),
     (Ignorant, KeyError, "localization"),
@@ -106,7 +128,7 @@ def test_memory_needs_both_of_its_methods():
 def test_what_breaks_the_contract_is_named(twin, error, what):
     with pytest.raises(error) as refused:
         check_computers(twin)
-    assert what in str(refused.value)
+    assert what.format(line=getsourcelines(twin.callback_ns)[1]) in str(refused.value)
 
 
 @pytest.mark.parametrize(("row", "complaint"), [

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from desim import api, plugins
+from desim.blame import blame
 from desim.campaign.design.columns import refuse_twins
 from desim.campaign.design.design import Until
 from desim.campaign.design.plan import Plan
@@ -149,5 +150,5 @@ def _rehearsed(plan: Plan, folder: str) -> Run:
         except InputError as error:
             wrong.append(error)
         except Exception as error:  # of a model or a plug-in
-            wrong.append(plan.loaded.wrong(("base",), f"a run fails at once: {described(error)}"))
+            wrong.append(plan.loaded.wrong(("base",), f"a run fails at once: {blame(error).line}"))
     raise wrong[0]

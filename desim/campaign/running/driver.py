@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from desim.campaign.design.plan import Plan
 from desim.campaign.running import probes
 from desim.campaign.running.agenda import Agenda
-from desim.campaign.running.cluster_settings import Settings
+from desim.campaign.running.cluster_settings import Local, Queue, Settings
 from desim.campaign.running.crew import Crew
 from desim.campaign.running.prediction import Cost, Forecast, finished_costs, forecast
 from desim.campaign.running.sweep import Sweep, Workers
@@ -37,12 +37,16 @@ def cores() -> int:
 
 class CampaignDriver:
     """Makes a campaign's missing runs, in ``jobs`` processes of this machine (by default one for
-    each core) or on a cluster. ``where`` says which, in words."""
+    each core) or on a cluster; no more processes, or jobs, than there are runs to make. ``where``
+    says which, in words."""
 
     def __init__(self, sweep: Sweep, jobs: int | None, cluster: Settings | None) -> None:
         done, _, total = sweep.agenda.progress
-        self._sweep, self._cluster = sweep, cluster
-        self._jobs = min(jobs or cores(), max(total - done, 1))
+        missing = max(total - done, 1)
+        self._sweep, self._jobs = sweep, min(jobs or cores(), missing)
+        if isinstance(cluster, Local | Queue):
+            cluster = cluster.model_copy(update={"jobs": min(cluster.jobs or cores(), missing)})
+        self._cluster = cluster
         self.where = f"{self._jobs} at a time" if cluster is None else cluster.where
 
     def run(self, run_ended: Callable[[Row], object], workers_up: Callable[[int], object]) -> None:
@@ -68,7 +72,7 @@ class CampaignDriver:
         from desim.campaign.running.cluster import Cluster
         from desim.campaign.running.schedulers import connected
 
-        with connected(self._cluster, cores()) as client:
+        with connected(self._cluster) as client:
             yield Cluster(client, workers_up, wall_ns)
 
 

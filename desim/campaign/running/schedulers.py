@@ -32,16 +32,16 @@ _DASK = {
 
 
 @contextmanager
-def connected(settings: Settings, cores: int) -> Iterator[Client]:
-    """A client of the cluster; leaving it ends what was started for it. ``cores``: the number that
-    this machine has. Raises ``InputError`` where there is no such cluster."""
+def connected(settings: Settings) -> Iterator[Client]:
+    """A client of the cluster; leaving it ends what was started for it. Raises ``InputError`` where
+    there is no such cluster."""
     with dask.config.set(_DASK), ExitStack() as stack:
         stack.callback(logging.disable, logging.root.manager.disable)
         logging.disable()  # Dask logs a lot; desim prints what matters
         if isinstance(settings, Running):
             yield stack.enter_context(_reached(settings.address))
             return
-        cluster = stack.enter_context(_local(settings.jobs or cores) if isinstance(
+        cluster = stack.enter_context(_local(settings.jobs or 1) if isinstance(
             settings, Local) else _queued(settings))
         yield stack.enter_context(Client(cluster, set_as_default=False))
 
@@ -77,10 +77,24 @@ def _local(workers: int) -> LocalCluster:
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
-        return LocalCluster(n_workers=workers, threads_per_worker=1, memory_limit=0,
-                            dashboard_address=":0", silence_logs=logging.CRITICAL)
+        cluster = LocalCluster(n_workers=0, threads_per_worker=1, memory_limit=0,
+                               dashboard_address=":0", silence_logs=logging.CRITICAL)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    try:
+        cluster.scale(workers)
+        cluster.sync(_begun, cluster)
+    except BaseException:  # Ctrl-C, while they start
+        _give_up(cluster)
+        raise
+    return cluster
+
+
+def _give_up(cluster: SpecCluster) -> None:
+    """Close a cluster some of whose workers have not begun."""
+    with suppress(Exception):  # Dask does not expect any, and fails in several ways
+        cluster.close()
+    cluster.shutdown_on_close = False  # nor does it then know at exit that it is closed
 
 
 def _queued(settings: Queue) -> SpecCluster:
@@ -96,9 +110,7 @@ def _queued(settings: Queue) -> SpecCluster:
         cluster.scale(jobs=settings.jobs)  # type: ignore[call-arg]  # a keyword of dask-jobqueue
         cluster.sync(_begun, cluster)
     except (OSError, RuntimeError) as error:
-        with suppress(AssertionError):  # Dask does not expect jobs that were refused
-            cluster.close()
-        cluster.shutdown_on_close = False  # nor does it then know at exit that it is closed
+        _give_up(cluster)
         raise InputError(f"--cluster: {command} refuses the job: {_reason(error)}") from error
     # Jobs that end (their time is over, their machine went down) are replaced.
     cluster.adapt(minimum_jobs=settings.jobs, maximum_jobs=settings.jobs)

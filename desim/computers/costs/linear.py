@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, lru_cache
 from typing import NamedTuple
 
 from desim.ports.computers import Kept, Work
 
-ANY = "any"  # the trigger that stands for all that have no row of their own
+ANY = "any"  # the trigger or process that stands for all that have no row of their own
 _PS_PER_NS = 1000
 _HALF_PS = 500  # for rounding
 _REMEMBERED = 1 << 12  # costs of messages; those of a run have few sizes
+
+
+class Declared:
+    """The quantities that the callbacks of a row of costs declare: ``missing``, those of the row
+    that have never come; ``names``, those that came while some were missing. ``called``: whether
+    there was a callback at all."""
+
+    __slots__ = ("missing", "names", "called")
+
+    def __init__(self, wanted: Iterable[str]) -> None:
+        self.missing, self.names, self.called = set(wanted), set[str](), False
+
+    def note(self, quantities: Mapping[str, int]) -> None:
+        """A callback has declared ``quantities``."""
+        self.called = True
+        self.names.update(quantities)
+        self.missing.difference_update(quantities)
 
 
 class CallbackCost(NamedTuple):
@@ -21,14 +38,18 @@ class CallbackCost(NamedTuple):
     fixed_ps: int = 0
     per_ps: Mapping[str, int] = {}
 
-    def by_quantities(self) -> Callable[[Mapping[str, int]], int]:
-        """The cost in ns as a function of the quantities."""
+    def by_quantities(self, declared: Declared) -> Callable[[Mapping[str, int]], int]:
+        """The cost in ns as a function of the quantities, of which it tells ``declared``."""
         base_ps, per_ps = self.fixed_ps + _HALF_PS, tuple(self.per_ps.items())
         fixed_ns = base_ps // _PS_PER_NS
         if not per_ps:
             return lambda quantities: fixed_ns
 
+        missing = declared.missing
+
         def cost_ns(quantities: Mapping[str, int]) -> int:
+            if missing:
+                declared.note(quantities)
             if not quantities:
                 return fixed_ns
             cost_ps = base_ps
@@ -58,7 +79,7 @@ class ProcessMemory(NamedTuple):
 
 
 class MemoryTable(NamedTuple):
-    """``system_bytes`` of a computer, and its ``processes`` by node."""
+    """``system_bytes`` of a computer, and its ``processes`` by node, ``ANY`` for all others."""
 
     system_bytes: int = 0
     processes: Mapping[str, ProcessMemory] = {}
@@ -69,7 +90,7 @@ class RememberedCosts:
     computers use the same functions, so that these stay in the processor's caches."""
 
     def __init__(self, model: LinearCosts) -> None:
-        self.of_callback = cache(lambda node, trigger: model.row(node, trigger).by_quantities())
+        self.of_callback = cache(model.of_callback)
         self.send_ns = lru_cache(_REMEMBERED)(model.send_ns)
         self.receive_ns = lru_cache(_REMEMBERED)(model.receive_ns)
 
@@ -77,23 +98,27 @@ class RememberedCosts:
 class LinearCosts:
     """Costs of ``callbacks`` by node and trigger, ``ANY`` for other triggers of that node. A
     callback without a row costs nothing, and a process without one takes no memory. Sums are
-    rounded to whole nanoseconds. ``asked``: the nodes and triggers whose costs a run has used."""
+    rounded to whole nanoseconds. ``asked``: the nodes and triggers whose costs a run has used;
+    ``declared``: what these declare, by node and row."""
 
     def __init__(self, callbacks: Mapping[str, Mapping[str, CallbackCost]], send: MessageCost,
                  receive: MessageCost, memory: MemoryTable) -> None:
         self._callbacks, self._send, self._receive = callbacks, send, receive
         self._memory = memory
         self.asked: dict[tuple[str, str], None] = {}
+        self.declared: dict[tuple[str, str], Declared] = {}
         self.remembered = RememberedCosts(self)
 
     def callback_ns(self, work: Work) -> int:
         return self.remembered.of_callback(work.node, work.trigger)(work.quantities)
 
-    def row(self, node: str, trigger: str) -> CallbackCost:
-        """The cost of a callback."""
+    def of_callback(self, node: str, trigger: str) -> Callable[[Mapping[str, int]], int]:
+        """The cost of a callback in ns, as a function of the quantities."""
         self.asked[node, trigger] = None
         rows = self._callbacks.get(node, {})
-        return rows.get(trigger) or rows.get(ANY) or CallbackCost()
+        name = trigger if trigger in rows else ANY
+        row = rows.get(name, CallbackCost())
+        return row.by_quantities(self.declared.setdefault((node, name), Declared(row.per_ps)))
 
     def send_ns(self, topic: str, size_bytes: int, links: int) -> int:
         cost = self._send
@@ -108,7 +133,8 @@ class LinearCosts:
         return self._memory.system_bytes
 
     def process_bytes(self, kept: Kept) -> int:
-        row = self._memory.processes.get(kept.node)
+        processes = self._memory.processes
+        row = processes.get(kept.node) or processes.get(ANY)
         if row is None:
             return 0
         size_bytes, per_bytes = row.fixed_bytes, row.per_bytes

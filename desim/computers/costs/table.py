@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
@@ -71,7 +71,7 @@ class MemoryRows(ports.Params):
 
     system_bytes: ByteSize = Field("0 B", description="of all other programs and shared libraries")
     processes: dict[str, ProcessRow] = Field({}, description=(
-        "by node; one without a row takes none"))
+        "by node; any: all others; what has no row takes none"))
 
 
 class TableOfCosts(LinearCosts):
@@ -90,7 +90,8 @@ class TableOfCosts(LinearCosts):
             "of the system and of processes (default: none)"))
 
     def __init__(self, params: Params) -> None:
-        self.nodes = (*params.callbacks, *params.memory.processes)  # that have rows
+        processes = params.memory.processes
+        self.nodes = *params.callbacks, *(node for node in processes if node != ANY)  # with rows
         self.triggers = tuple((node, trigger) for node, rows in params.callbacks.items()
                               for trigger in rows if trigger != ANY)
         send, receive = params.send, params.receive
@@ -101,4 +102,14 @@ class TableOfCosts(LinearCosts):
             MessageCost(receive.message_ps, receive.byte_ps),
             MemoryTable(params.memory.system_bytes, {
                 node: ProcessMemory(row.fixed_bytes, row.per)
-                for node, row in params.memory.processes.items()}))
+                for node, row in processes.items()}))
+
+    def never_declared(self) -> list[str]:
+        """A warning of each row that has been used and has quantities that never came."""
+        return [f"computers: {trigger!r} of node {node!r} never declared "
+                f"{_in_order(own.missing)}; it declared: {_in_order(own.names) or 'nothing'}"
+                for (node, trigger), own in self.declared.items() if own.called and own.missing]
+
+
+def _in_order(quantities: Collection[str]) -> str:
+    return ", ".join(name for name in QUANTITIES if name in quantities)

@@ -20,7 +20,7 @@ class QueuedSubscription(Subscription):
     """A subscription whose messages wait until its node is free. A new message takes the turn of
     the one that it overwrites (ros_comm, subscription.cpp: a full queue adds no callback)."""
 
-    __slots__ = ("trigger", "cost_ns", "_host", "_host_id", "_graph", "_executor", "_messages")
+    __slots__ = ("trigger", "cost_ns", "host", "_host_id", "_graph", "_executor", "_messages")
     wants_end = False  # the next message has its own turn
 
     def __init__(self, host: BusyHost, executor: Executor, topic: Topic,
@@ -28,7 +28,7 @@ class QueuedSubscription(Subscription):
         super().__init__(topic, callback, limit)
         self.trigger = host.graph.without_hosts(topic.name)
         self.cost_ns = executor.cost_of(self.trigger)
-        self._host, self._host_id, self._graph = host, host.id, host.graph
+        self.host, self._host_id, self._graph = host, host.id, host.graph
         self._executor = executor
         self._messages: list[Message] = []
 
@@ -38,11 +38,11 @@ class QueuedSubscription(Subscription):
         executor.owed_ns += executor.receive_ns(self.trigger, message.size_bytes)
         messages.append(message)
         if 0 < self.limit < len(messages):
-            self._host.overwritten(messages.pop(0))
+            self.host.overwritten(messages.pop(0))
         else:
             executor.add(self)
             if executor.over or not executor.awaited:  # else its end is an event
-                self._host.wake(executor)
+                self.host.wake(executor)
 
     def waiting_bytes(self) -> int:
         """The bytes of the messages that wait."""

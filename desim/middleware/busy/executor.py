@@ -58,6 +58,7 @@ class ExecutorHost(Protocol):
     """The host of executors. ``calling``: the one whose callback is being called now. After each
     callback ``after_callback``, if it is not None, gets the name of its node."""
 
+    name: str
     computer: Computer
     calling: Executor | None
     after_callback: Callable[[str], object] | None
@@ -79,12 +80,12 @@ class Executor(Job):
     """
 
     __slots__ = ("node", "program", "receive_ns", "send_ns", "owed_ns", "uncharged", "queue", "add",
-                 "current", "held", "computing_ns", "_host", "_processors", "_work")
+                 "current", "held", "computing_ns", "host", "_processors", "_work")
 
     def __init__(self, node: str, program: str, host: ExecutorHost) -> None:
         super().__init__(host.computer.priorities.get(program, 0))
         self.node, self.program = node, program
-        self._host, self._processors = host, host.computer.processors
+        self.host, self._processors = host, host.computer.processors
         costs = host.computer.costs
         self.receive_ns, self.send_ns = costs.receive_ns, costs.send_ns
         self.owed_ns = self.computing_ns = 0
@@ -97,7 +98,7 @@ class Executor(Job):
 
     def cost_of(self, trigger: str) -> Callable[[Mapping[str, int]], int]:
         """``CostModel.callback_ns`` of this node, as a function of the quantities."""
-        return self._host.computer.costs.of_callback(self.program, trigger)
+        return self.host.computer.costs.of_callback(self.program, trigger)
 
     def runs(self, entry: QueuedCallback) -> bool:
         """Whether ``entry`` has been called and its time is not over. If so, its end is an event
@@ -145,7 +146,7 @@ class Executor(Job):
             work[name] = work.get(name, 0) + count
 
     def begin(self) -> int:
-        queue, host = self.queue, self._host
+        queue, host = self.queue, self.host
         if not queue:  # its callback was cancelled while it waited for a processor
             return 0
         entry = self.current = queue.pop(0)
@@ -179,4 +180,4 @@ class Executor(Job):
         if entry is not None and entry.wants_end:
             entry.ended()
         if self.queue:
-            self._host.wake(self)
+            self.host.wake(self)

@@ -137,7 +137,7 @@ class BusyHost(Host):
 
     def program(self, node: str) -> str:
         """The name of ``node`` without its namespace: ``slam`` of ``robot_3/slam``."""
-        return self.graph.without_hosts(node) if "/" in node else node
+        return node.rpartition("/")[2]
 
     def readers(self, topic: str) -> int:
         """The number of connections to nodes of this host that subscribe to ``topic``."""

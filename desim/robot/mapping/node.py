@@ -34,7 +34,7 @@ class Mapping(Node):
 
     def __init__(self, host: Host, mapping: parameters.MappingParams, robot_map: RobotMap,
                  topic: str = parameters.SCAN) -> None:
-        super().__init__(host, "mapping" if topic == parameters.SCAN else f"{topic} mapping")
+        super().__init__(host, "mapping" if topic == parameters.SCAN else f"{topic}/mapping")
         self.robot_map, self._topic = robot_map, topic
         self._mapping = mapping
         self._scan = Latest(host)
