@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 import pytest
 
 import desim
-from desim.errors import InputError
+from desim.errors import InputError, ModelError
 from desim.results.shown import InNotebooks
 
 
@@ -82,7 +82,7 @@ def test_damage_is_named_where_the_run_would_be_shown(repository, tmp_path):
 def test_a_failed_run_shows_its_error(repository, tmp_path, monkeypatch):
     (tmp_path / "bad_stop.py").write_text("def now(quantities):\n    return 1 / 0\n")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(ModelError):
         desim.run(repository / "scenarios" / "hello.yaml", out="out",
                   overrides=("stop.when=bad_stop:now",))
     path, = (tmp_path / "out" / "hello").iterdir()

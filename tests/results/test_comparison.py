@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import desim
 from desim.cli import app
-from desim.errors import InputError
+from desim.errors import InputError, ModelError
 from desim.results.comparison import KeyDifference, MetricPair, Parting, _parting, different_keys
 
 
@@ -111,15 +111,16 @@ def test_the_command(first, second):
 def test_a_failed_run_has_no_metrics_to_compare(first, repository, tmp_path, monkeypatch):
     (tmp_path / "boom.py").write_text("def now(quantities):\n    return 1 / 0\n")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(ModelError):
         made(repository, "out", "stop.when=boom:now")
     path, = (tmp_path / "out" / "hello").iterdir()
     found = desim.compare(path, first)
     assert found.failed == [found.first] and found.metrics == [] and not found.is_same
     done = CliRunner().invoke(app, ["compare", str(path), str(first.path)])
     assert done.exit_code == 0
-    assert done.output.splitlines()[-1].startswith(f"{path} failed: ZeroDivisionError: division")
-    assert "failed: ZeroDivisionError" in found._repr_html_()
+    assert done.output.splitlines()[-1].startswith(
+        f"{path} failed: stop.when: boom:now raised ZeroDivisionError: division")
+    assert "boom:now raised ZeroDivisionError" in found._repr_html_()
 
 
 def test_what_is_no_run(first, tmp_path):
