@@ -56,7 +56,10 @@ def first_line(error: BaseException) -> str:
 
 
 def described(error: BaseException) -> str:
-    """``ValueError: ...``: type and first line of somebody else's error."""
+    """``ValueError: ...``: type and first line of somebody else's error. What sys.exit() was called
+    with is a message only if it is a text or a number."""
+    if isinstance(error, SystemExit) and not isinstance(error.code, str | int):
+        return "SystemExit: sys.exit() was called"
     kind, line = type(error).__name__, first_line(error)
     return kind if line == kind else f"{kind}: {line}"
 
