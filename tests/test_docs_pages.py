@@ -9,7 +9,9 @@ import pytest
 from packages import LAYERS
 
 from desim.cli import app
+from desim.monitor.tasks.patrolling import Patrolling
 from desim.plugins import GROUPS
+from desim.scenario.schema.experiment import ENERGY, OF_COMPUTERS, QUANTITIES
 
 PAGES = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"]
 FOLDERS = ("desim/", "netmodels/", "tools/", "tests/", "scenarios/", "docs/")
@@ -94,6 +96,13 @@ def test_the_story_of_the_architecture_is_the_one_that_is_enforced(repository):
     text = (repository / "docs" / "architecture.md").read_text()
     layers = next(part for part in text.split("\n\n") if part.startswith("units, errors"))
     assert re.findall(r"\w+", layers) == LAYERS
+
+
+def test_the_page_of_scenarios_has_all_quantities_of_expressions(repository):
+    rows = (repository / "docs" / "scenarios.md").read_text().partition("| quantity | |\n")[2]
+    names = [name for line in rows.partition("\n\n")[0].splitlines()
+             for name in re.findall(r"`(\w+)`", line.split("|")[1])]
+    assert sorted(names) == sorted((*QUANTITIES, ENERGY, *OF_COMPUTERS, *Patrolling.quantities))
 
 
 def names_in(file):

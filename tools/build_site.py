@@ -50,6 +50,8 @@ docs/strategies
 docs/map-sharing
 docs/slam
 docs/computers
+docs/computer-costs
+docs/energy
 docs/navigation
 docs/results
 docs/replay
@@ -63,8 +65,6 @@ docs/statistics
 docs/defaults
 docs/validation
 docs/performance
-docs/computer-costs
-docs/energy
 ```
 
 ```{toctree}
