@@ -8,7 +8,7 @@ and answer, and the drift between two corrections.
 The discipline is ntpd's frequency-lock loop (RFC 5905, appendix A.5.5.6, ``local_clock``, with the
 gain of ntpd 4.2.8, ``ntp_loopfilter.c``) over a clock that adjtime(3) slews. An answer's *error* is
 its offset beyond what is still to be slewed, as there (``offset - c.offset``) and in chrony. So an
-offset that has not gone yet is no error of the rate. From the error e, the time t since the answer
+offset that is still being slewed is no error of the rate. From the error e, the time t since the answer
 before and the polling interval p the rate is corrected by e / max(t, p) / 4. Answers one polling
 interval apart therefore leave 3/4 of the rate's error each, however long the slew takes.
 
