@@ -1,4 +1,4 @@
-"""Computers that get busy: processors, their scheduling, and what callbacks and messages cost.
+"""Computers that get busy: processors and their scheduling, memory, and the costs of callbacks.
 
 The nodes whose callbacks run on these processors, with their queues, timers and messages, are in
 ``desim.middleware.busy``.

@@ -32,7 +32,7 @@ class Job(ABC):
     def __init__(self, priority: int = 0) -> None:
         self.priority = priority  # the highest first, where the discipline looks at it
         self.awaited = True  # else ``end`` is not called
-        self.over = True  # its work is done, as far as the processors have noticed; or none came
+        self.over = True  # its work is done, as far as processors have noticed; or none came yet
         self.begun = False
         self.left = 0  # work to be done yet, in parts
         # Of a job that has a processor to itself. (``left`` is not brought up to date meanwhile.)
@@ -57,8 +57,8 @@ class Processors:
     and may have to wait; else None. Raises ``KernelError`` unless ``count`` is an int >= 1 and
     ``speed`` a Fraction > 0.
 
-    While each job has a processor to itself, its end is known when it begins. Only where a job has
-    to wait, or to share, is the work of all jobs brought up to date at each event.
+    While each job has a processor to itself, its end is known when it begins. Where one has to wait
+    or to share, the work that is left of all jobs is brought up to date at each event.
     """
 
     __slots__ = ("count", "cluster_node", "_kernel", "_entity", "_order", "_enqueue", "_grant",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 class WithInside:
     """The transport of a publisher whose topic has a medium ``inside`` its host, index ``own``, and
-    goes ``outside`` to other hosts as ever."""
+    goes ``outside`` to other hosts as any other does."""
 
     def __init__(self, own: int, inside: Transport, outside: Transport) -> None:
         self._own, self._inside, self._outside = own, inside, outside

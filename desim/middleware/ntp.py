@@ -8,13 +8,13 @@ and answer, and the drift between two corrections.
 The discipline is ntpd's frequency-lock loop (RFC 5905, appendix A.5.5.6, ``local_clock``, with the
 gain of ntpd 4.2.8, ``ntp_loopfilter.c``) over a clock that adjtime(3) slews. An answer's *error* is
 its offset beyond what is still to be slewed, as there (``offset - c.offset``) and in chrony. So an
-offset that is still being slewed is no error of the rate. From the error e, the time t since the answer
-before and the polling interval p the rate is corrected by e / max(t, p) / 4. Answers one polling
-interval apart therefore leave 3/4 of the rate's error each, however long the slew takes.
+offset that is still being slewed is no error of the rate. From the error e, the time t since the
+answer before and the polling interval p the rate is corrected by e / max(t, p) / 4. Answers one
+polling interval apart therefore leave 3/4 of the rate's error each, however long the slew takes.
 
-ntpd has this loop from polling intervals of 2048 s on (the RFC: above 750 s). Below it has a slower
-phase-locked loop, which lets an offset cross zero after some 3000 s with a p of 64 s (D. Mills in
-comp.protocols.time.ntp, 17 October 2006).
+ntpd has this loop from polling intervals of 2048 s on (the RFC: above 750 s). For shorter ones it
+has a slower phase-locked loop, which lets an offset cross zero after some 3000 s with a p of 64 s
+(D. Mills in comp.protocols.time.ntp, 17 October 2006).
 """
 
 from __future__ import annotations

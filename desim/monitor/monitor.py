@@ -62,10 +62,10 @@ class StopReason(StrEnum):
 
 
 class Track(NamedTuple):
-    """The fleet at one instant: cells of G that each robot knows and that some robot has known, and
-    by robot the way driven, the bytes heard and sent, and where computers get busy, by robot
-    with software, the time of processors and the missed ticks so far, the memory in use and the
-    processes killed so far; ``joules`` as ``EnergyUse`` has them."""
+    """The fleet at one instant. By robot: the pose, the number of cells of G that it knows, the way
+    driven, bytes received and sent, and ``joules`` as ``EnergyUse.joules``. Where computers get
+    busy, by robot with software: the time of processors and the ticks missed so far, the memory in
+    use, and the processes killed so far. ``union_known``: cells that some robot has known."""
 
     time_ns: int
     poses: np.ndarray

@@ -28,10 +28,10 @@ class Spells(NamedTuple):
     off_ns: int
 
 
-def periodic(bytes_: int, rate_bps: int, stream: np.random.Generator) -> Iterator[np.ndarray]:
-    """The times (ns) of packets of ``bytes_`` at ``rate_bps``, in arrays: equally far apart, from a
-    part of the period on that is drawn."""
-    ns_times_rate = 8 * bytes_ * NS_PER_S
+def periodic(size_bytes: int, rate_bps: int, stream: np.random.Generator) -> Iterator[np.ndarray]:
+    """The times (ns) of packets of ``size_bytes`` at ``rate_bps``, in arrays: equally far apart,
+    the first one after a random part of the period."""
+    ns_times_rate = 8 * size_bytes * NS_PER_S
     base_ns, rest = int(stream.integers(max(1, ns_times_rate // rate_bps))), 0
     while True:
         steps = (rest + np.arange(_CHUNK) * ns_times_rate) // rate_bps
@@ -40,9 +40,9 @@ def periodic(bytes_: int, rate_bps: int, stream: np.random.Generator) -> Iterato
         base_ns += ahead_ns
 
 
-def poisson(bytes_: int, rate_bps: int, stream: np.random.Generator) -> Iterator[np.ndarray]:
+def poisson(size_bytes: int, rate_bps: int, stream: np.random.Generator) -> Iterator[np.ndarray]:
     """The same with exponential times between packets."""
-    mean_ns, base_ns = 8 * bytes_ * NS_PER_S / rate_bps, 0
+    mean_ns, base_ns = 8 * size_bytes * NS_PER_S / rate_bps, 0
     while True:
         times = base_ns + np.rint(np.cumsum(mean_ns * stream.standard_exponential(_CHUNK))
                                   ).astype(np.int64)
@@ -50,11 +50,11 @@ def poisson(bytes_: int, rate_bps: int, stream: np.random.Generator) -> Iterator
         base_ns = int(times[-1])
 
 
-def on_off(bytes_: int, rate_bps: int, stream: np.random.Generator,
+def on_off(size_bytes: int, rate_bps: int, stream: np.random.Generator,
            spells: Spells) -> Iterator[np.ndarray]:
     """The same in spells, with the mean ``rate_bps`` over all time; equally far apart while on."""
     on_ns, off_ns = spells
-    period_ns = 8 * bytes_ * NS_PER_S / rate_bps * on_ns / (on_ns + off_ns)
+    period_ns = 8 * size_bytes * NS_PER_S / rate_bps * on_ns / (on_ns + off_ns)
     begin_ns = 0.0
     if stream.random() * (on_ns + off_ns) >= on_ns:
         begin_ns = off_ns * stream.standard_exponential()
@@ -82,7 +82,7 @@ def trains(arrays: Iterator[np.ndarray], grain_ns: int) -> Iterator[tuple[int, i
 
 
 class BackgroundFlow(Carrier[int]):
-    """Trains of packets of ``bytes_`` from host ``source`` to host ``receiver`` (indices of
+    """Trains of packets of ``size_bytes`` from host ``source`` to host ``receiver`` (indices of
     ``medium``; ``between``: their names), at the ``times`` of ``trains`` counted from ``begin_ns``,
     before ``until_ns`` (None: for good). The token of a train is the number of its packets.
 
@@ -91,13 +91,13 @@ class BackgroundFlow(Carrier[int]):
     """
 
     def __init__(self, medium: Medium, source: int, receiver: int, between: tuple[str, str],
-                 bytes_: int, times: Iterator[tuple[int, int]], kernel: Kernel, trace: Trace,
+                 size_bytes: int, times: Iterator[tuple[int, int]], kernel: Kernel, trace: Trace,
                  begin_ns: int = 0, until_ns: int | None = None) -> None:
         self.medium, self.source, self.receiver, self.between = medium, source, receiver, between
         self.sent = self.delivered = 0
         self.dropped: Counter[str] = Counter()
         self._source_id, self._receiver_id = map(trace.names.id, between)
-        self._bytes, self._times = bytes_, times
+        self._size_bytes, self._times = size_bytes, times
         self._begin_ns, self._until_ns = begin_ns, until_ns
         self._kernel, self._trace = kernel, trace
         self._row = trace.names.id("background")
@@ -128,6 +128,6 @@ class BackgroundFlow(Carrier[int]):
         self.sent += packets
         self._trace.row(self._kernel.now_ns, self._row, self.medium.id, self._source_id,
                         self._receiver_id, packets)
-        self.medium.transmit(self.source, (self.receiver,), packets * self._bytes, packets, False,
-                             self, packets)
+        self.medium.transmit(self.source, (self.receiver,), packets * self._size_bytes, packets,
+                             False, self, packets)
         self._book()

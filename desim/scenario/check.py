@@ -16,7 +16,7 @@ from desim.scenario import (
     expression,
     generated_terrain,
     network_checks,
-    remote_slam,
+    remote_slam_checks,
 )
 from desim.scenario.complaints import Complaint
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
@@ -338,9 +338,9 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("measure", "periods"), ("task",)), _periods),
     *network_checks.CHECKS,
     ((("robot", "localization"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),
-     remote_slam.hosts),
+     remote_slam_checks.hosts),
     ((("robot", "localization"), ("fleet", "types"), ("coordination", "exchange")),
-     remote_slam.sharing),
+     remote_slam_checks.sharing),
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), coordination.briefed),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination.frames),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination.uncoordinated),

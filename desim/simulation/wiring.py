@@ -41,8 +41,8 @@ from desim.simulation.deployment import HostPlan
 
 
 class HostPlaces:
-    """The hosts' positions as of the last world tick: the media's view of the world. Behind the
-    hosts are those of ``others``."""
+    """The hosts' positions as of the last world tick: the media's view of the world. After the
+    hosts come ``others``."""
 
     def __init__(self, world: World, hosts: list[HostPlan], others: Iterable[OtherHost] = ()
                  ) -> None:

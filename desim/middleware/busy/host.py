@@ -28,8 +28,7 @@ _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
 
 class BusyHost(Host):
-    """A host whose nodes run their callbacks on the processors of ``computer``, each node one at a
-    time.
+    """A host whose callbacks run on the processors of ``computer``, those of a node one at a time.
 
     Nothing else takes time there: neither frames, nor the middleware's own messages, nor drivers,
     which stand for sensors and motors. ``after_callback`` checks the limit of memory, if there is
