@@ -33,7 +33,7 @@ PARTS = [
     ("desim/world/lidar", "laser"),
     ("desim/world", "world"),
     ("desim/simulation/drivers", "drivers"),
-    ("desim/simulation/world_clock", "drivers"),
+    ("desim/simulation/world_events", "drivers"),
     ("desim/robot/sharing", "sharing"),
     ("desim/robot/mapping/robot_map.py:RobotMap.receive", "sharing"),
     ("desim/robot/mapping/robot_map", "grids"),

@@ -57,10 +57,10 @@ class TopicCounts:
     delivered + dropped + in flight. A message is unmatched at a host that listened and that the
     publisher did not know; if that gets a latched message later, this is taken back. Delivered
     means that the receiving host has it. Its fate there is a second account, one per message and
-    subscription, loopback included: queued = called + overwritten (the queue
-    was full, its oldest went) + discarded (the host stopped) + still waiting. ``repeated`` counts
-    copies that came after a delivery, which are not in the first account; those of datagrams are in
-    the second one, streams throw theirs away.
+    subscription, loopback included: queued = called + overwritten (the queue was full, its oldest
+    went: ``messages_replaced`` of a summary) + discarded (the host stopped) + still waiting.
+    ``repeated`` counts copies that came after a delivery, which are not in the first account; those
+    of datagrams are in the second one, streams throw theirs away.
     """
 
     __slots__ = ("intended", "unmatched", "dropped", "bytes", "latency", "repeated", "queued",

@@ -53,14 +53,14 @@ OnDisplay = Callable[[str, str, np.ndarray, tuple[str, ...]], object]
 class Graph:
     """All hosts and topics of a run, and the account of every message.
 
-    ``hosts``: names in any order; their indices follow the natural order. Its media have so many
-    ``others`` behind these. ``payloads`` says when a
-    lazy content is read: ``lazy`` (by the callback that wants it), ``birth`` or ``delivery``; no
+    ``hosts``: names in any order; their indices follow the natural order. ``others``: how many
+    hosts outside of the fleet its media have, with the indices after these. ``payloads`` says when
+    a lazy content is read: ``lazy`` (by the callback that wants it), ``birth`` or ``delivery``; no
     result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is
     called with each message's fate at each receiving host: ``reason`` None for delivered, the
-    instants of its first and last frame, -1 for a message that never became a frame.
-    If it ``TakesArrivals``, it gets those of a batch at once. ``passages`` are those of its media,
-    where there is a ledger; ``callbacks`` gets those that publish, where computers get busy.
+    instants of its first and last frame, -1 for a message that never became a frame. If it
+    ``TakesArrivals``, it gets those of a batch at once. Where there is a ledger, ``passages`` are
+    those of its media, and ``callbacks`` gets the callbacks that publish, if computers get busy.
     ``computers``: those of all hosts by name; None: callbacks take no time."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,

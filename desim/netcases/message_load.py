@@ -68,7 +68,7 @@ class Talk(NamedTuple):
 
 def paces(scenario: Scenario, grid: GridSpec, map_bytes: int | None) -> dict[str, Pace]:
     """The rates and sizes of the messages of robots, by ``kind_of``, while they all drive and
-    always have news. Scans come before poses, as from ``WorldClock``."""
+    always have news. Scans come before poses, as from ``WorldEvents``."""
     robot, maps = scenario.robot, own_maps(scenario)
     pose = Pace(robot.odometry.rate_hz, ODOMETRY_BYTES, turn=2)
     monitor_hz = Fraction(NS_PER_S, scenario.testbed.monitor_period_ns)

@@ -20,8 +20,8 @@ _WORD = re.compile(r"\w+")
 
 
 def quantities(scenario: Scenario, of_task: Sequence[str]) -> tuple[str, ...]:
-    """Those of every run, those of power and computers where they are measured, and those of its
-    task."""
+    """The quantities of every run, those of power and computers where they are measured, and those
+    of its task."""
     return (*QUANTITIES, *((ENERGY,) if are_metered(scenario) else ()),
             *(OF_COMPUTERS if _get_busy(scenario) else ()), *of_task)
 

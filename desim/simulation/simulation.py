@@ -50,7 +50,7 @@ from desim.simulation.host_computers import cluster_nodes_of, computers_of
 from desim.simulation.link_signals import LinkSignals
 from desim.simulation.monitor_node import MonitorNode
 from desim.simulation.wiring import HostPlaces, wired
-from desim.simulation.world_clock import WorldClock
+from desim.simulation.world_events import WorldEvents
 
 
 class Outcome(NamedTuple):
@@ -112,8 +112,8 @@ class Simulation:
                            self.monitor)
             self._watchers.append(recorder)
         self._drivers: dict[str, Driver] = {}  # of the hosts that are up
-        self._clock = WorldClock(self.kernel, self.world, self.trace, scenario, self._up_drivers,
-                                 self.monitor.collided)
+        self._world_events = WorldEvents(self.kernel, self.world, self.trace, scenario,
+                                         self._up_drivers, self.monitor.collided)
         # The software of each host, which starts with it, and the faults that stop hosts.
         self._pool = TilePool()
         task = self.monitor.task

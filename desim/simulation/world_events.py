@@ -23,7 +23,7 @@ WALL = -1
 _TICK, _SCANS, _POSES, _SONARS = range(4)
 
 
-class WorldClock:
+class WorldEvents:
     """Moves ``world``, and has ``drivers()`` publish the readings of sensors.
 
     ``collided(robot, other)`` is called for each collision episode; other is ``WALL`` for a wall.
