@@ -60,6 +60,7 @@ docs/export
 MORE
 docs/campaigns
 docs/cluster
+docs/deploy
 docs/reports
 docs/statistics
 docs/defaults

@@ -8,7 +8,7 @@ from typing import TypeVar, get_args
 from desim import plugins
 from desim.ports import Params, natural_key
 from desim.scenario import plugin_choices
-from desim.scenario.cluster import cluster_nodes
+from desim.scenario.cluster_nodes import cluster_nodes
 from desim.scenario.names import fleet_size
 from desim.scenario.recipients import monitors, words_of
 from desim.scenario.robot_types import filled_in, strategies_of, used_types

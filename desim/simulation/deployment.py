@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from desim.errors import InputError
 from desim.ports import natural_key
-from desim.scenario.cluster import cluster_nodes
+from desim.scenario.cluster_nodes import cluster_nodes
 from desim.scenario.names import WORKSTATION, robot_names
 from desim.scenario.robot_types import equipment_of, types_of
 from desim.scenario.schema.antenna import Antenna

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from desim.campaign.design.plan import Plan
-from desim.scenario.cluster import by_node
+from desim.scenario.cluster_nodes import by_node
 from desim.scenario.names import robot_names
 
 SERVER = "server"  # where the image is at first
