@@ -1,4 +1,4 @@
-"""The paper's findings beside the campaign of exploration.yaml, as far as it is done.
+"""The tables and the figure of docs/studies/exploration.md, as far as their campaign is done.
 
     python scenarios/paper/exploration_table.py results/exploration results/exploration_ideal
 

@@ -142,7 +142,7 @@ class Network(Params):
 
 
 class OtherHost(Params):
-    """A computer of others on the network. It runs no software of the fleet."""
+    """A computer outside of the fleet, on its network. It runs no software of the fleet."""
 
     at_m: tuple[Position, Position] | None = Field(None, description=(
         "where it stands; without a place it is in reach of everybody on wires and with disk, and "
@@ -151,7 +151,7 @@ class OtherHost(Params):
 
 
 class Background(Params):
-    """Packets of others on a medium. Those of a wire fill it and its queues, those of a radio the
+    """Packets of hosts outside of the fleet. On a wire they fill it and its queues, on a radio the
     air."""
 
     medium: str
