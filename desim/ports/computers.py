@@ -42,9 +42,9 @@ class Work(NamedTuple):
 
 
 class CostModel(Protocol):
-    """Says how many processor-nanoseconds callbacks and messages take, an int >= 0 for each. Built
-    as ``CostModel(params)``, one for a run; it is asked once about each, in the order in which they
-    happen."""
+    """A plug-in that says how many processor-nanoseconds callbacks and messages take, an int >= 0
+    for each. Built as ``CostModel(params)``, one for a run; it is asked once about each, in the
+    order in which they happen."""
 
     @property
     def Params(self) -> type[parameters.Params]:

@@ -209,8 +209,8 @@ class Separates(Protocol):
 
 @runtime_checkable
 class CutsCarrier(Protocol):
-    """A rule that takes the carrier from interfaces, as an unplugged cable does. Where hosts fall
-    back to another medium (``network.failover``), they notice."""
+    """A rule that takes the carrier from interfaces, as an unplugged cable does. Hosts notice that
+    where they fall back to another medium (``network.failover``)."""
 
     def carrier(self, host: int) -> tuple[bool, int | None]:
         """Whether the interface of ``host`` has a carrier now, and when (ns) that changes next;
@@ -297,8 +297,8 @@ class CountsBusyTime(Protocol):
     a time: the air around a host, a host's port, the one cable."""
 
     def busy_ns(self, hosts: Sequence[int]) -> Sequence[int]:
-        """The time so far of the channel of each of ``hosts``, the indices of those attached to the
-        medium; or of the one channel that all share."""
+        """The time so far, ns, for which the channel of each of ``hosts`` was in use (indices of
+        those attached to the medium); or that of the one channel that all share."""
 
 
 @runtime_checkable
@@ -307,8 +307,8 @@ class CountsAirtime(Protocol):
     robots depends on it (``robot.power``)."""
 
     def airtime_ns(self, hosts: Sequence[int]) -> Sequence[tuple[int, int]]:
-        """For each of ``hosts``, the indices of those attached to the medium, the time so far for
-        which it was sending, and for which it heard others send."""
+        """For each of ``hosts``, the indices of those attached to the medium, the time so far, ns,
+        for which it was sending, and for which it heard others send."""
 
 
 @runtime_checkable
