@@ -6,14 +6,15 @@ Prints Markdown: times and ways by terrain and fleet; of each terrain the fastes
 its times, and how busy its computers are; groups of fleets against each other, and against the
 second campaign, without computers and SLAM; maps, safety and loads by fleet, over all terrains; and
 zigzag against the other terrains, for equal fleets and seeds.
-Writes exploration.png beside runs.parquet: the times, and those of the second campaign as thin
-lines.
+Writes the paper's figures beside runs.parquet: figure6.png, the loads of computers and network;
+figure7.png, times, ways, efficiencies and maps, those of the second campaign as thin lines.
 """
 
 from __future__ import annotations
 
 import sys
 from collections import Counter
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -28,13 +29,22 @@ _SHOWN = (1, 2, 4, 8, 11, 16, 22, 30)  # robots: rows of the table
 # neighbours on each side; the largest ones. And the paper's outlier with its neighbours.
 _ONE, _ELEVEN, _LARGEST = (1,), range(9, 14), range(26, 31)
 _OUTLIER, _BESIDE = (26,), (25, 27)
+# Values of a run, by the label of their axis.
+_FIGURE_6 = {"CPU, %": itemgetter("mean_cpu_percent"), "RAM, %": itemgetter("mean_ram_percent"),
+             "a robot receives, kB/s": itemgetter("mean_rx_kBps"),
+             "a robot sends, kB/s": itemgetter("mean_tx_kBps")}
+_FIGURE_7 = {"exploration time, s": time_s,
+             "way of all robots, m": itemgetter("exploration_cost_m"),
+             "efficiency, m² a metre": itemgetter("exploration_efficiency_m2_per_m"),
+             "map quality": itemgetter("map_quality")}
 _NEAR = 1  # robots more or fewer: neighbours of a fleet, over which its time is averaged
 
 
-def means(runs) -> dict[int, float]:
-    """Mean exploration time, s, by the number of robots."""
-    return {size: float(np.mean([time_s(run) for run in runs if run["robots"] == size]))
-            for size in sorted(levels(runs, "robots"))}
+def means(runs, value) -> tuple[list[int], list[float]]:
+    """Numbers of robots, and the mean of ``value`` over the runs of each."""
+    sizes = sorted(levels(runs, "robots"))
+    return sizes, [float(np.mean([value(run) for run in runs if run["robots"] == size]))
+                   for size in sizes]
 
 
 def fastest(runs) -> int:
@@ -82,7 +92,8 @@ def facts(by_terrain) -> None:
     print("|---" * 4 + "|")
     for terrain, runs in by_terrain.items():
         best, cpu = fastest(runs), [run["mean_cpu_percent"] for run in runs]
-        print(f"| {terrain} | {best}{without_a_seed(runs)}: {means(runs)[best]:.0f} | "
+        best_s = np.mean([time_s(run) for run in runs if run["robots"] == best])
+        print(f"| {terrain} | {best}{without_a_seed(runs)}: {best_s:.0f} | "
               f"{bend(runs)} | {np.mean(cpu):.0f}, {max(cpu):.0f} |")
 
 
@@ -143,9 +154,9 @@ def beside_zigzag(by_terrain) -> None:
     """Print the values of zigzag as shares of those of the other terrains, geometric means over
     runs of equal fleets and seeds. Runs of one seed may depend on each other, so that the 95 %
     intervals are over the means of seeds."""
-    names = {"time": time_s, "CPU": lambda run: run["mean_cpu_percent"],
-             "RAM": lambda run: run["mean_ram_percent"],
-             "received": lambda run: run["mean_rx_kBps"], "sent": lambda run: run["mean_tx_kBps"]}
+    names = {"time": time_s, "CPU": itemgetter("mean_cpu_percent"),
+             "RAM": itemgetter("mean_ram_percent"), "received": itemgetter("mean_rx_kBps"),
+             "sent": itemgetter("mean_tx_kBps")}
     print("\n| zigzag, as a share of |", " | ".join(names), "|")
     print("|---" * (1 + len(names)) + "|")
     own = {(run["robots"], run["seed"]): run for run in by_terrain["zigzag"]}
@@ -165,22 +176,25 @@ def share(pairs, value) -> str:
     return t_interval([np.mean(own) for own in by_seed.values()]).quotient_text()
 
 
-def figure(by_terrain, ideal, path: Path) -> None:
-    """Draw the times by fleet and terrain, single runs as dots."""
+def figure(by_terrain, ideal, values, path: Path) -> None:
+    """Draw ``values`` by fleet and terrain: lines through means, single runs as dots, and thin
+    lines for the means of ``ideal``."""
     from matplotlib import pyplot
 
-    shown, panel = pyplot.subplots(figsize=(7, 4), layout="constrained")
-    for number, (terrain, runs) in enumerate(by_terrain.items()):
-        colour = f"C{number}"
-        panel.plot(*zip(*means(runs).items(), strict=True), color=colour, label=terrain)
-        panel.plot([run["robots"] for run in runs], [time_s(run) for run in runs], ".", ms=3,
-                   color=colour)
-        if terrain in ideal:
-            panel.plot(*zip(*means(ideal[terrain]).items(), strict=True), color=colour, lw=0.7)
-    panel.set(xlabel="robots", ylabel="exploration time, s", ylim=(0, None))
-    panel.grid(alpha=0.3)
-    panel.legend()
-    shown.savefig(path, dpi=110)
+    shown, grid = pyplot.subplots(2, 2, figsize=(11, 7), sharex=True, layout="constrained")
+    for panel, (label, value) in zip(grid.flat, values.items(), strict=True):
+        for number, (terrain, runs) in enumerate(by_terrain.items()):
+            colour = f"C{number}"
+            panel.plot(*means(runs, value), color=colour, label=terrain)
+            panel.plot([run["robots"] for run in runs], [value(run) for run in runs], ".", ms=3,
+                       color=colour)
+            panel.plot(*means(ideal.get(terrain, []), value), color=colour, lw=0.7)
+        panel.set(ylabel=label, ylim=(0, None))
+        panel.grid(alpha=0.3)
+    for panel in grid[1]:
+        panel.set_xlabel("robots")
+    grid[0, 0].legend()
+    shown.savefig(path, dpi=90)
     pyplot.close(shown)
 
 
@@ -199,7 +213,8 @@ def main(campaign: Path, *ideal: Path) -> None:
     loads(by_terrain)
     if "zigzag" in by_terrain:
         beside_zigzag(by_terrain)
-    figure(by_terrain, without, campaign / "exploration.png")
+    figure(by_terrain, {}, _FIGURE_6, campaign / "figure6.png")
+    figure(by_terrain, without, _FIGURE_7, campaign / "figure7.png")
 
 
 if __name__ == "__main__":

@@ -17,7 +17,8 @@ def run(terrain, robots, seed, time_s):
     of_terrain = 2 if terrain == "zigzag" else 1
     return {"terrain": terrain, "robots": robots, "seed": seed, "exploration_time_s": time_s,
             "simulated_s": 2000.0, "exploration_cost_m": 100.0 * robots,
-            "map_quality": 0.99, "safety": 1.0 - 0.01 * robots,
+            "exploration_efficiency_m2_per_m": 60.0 / robots, "map_quality": 0.99,
+            "safety": 1.0 - 0.01 * robots,
             "mean_cpu_percent": 30.0 * of_terrain, "mean_ram_percent": 6.0,
             "mean_rx_kBps": 100.0 * robots, "mean_tx_kBps": 90.0 * robots,
             "hosts_workstation_rx_kBps": 125.0 * robots,
@@ -51,7 +52,7 @@ def test_each_terrain_has_its_times_its_fastest_fleet_and_its_bend(table, tmp_pa
     assert shares[0] == "| maze"
     assert shares[2:] == ["2.00 (2.00 to 2.00)", *["1.00 (1.00 to 1.00)"] * 2,
                           "1.00 (1.00 to 1.00) |"]
-    assert (tmp_path / "exploration.png").exists()
+    assert (tmp_path / "figure6.png").exists() and (tmp_path / "figure7.png").exists()
 
 
 def test_shares_have_the_interval_over_the_means_of_seeds(table):
