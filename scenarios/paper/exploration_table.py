@@ -2,10 +2,10 @@
 
     python scenarios/paper/exploration_table.py results/exploration results/exploration_ideal
 
-Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the bend of
-its times, and how busy its computers are; groups of fleets against each other, and against the
-second campaign, without computers and SLAM; maps, safety and loads by fleet, over all terrains; and
-zigzag against the other terrains, for equal fleets and seeds.
+Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the knees
+of its times, and how busy its computers are; groups of fleets against each other, and against the
+second campaign, without computers and SLAM; maps, safety and loads by fleet, over all terrains; the
+long runs of the zigzag; and zigzag against the other terrains, for equal fleets and seeds.
 Writes the paper's figures beside runs.parquet: figure6.png, the loads of computers and network;
 figure7.png, times, ways, efficiencies and maps, those of the second campaign as thin lines.
 """
@@ -21,14 +21,18 @@ import numpy as np
 import pyarrow.parquet as parquet
 from exploration_times import cell, levels, time_s  # beside this file
 
+from desim.statistics.comparisons import holm, paired
 from desim.statistics.intervals import t_interval
-from desim.statistics.knee import FEWEST_LOADS, breakpoint_of
+from desim.statistics.two_knees import FEWEST_LOADS, knees_of
 
 _SHOWN = (1, 2, 4, 8, 11, 16, 22, 30)  # robots: rows of the table
 # Groups of fleets that are compared: one robot; the paper's fastest fleet in the maze, 11, with two
 # neighbours on each side; the largest ones. And the paper's outlier with its neighbours.
 _ONE, _ELEVEN, _LARGEST = (1,), range(9, 14), range(26, 31)
-_OUTLIER, _BESIDE = (26,), (25, 27)
+_COMPARED = {"9 to 13 robots, of 1": (_ELEVEN, _ONE), "26 to 30, of 9 to 13": (_LARGEST, _ELEVEN),
+             "26, of 25 and 27": ((26,), (25, 27))}
+_SEEN = 2  # seeds whose runs had been looked at when the groups were chosen
+_LONG_S = 900.0  # in the zigzag: robots came back from its far end for what was left near the start
 # Values of a run, by the label of their axis.
 _FIGURE_6 = {"CPU, %": itemgetter("mean_cpu_percent"), "RAM, %": itemgetter("mean_ram_percent"),
              "a robot receives, kB/s": itemgetter("mean_rx_kBps"),
@@ -47,11 +51,12 @@ def means(runs, value) -> tuple[list[int], list[float]]:
                    for size in sizes]
 
 
-def fastest(runs) -> int:
-    """The fleet with the shortest time, a mean over that fleet and its neighbours."""
-    sizes = levels(runs, "robots")
-    return min(sizes, key=lambda size: np.mean([time_s(run) for run in runs
-                                                if abs(run["robots"] - size) <= _NEAR]))
+def fastest(runs) -> tuple[int, float]:
+    """The fleet with the shortest time, and that time, s: a mean over it and its neighbours."""
+    near = {size: np.mean([time_s(run) for run in runs if abs(run["robots"] - size) <= _NEAR])
+            for size in levels(runs, "robots")}
+    best = min(near, key=near.__getitem__)
+    return best, float(near[best])
 
 
 def without_a_seed(runs) -> str:
@@ -59,20 +64,26 @@ def without_a_seed(runs) -> str:
     seeds = levels(runs, "seed")
     if len(seeds) < 2:
         return ""
-    found = [fastest([run for run in runs if run["seed"] != seed]) for seed in seeds]
+    found = [fastest([run for run in runs if run["seed"] != seed])[0] for seed in seeds]
     return f" ({min(found)} to {max(found)})"
 
 
-def bend(runs) -> str:
-    """The fleet from which on more robots pay off less, and the change of time a robot before and
-    after it."""
-    if len(levels(runs, "robots")) < FEWEST_LOADS:
+def knees(runs) -> str:
+    """The fleets from which on more robots pay off less or more, each with its 95 % interval, and
+    the changes of time a robot between them. Only seeds with a run of each fleet are looked at."""
+    sizes = levels(runs, "robots")
+    whole = [run for seed in levels(runs, "seed")
+             for own in [[run for run in runs if run["seed"] == seed]] if len(own) == len(sizes)
+             for run in own]
+    if len(sizes) < FEWEST_LOADS or not whole:
         return "–"
-    knee = breakpoint_of([run["robots"] for run in runs], [time_s(run) for run in runs])
-    if knee is None:
+    found = knees_of([run["robots"] for run in whole], [time_s(run) for run in whole],
+                     blocks=[run["seed"] for run in whole])
+    if not found:
         return "none"
-    return (f"{knee.at:.1f} ({knee.low:.1f} to {knee.high:.1f}): {knee.slope_before:+.1f}, then "
-            f"{knee.slope_after:+.1f}")
+    return f"{found[0].slope_before:+.1f}" + "".join(
+        f"; from {knee.at:.1f} ({knee.low:.1f} to {knee.high:.1f}) on {knee.slope_after:+.1f}"
+        for knee in found)
 
 
 def times(by_terrain) -> None:
@@ -86,15 +97,25 @@ def times(by_terrain) -> None:
 
 
 def facts(by_terrain) -> None:
-    """Print of each terrain the fastest fleet, the bend, and how busy its computers are."""
-    print("\n| terrain | fastest fleet (without one seed), s | bend, robots: s a robot "
-          "| CPU, %: mean, most |")
+    """Print of each terrain the fastest fleet, the knees, and how busy its computers are."""
+    print("\n| terrain | shortest mean of three fleets (without one seed), s "
+          "| s a robot more, with knees | CPU, %: mean, most |")
     print("|---" * 4 + "|")
     for terrain, runs in by_terrain.items():
-        best, cpu = fastest(runs), [run["mean_cpu_percent"] for run in runs]
-        best_s = np.mean([time_s(run) for run in runs if run["robots"] == best])
-        print(f"| {terrain} | {best}{without_a_seed(runs)}: {best_s:.0f} | "
-              f"{bend(runs)} | {np.mean(cpu):.0f}, {max(cpu):.0f} |")
+        (best, best_s), cpu = fastest(runs), [run["mean_cpu_percent"] for run in runs]
+        print(f"| {terrain} | {best}{without_a_seed(runs)}: {best_s:.0f} | {knees(runs)} | "
+              f"{np.mean(cpu):.0f}, {max(cpu):.0f} |")
+
+
+def long_runs(runs) -> None:
+    """Print how many runs of the zigzag take long, with which fleets, and how long the others."""
+    took = sorted(map(time_s, runs))
+    long = [f"{time:.0f}" for time in took if time > _LONG_S]
+    fleets = Counter(run["robots"] for run in runs if time_s(run) > _LONG_S)
+    print(f"\n{len(long)} of {len(runs)} runs of the zigzag took more than {_LONG_S:.0f} s ("
+          + ", ".join(f"fleet of {size}: {count}" for size, count in sorted(fleets.items()))
+          + f"): {', '.join(long)} s. The others took {took[0]:.0f} to "
+          f"{max(time for time in took if time <= _LONG_S):.0f} s.")
 
 
 def log_times(runs, fleets) -> dict[int, float]:
@@ -107,24 +128,42 @@ def log_times(runs, fleets) -> dict[int, float]:
     return found
 
 
-def quotient(times, others) -> str:
-    """Times by seed, divided by those of equal seeds: geometric mean with its 95 % interval."""
-    return t_interval([times[seed] - others[seed] for seed in times if seed in others]
-                      ).quotient_text() or "–"
+def pairs_of(times, others) -> list[tuple[float, float]]:
+    """Times of equal seeds."""
+    return [(times[seed], others[seed]) for seed in times if seed in others]
 
 
-def groups(by_terrain, ideal) -> None:
-    """Print the times of groups of fleets as shares of other groups', and of those of ``ideal``."""
-    print("\n| terrain | 9 to 13 robots, of 1 | 26 to 30, of 9 to 13 | 26, of 25 and 27 |"
-          + (" 1, of ideal | 9 to 13, of ideal | 26 to 30, of ideal |" if ideal else ""))
-    print("|---" * (7 if ideal else 4) + "|")
+def groups(by_terrain) -> None:
+    """Print the times of groups of fleets as shares of others', seed by seed: geometric means with
+    95 % intervals, of all seeds and of those that had not been seen when the groups were chosen;
+    p of the paired t tests by Holm."""
+    found = {}
     for terrain, runs in by_terrain.items():
-        row = [quotient(log_times(runs, own), log_times(runs, others)) for own, others in (
-            (_ELEVEN, _ONE), (_LARGEST, _ELEVEN), (_OUTLIER, _BESIDE))]
-        if ideal:
-            row += [quotient(log_times(runs, own), log_times(ideal.get(terrain, []), own))
-                    for own in (_ONE, _ELEVEN, _LARGEST)]
-        print(f"| {terrain} |", " | ".join(row), "|")
+        fresh = [run for run in runs if run["seed"] > _SEEN]
+        for title, fleets in _COMPARED.items():
+            every, alone = (pairs_of(*(log_times(those, group) for group in fleets))
+                            for those in (runs, fresh))
+            compared = paired(*zip(*every, strict=True)) if every else None
+            found[terrain, title] = compared, t_interval([one - other for one, other in alone])
+    tested = {name: one.t_p for name, (one, _) in found.items() if one and one.t_p is not None}
+    adjusted = dict(zip(tested, holm(list(tested.values())), strict=True))
+    print(f"\n| terrain | time of fleets | share, all seeds | p (Holm) | seeds above {_SEEN} |")
+    print("|---" * 5 + "|")
+    for (terrain, title), (one, alone) in found.items():
+        p = adjusted.get((terrain, title))
+        print(f"| {terrain} | {title} | {one.difference.quotient_text() if one else '–'} | "
+              f"{'–' if p is None else f'{p:.2g}'} | {alone.quotient_text() or '–'} |")
+
+
+def beside(by_terrain, ideal) -> None:
+    """Print the times of groups of fleets as shares of those of the campaign ``ideal``."""
+    print("\n| terrain, as a share of ideal | 1 robot | 9 to 13 | 26 to 30 |")
+    print("|---" * 4 + "|")
+    for terrain, runs in by_terrain.items():
+        shares = [t_interval([one - other for one, other in pairs_of(
+            log_times(runs, group), log_times(ideal.get(terrain, []), group))]).quotient_text()
+            for group in (_ONE, _ELEVEN, _LARGEST)]
+        print(f"| {terrain} |", " | ".join(share or "–" for share in shares), "|")
 
 
 def loads(by_terrain) -> None:
@@ -209,9 +248,12 @@ def main(campaign: Path, *ideal: Path) -> None:
     by_terrain, without = read(campaign), read(ideal[0]) if ideal else {}
     times(by_terrain)
     facts(by_terrain)
-    groups(by_terrain, without)
+    groups(by_terrain)
+    if without:
+        beside(by_terrain, without)
     loads(by_terrain)
     if "zigzag" in by_terrain:
+        long_runs(by_terrain["zigzag"])
         beside_zigzag(by_terrain)
     figure(by_terrain, {}, _FIGURE_6, campaign / "figure6.png")
     figure(by_terrain, without, _FIGURE_7, campaign / "figure7.png")
