@@ -94,11 +94,6 @@ class Processors:
         self._due_ns = -1  # when it fires; -1: it has fired, or there is none
 
     @property
-    def ready(self) -> int:
-        """The number of jobs that run or wait."""
-        return len(self._ready)
-
-    @property
     def wanted(self) -> int:
         """The number of processors that have jobs."""
         return min(len(self._ready), self.count)

@@ -31,7 +31,7 @@ def first_of(run) -> str:
                 for key, from_s in run.items()
                 if key.startswith("saturation_") and key.endswith("_from_s") and from_s is not None}
     least = min(instants.values(), default=None)
-    return " and ".join(sorted(name for name, from_s in instants.items() if from_s == least)
+    return " + ".join(sorted(name for name, from_s in instants.items() if from_s == least)
                         ) or "nothing"
 
 
@@ -45,7 +45,7 @@ def most_often(first: Counter) -> str:
     as many."""
     runs: Counter = Counter()
     for names, count in first.items():
-        runs.update(dict.fromkeys(names.split(" and "), count))
+        runs.update(dict.fromkeys(names.split(" + "), count))
     return " or ".join(sorted(name for name, count in runs.items() if count == max(runs.values())))
 
 

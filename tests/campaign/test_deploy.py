@@ -19,7 +19,6 @@ from desim.campaign.deploy.testbed import (
     hosts_of,
     machine_by_machine,
     node_by_node,
-    nodes_for,
     passed_on,
     placed,
     smallest_testbed,
@@ -43,8 +42,8 @@ def robots(team: int) -> list[str]:
 
 def test_nodes_of_the_paper():
     # Table 2 has 8 robots with 8, 4, 2 and 1 of them on a node; section 5 has 30 with 4.
-    assert [nodes_for(8, per_node) for per_node in (8, 4, 2, 1)] == [1, 2, 4, 8]
-    assert nodes_for(30, 4) == 8
+    assert [len(placed(robots(8), per_node).nodes) for per_node in (8, 4, 2, 1)] == [1, 2, 4, 8]
+    assert len(placed(robots(30), 4).nodes) == 8
 
 
 @given(*teams)

@@ -109,7 +109,7 @@ def test_busy_time_counts_a_job_that_still_runs():
     play = Play("processor_sharing", count=2)
     play.add(10, "a", 100)
     play.run(50)
-    assert play.processors.busy_ns() == 40 and play.processors.ready == 1
+    assert play.processors.busy_ns() == 40 and play.processors.wanted == 1
 
 
 @pytest.mark.parametrize(("count", "speed"), [(0, Fraction(1)), (1.5, Fraction(1)), (1, 1.0),
@@ -200,7 +200,7 @@ def lower_bound_ns(jobs, count, speed):
 
 
 def check_conservation(play, jobs, count, speed):
-    assert len(ends(play.log)) == len(jobs) and play.processors.ready == 0
+    assert len(ends(play.log)) == len(jobs) and play.processors.wanted == 0
     work_ns = sum(work for _, work, _ in jobs)
     # A job's last nanosecond need not be full, nor that of what shares with it.
     assert 0 <= play.processors.busy_ns() - work_ns / speed <= len(jobs) * count

@@ -55,11 +55,6 @@ def smallest_testbed(plan: Plan, robots_per_node: int | None = None) -> Placemen
                key=lambda testbed: (len(testbed.nodes), testbed.virtual_machines))
 
 
-def nodes_for(team: int, robots_per_node: int) -> int:
-    """The number of nodes, ceil(largest team / robots per node): equation 7."""
-    return -(-team // robots_per_node)
-
-
 def placed(robots: Sequence[str], robots_per_node: int) -> Placement:
     """The placement node by node."""
     return Placement(robots_per_node, by_node(robots, robots_per_node))
