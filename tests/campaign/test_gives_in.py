@@ -58,13 +58,13 @@ def test_times_are_shares_of_those_at_the_highest_value_where_all_runs_finished(
 def test_a_map_has_the_resource_that_gave_in_first_most_often_alone_or_with_others(table):
     assert table.most_often(table.Counter({"lan": 1, "processor": 1})) == "lan or processor"
     assert table.most_often(table.Counter(
-        {"lan": 1, "lan and processor": 1, "cluster_node": 1})) == "lan"
+        {"lan": 1, "lan + processor": 1, "cluster_node": 1})) == "lan"
 
 
 def test_of_resources_that_give_in_at_once_none_is_the_first(table):
     tied = run(0.1, "20 Mb/s", 500.0, port=15.0, processor=15.0)
     assert table.gave_in([tied, run(0.1, "20 Mb/s", 500.0, port=5.0, processor=15.0)]) == {
-        "port and processor": 1, "port": 1}
+        "port + processor": 1, "port": 1}
 
 
 def test_the_knee_parts_slow_cells_from_those_that_are_as_fast(table):
