@@ -31,8 +31,8 @@ def cell(runs) -> str:
             + (f", {late} of {len(runs)} late)" if late else ")"))
 
 
-def compare(title: str, times: dict, others: dict, late: Counter) -> None:
-    """Print a row for each of ``times`` (by seed, s) against that of ``others``, seed by seed: the
+def compare(title: str, times: dict, others: dict, late: Counter, unit: str = "s") -> None:
+    """Print a row for each of ``times`` (by seed) against that of ``others``, seed by seed: the
     share of time, geometric mean with its 95 % interval, p of the paired t test by Holm, and the
     number of seeds that became faster."""
     pairs = {}
@@ -43,7 +43,7 @@ def compare(title: str, times: dict, others: dict, late: Counter) -> None:
                                  np.log([other[seed] for seed in seeds]))
     adjusted = dict(zip(pairs, holm([1.0 if one.t_p is None else one.t_p
                                       for one in pairs.values()]), strict=True))
-    print(f"\n| {title} | time, s | share of time | p (Holm) | faster |")
+    print(f"\n| {title} | time, {unit} | share of time | p (Holm) | faster |")
     print("|---|---|---|---|---|")
     for name, own in times.items():
         row = [t_interval(list(own.values())).text()

@@ -90,7 +90,7 @@ def figure(runs, sizes, columns, path: Path) -> None:
 
 def mechanisms(runs) -> None:
     """Each mechanism taken away, against none, for each size of the fleet; and the larger fleet
-    against the smaller one, without each mechanism."""
+    against the smaller one, without each mechanism; and whether the mechanism changes that."""
     sizes, names = sorted(levels(runs, "robots")), levels(runs, "without")
     times = {(size, name): {run["seed"]: time_s(run) for run in runs
                             if (run["robots"], run["without"]) == (size, name)}
@@ -103,6 +103,11 @@ def mechanisms(runs) -> None:
     few, many = sizes[0], sizes[-1]
     compare(f"{many} robots against {few}, without", {name: times[many, name] for name in names},
             {name: times[few, name] for name in names}, Counter())
+    shares = {name: {seed: 100 * times[many, name][seed] / few_s
+                     for seed, few_s in times[few, name].items() if seed in times[many, name]}
+              for name in names}
+    compare(f"what {many} robots take of the time of {few}, without", shares,
+            dict.fromkeys(names[1:], shares[names[0]]), Counter(), "%")
 
 
 def main(campaign: Path) -> None:
