@@ -12,7 +12,7 @@ from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
 from desim.monitor.tasks.places import free_cells
-from desim.monitor.unheard import unheard
+from desim.monitor.unused_networks import unused_networks
 from desim.monitor.without_effect import without_effect
 from desim.ports.tasks import VisitsPlaces
 from desim.scenario.robot_types import used_types
@@ -27,7 +27,7 @@ def warnings(monitor: Monitor) -> list[str]:
     or node, of computers without memory for their software, of topics that nobody advertises, of
     strategies that have nothing to do, of places out of reach, and of fleets that never move."""
     said = without_effect(monitor)
-    said += unheard(monitor)
+    said += unused_networks(monitor)
     said += [f"topics: no topic of the run has matched {pattern!r}"
              for pattern in monitor.graph.routes.unmatched()]
     said += _strange_nodes(monitor.graph)

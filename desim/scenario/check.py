@@ -10,9 +10,9 @@ from itertools import pairwise
 from desim import plugins
 from desim.errors import InputError, did_you_mean
 from desim.scenario import (
-    bodies,
+    body_checks,
     clock_checks,
-    coordination,
+    coordination_checks,
     expression,
     generated_terrain,
     network_checks,
@@ -129,8 +129,8 @@ def _fleet(scenario: Scenario, _: Folder) -> Found:
             yield ("fleet", "types", name, "altitude"), (
                 f"must be above 0 m with drive: aerial, and 0 m with any other, got "
                 f"{LENGTH.format(kind.altitude_m)} with drive: {kind.drive}")
-        yield from bodies.outline(("fleet", "types", name), kind)
-        yield from bodies.clearance(("fleet", "types", name), kind)
+        yield from body_checks.outline(("fleet", "types", name), kind)
+        yield from body_checks.clearance(("fleet", "types", name), kind)
     if isinstance(fleet.start, StartList):
         yield from _start_list(fleet.start, count or fleet.size)
 
@@ -204,7 +204,7 @@ def _laser(scenario: Scenario, _: Folder) -> Found:
                 "laser" not in equipment.model_fields_set):
             yield (*path, "lasers"), ("must be one laser at least, or left out beside laser, the "
                                       "only one")
-        for at, laser in bodies.lasers(equipment):
+        for at, laser in body_checks.lasers(equipment):
             if isinstance(laser, str):
                 if laser not in BUILT_IN_LASERS:
                     yield (*path, *at), (
@@ -327,9 +327,9 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
      clock_checks.offsets),
     ((("faults",),), _faults),
     ((("robot", "laser"), ("robot", "lasers"), ("fleet", "types")), _laser),
-    ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), bodies.mounts),
+    ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), body_checks.mounts),
     ((("robot", "laser"), ("robot", "lasers"), ("robot", "odometry"), ("robot", "sonar"),
-      ("fleet", "types"), ("physics", "rate")), bodies.sensor_rates),
+      ("fleet", "types"), ("physics", "rate")), body_checks.sensor_rates),
     ((("robot", "navigation"), ("fleet", "types")), _local_window),
     ((("robot", "mapping"), ("fleet", "types")), _one_raster),
     ((("robot", "power"), ("fleet", "types")), _radios),
@@ -341,9 +341,9 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
      remote_slam_checks.hosts),
     ((("robot", "localization"), ("fleet", "types"), ("coordination", "exchange")),
      remote_slam_checks.sharing),
-    ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), coordination.briefed),
-    ((("coordination",), ("hosts",), ("fleet", "types")), coordination.frames),
-    ((("coordination",), ("hosts",), ("fleet", "types")), coordination.uncoordinated),
-    ((("coordination", "exchange"), ("hosts",)), coordination.coordinators),
+    ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), coordination_checks.briefed),
+    ((("coordination",), ("hosts",), ("fleet", "types")), coordination_checks.frames),
+    ((("coordination",), ("hosts",), ("fleet", "types")), coordination_checks.uncoordinated),
+    ((("coordination", "exchange"), ("hosts",)), coordination_checks.coordinators),
     ((("physics", "model"),), _world),
 )

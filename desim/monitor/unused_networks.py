@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 
-def unheard(monitor: Monitor) -> Iterator[str]:
+def unused_networks(monitor: Monitor) -> Iterator[str]:
     """Warnings of media that settle nothing or carry nothing inside of hosts, of hosts without a
     body that nobody can hear, and of flows of background traffic of which nothing arrives."""
     graph, scenario = monitor.graph, monitor.scenario
