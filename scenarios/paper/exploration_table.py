@@ -4,8 +4,9 @@
 
 Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the knees
 of its times, and how busy its computers are; groups of fleets against each other, and against the
-second campaign, without computers and SLAM; maps, safety and loads by fleet, over all terrains; the
-long runs of the zigzag; and zigzag against the other terrains, for equal fleets and seeds.
+second campaign, without computers and SLAM; maps, safety and loads by fleet, over all terrains;
+speeds by terrain; the long runs of the zigzag, and the zigzag against the other terrains, for equal
+fleets and seeds.
 Writes the paper's figures beside runs.parquet: figure6.png, the loads of computers and network;
 figure7.png, times, ways, efficiencies and maps, those of the second campaign as thin lines.
 """
@@ -189,6 +190,32 @@ def loads(by_terrain) -> None:
               + ", ".join(f"{name}: {count}" for name, count in first.most_common()) + " |")
 
 
+def speed_mps(run) -> float:
+    """The mean speed of the robots of a run."""
+    return run["exploration_cost_m"] / run["robots"] / time_s(run)
+
+
+def driving(by_terrain) -> None:
+    """Print how fast robots drive in the mean, and how their use of processors goes with it: the
+    correlation of both, less the means of equal fleets."""
+    print("\n| terrain | mean speed, m/s: 1 robot | 9 to 13 | 26 to 30 | correlation with CPU |")
+    print("|---" * 5 + "|")
+    for terrain, runs in by_terrain.items():
+        by_group = [[speed_mps(run) for run in runs if run["robots"] in group]
+                     for group in (_ONE, _ELEVEN, _LARGEST)]
+        speeds = [f"{np.mean(group):.2f}" if group else "–" for group in by_group]
+        sides = [less_fleet(runs, value) for value in (speed_mps, itemgetter("mean_cpu_percent"))]
+        varies = all(np.ptp(side) for side in sides)
+        print(f"| {terrain} |", " | ".join(speeds), "|",
+              f"{np.corrcoef(*sides)[0, 1]:.2f} |" if varies else "– |")
+
+
+def less_fleet(runs, value) -> list[float]:
+    """The value of each run, less the mean over runs of fleets of that size."""
+    mean = dict(zip(*means(runs, value), strict=True))
+    return [value(run) - mean[run["robots"]] for run in runs]
+
+
 def beside_zigzag(by_terrain) -> None:
     """Print the values of zigzag as shares of those of the other terrains, geometric means over
     runs of equal fleets and seeds. Runs of one seed may depend on each other, so that the 95 %
@@ -252,6 +279,7 @@ def main(campaign: Path, *ideal: Path) -> None:
     if without:
         beside(by_terrain, without)
     loads(by_terrain)
+    driving(by_terrain)
     if "zigzag" in by_terrain:
         long_runs(by_terrain["zigzag"])
         beside_zigzag(by_terrain)

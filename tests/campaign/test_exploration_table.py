@@ -96,6 +96,18 @@ def test_groups_of_fleets_are_compared_seed_by_seed(table, capsys):
     assert row == "| maze | 2.00 (2.00 to 2.00) | 2.00 (2.00 to 2.00) | – |"
 
 
+def test_processors_are_busier_where_robots_drive_faster_in_fleets_of_equal_size(table, capsys):
+    """Fleets of one and of ten drive at 1 m/s and at half of that; with the second seed the one
+    robot, which is less busy than ten, is faster and busier by a fifth."""
+    took = {(1, 1): (100.0, 20.0), (1, 2): (80.0, 24.0), (10, 1): (200.0, 30.0),
+            (10, 2): (200.0, 30.0)}  # s, and CPU in %
+    runs = [run("zigzag", size, seed, time_s) | {"mean_cpu_percent": cpu}
+            for (size, seed), (time_s, cpu) in took.items()]
+    table.driving({"zigzag": runs, "maze": runs[:1]})
+    assert capsys.readouterr().out.splitlines()[3:] == [
+        "| zigzag | 1.12 | 0.50 | – | 1.00 |", "| maze | 1.00 | – | – | – |"]
+
+
 def test_a_part_of_the_runs_has_a_part_of_the_tables(table, tmp_path, capsys):
     write(tmp_path, [run("maze", 8, 1, 300.0), run("zigzag", 8, 1, 600.0)])
     table.main(tmp_path, tmp_path)
