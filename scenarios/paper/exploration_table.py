@@ -1,12 +1,12 @@
-"""The tables and the figure of docs/studies/exploration.md, as far as their campaign is done.
+"""The tables and the figures of docs/studies/exploration.md, as far as their campaign is done.
 
     python scenarios/paper/exploration_table.py results/exploration results/exploration_ideal
 
 Prints Markdown: times and ways by terrain and fleet; of each terrain the fastest fleet, the knees
 of its times, and how busy its computers are; groups of fleets against each other, and against the
-second campaign, without computers and SLAM; maps, safety and loads by fleet, over all terrains;
-speeds by terrain; the long runs of the zigzag, and the zigzag against the other terrains, for equal
-fleets and seeds.
+second campaign, with true poses, ideal computers and simpler software; maps, safety and loads by
+fleet, over all terrains; speeds and safety by terrain; the long runs of the zigzag, and the zigzag
+against the other terrains, for equal fleets and seeds.
 Writes the paper's figures beside runs.parquet: figure6.png, the loads of computers and network;
 figure7.png, times, ways, efficiencies and maps, those of the second campaign as thin lines.
 """
@@ -42,6 +42,7 @@ _FIGURE_7 = {"exploration time, s": time_s,
              "way of all robots, m": itemgetter("exploration_cost_m"),
              "efficiency, m² a metre": itemgetter("exploration_efficiency_m2_per_m"),
              "map quality": itemgetter("map_quality")}
+_LEAST = {"map quality": 0.95}  # of an axis that does not begin at 0
 _NEAR = 1  # robots more or fewer: neighbours of a fleet, over which its time is averaged
 
 
@@ -99,8 +100,8 @@ def times(by_terrain) -> None:
 
 def facts(by_terrain) -> None:
     """Print of each terrain the fastest fleet, the knees, and how busy its computers are."""
-    print("\n| terrain | shortest mean of three fleets (without one seed), s "
-          "| s a robot more, with knees | CPU, %: mean, most |")
+    print("\n| terrain | fastest fleet (without one seed): mean with its neighbours, s "
+          "| each robot more adds, s, and knees | CPU, %: mean, most |")
     print("|---" * 4 + "|")
     for terrain, runs in by_terrain.items():
         (best, best_s), cpu = fastest(runs), [run["mean_cpu_percent"] for run in runs]
@@ -148,7 +149,8 @@ def groups(by_terrain) -> None:
             found[terrain, title] = compared, t_interval([one - other for one, other in alone])
     tested = {name: one.t_p for name, (one, _) in found.items() if one and one.t_p is not None}
     adjusted = dict(zip(tested, holm(list(tested.values())), strict=True))
-    print(f"\n| terrain | time of fleets | share, all seeds | p (Holm) | seeds above {_SEEN} |")
+    print("\n| terrain | fleets: time of the first, as a share | all seeds | p (Holm) "
+          f"| seeds above {_SEEN} |")
     print("|---" * 5 + "|")
     for (terrain, title), (one, alone) in found.items():
         p = adjusted.get((terrain, title))
@@ -172,7 +174,7 @@ def loads(by_terrain) -> None:
     fleet, over all terrains."""
     runs = [run for of_terrain in by_terrain.values() for run in of_terrain]
     print("\n| robots | map quality | safety | CPU, % | RAM, % | a robot receives, sends, kB/s "
-          "| workstation, Mb/s both ways | gives in first |")
+          "| workstation, Mb/s both ways | fullest resource, % |")
     print("|---" * 8 + "|")
     for size in _SHOWN:
         own = [run for run in runs if run["robots"] == size]
@@ -182,12 +184,22 @@ def loads(by_terrain) -> None:
             "map_quality", "safety", "mean_cpu_percent", "mean_ram_percent", "mean_rx_kBps",
             "mean_tx_kBps", "hosts_workstation_rx_kBps", "hosts_workstation_tx_kBps")}
         workstation_kBps = mean["hosts_workstation_rx_kBps"] + mean["hosts_workstation_tx_kBps"]
-        first = Counter(run["gives_in_first"] or "nothing" for run in own)
+        fullest, share = max(peaks(own).items(), key=itemgetter(1))
         print(f"| {size} | {mean['map_quality']:.3f} | {mean['safety']:.2f} | "
               f"{mean['mean_cpu_percent']:.0f} | {mean['mean_ram_percent']:.1f} | "
               f"{mean['mean_rx_kBps']:.0f}, {mean['mean_tx_kBps']:.0f} | "
-              f"{workstation_kBps * 8 / 1000:.0f} | "
-              + ", ".join(f"{name}: {count}" for name, count in first.most_common()) + " |")
+              f"{workstation_kBps * 8 / 1000:.0f} | {fullest} {100 * share:.0f} |")
+
+
+def peaks(runs) -> dict[str, float]:
+    """The most of each resource that was in use for 5 s in any of the runs, as a share."""
+    found: dict[str, float] = {}
+    for run in runs:
+        for key, peak in run.items():
+            if key.startswith("saturation_") and key.endswith("_peak") and peak is not None:
+                name = key.removeprefix("saturation_").removesuffix("_peak")
+                found[name] = max(found.get(name, 0.0), peak)
+    return found
 
 
 def speed_mps(run) -> float:
@@ -196,18 +208,21 @@ def speed_mps(run) -> float:
 
 
 def driving(by_terrain) -> None:
-    """Print how fast robots drive in the mean, and how their use of processors goes with it: the
-    correlation of both, less the means of equal fleets."""
-    print("\n| terrain | mean speed, m/s: 1 robot | 9 to 13 | 26 to 30 | correlation with CPU |")
-    print("|---" * 5 + "|")
+    """Print how fast robots drive in the mean, how their use of processors goes with it (the
+    correlation of both, less the means of equal fleets), and how safely large fleets drive."""
+    print("\n| terrain | mean speed, m/s: 1 robot | 9 to 13 | 26 to 30 | correlation with CPU "
+          "| safety, 26 to 30 |")
+    print("|---" * 6 + "|")
     for terrain, runs in by_terrain.items():
         by_group = [[speed_mps(run) for run in runs if run["robots"] in group]
                      for group in (_ONE, _ELEVEN, _LARGEST)]
         speeds = [f"{np.mean(group):.2f}" if group else "–" for group in by_group]
         sides = [less_fleet(runs, value) for value in (speed_mps, itemgetter("mean_cpu_percent"))]
+        safety = [run["safety"] for run in runs if run["robots"] in _LARGEST]
         varies = all(np.ptp(side) for side in sides)
         print(f"| {terrain} |", " | ".join(speeds), "|",
-              f"{np.corrcoef(*sides)[0, 1]:.2f} |" if varies else "– |")
+              f"{np.corrcoef(*sides)[0, 1]:.2f}" if varies else "–", "|",
+              f"{np.mean(safety):.2f} |" if safety else "– |")
 
 
 def less_fleet(runs, value) -> list[float]:
@@ -218,8 +233,8 @@ def less_fleet(runs, value) -> list[float]:
 
 def beside_zigzag(by_terrain) -> None:
     """Print the values of zigzag as shares of those of the other terrains, geometric means over
-    runs of equal fleets and seeds. Runs of one seed may depend on each other, so that the 95 %
-    intervals are over the means of seeds."""
+    runs of equal fleets and seeds, and the least and the most of a single fleet. Runs of one seed
+    may depend on each other, so that the 95 % intervals are over the means of seeds."""
     names = {"time": time_s, "CPU": itemgetter("mean_cpu_percent"),
              "RAM": itemgetter("mean_ram_percent"), "received": itemgetter("mean_rx_kBps"),
              "sent": itemgetter("mean_tx_kBps")}
@@ -232,6 +247,9 @@ def beside_zigzag(by_terrain) -> None:
         if terrain != "zigzag" and pairs:
             print(f"| {terrain} |", " | ".join(share(pairs, value) for value in names.values()),
                   "|")
+            print("| ... single fleets |", " | ".join(
+                f"{min(shares):.2f} to {max(shares):.2f}" for value in names.values()
+                for shares in [by_fleet(pairs, value)]), "|")
 
 
 def share(pairs, value) -> str:
@@ -240,6 +258,14 @@ def share(pairs, value) -> str:
     for one, other in pairs:
         by_seed.setdefault(one["seed"], []).append(np.log(value(one) / value(other)))
     return t_interval([np.mean(own) for own in by_seed.values()]).quotient_text()
+
+
+def by_fleet(pairs, value) -> list[float]:
+    """The geometric mean of the quotients of ``pairs`` of runs for each size of the fleet."""
+    shares: dict[int, list[float]] = {}
+    for one, other in pairs:
+        shares.setdefault(one["robots"], []).append(np.log(value(one) / value(other)))
+    return [float(np.exp(np.mean(own))) for own in shares.values()]
 
 
 def figure(by_terrain, ideal, values, path: Path) -> None:
@@ -255,7 +281,7 @@ def figure(by_terrain, ideal, values, path: Path) -> None:
             panel.plot([run["robots"] for run in runs], [value(run) for run in runs], ".", ms=3,
                        color=colour)
             panel.plot(*means(ideal.get(terrain, []), value), color=colour, lw=0.7)
-        panel.set(ylabel=label, ylim=(0, None))
+        panel.set(ylabel=label, ylim=(_LEAST.get(label, 0), None))
         panel.grid(alpha=0.3)
     for panel in grid[1]:
         panel.set_xlabel("robots")

@@ -23,7 +23,7 @@ def run(terrain, robots, seed, time_s):
             "mean_rx_kBps": 100.0 * robots, "mean_tx_kBps": 90.0 * robots,
             "hosts_workstation_rx_kBps": 125.0 * robots,
             "hosts_workstation_tx_kBps": 250.0 * robots,
-            "gives_in_first": "processor" if robots == 30 else None}
+            "saturation_processor_peak": robots / 30, "saturation_lan_peak": 0.1}
 
 
 def write(folder, runs):
@@ -46,11 +46,13 @@ def test_each_terrain_has_its_times_its_fastest_fleet_and_its_bend(table, tmp_pa
     assert maze_facts == (
         "| maze | 11 (11 to 11): 193 | -20.0; from 11.0 (11.0 to 11.0) on +15.0 | 30, 30 |")
     assert zigzag_facts.startswith("| zigzag | 11 (11 to 11): 386 | ")
-    assert "| 8 | 0.990 | 0.92 | 45 | 6.0 | 800, 720 | 24 | nothing: 4 |" in lines
-    assert "| 30 | 0.990 | 0.70 | 45 | 6.0 | 3000, 2700 | 90 | processor: 4 |" in lines
+    assert "| 8 | 0.990 | 0.92 | 45 | 6.0 | 800, 720 | 24 | processor 27 |" in lines
+    assert "| 30 | 0.990 | 0.70 | 45 | 6.0 | 3000, 2700 | 90 | processor 100 |" in lines
     assert ("6 of 60 runs of the zigzag took more than 900 s (fleet of 1: 2, fleet of 29: 2, fleet "
             "of 30: 2): 902, 904, 932, 934, 2000, 2000 s. The others took 362 to 874 s.") in lines
-    shares = lines[-1].split(" | ")
+    assert lines[-1] == ("| ... single fleets | 2.00 to 5.24 | 2.00 to 2.00 | 1.00 to 1.00 "
+                         "| 1.00 to 1.00 | 1.00 to 1.00 |")
+    shares = lines[-2].split(" | ")
     assert shares[0] == "| maze"
     assert shares[2:] == ["2.00 (2.00 to 2.00)", *["1.00 (1.00 to 1.00)"] * 2,
                           "1.00 (1.00 to 1.00) |"]
@@ -105,7 +107,7 @@ def test_processors_are_busier_where_robots_drive_faster_in_fleets_of_equal_size
             for (size, seed), (time_s, cpu) in took.items()]
     table.driving({"zigzag": runs, "maze": runs[:1]})
     assert capsys.readouterr().out.splitlines()[3:] == [
-        "| zigzag | 1.12 | 0.50 | – | 1.00 |", "| maze | 1.00 | – | – | – |"]
+        "| zigzag | 1.12 | 0.50 | – | 1.00 | – |", "| maze | 1.00 | – | – | – | – |"]
 
 
 def test_a_part_of_the_runs_has_a_part_of_the_tables(table, tmp_path, capsys):
