@@ -137,6 +137,12 @@ def test_a_probe_that_takes_too_long_is_stopped(tmp_path):
     assert 0 <= cost.start_s < cost.cpu_s
 
 
+def test_a_probe_whose_half_was_not_marked_has_the_rate_of_all_of_it():
+    assert _start_s(3.0, 40.0, [(1.0, 0.0), (2.0, 20.0), (4.0, 60.0)]) == 1.0
+    assert _start_s(3.0, 40.0, [(1.0, 0.0), (4.0, 60.0)]) == 1.0
+    assert _start_s(3.0, 40.0, [(1.0, 0.0), (4.0, 0.0)]) == 0.0
+
+
 def test_a_probe_that_is_stopped_says_how_long_it_would_have_explored(tmp_path, monkeypatch):
     """Of robots that stand, and with another task, nothing is known."""
     seen = []

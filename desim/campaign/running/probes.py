@@ -50,7 +50,8 @@ def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
     """The cost of one probe. Its rate is that of the second half of its time: the beginning may
     cost more."""
     loaded, due = plan.scenario(vector, 0), Event()
-    marks: list[tuple[float, float]] = []  # at half of the time and at the end: CPU, simulated s
+    # CPU, simulated s: at the beginning, at half of the time (unless its timer is late), at the end
+    marks: list[tuple[float, float]] = []
 
     @contextmanager
     def limited(simulation: Simulation, _: RunFolder) -> Iterator[None]:
@@ -61,6 +62,7 @@ def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
             due.set()
             simulation.interrupt()
 
+        mark()
         timers = Timer(budget_s / 2, mark), Timer(budget_s, stop)
         for timer in timers:
             timer.start()
@@ -95,8 +97,9 @@ def _whole_s(scenario: Scenario, run: Run) -> float | None:
 
 
 def _start_s(cpu_s: float, simulated_s: float, marks: list[tuple[float, float]]) -> float:
-    """``Cost.start_s`` of a run that was stopped: its time beyond the rate of its second half."""
-    (half_cpu_s, half_s), (end_cpu_s, end_s) = marks
+    """``Cost.start_s`` of a run that was stopped: its time beyond the rate between the last two
+    ``marks``."""
+    *_, (half_cpu_s, half_s), (end_cpu_s, end_s) = marks
     if end_s <= half_s:
         return 0.0
     rate = (end_cpu_s - half_cpu_s) / (end_s - half_s)
