@@ -10,14 +10,15 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.units import BitRate, Length, airtime_ns
 from netmodels.itemized import FrameTimes, Itemized
+from netmodels.queues import QueuedTrain, admit
 from netmodels.shared_disk import UnitDiskRadio, check_reaches, mask, settle
 
 
 class _Sending(NamedTuple):
-    """A frame on the air, and the hosts (bit masks) that get it, that cannot hear anything else
+    """A train on the air, and the hosts (bit masks) that get it, that cannot hear anything else
     meanwhile, and that must not send."""
 
-    frame: ports.Frame
+    train: QueuedTrain
     got: int
     deaf: int
     quiet: int
@@ -42,7 +43,7 @@ class IdealMac(Itemized, UnitDiskRadio):
         interference_m: Length = Field("400 m", description="of a frame with others, as far or "
                                                             "farther (two hops; Li et al. 2001: "
                                                             "2.2 ranges)")
-        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
+        queue: int = Field(500, ge=1, le=10_000, description="packets that wait at a sender (as "
                                                               "the radio)")
 
         @model_validator(mode="after")
@@ -59,7 +60,7 @@ class IdealMac(Itemized, UnitDiskRadio):
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         super().start(context, hosts)
-        self._queues: list[deque[ports.Frame]] = [deque() for _ in hosts]
+        self._queues: list[deque[QueuedTrain]] = [deque() for _ in hosts]
         self._since_ns = [0] * len(hosts)  # silent
         self._waiting: set[int] = set()
         self._air: dict[int, _Sending] = {}
@@ -68,10 +69,11 @@ class IdealMac(Itemized, UnitDiskRadio):
 
     def send(self, frame: ports.Frame) -> None:
         queue, source = self._queues[frame.source], frame.source
-        if len(queue) == self._params.queue:
-            self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
+        waiting = sum(train.packets for train in queue)
+        train = admit(self._context, frame, self._params.queue - waiting)
+        if train is None:
             return
-        queue.append(frame)
+        queue.append(train)
         if self._times is not None:
             self._times.begin(frame, self._context.now_ns)
         if source not in self._air:
@@ -99,14 +101,15 @@ class IdealMac(Itemized, UnitDiskRadio):
                 quiet |= sending.quiet
                 self._transmit(host, sending)
 
-    def _reserve(self, frame: ports.Frame) -> _Sending:
+    def _reserve(self, train: QueuedTrain) -> _Sending:
+        frame = train.frame
         reached, disturbed = self._reached, self._disturbed
         got = reached[frame.source] & mask(frame.receivers)
         quiet = 0
         for receiver in frame.receivers:
             if got >> receiver & 1:
                 quiet |= disturbed[receiver]
-        return _Sending(frame, got, disturbed[frame.source], quiet)
+        return _Sending(train, got, disturbed[frame.source], quiet)
 
     def _transmit(self, host: int, sending: _Sending) -> None:
         self._queues[host].popleft()
@@ -114,17 +117,17 @@ class IdealMac(Itemized, UnitDiskRadio):
         self._air[host] = sending
         context = self._context
         if self._times is not None:
-            self._times.until(sending.frame, ports.TimePart.CONTENTION, context.now_ns)
-        context.at(context.now_ns + airtime_ns(sending.frame.size_bytes, self._params.rate_bps),
+            self._times.until(sending.train.frame, ports.TimePart.CONTENTION, context.now_ns)
+        context.at(context.now_ns + airtime_ns(sending.train.size_bytes, self._params.rate_bps),
                    self._end, host)
 
     def _end(self, host: int) -> None:
-        frame, got, _, _ = self._air.pop(host)
+        (frame, _, _), got, _, _ = self._air.pop(host)
         self._since_ns[host] = now_ns = self._context.now_ns
         if self._queues[host]:
             self._waiting.add(host)
             if self._times is not None:
-                self._times.until(self._queues[host][0], ports.TimePart.QUEUE, now_ns)
+                self._times.until(self._queues[host][0].frame, ports.TimePart.QUEUE, now_ns)
         if self._times is not None:
             self._times.until(frame, ports.TimePart.AIRTIME, now_ns)
             self._times.end(frame)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import NamedTuple
 
 from desim import ports
 from desim.units import airtime_ns
@@ -33,6 +34,27 @@ def refuse(context: ports.Context, frame: ports.Frame, fit: int) -> None:
     if fit < frame.segments:
         context.settle_many(frame, frame.receivers,
                             drop("queue_full", range(fit, frame.segments), frame.segments))
+
+
+class QueuedTrain(NamedTuple):
+    """The first ``packets`` of a frame, for which its sender's queue had places, and their bytes.
+    """
+
+    frame: ports.Frame
+    packets: int
+    size_bytes: int
+
+
+def admit(context: ports.Context, frame: ports.Frame, free: int) -> QueuedTrain | None:
+    """Let those packets of ``frame`` into a queue for which it has ``free`` places, and drop the
+    rest. None: there is none."""
+    if free >= frame.segments:
+        return QueuedTrain(frame, frame.segments, frame.size_bytes)
+    refuse(context, frame, free)
+    if not free:
+        return None
+    sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
+    return QueuedTrain(frame, free, sum(sizes[:free]))
 
 
 class SenderQueues:

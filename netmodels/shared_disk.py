@@ -76,8 +76,8 @@ def settle(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) ->
 
 def settle_train(context: ports.Context, frame: ports.Frame, sent: Sequence[tuple[int, int]]
                  ) -> None:
-    """Settle a train. ``sent``: of each packet, the hosts that got it and those where it was
-    spoilt."""
+    """Settle a train. ``sent``: of each packet that was sent, the hosts that got it and those where
+    it was spoilt."""
     got, spoilt = sent[0]
     if all(packet == (got, spoilt) for packet in sent):
         settle(context, frame, got, spoilt)
@@ -92,7 +92,7 @@ def settle_train(context: ports.Context, frame: ports.Frame, sent: Sequence[tupl
             settle_without(context, frame, receiver, {
                 "collision": [k for k, (_, broken) in enumerate(sent) if broken >> receiver & 1],
                 beyond: [k for k, (own, broken) in enumerate(sent)
-                         if not (own | broken) >> receiver & 1]})
+                         if not (own | broken) >> receiver & 1]}, sent=len(sent))
     context.settle_many(frame, arrived, _ARRIVED)
     if frame.broadcast:
         context.settle_many(frame, None, ports.Drop(beyond))

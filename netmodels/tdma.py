@@ -12,13 +12,16 @@ from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import BitRate, Length, Period, airtime_ns
 from netmodels.itemized import FrameTimes, Itemized
+from netmodels.queues import admit
 from netmodels.shared_disk import UnitDiskRadio, check_reaches, mask, settle_train
 
 
 class _SlottedTrain(NamedTuple):
-    """A frame in a queue; of each packet that was sent, who got it and where it was spoilt."""
+    """The first ``packets`` of a frame in a queue; of each that was sent, who got it and where it
+    was spoilt."""
 
     frame: ports.Frame
+    packets: int
     sent: list[tuple[int, int]]
 
 
@@ -47,7 +50,7 @@ class Tdma(Itemized, UnitDiskRadio):
         range_m: Length = Field("200 m", description="(the paper)")
         interference_m: Length = Field("400 m", description="of a frame with others, as far or "
                                                             "farther (two hops)")
-        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender (as "
+        queue: int = Field(500, ge=1, le=10_000, description="packets that wait at a sender (as "
                                                               "the radio)")
 
         @model_validator(mode="after")
@@ -82,10 +85,11 @@ class Tdma(Itemized, UnitDiskRadio):
         sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
         if airtime_ns(sizes[0], params.rate_bps) > params.slot_ns:
             self._context.settle_many(frame, frame.receivers, ports.Drop("too_long"))
-        elif len(queue) == params.queue:
-            self._context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
-        else:
-            queue.append(_SlottedTrain(frame, []))
+            return
+        waiting = sum(train.packets - len(train.sent) for train in queue)
+        train = admit(self._context, frame, params.queue - waiting)
+        if train is not None:
+            queue.append(_SlottedTrain(frame, train.packets, []))
             if self._times is not None:
                 self._times.begin(frame, self._context.now_ns)
             if len(queue) == 1:
@@ -115,7 +119,7 @@ class Tdma(Itemized, UnitDiskRadio):
             if self._times is not None:
                 self._stamp(self._times, waiting, number)
             waiting.sent.append((near & ~spoilt, near & spoilt))
-            if len(waiting.sent) == waiting.frame.segments:
+            if len(waiting.sent) == waiting.packets:
                 queue.popleft()
                 over.append(waiting)
                 if queue and self._times is not None:
@@ -135,7 +139,7 @@ class Tdma(Itemized, UnitDiskRadio):
         times.until(frame, ports.TimePart.AIRTIME,
                     begin_ns + airtime_ns(sizes[packet], params.rate_bps))
         times.until(frame, ports.TimePart.CONTENTION, begin_ns + params.slot_ns)
-        if packet + 1 == frame.segments:
+        if packet + 1 == waiting.packets:
             times.end(frame)
 
 

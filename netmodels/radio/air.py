@@ -97,9 +97,9 @@ class Air:
         self._seen: list[np.ndarray] = []
 
     def send(self, number: int, frame: ports.Frame, size_bytes: int, last_bytes: int, rate: int,
-             rts: bool) -> bool:
+             rts: bool) -> int:
         """Queue a frame of the radio of that ``number``, of packets of so many bytes on the air.
-        Returns whether the queue had a place for it."""
+        Returns the number of its packets for which the queue had a place."""
         now_ns = self._context.now_ns
         if self._settled_ns != now_ns:
             self._settle(now_ns)
@@ -111,11 +111,12 @@ class Air:
         if not self._wake_booked:
             self._book_wake()
         if position is None:
-            return False
-        self._waiting[station, position] = QueuedFrame(frame)
+            return 0
+        fit = self.stations.fit
+        self._waiting[station, position] = QueuedFrame(frame, fit)
         if self._times is not None:
             self._times.taken(station, position, now_ns)
-        return True
+        return fit
 
     def catch_up(self) -> None:
         """Take all outcomes up to now."""
@@ -247,7 +248,7 @@ class Air:
         drop = None if judge is None else judge(waiting.packet(packet, receiver), receiver)
         if what == HEARD:
             first = self.stations.judge(now_ns, station, drop is not None)
-            return first and packet == frame.segments - 1
+            return first and packet == waiting.packets - 1
         if drop is not None:
             waiting.lose(drop.reason, receiver, packet)
             self.stations.miss(now_ns, number * self._hosts + receiver)

@@ -14,13 +14,14 @@ _OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
 class QueuedFrame:
-    """A frame in a sender's queue. ``given_up`` are a unicast frame's packets. Of a broadcast by
-    receiver, bit k for packet k: those ``got``, and those ``lost`` for a reason."""
+    """The first ``packets`` of a frame in a sender's queue. ``given_up`` are a unicast frame's
+    packets. Of a broadcast by receiver, bit k for packet k: those ``got``, and those ``lost`` for a
+    reason."""
 
-    __slots__ = ("frame", "given_up", "got", "lost")
+    __slots__ = ("frame", "packets", "given_up", "got", "lost")
 
-    def __init__(self, frame: ports.Frame) -> None:
-        self.frame = frame
+    def __init__(self, frame: ports.Frame, packets: int) -> None:
+        self.frame, self.packets = frame, packets
         self.given_up: list[int] = []
         self.got: dict[int, int] = {}
         self.lost: dict[str, dict[int, int]] = {}
@@ -34,7 +35,7 @@ class QueuedFrame:
             return False
         if what == DROPPED:
             self.given_up.append(packet)
-            return packet == self.frame.segments - 1
+            return packet == self.packets - 1
         if what == MISSED:
             self.lose("channel_error", receiver, packet)
             return False
@@ -55,7 +56,8 @@ class QueuedFrame:
         """Settle a unicast frame: packets that were given up are lost."""
         frame = self.frame
         if self.given_up:
-            settle_without(context, frame, frame.receivers[0], {"retry_limit": self.given_up})
+            settle_without(context, frame, frame.receivers[0], {"retry_limit": self.given_up},
+                           sent=self.packets)
         else:
             context.settle(frame, frame.receivers[0], _ARRIVED)
 
@@ -78,7 +80,7 @@ class QueuedFrame:
     def settle_broadcast(self, context: ports.Context, finders: Sequence[int]) -> None:
         """Settle a broadcast. Where ``finders`` have found nothing of it, others were louder."""
         frame, got = self.frame, self.got
-        among, whole = frame.among, (1 << frame.segments) - 1
+        among, whole = frame.among, (1 << self.packets) - 1
 
         def at(packets: dict[int, int]) -> list[int]:
             """The receivers at which this is the fate of all packets."""
@@ -90,7 +92,7 @@ class QueuedFrame:
         fates += [(ports.Drop(reason), at(packets))
                   for reason, packets in sorted(self.lost.items())]
         known = {host for _, hosts in fates for host in hosts}
-        if frame.segments > 1:
+        if self.packets > 1:
             found = {*got, *(host for packets in self.lost.values() for host in packets)}
             parted = among(sorted(found - known))
             self._settle_parts(context, parted)
@@ -109,5 +111,5 @@ class QueuedFrame:
                     if receiver in packets}
             unheard = ~(self.got.get(receiver, 0) | sum(lost.values()))
             settle_without(context, frame, receiver, {
-                reason: [packet for packet in range(frame.segments) if bits >> packet & 1]
-                for reason, bits in {**lost, "collision": unheard}.items()})
+                reason: [packet for packet in range(self.packets) if bits >> packet & 1]
+                for reason, bits in {**lost, "collision": unheard}.items()}, sent=self.packets)

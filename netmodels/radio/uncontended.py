@@ -13,6 +13,7 @@ from desim import ports
 from netmodels.ethernet import FULL_BYTES
 from netmodels.itemized import Itemized
 from netmodels.partial_trains import settle_without
+from netmodels.queues import QueuedTrain, admit
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import sensitivity_dbm
@@ -105,7 +106,7 @@ class Uncontended(Itemized):
         self._near = [NearbyHosts(replace(budget, heard_dbm=level_dbm, found_dbm=level_dbm),
                                   context, self._params.update_ns)
                       for level_dbm in self.sensitivity_dbm]
-        self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of what waits, at each sender
+        self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of packets that wait there
 
     def _reach_m(self, power_dbm: float) -> float:
         params = self._params
@@ -117,20 +118,21 @@ class Uncontended(Itemized):
         now_ns = context.now_ns
         while ends_ns and ends_ns[0] <= now_ns:
             ends_ns.popleft()
-        if len(ends_ns) == self._params.queue:
-            context.settle_many(frame, frame.receivers, ports.Drop("queue_full"))
-            return
         wait_ns = ends_ns[-1] - now_ns if ends_ns else 0
         if self._lifetime_ns is not None and wait_ns > self._lifetime_ns:
             context.settle_many(frame, frame.receivers, ports.Drop("expired"))
             return
-        arrives_ns, free_ns, air_ns = self._times(frame.size_bytes, frame.segments,
-                                                  frame.broadcast)
+        train = admit(context, frame, self._params.queue - len(ends_ns))
+        if train is None:
+            return
+        packets = train.packets
+        arrives_ns, free_ns, air_ns = self._times(train.size_bytes, packets, frame.broadcast)
         near = frame.among(self._near[frame.broadcast].of(frame.source))
         judge = context.judge_transmission
-        lost, repeated = self._tried(judge, frame, near) if judge else ({}, 0)
-        again_ns = repeated * (free_ns // frame.segments)
-        ends_ns.append(now_ns + wait_ns + free_ns + again_ns)
+        lost, repeated = self._tried(judge, train, near) if judge else ({}, 0)
+        again_ns = repeated * (free_ns // packets)
+        ends_ns.extend(now_ns + wait_ns + (free_ns + again_ns) * number // packets
+                       for number in range(1, packets + 1))
         arrive = ports.Deliver(wait_ns + arrives_ns + again_ns)
         if self._ledger is not None:
             spent, part = self._ledger.spent, ports.TimePart
@@ -138,24 +140,25 @@ class Uncontended(Itemized):
             spent(frame, part.CONTENTION, arrives_ns - air_ns)
             spent(frame, part.RETRANSMISSION, again_ns)
             spent(frame, part.AIRTIME, air_ns)
-        for receiver, packets in lost.items():
-            settle_without(context, frame, receiver, packets, arrive)
+        for receiver, missing in lost.items():
+            settle_without(context, frame, receiver, missing, arrive, sent=packets)
         context.settle_many(frame, [receiver for receiver in near if receiver not in lost], arrive)
         if frame.broadcast:
             context.settle_many(frame, None, ports.Drop("out_of_reach"))
         elif not near:
             context.settle(frame, frame.receivers[0], ports.Drop("out_of_range"))
 
-    def _tried(self, judge: Callable[[ports.Frame, int], ports.Drop | None], frame: ports.Frame,
+    def _tried(self, judge: Callable[[ports.Frame, int], ports.Drop | None], train: QueuedTrain,
                near: list[int]) -> tuple[dict[int, dict[str, list[int]]], int]:
         """The packets that rules take at the receivers ``near``, by reason; and how many
         transmissions are repeated."""
+        frame = train.frame
         tries = 1 if frame.broadcast else self._params.retries
+        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
         lost: dict[int, dict[str, list[int]]] = {}
         repeated = 0
         for receiver in near:
-            for number, size_bytes in enumerate(ports.packet_sizes(frame.size_bytes,
-                                                                   frame.segments)):
+            for number, size_bytes in enumerate(sizes[:train.packets]):
                 packet = frame._replace(receivers=(receiver,), size_bytes=size_bytes, segments=1)
                 failed, reason = 0, "retry_limit"
                 while failed < tries and (drop := judge(packet, receiver)):

@@ -160,7 +160,7 @@ def test_the_cycle_of_a_lone_sender(standard, mbps, published_us):
 
 
 def last_of_a_full_queue(name, **params):
-    bench = Bench(rung(name, **params), {"a": (0, 0), "b": (5, 0)})
+    bench = Bench(rung(name, queue=1000, **params), {"a": (0, 0), "b": (5, 0)})
     for _ in range(500):
         bench.send(0, "a", "b", 2 * UDP, 2)
     log = bench.run()

@@ -111,7 +111,8 @@ def test_a_broadcast_is_not_repeated_and_says_why_it_is_lost():
 
 
 def test_a_train_is_repaired_packet_by_packet():
-    medium, share, transmissions = sent(bench_of(rule("loss", probability=0.7)), 100, 20)
+    bench = bench_of(rule("loss", probability=0.7), queue=2000)
+    medium, share, transmissions = sent(bench, 100, 20)
     assert share == pytest.approx(1 - 0.7**7, abs=0.02)
     assert medium.delivered == 100 and transmissions > 2.8 * 2000
 

@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 from desim import ports
 from desim.units import BitRate, ByteSize, Level, Period
 from netmodels.ethernet import FULL_BYTES
+from netmodels.queues import refuse
 from netmodels.radio.air import Air, Airs
 from netmodels.radio.budget import Budget
 from netmodels.radio.delivery import mean_delivery
@@ -31,8 +32,6 @@ from netmodels.radio.standards import (
 )
 from netmodels.radio.thresholds import Thresholds
 from netmodels.radio.walls import Walls
-
-_QUEUE_FULL = ports.Drop("queue_full")
 
 
 class DcfRadio:
@@ -95,8 +94,8 @@ class DcfRadio:
         fading: Fading | None = Field(None, description="by echoes, Rayleigh or Rician (none; "
                                                         "ns-3)")
         reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
-        queue: int = Field(500, ge=1, le=10_000, description="frames that wait at a sender, "
-                                                              "a train being one (ns-3: packets)")
+        queue: int = Field(500, ge=1, le=10_000, description="packets that wait at a sender "
+                                                              "(ns-3)")
         lifetime_ns: Period | None = Field(None, description=(
             "a frame that waits longer at its sender is dropped as expired (none; ns-3: 500 ms)"))
         retries: int = Field(7, ge=1, le=255, description="transmissions before a frame is given "
@@ -245,5 +244,6 @@ class DcfRadio:
         if not frame.broadcast:
             limit = self.params.rts_bytes
             rate, rts = self.rate, limit is not None and size_bytes > limit
-        if not self._air.send(self._number, frame, size_bytes, last_bytes, rate, rts):
-            self.context.settle_many(frame, frame.receivers, _QUEUE_FULL)
+        fit = self._air.send(self._number, frame, size_bytes, last_bytes, rate, rts)
+        if fit < frame.segments:
+            refuse(self.context, frame, fit)

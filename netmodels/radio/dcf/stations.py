@@ -81,8 +81,9 @@ class Stations:
     sent and nobody moves before it, the copy replaces the original. Before anything is sent or
     moves at ``now_ns``, all outcomes up to ``now_ns`` must have been taken.
 
-    ``keys`` [stations] uint64, of their random numbers. ``limit`` frames fit into each queue. A
-    packet is given up after ``tries`` failures; after ``reset_at`` in a row the contention window
+    ``keys`` [stations] uint64, of their random numbers. ``limit`` packets fit into each queue; of
+    the frame that was given last, ``fit`` packets have a place. A packet is given up after
+    ``tries`` failures; after ``reset_at`` in a row the contention window
     starts anew. A frame that has waited for ``lifetime_ns`` (None: any time) is not sent any more.
     Rates adapt if there is a ``first_rate``: unicast frames go at the one that was chosen for their
     receiver when they go on the air (``choose``), not at their own. Where transmissions are
@@ -104,6 +105,7 @@ class Stations:
         self._end = compiled_function(kernels.ended_broadcast)
         self._present = 0  # which of the two states is the present one
         self._next_ns: int | None = NEVER  # None: not foreseen yet
+        self.fit = 0
         self._taken_ns = -1
         first = np.zeros(n, records.STATION)
         for field in "air_due", "contention_due", "answer_due":
@@ -155,13 +157,13 @@ class Stations:
                 packets: int = 1, last_bytes: int | None = None, rts: bool = False) -> int | None:
         """Give ``station`` a frame to send, for ``dest`` (-1: all), of so many packets, the last of
         ``last_bytes`` (None: as the others). Returns its position in the queue, None if that is
-        full."""
-        position = self._enqueue(
+        full. Packets for which that has no place (``fit``) are not sent."""
+        position, self.fit = self._enqueue(
             self._arrays.rows, self._present, now_ns,
             NEVER if self._lifetime_ns is None else now_ns + self._lifetime_ns, station, dest,
             packets, psdu_bytes, last_bytes or psdu_bytes, rate, rts and dest >= 0)
         self._next_ns = None
-        return None if position < 0 else position
+        return position if self.fit else None
 
     def choose(self, station: int, dest: int, rate: int) -> None:
         """Let ``station`` send to ``dest`` at this rate from the next attempt on."""

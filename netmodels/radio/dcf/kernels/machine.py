@@ -154,20 +154,30 @@ def ended_broadcast(rows, present, ended):
     return at
 
 
-@lean(_i8(_rows, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
+@inner(_i8(a_dcf, a_station))
+def waiting_packets(d, s):
+    """The packets of all frames in station s's queue, with those of the first one that are over."""
+    limit, packets = d.frames.shape[1], 0
+    for k in range(s.queue_length):
+        packets += d.frames[s.index, (s.queue_head + k) % limit].packets
+    return packets
+
+
+@lean(types.UniTuple(_i8, 2)(_rows, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
 def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, last_bytes, rate, rts):
     """Give station i a frame to send, after all events before now. Returns its position in the
-    queue, -1 if that is full."""
+    queue, and the number of its packets for which that has a place (0: it is full)."""
     d = arrays_at(rows[present])
     run(d, now_ns - 1)
     s, limit, setup = d.stations[i], d.frames.shape[1], d.setup[0]
     mark_changed(d, s)
-    if s.queue_length == limit:
-        return -1
+    fit = min(packets, limit + s.packet - waiting_packets(d, s))
+    if fit <= 0:
+        return 0, 0
     position = (s.queue_head + s.queue_length) % limit
     frame = d.frames[i, position]
-    frame.expires_ns, frame.dest, frame.packets = expires_ns, dest, packets
-    frame.size_bytes, frame.last_bytes = size_bytes, last_bytes
+    frame.expires_ns, frame.dest, frame.packets = expires_ns, dest, fit
+    frame.size_bytes, frame.last_bytes = size_bytes, last_bytes if fit == packets else size_bytes
     set_rate(d.rates, frame, rate, rts)
     s.queue_length += 1
     if s.queue_length == 1:
@@ -180,7 +190,7 @@ def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, las
                 s.slots_left == 0 or now_ns >= s.slots_from_ns + s.slots_left * setup.slot_ns):
             s.ready_ns, s.slots_left, s.no_backoff = now_ns + setup.pause_ns, 0, setup.pause_ns == 0
         plan_start(setup, d.due, s)
-    return position
+    return position, fit
 
 
 @lean(boolean(_rows, _i8, _i8, _i8, _i8))
