@@ -21,7 +21,7 @@ class AccessLink(Itemized):
     takes the link once and is copied behind it. Of a train those packets are dropped for which
     the queue has no place.
 
-    Capabilities: Refuses, CountsBusyTime, Itemizes.
+    Capabilities: Refuses, CountsBusyTime, Itemizes, KnowsDepartures.
     """
 
     class Params(ports.Params):
@@ -85,6 +85,10 @@ class AccessLink(Itemized):
             fit = self._lines[frame.source].join(
                 now_ns, begin_ns, airtime_ns(sizes[0], self._rate_bps), fit)
         return fit, sum(sizes[:fit])
+
+    def departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``."""
+        return self._free_ns[host]
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long the link of each of ``hosts`` was sending."""

@@ -252,6 +252,7 @@ class Fifo:
         self._context, self._ledger = context, ledger
         self.free_ns = self.taken_ns = 0
         self._line = DropTailQueue(cable.queue_packets)
+        self.departures_ns = [0] * len(hosts)
         self.transmissions = self.collisions = 0
 
     def take(self, frame: ports.Frame) -> None:
@@ -265,6 +266,7 @@ class Fifo:
         self.transmissions += fit
         self.free_ns = begin_ns + sum(map(cable.wire_ns, sizes[:fit])) + fit * cable.gap_ns
         self.taken_ns += self.free_ns - begin_ns
+        self.departures_ns[frame.source] = self.free_ns
         arrives_ns = self.free_ns - cable.gap_ns + cable.propagation_ns
         if self._ledger is not None:
             spent = self._ledger.spent
@@ -314,6 +316,8 @@ class Bus(Itemized):
         """``discipline`` arbitrates, instead of the one in ``params``."""
         self._params = params
         self._discipline = discipline or ARBITRATIONS[params.arbitration]
+        if self._discipline is Fifo:
+            self.departure_ns = self._departure_ns
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         """Raises ``InputError`` if collisions could go unheard."""
@@ -341,6 +345,11 @@ class Bus(Itemized):
         under way, or the gap behind it was not over (``csma``: only the sender waits for that)."""
         bus = self._arbitration
         return [bus.taken_ns - max(bus.free_ns - self._context.now_ns, 0)]
+
+    def _departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``, of fifo."""
+        assert isinstance(self._arbitration, Fifo)
+        return self._arbitration.departures_ns[host]
 
     def _wire_ns(self, size_bytes: int) -> int:
         params = self._params

@@ -51,6 +51,10 @@ class Disk(Itemized):
         one, other = np.nonzero(near)
         return one, other, np.ones(len(one))
 
+    def departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``."""
+        return self._outlets.departure_ns(host)
+
     def send(self, frame: ports.Frame) -> None:
         context, source = self._context, frame.source
         now_ns = context.now_ns

@@ -55,6 +55,10 @@ class Distance(Itemized):
         self._outlets = SenderQueues(len(hosts), self._params.rate_bps, self._ledger)
         self._losses = RandomLoss(context, "distance", hosts)
 
+    def departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``."""
+        return self._outlets.departure_ns(host)
+
     def send(self, frame: ports.Frame) -> None:
         now_ns = self._context.now_ns
         places = self._context.positions(now_ns)

@@ -69,8 +69,8 @@ class Epidemic:
     hop. Left out: the limit of hops, and messages that clean up behind one that has arrived. A
     stream on top repeats what is late; datagrams are what this is for.
 
-    Capabilities: Refuses, FollowsHosts, CountsControl, Itemizes; if its hop has them,
-    CountsBusyTime, CountsAirtime, Retransmits.
+    Capabilities: Refuses, FollowsHosts, CountsControl, Itemizes, KnowsDepartures; if its hop has
+    them, CountsBusyTime, CountsAirtime, Retransmits.
     """
 
     class Params(HopChoice):
@@ -123,6 +123,10 @@ class Epidemic:
         self._context.at(message.dies_ns, self._expire, message)
         self._keep(frame.source, message)
         return None
+
+    def departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``: what a host stores has left the socket it came from."""
+        return 0
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped: the messages that it held are lost."""

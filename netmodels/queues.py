@@ -67,6 +67,10 @@ class SenderQueues:
         self._rate_bps = rate_bps
         self._ledger = ledger
 
+    def departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``."""
+        return self._free_ns[host]
+
     def delay_ns(self, frame: ports.Frame, now_ns: int) -> int:
         """The time until all of ``frame``, which is sent now, is out."""
         source = frame.source

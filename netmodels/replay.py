@@ -75,6 +75,10 @@ class Replay(Itemized):
         self._chance = (_by_errors(params) if trace.quantity == "rssi_dbm"
                         else lambda ratio, size_bytes: ratio)
 
+    def departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``."""
+        return self._outlets.departure_ns(host)
+
     def send(self, frame: ports.Frame) -> None:
         size_bytes = psdu_bytes(frame.size_bytes, frame.segments)
         delay_ns = (self._outlets.delay_ns(frame, self._context.now_ns)

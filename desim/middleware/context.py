@@ -30,12 +30,14 @@ from desim.ports.middleware import (
     Middleware,
     Offer,
     Published,
+    Sends,
     Transport,
     TransportKind,
 )
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
+    from desim.middleware.udp.socket import UdpSocket
     from desim.network.medium import Medium
     from desim.network.ways import Way
 
@@ -119,7 +121,8 @@ class GraphContext:
         host = self._graph.hosts[offer.publisher.host]
         if (offer.transport, offer.via) == (TransportKind.STREAM, Addressing.UNICAST):
             return Stream(host, offer.queue, offer.publisher.topic)
-        return Datagram(host, offer.via == Addressing.BROADCAST, offer.publisher.topic)
+        return Datagram(host, offer.via == Addressing.BROADCAST, offer.publisher.topic,
+                        offer.publisher.node)
 
     def route(self, source: int, receiver: int, topic: str = "", *, at_present: bool = False
               ) -> Medium | Way | None:
@@ -176,7 +179,7 @@ class GraphContext:
                 graph.put(pack(now_ns, self._control, own, to_id, kind_id, size_bytes))
                 note = None if in_advance is None else in_advance(to[0])
                 if note is None:
-                    self.way(medium, source, to)(
+                    self.way(medium, source, to).transmit(
                         source, to, size_bytes, segments, multicast, carrier, token)
                     continue
                 arrival_ns = medium.post(source, (to[0],), size_bytes, carrier, token)
@@ -185,12 +188,14 @@ class GraphContext:
         graph.trace.flush_if_full()
 
     def way(self, medium: Medium | Way, source: int, receivers: Sequence[int]
-            ) -> Callable[..., int | None]:
-        """The ``transmit`` for a datagram of ``source``: one for a single host needs its address.
-        """
+            ) -> Sends:
+        """The next stop of a datagram of ``source``: one for a single host needs its address."""
         if self._neighbours is None or len(receivers) > 1:
-            return medium.transmit
-        return self._neighbours.of(medium, source, receivers[0]).transmit
+            return medium
+        return self._neighbours.of(medium, source, receivers[0])
+
+    def socket(self, host: int, name: str) -> UdpSocket:
+        return self._graph.hosts[host].sockets.named(name)
 
     def _count(self, kind: str, frames: int, size_bytes: int) -> None:
         """Count so many frames of one size."""

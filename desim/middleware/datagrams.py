@@ -21,11 +21,13 @@ class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
     datagram of a message loses the message."""
 
     __slots__ = ("_graph", "_source", "_topic", "_broadcast", "_routes", "_known", "_unrouted",
-                 "_flying")
+                 "_flying", "_udp", "_node")
 
-    def __init__(self, source: Host, broadcast: bool, topic: str = "") -> None:
+    def __init__(self, source: Host, broadcast: bool, topic: str = "", node: str | None = None
+                 ) -> None:
         self._graph = source.graph
         self._source, self._topic = source, topic
+        self._udp, self._node = source.sockets.new(), node
         self._broadcast = broadcast
         self._routes: list[tuple[Medium | Way, tuple[int, ...]]] = []
         self._known: list[int] = []
@@ -68,9 +70,9 @@ class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
             graph.trace.row(graph.kernel.now_ns, graph.FRAME, source.id, to, message.seq,
                             size_bytes)
             self._flying += len(group)
-            transmit = medium.transmit if self._broadcast else graph.context.way(
-                medium, source.index, group)
-            transmit(source.index, group, size_bytes, segments, self._broadcast, self, message)
+            sends = medium if self._broadcast else graph.context.way(medium, source.index, group)
+            self._udp.send(medium, group, size_bytes, segments, self._broadcast, self, message,
+                           node=self._node, sends=sends)
         for receiver in unrouted:
             graph.drop(message, receiver, "no_route")
 

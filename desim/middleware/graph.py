@@ -36,6 +36,7 @@ from desim.middleware.routes import Routing
 from desim.middleware.topics import Latest, Topic
 from desim.ports import natural_key
 from desim.ports.middleware import Middleware
+from desim.scenario.schema.sockets import Sockets
 
 if TYPE_CHECKING:
     from desim.middleware.busy.timed_executor import PublishingCallback
@@ -61,14 +62,16 @@ class Graph:
     instants of its first and last frame, -1 for a message that never became a frame. If it
     ``TakesArrivals``, it gets those of a batch at once. Where there is a ledger, ``passages`` are
     those of its media, and ``callbacks`` gets the callbacks that publish, if computers get busy.
-    ``computers``: those of all hosts by name; None: callbacks take no time."""
+    ``computers``: those of all hosts by name; None: callbacks take no time. ``sockets``: the
+    buffers of each host's UDP sockets (None: Linux's)."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, others: int = 0,
                  payloads: str = "lazy", on_fate: OnFate | None = None,
                  passages: Passages | None = None,
                  callbacks: list[PublishingCallback] | None = None,
-                 computers: Mapping[str, Computer] | None = None) -> None:
+                 computers: Mapping[str, Computer] | None = None,
+                 sockets: Sockets | None = None) -> None:
         if payloads not in ("lazy", "birth", "delivery"):
             raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
         self.kernel, self.names, self.trace, self.streams = kernel, names, trace, streams
@@ -78,6 +81,7 @@ class Graph:
         self.read_at_birth = payloads == "birth"
         self._read_at_delivery = payloads == "delivery"
         self.on_fate, self.passages, self.callbacks = on_fate, passages, callbacks
+        self.sockets = sockets or Sockets()
         self.on_arrivals = on_fate.arrivals if isinstance(on_fate, TakesArrivals) else None
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")

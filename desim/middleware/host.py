@@ -15,6 +15,7 @@ from desim.errors import InputError, KernelError
 from desim.middleware.clocks import HostClock
 from desim.middleware.message import Message
 from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
+from desim.middleware.udp.host_sockets import HostSockets
 from desim.ports.middleware import Addressing, Endpoint, Offer, TransportKind
 from desim.ports.networks import Handle
 
@@ -41,7 +42,7 @@ class Host:
 
     __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "clock", "software",
                  "nodes", "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
-                 "_inbox")
+                 "_inbox", "sockets")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -54,6 +55,7 @@ class Host:
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
+        self.sockets = HostSockets(self, graph.sockets.send_buffer_bytes)
         self.last_arrival_ns = array("q")
         self.on_next_arrival: dict[int, Callable[[int], object]] = {}
         self._publishers: list[Publisher] = []
@@ -115,6 +117,7 @@ class Host:
         for publisher in self._publishers:
             publisher.topic.publishers.remove(publisher)
             publisher.close("sender_down")
+        self.sockets.close()
         for subscription, _ in self._inbox or ():
             subscription.topic.counts.discarded += 1
         for topic in self._ends:
@@ -150,16 +153,18 @@ class Host:
         return publisher
 
     def subscribe(self, node: str, topic: str, callback: Callable[[Message], object],
-                  queue: int) -> None:
+                  queue: int) -> Subscription:
         """See ``Node.subscribe``; ``topic`` is absolute."""
         about = self.graph.topic(topic)
         self.graph.connections += 1
         latest, subscriptions = self._ends_of(about.name)
         if latest is not None:
             latest.book()
-        subscriptions.append(self._new_subscription(node, about, callback, queue))
+        subscription = self._new_subscription(node, about, callback, queue)
+        subscriptions.append(subscription)
         about.listens(self.index, latest, subscriptions)
         self.graph.context.subscribed(Endpoint(self.index, node, about.name))
+        return subscription
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         """See ``Node.latest``; ``topic`` is absolute."""
@@ -184,6 +189,18 @@ class Host:
 
     def worked(self, node: str, quantities: Mapping[str, int]) -> None:
         """See ``Node.worked``: here it takes no time."""
+
+    def block(self, node: str) -> None:
+        """``node`` waits for room in the send buffer of a socket: it runs no callback meanwhile."""
+        for one in self.nodes:
+            if one.name == node:
+                one.block()
+
+    def unblock(self, node: str) -> None:
+        """``node`` waits no more."""
+        for one in self.nodes:
+            if one.name == node:
+                one.unblock()
 
     def latest_without_callbacks(self, topic: str) -> Latest | None:
         """The ``Latest`` of ``topic``; None if there is none, or if callbacks wait for messages."""

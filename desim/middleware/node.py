@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from desim.engine.kernel import Ticker
 from desim.errors import InputError
 from desim.middleware.contents import Content
 from desim.middleware.message import Message
-from desim.middleware.topics import Latest, Publisher, WaitSet
+from desim.middleware.topics import Latest, Publisher, Subscription, WaitSet
 from desim.ports.networks import Handle
 from desim.units import NS_PER_S
 
@@ -29,7 +30,7 @@ class Node:
     """
 
     __slots__ = ("host", "namespace", "name", "_named", "_id", "_graph", "_publishers", "_tickers",
-                 "_alive")
+                 "_alive", "_subscriptions", "_held")
 
     def __init__(self, host: Host, name: str, namespace: str | None = None) -> None:
         self.host = host
@@ -40,16 +41,42 @@ class Node:
         self._id = host.graph.names.id(self.namespace)
         self._publishers: dict[str, Publisher] = {}
         self._tickers: list[Handle] = []
+        self._subscriptions: list[Subscription] = []
         self._alive = True
+        self._held: list[tuple[Callable[..., object], object]] | None = None  # see ``block``
 
     def start(self) -> None:
         """Called once, when its host starts."""
 
     def stop(self) -> None:
         """Called by the host when it stops."""
-        self._alive = False
+        self._alive, self._held = False, None
         for ticker in self._tickers:
             ticker.cancel()
+
+    def block(self) -> None:
+        """The node waits in a call, as for room in the send buffer of a socket: its timers skip
+        ticks, and its other callbacks are held until ``unblock``."""
+        self._alive, self._held = False, []
+        for ticker in self._tickers:
+            ticker.cancel()
+        for subscription in self._subscriptions:
+            subscription.hold(self._held)
+
+    def unblock(self) -> None:
+        """The call is over. A callback that is called now may block the node again."""
+        held, self._held = self._held or [], None
+        self._alive = True
+        for subscription in self._subscriptions:
+            subscription.hold(None)
+        for ticker in self._tickers:
+            if isinstance(ticker, Ticker):  # those of busy computers' nodes are their executors'
+                ticker.resume()
+        for k, (callback, arg) in enumerate(held):
+            callback(arg)
+            if self._held is not None:
+                self._held[:0] = held[k + 1:]
+                return
 
     @property
     def now_ns(self) -> int:
@@ -89,7 +116,8 @@ class Node:
     def subscribe(self, topic: str, callback: Callable[[Message], object], queue: int = 1) -> None:
         """Call ``callback(message)``, in phase CONTROL, for each message of ``topic``; ``queue``
         of them may wait, then the oldest goes (0: no bound)."""
-        self.host.subscribe(self.name, self._absolute(topic), callback, queue)
+        self._subscriptions.append(
+            self.host.subscribe(self.name, self._absolute(topic), callback, queue))
 
     def latest(self, topic: str, wait_set: WaitSet | None = None) -> Latest:
         """Subscribe to ``topic`` without a callback: ``.message`` of the result is the last one
@@ -163,3 +191,5 @@ class Node:
         if self._alive:
             callback, arg = what
             callback(arg)
+        elif self._held is not None:
+            self._held.append(what)

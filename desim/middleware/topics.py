@@ -51,13 +51,26 @@ class Topic:
 class Subscription:
     """One callback of one node. ``limit`` messages may wait (0: any number)."""
 
-    __slots__ = ("topic", "callback", "limit", "waiting")
+    __slots__ = ("topic", "callback", "limit", "waiting", "_own")
 
     def __init__(self, topic: Topic, callback: Callable[[Message], object], limit: int) -> None:
         self.topic = topic
-        self.callback = callback
+        self.callback = self._own = callback
         self.limit = limit
         self.waiting = 0
+
+    def hold(self, held: list[tuple[Callable[..., object], object]] | None) -> None:
+        """Keep the last ``limit`` messages in ``held``, with the callback that they are for; None:
+        do so no more."""
+        def keep(message: Message) -> None:
+            assert held is not None
+            own = [entry for entry in held if entry[0] is self._own]
+            if 0 < self.limit <= len(own):
+                held.remove(own[0])
+                self.topic.counts.overwritten += 1
+            held.append((self._own, message))
+
+        self.callback = self._own if held is None else keep
 
 
 class Expecting(Protocol):

@@ -28,7 +28,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Publisher, WaitSet
+from desim.middleware.topics import Latest, Publisher, Subscription, WaitSet
 from desim.ports import GridSpec
 from desim.robot.sharing.kinds.own_maps import OwnMaps
 from desim.scenario.schema.scenario import Scenario
@@ -185,8 +185,9 @@ class _Stage(Host):
         return super().advertise(node, topic, transport, via, queue, latch)
 
     def subscribe(self, node: str, topic: str, callback: Callable[[Message], object],
-                  queue: int) -> None:
+                  queue: int) -> Subscription:
         self.subscribed.add(topic)
+        return Subscription(self.graph.topic(topic), callback, queue)
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         self.subscribed.add(topic)

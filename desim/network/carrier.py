@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
 
 if TYPE_CHECKING:
     from desim.network.medium import Medium
@@ -68,6 +68,9 @@ class Carrier(Generic[T_contra]):
 
     def repeated(self, token: T_contra, receiver: int) -> object:
         """A copy of a frame that has arrived whole, where a rule makes copies."""
+
+
+AnyCarrier: TypeAlias = Carrier[Any]  # its tokens are its own
 
 
 class Carriers(Protocol[T_contra]):

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
 from operator import attrgetter
-from typing import Never, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from desim.network.account import Account
 from desim.network.answer_checks import arrival_of, check_packets, reason_of, unexpected
 from desim.network.broadcast import Broadcast
 from desim.network.carrier import Carrier, Carriers
+from desim.network.departures import Departures
 from desim.network.flights import Flights
 from desim.network.gate import Gate, MediumView
 from desim.network.surroundings import Nowhere, Reachability, Surroundings
@@ -48,7 +49,7 @@ _NETWORK = Phase.NETWORK  # cheaper than to look it up each time
 _new = tuple.__new__  # a Frame at half the price
 
 
-def _none_of(frames: ports.Frames) -> Sequence[int | None]:
+def none_of(frames: ports.Frames) -> Sequence[int | None]:
     """The ``send_many`` of a model without one: it takes none."""
     return ()
 
@@ -66,7 +67,8 @@ class Medium(Account):
     __slots__ = ("name", "id", "model", "rules", "flights", "attached", "frames", "positions",
                  "shared", "judge_transmission", "_refuses", "_kernel", "_after", "_send", "_begin",
                  "_streams", "_place", "_open", "_broadcasts", "_awaited", "_reasons", "_hosts",
-                 "_control", "_reachability", "_admit", "_passes", "_all_pass", "_send_many")
+                 "_control", "_reachability", "_admit", "_passes", "_all_pass", "_send_many",
+                 "departures", "left")
 
     def __init__(self, name: str, model: NetworkModel,
                  rules: Sequence[Rule | ports.RuleFunction] = (), *, kernel: Kernel, names: Names,
@@ -82,6 +84,8 @@ class Medium(Account):
         self._kernel = kernel
         self._after, self.shared = kernel.after, kernel.shared
         self._send = model.send  # bound once: 400 instructions
+        self.departures = Departures(model, self.rules)
+        self.left = self.departures.left
         self._streams = streams
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
@@ -98,7 +102,7 @@ class Medium(Account):
                 rule.start(MediumView(self, f"rule {number}"), tuple(hosts))
         gate = Gate(self.rules, model, self)
         self._admit, self._passes, self._all_pass = gate.admit, gate.open, gate.all_pass
-        self._send_many = model.send_many if isinstance(model, SendsMany) else _none_of
+        self._send_many = model.send_many if isinstance(model, SendsMany) else none_of
         self.judge_transmission = gate.judge_transmission
         self._reasons = gate.reasons.union(model.reasons)
         model.start(self, tuple(hosts))
@@ -134,6 +138,8 @@ class Medium(Account):
         claim = self._open.pop(frame.id, None)
         if claim is None or claim[2] != receiver:
             claim = self._settled(frame, (receiver,))[0].claim(receiver)
+        elif self.departures.held:
+            self.left(frame)
         if type(verdict) is Deliver:
             if claim[5] is PLAIN:
                 self._begin(frame.source, claim, verdict.delay_ns)
@@ -285,27 +291,16 @@ class Medium(Account):
                         Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
                         (carriers[i], token, receivers[i], size_bytes, segments, PLAIN))
 
+    def is_open(self, number: int) -> bool:
+        """Whether the model has taken frame ``number`` and not settled it everywhere."""
+        return number in self._open or number in self._broadcasts
+
     # For those who watch.
 
     def switched(self, host: int, up: bool) -> None:
         """Notify the model that a host has started or stopped, if it follows that."""
         if self._hosts is not None:
             self._hosts.switched(host, up)
-
-    def tap(self, notice: Callable[[Frame, Carrier[Never], object], object]) -> None:
-        """Call ``notice(frame, carrier, token)`` for each frame that rules let through to at least
-        one receiver, before the model takes it. No fate depends on it."""
-        send = self._send
-
-        def tapped(frame: Frame) -> int | None:
-            if frame.broadcast:
-                broadcast = self._broadcasts[frame.id]
-                notice(frame, broadcast.carrier, broadcast.token)
-            else:
-                notice(frame, *self._open[frame.id][:2])
-            return send(frame)
-
-        self._send, self._send_many = tapped, _none_of
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
         """[k, k] bool: between which of ``hosts`` [k] (indices) frames can get now, as far as the
@@ -349,6 +344,7 @@ class Medium(Account):
         self._awaited -= len(settled)
         if not broadcast.left:
             del self._broadcasts[frame.id]
+            self.left(frame)
         return broadcast, settled
 
     def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],

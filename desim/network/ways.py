@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from desim.network.carrier import Carrier
+from desim.network.carrier import AnyCarrier, Carrier
 from desim.network.medium import Medium
 from desim.ports import packet_sizes
 
@@ -26,7 +26,7 @@ class Way:
         self.id = id_
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-                 broadcast: bool, carrier: Carrier[Any], token: Any) -> int | None:
+                 broadcast: bool, carrier: AnyCarrier, token: Any) -> int | None:
         """As ``Medium.transmit``. Over several media a frame goes to its one receiver, and none
         knows when it will arrive."""
         (receiver,) = receivers
@@ -37,7 +37,11 @@ class Way:
         ForwardedFrame(path, source, size_bytes, segments, carrier, token, self._on_forward).go()
         return None
 
-    def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier[Any],
+    def first(self, source: int, receiver: int) -> Medium:
+        """The medium of the first leg now."""
+        return self._path(source, receiver)[0][0]
+
+    def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: AnyCarrier,
              token: Any) -> int | None:
         """As ``Medium.post``."""
         path = self._path(source, receivers[0])
@@ -59,7 +63,7 @@ class ForwardedFrame(Carrier[Any]):
                  "_lost", "_carrier", "_token", "_on_forward")
 
     def __init__(self, path: Path, source: int, size_bytes: int, segments: int,
-                 carrier: Carrier[Any], token: Any, on_forward: OnForward) -> None:
+                 carrier: AnyCarrier, token: Any, on_forward: OnForward) -> None:
         self._path, self._leg = path, 0
         self._source, self._from, self._receiver = source, source, path[-1][1]
         self._size_bytes = size_bytes

@@ -110,6 +110,16 @@ class Route(Sends, Protocol):
         event."""
 
 
+class DatagramSocket(Protocol):
+    """A host's UDP socket."""
+
+    @property
+    def send(self) -> Callable[..., int | None]:
+        """``send(route, receivers, size_bytes, packets, broadcast, carrier, token, each=1,
+        node=None)`` sends a train of datagrams of ``each`` packets, as ``Sends.transmit`` does.
+        While the send buffer is full it waits, and ``node``, which publishes it, with it."""
+
+
 class AddressEntry(Sends, Protocol):
     """A host's entry for the address of another one. ``confirmed_ns``: when its sender knew last
     that the address is right."""
@@ -227,6 +237,10 @@ class MiddlewareContext(Protocol):
     def resolve_addresses(self, tick_ns: int) -> AddressTables:
         """Switch on ARP: hosts resolve each other's addresses. ``tick_ns`` is the granularity of
         Linux's timers."""
+
+    def socket(self, host: int, name: str) -> DatagramSocket:
+        """The socket of ``host`` that all who know this ``name`` share, opened when it is first
+        asked for and closed when the host stops."""
 
     @property
     def deliver(self) -> Callable[[Published, int, int, int], object]:

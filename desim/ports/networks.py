@@ -131,6 +131,10 @@ class Context(RuleContext, Protocol):
         """Give ``frame`` the same fate at several receivers. ``receivers`` None: at all remaining
         receivers. The drops of a broadcast make one trace row a call."""
 
+    def left(self, frame: Frame) -> None:
+        """``frame`` has left its sender, whose socket has room again. Without this call it has when
+        it is settled: for a model that carries frames on behind their senders."""
+
     def flow(self, frame: Frame) -> Hashable:
         """Equal for all frames of one connection, or of one socket to the same receivers; ``frame``
         is being sent now."""
@@ -265,6 +269,15 @@ class Refuses(Protocol):
     @property
     def refuses(self) -> Sequence[str] | frozenset[str]:
         """Some of its reasons."""
+
+
+@runtime_checkable
+class KnowsDepartures(Protocol):
+    """A rule or a network model that knows at once when frames leave their senders, before or
+    after it settles them. Until then they are in the send buffers of UDP sockets."""
+
+    def departure_ns(self, host: int) -> int:
+        """The time when all frames that ``host`` has sent so far have left it."""
 
 
 @runtime_checkable

@@ -97,7 +97,7 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
     others = scenario.network.others
     graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, others=len(others),
                   payloads=payloads, on_fate=on_fate, passages=passages, callbacks=callbacks,
-                  computers=computers)
+                  computers=computers, sockets=scenario.network.sockets)
     new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
 
     def made(name: str, choice: MediumChoice) -> Medium:

@@ -115,6 +115,9 @@ class Hops:
     obstacles = property(attrgetter("_context.obstacles"))
     antennas = property(attrgetter("_context.antennas"))
 
+    def left(self, frame: ports.Frame) -> None:
+        """A frame has left its sender: the model on top says when those of the medium have."""
+
     def send(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
              broadcast: bool, report: Report) -> None:
         """Send a frame. ``report(frame, receivers, verdict, lost)`` is called once for a unicast

@@ -93,7 +93,8 @@ class Multihop:
             self.reasons = (*hop.reasons, *_relayed(hop), *sorted(_OWN))
             self.refuses = ("no_path", *getattr(hop, "refuses", ()))
         self._hop, self._limit, self._block = hop, params.hop_limit, block
-        lend(self, hop, "airtime_ns", "attempts", "busy_ns", "judges_transmissions")
+        lend(self, hop, "airtime_ns", "attempts", "busy_ns", "departure_ns",
+             "judges_transmissions")
         self.routing: Batman | Static = Batman(params.batman)
         if params.routing == "static":
             if not isinstance(hop, ports.KnowsLinks):
@@ -144,6 +145,8 @@ class Multihop:
         """A hop is over: settle the packets that it has lost, and send on the rest."""
         frame, (host,) = journey.frame, leg.receivers
         settle, dest = self._context.settle, frame.receivers[0]
+        if journey.made == 1:
+            self._context.left(frame)
         if self._ledger is not None:
             self._stamp(self._ledger, frame, leg, verdict)
         for reason, packets in journey.without(lost).items():

@@ -55,8 +55,8 @@ class Radio:
         self.rung = _RUNGS[params.fidelity](params)
         # ``send`` too: the medium calls the rung's own, not by way of this class.
         lend(self, self.rung, "reasons", "send", "airtime_ns", "attempts", "busy_ns", "control",
-             "itemize", "link_signal", "links", "judges_transmissions", "reach_m", "refuses",
-             "separates", "signal", "switched")
+             "departure_ns", "itemize", "link_signal", "links", "judges_transmissions", "reach_m",
+             "refuses", "separates", "signal", "switched")
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self.rung.start(context, hosts)

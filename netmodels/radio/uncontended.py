@@ -71,7 +71,7 @@ class Uncontended(Itemized):
     packets they are repeated, and take the sender's time.
 
     Capabilities: LimitsReach, Separates, Retransmits, Refuses, Itemizes, PredictsSignal,
-    HearsAntennas.
+    HearsAntennas, KnowsDepartures.
     """
 
     Params = DcfRadio.Params
@@ -168,6 +168,11 @@ class Uncontended(Itemized):
                 if failed == tries:
                     lost.setdefault(receiver, {}).setdefault(reason, []).append(number)
         return lost, repeated
+
+    def departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``."""
+        ends_ns = self._ends_ns[host]
+        return ends_ns[-1] if ends_ns else 0
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
         """``ports.PredictsSignal``: delivery is all or nothing."""

@@ -32,6 +32,10 @@ class Bandwidth:
         self._context = context
         self._paid_ns = [-self._burst_ns] * len(hosts)
 
+    def departure_ns(self, host: int) -> int:
+        """``ports.KnowsDepartures``."""
+        return self._paid_ns[host]
+
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
         now_ns = self._context.now_ns
         paid_ns = (max(self._paid_ns[frame.source], now_ns - self._burst_ns)

@@ -9,6 +9,7 @@ from desim.commands.views.message_rows import story
 from desim.middleware.dds import wire
 from desim.middleware.direct import Direct
 from desim.ports import Drop
+from desim.scenario.schema.sockets import Sockets
 from netmodels.access_link import AccessLink
 
 
@@ -99,14 +100,15 @@ def test_trains_are_long_where_samples_arrive_soon_until_one_is_lost(rate, laten
     says = [(2 * k * S, str(k)) for k in range(1, 5)]
     net = Net({"a": talker(says, queue=10, size_bytes=640_000), "b": listener(heard, queue=0)},
               AccessLink(AccessLink.Params(rate=rate, latency=latency)), rules=[Second()],
-              middleware=dds(initial_acknack=None)).run(12 * S)
+              middleware=dds(initial_acknack=None), sockets=Sockets(send_buffer="4 MB")).run(12 * S)
     large = [row[4] for row in net.rows("frame") if row[5] > 50_000]
     assert [large.count(number) for number in (1, 2, 3, 4)] == trains
     assert [text for *_, text in heard] == ["1", "2", "3", "4"]
 
 
 def crowded(until_s, **params):
-    """Three hosts say 3 MB to each other within 5 s, over 250 kb/s with a queue of 8 s."""
+    """Three hosts say 3 MB to each other within 5 s, over 250 kb/s with a queue of 8 s; their
+    sockets take it all."""
     heard = []
     says = [(2 * S + k * 100 * MS, str(k)) for k in range(50)]
     nodes = {host: {"t": talker(says, f"/{host}", queue=0, size_bytes=20_000),
@@ -114,7 +116,8 @@ def crowded(until_s, **params):
                                        for other in "abc" if other != node.host.name]}
              for host in "abc"}
     link = AccessLink(AccessLink.Params(rate="250 kb/s", latency="5 ms", queue="256 kB"))
-    net = Net(nodes, link, middleware=dds(lease="1 h", **params)).run(until_s * S)
+    net = Net(nodes, link, middleware=dds(lease="1 h", **params),
+              sockets=Sockets(send_buffer="1 GB")).run(until_s * S)
     return net, len(heard)
 
 

@@ -27,6 +27,7 @@ from desim.middleware.tcp.sender import Sender
 from desim.middleware.transports import SEGMENT_HEADER_BYTES
 from desim.network.carrier import Carrier
 from desim.network.medium import Medium
+from desim.network.taps import tap
 from desim.ports import Frame, packet_sizes
 from desim.results.run import Run
 from desim.results.traces import refuse_failed, repeatable
@@ -102,7 +103,7 @@ class _Tap:
         self._ports: dict[tuple[object, int, int], tuple[int, int]] = {}
         # Bytes of a stream so far, by source, receiver and ports.
         self._bytes: dict[tuple[int, int, tuple[int, int]], int] = {}
-        medium.tap(self.take)
+        tap(medium, self.take)
 
     def take(self, frame: Frame, carrier: Carrier[Never], token: object) -> None:
         """A frame is put on the medium."""

@@ -126,6 +126,20 @@ class Executor(Job):
         """Whether the current callback's time is over. If not, its end is an event from now on."""
         return self.over or not self.awaited and self._processors.attend(self)
 
+    def block(self) -> None:
+        """The node waits in a call, as for room in the send buffer of a socket. That is in the end
+        of a callback, when it publishes; a driver, which publishes beside its callbacks, goes on.
+        """
+        if self.over:
+            self.over, self.awaited = False, True
+
+    def unblock(self) -> None:
+        """The call is over."""
+        if self.current is None and not self.over and self.awaited:
+            self.over = True
+            if self.queue:
+                self.host.wake(self)
+
     def stop(self) -> None:
         """Forget everything: the process is gone."""
         self._processors.withdraw(self)

@@ -148,6 +148,12 @@ class BusyHost(Host):
         which they have not arrived."""
         return sum([end.waiting_bytes() for end in self._ends_by_node.get(node, ())])
 
+    def block(self, node: str) -> None:
+        self._executor(node).block()
+
+    def unblock(self, node: str) -> None:
+        self._executor(node).unblock()
+
     def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
         publisher = HeldPublisher(self, topic, offer)
         self._ends_by_node.setdefault(offer.publisher.node, []).append(publisher)

@@ -41,6 +41,8 @@ class BestEffort(BroadcastCarrier[BestEffortSample]):
         self._dds, self._topic = dds, offer.publisher.topic
         self._context = dds.context
         self._host = offer.publisher.host
+        self._udp = self._context.socket(self._host, self.socket)
+        self._node = offer.publisher.node
         self._guid = dds.participants[self._host].guid
         self._multicast = offer.via == Addressing.BROADCAST
         self._routes: list[tuple[Route, tuple[int, ...]]] = []
@@ -82,8 +84,8 @@ class BestEffort(BroadcastCarrier[BestEffortSample]):
         for train in trains:
             chunk = train.chunk
             context.record_frame(context.host_ids[host], to, message.seq, chunk.size_bytes)
-            medium.transmit(host, group, chunk.size_bytes, chunk.packets, self._multicast, self,
-                            sample)
+            self._udp.send(medium, group, chunk.size_bytes, chunk.packets, self._multicast, self,
+                           sample, train.messages[0].packets, self._node)
 
     def arrived(self, sample: BestEffortSample, receiver: int) -> None:
         self._settle(sample, receiver)

@@ -67,7 +67,7 @@ class ImpliedLink(ReliableLink):
         soon_ns = self._beat_ns + SOON_NS
         soon = True
         for train in trains:
-            due_ns = self._transmit(sample, train, beat)
+            due_ns = self._transmit(sample, train, beat, self._node)
             soon = soon and due_ns is not None and due_ns <= soon_ns
         if self._greeted and not soon:
             self._expect(self._beat_ns + self._period_ns)

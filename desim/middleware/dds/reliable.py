@@ -61,8 +61,8 @@ class ReliableLink(Carrier[DataToken]):
     read_by: type[Reader] = Reader
 
     __slots__ = ("guid", "waiting", "received_ns", "reader", "_dds", "_context", "_kernel",
-                 "_params", "_from", "_from_id", "_receiver", "_to_id", "_to", "_transmit_frame",
-                 "_record_frame", "_depth", "_history", "_unacked_bytes",
+                 "_params", "_from", "_from_id", "_receiver", "_to_id", "_to", "_udp", "_medium",
+                 "_node", "_record_frame", "_depth", "_history", "_unacked_bytes",
                  "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
                  "_beating", "_bundling", "_coming", "_wanted", "_repeating", "_repeat_ns",
                  "_greeted", "_smooth", "_quick", "_steady", "_period_ns", "_piggyback",
@@ -78,8 +78,8 @@ class ReliableLink(Carrier[DataToken]):
         self._kernel = context.kernel
         self._from, self._from_id = source, context.host_ids[source]
         self._receiver, self._to_id = receiver, context.host_ids[receiver]
-        self._to = (receiver,)
-        self._transmit_frame = medium.transmit
+        self._to, self._node = (receiver,), offer.publisher.node
+        self._udp, self._medium = context.socket(source, self.socket), medium
         self._record_frame = context.record_frame
         self._depth, self._piggyback = writer.depth, writer.piggyback
         self._history: deque[ReliableSample] = deque()
@@ -130,15 +130,20 @@ class ReliableLink(Carrier[DataToken]):
                       beat: int) -> None:
         """Send all trains of a new sample, and expect to send a heartbeat."""
         for train in trains:
-            self._transmit(sample, train, beat)
+            self._transmit(sample, train, beat, self._node)
         if self._greeted:
             self._expect(self._beat_ns + self._period_ns)
 
-    def _transmit(self, sample: ReliableSample, train: wire.SampleTrain, beat: int) -> int | None:
+    def _transmit(self, sample: ReliableSample, train: wire.SampleTrain, beat: int,
+                  node: str | None = None) -> int | None:
         """Send some fragments of a sample; heartbeats that ride on them are of the kind ``beat``.
-        Returns when they will arrive, where the medium knows."""
-        self.leaves(sample, train.chunk.size_bytes)
-        return self.send(train.chunk, self, (sample, train, self._history[0].number, beat))
+        ``node`` waits for room in the socket. Returns when they will arrive, where the medium
+        knows."""
+        size_bytes, packets = train.chunk
+        self.leaves(sample, size_bytes)
+        return self._udp.send(self._medium, self._to, size_bytes, packets, False, self,
+                              (sample, train, self._history[0].number, beat),
+                              train.messages[0].packets, node)
 
     def leaves(self, sample: ReliableSample, size_bytes: int) -> None:
         """Count and record a frame with fragments of ``sample`` that is sent now."""
@@ -146,11 +151,10 @@ class ReliableLink(Carrier[DataToken]):
         sample.flying += 1
         self._record_frame(self._from_id, self._to_id, sample.message.seq, size_bytes)
 
-    def send(self, chunk: wire.Chunk, carrier: Carrier[T], token: T) -> int | None:
-        """Send a frame to the reader."""
+    def send(self, chunk: wire.Chunk, carrier: Carrier[T], token: T) -> None:
+        """Send a message to the reader."""
         size_bytes, packets = chunk
-        return self._transmit_frame(self._from, self._to, size_bytes, packets, False, carrier,
-                                    token)
+        self._udp.send(self._medium, self._to, size_bytes, packets, False, carrier, token, packets)
 
     def _expect(self, due_ns: int) -> None:
         """Send a heartbeat by itself at that time, or when a steady one is due anyway."""

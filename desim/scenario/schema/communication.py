@@ -20,6 +20,7 @@ from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.shapes import BY_SHAPE
+from desim.scenario.schema.sockets import Sockets
 from desim.units import BitRate, ByteSize, Duration, Pace, Period, Position
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]  # as ROS names are
@@ -136,6 +137,7 @@ class Network(Params):
         "hosts outside of the fleet, by name, which take no part in the middleware"))
     background: tuple[Background, ...] = Field((), description=(
         "background traffic: flows of packets from hosts outside of the fleet"))
+    sockets: Sockets = Field(default_factory=Sockets)
     failover: Failover | None = Field(None, description=(
         "hosts take another medium while one has no carrier; the rules outage and flapping of "
         "hosts take a carrier away (null: hosts do not notice a missing carrier)"))

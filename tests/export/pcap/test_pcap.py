@@ -14,6 +14,7 @@ import desim
 from desim.cli import app
 from desim.errors import InputError
 from desim.export.pcap.capture import write_pcap
+from desim.network.taps import tap
 from desim.results.run import Run
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
@@ -77,7 +78,7 @@ def test_a_tap_changes_nothing(field, hello):
     for run in (hello, field):
         simulation = Simulation(load(run.file("scenario.resolved.yaml")).scenario)
         (medium,) = simulation.graph.media
-        medium.tap(never_mind)
+        tap(medium, never_mind)
         assert simulation.run().digest == run.manifest["digest"]
 
 

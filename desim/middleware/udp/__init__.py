@@ -1,0 +1,1 @@
+"""UDP sockets of hosts as Linux has them, and their buffers."""

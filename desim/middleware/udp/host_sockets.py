@@ -1,0 +1,72 @@
+"""The UDP sockets of one host, and the nodes that wait for room in their send buffers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim.engine.kernel import Phase
+from desim.middleware.udp.socket import UdpSocket
+
+if TYPE_CHECKING:
+    from desim.middleware.host import Host
+
+
+class HostSockets:
+    """The sockets of ``host``. A node whose datagrams wait is blocked (``Host.block``)."""
+
+    def __init__(self, host: Host, send_buffer_bytes: int) -> None:
+        self.host = host
+        self._limit_bytes = send_buffer_bytes
+        self._sockets: list[UdpSocket] = []
+        self._named: dict[str, UdpSocket] = {}
+        self._blocked: dict[str, tuple[int, int]] = {}  # since when, how many trains wait
+
+    def new(self) -> UdpSocket:
+        """A socket of a publisher's own."""
+        socket = UdpSocket(self, self._limit_bytes)
+        self._sockets.append(socket)
+        return socket
+
+    def named(self, name: str) -> UdpSocket:
+        """The socket that all who know its name share."""
+        if name not in self._named:
+            self._named[name] = self.new()
+        return self._named[name]
+
+    def blocked_since_ns(self, node: str) -> int | None:
+        """Since when ``node`` is blocked; None: it is not."""
+        return self._blocked[node][0] if node in self._blocked else None
+
+    def block(self, node: str | None) -> None:
+        """One more train of ``node`` waits."""
+        if node is not None:
+            now_ns = self.host.graph.kernel.now_ns
+            if node not in self._blocked:
+                self._blocked[node] = now_ns, 0
+                self.host.block(node)
+            since_ns, trains = self._blocked[node]
+            self._blocked[node] = since_ns, trains + 1
+
+    def unblock(self, node: str | None) -> None:
+        """A train of ``node`` waits no more."""
+        if node is None:
+            return
+        since_ns, trains = self._blocked[node]
+        self._blocked[node] = since_ns, trains - 1
+        if trains == 1:
+            host = self.host
+            host.graph.kernel.after(0, Phase.CONTROL, host.id, self._goes_on, node)
+
+    def close(self) -> None:
+        """The host stops."""
+        sockets, self._sockets = self._sockets, []
+        self._named.clear()
+        self._blocked.clear()
+        for socket in sockets:
+            socket.close()
+
+    def _goes_on(self, node: str) -> None:
+        """Let ``node`` go on, unless it waits again or its host has stopped."""
+        if self._blocked.get(node, (0, 1))[1] == 0:
+            del self._blocked[node]
+            self.host.unblock(node)

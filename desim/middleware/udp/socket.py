@@ -1,0 +1,171 @@
+"""A UDP socket and its send buffer, as in Linux."""
+
+from __future__ import annotations
+
+from collections import deque
+from heapq import heappop, heappush
+from typing import TYPE_CHECKING, NamedTuple
+
+from desim.engine.kernel import Call, Phase
+from desim.middleware.udp.cut_train import CutTrain, parts_of
+from desim.middleware.udp.skb import truesize_before_last, truesize_bytes
+from desim.network.carrier import AnyCarrier
+from desim.network.ways import Way
+from desim.ports import TimePart
+
+if TYPE_CHECKING:
+    from desim.middleware.udp.host_sockets import HostSockets
+    from desim.network.medium import Medium
+    from desim.ports.middleware import Sends
+
+HALF = 2  # the part of the buffer that has to be free before one who waits goes on
+PART_PACKETS = 16  # of a train that does not fit: it takes room, and gives it back, by these
+
+
+class Datagrams(NamedTuple):
+    """A train of datagrams for the same ``receivers``, and who hears of its fate. ``each``: the
+    packets of a datagram. ``node`` publishes them, and waits for room; None: nobody does."""
+
+    medium: Medium | Way
+    sends: Sends
+    receivers: tuple[int, ...]
+    size_bytes: int
+    packets: int
+    broadcast: bool
+    carrier: AnyCarrier
+    token: object
+    each: int
+    node: str | None
+
+
+class UdpSocket:
+    """A socket that all datagrams of one sender go through.
+
+    Packets take memory of its send buffer (``truesize_bytes``) until they have left the host: when
+    the network model has settled them, or when it says (``ports.KnowsDepartures``). A datagram goes
+    out if less than ``limit`` is taken, so that the last one may exceed it. Others wait until less
+    than half of it is taken, and their nodes with them (Linux: ``sock_alloc_send_pskb``,
+    ``sock_def_write_space``).
+    """
+
+    __slots__ = ("_sockets", "_kernel", "_host", "_entity", "_limit_bytes", "used_bytes",
+                 "_leaving", "_waiting", "_call", "_due_ns")
+
+    def __init__(self, sockets: HostSockets, limit_bytes: int) -> None:
+        host = sockets.host
+        self._sockets, self._kernel = sockets, host.graph.kernel
+        self._host, self._entity = host.index, host.id
+        self._limit_bytes = limit_bytes
+        self.used_bytes = 0
+        self._leaving: list[tuple[int, int]] = []  # a heap: when, how many bytes
+        self._waiting: deque[tuple[int, Datagrams]] = deque()  # since when
+        self._call: Call | None = None
+        self._due_ns = 0
+
+    def send(self, medium: Medium | Way, receivers: tuple[int, ...], size_bytes: int, packets: int,
+             broadcast: bool, carrier: AnyCarrier, token: object, each: int = 1,
+             node: str | None = None, sends: Sends | None = None) -> int | None:
+        """Send a train (``Datagrams``), maybe past an entry of an address table (``sends``).
+        Returns what ``Medium.transmit`` does; None if some of it waits."""
+        train = Datagrams(medium, sends or medium, receivers, size_bytes, packets, broadcast,
+                          carrier, token, each, node)
+        if not self._waiting:
+            before = truesize_before_last(size_bytes, packets, each) if packets > each else 0
+            if self.used_bytes + before < self._limit_bytes:
+                return self._transmit(train)
+            self._forget_left()
+            if self.used_bytes + before < self._limit_bytes:
+                return self._transmit(train)
+        self._wait(train)
+        return None
+
+    def close(self) -> None:
+        """The host stops: what waits is lost, and what has been sent goes on."""
+        waiting, self._waiting = self._waiting, deque()
+        for _, train in waiting:
+            for receiver in train.receivers:
+                train.carrier.lost(train.token, receiver, "sender_down")
+
+    def _transmit(self, train: Datagrams) -> int | None:
+        medium, sends, receivers, size_bytes, packets, broadcast, carrier, token, _, _ = train
+        first = medium.first(self._host, receivers[0]) if isinstance(medium, Way) else medium
+        number = first.frames + 1
+        due_ns = sends.transmit(self._host, receivers, size_bytes, packets, broadcast, carrier,
+                                token)
+        leaves_ns = first.departures.last_ns(self._host)
+        if leaves_ns > self._kernel.now_ns:
+            taken = truesize_bytes(size_bytes, packets)
+            heappush(self._leaving, (leaves_ns, taken))
+            self.used_bytes += taken
+        elif not first.departures.known and first.is_open(number):
+            taken = truesize_bytes(size_bytes, packets)
+            first.departures.held[number] = self._left, taken
+            self.used_bytes += taken
+        return due_ns
+
+    def _wait(self, train: Datagrams) -> None:
+        """Let ``train`` wait, in parts if it consists of many packets. A node that does not wait
+        itself, such as a driver, loses what it sends while others of it wait."""
+        now_ns, node = self._kernel.now_ns, train.node
+        if node is not None and self._sockets.blocked_since_ns(node) not in (None, now_ns):
+            for receiver in train.receivers:
+                train.carrier.lost(train.token, receiver, "send_buffer_full")
+            return
+        parts = parts_of(train.size_bytes, train.packets, train.each, PART_PACKETS)
+        trains = [train]
+        if len(parts) > 1:
+            cut = CutTrain(train.carrier, train.token, train.receivers, train.packets, len(parts))
+            trains = [train._replace(size_bytes=size_bytes, packets=len(numbers), carrier=cut,
+                                     token=numbers) for numbers, size_bytes in parts]
+        for one in trains:
+            self._waiting.append((now_ns, one))
+            self._sockets.block(node)
+        if len(self._waiting) == len(trains):
+            self._go_on()
+        else:
+            self._book()
+
+    def _go_on(self) -> None:
+        """Send what waits while there is room."""
+        waiting, passages = self._waiting, self._sockets.host.graph.passages
+        self._forget_left()
+        while waiting and self.used_bytes < self._limit_bytes:
+            since_ns, train = waiting.popleft()
+            if passages is not None:
+                passages.waited(TimePart.SENDER, since_ns)
+            self._transmit(train)
+            self._sockets.unblock(train.node)
+        self._book()
+
+    def _left(self, taken: int) -> None:
+        """Packets that took so many bytes have left."""
+        self.used_bytes -= taken
+        if self._waiting:
+            self._book()
+
+    def _forget_left(self) -> None:
+        """Take out of the account what has left by now."""
+        leaving, now_ns = self._leaving, self._kernel.now_ns
+        while leaving and leaving[0][0] <= now_ns:
+            self.used_bytes -= heappop(leaving)[1]
+
+    def _book(self) -> None:
+        """Go on when less than half of the buffer will be taken, as far as that is known."""
+        if not self._waiting:
+            return
+        used, due_ns = self.used_bytes, self._kernel.now_ns
+        for leaves_ns, taken in sorted(self._leaving):
+            if HALF * used < self._limit_bytes:
+                break
+            used, due_ns = used - taken, leaves_ns
+        due_ns = max(due_ns, self._kernel.now_ns)
+        if HALF * used >= self._limit_bytes or self._call is not None and self._due_ns <= due_ns:
+            return
+        if self._call is not None:
+            self._call.cancel()
+        self._due_ns = due_ns
+        self._call = self._kernel.at(due_ns, Phase.NETWORK, self._entity, self._resume)
+
+    def _resume(self, _: object) -> None:
+        self._call = None
+        self._go_on()

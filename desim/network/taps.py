@@ -1,0 +1,26 @@
+"""Taps, for those who watch what a medium carries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Never
+
+from desim.network.carrier import Carrier
+from desim.network.medium import Medium, none_of
+from desim.ports import Frame
+
+
+def tap(medium: Medium, notice: Callable[[Frame, Carrier[Never], object], object]) -> None:
+    """Call ``notice(frame, carrier, token)`` for each frame that rules let through to at least one
+    receiver, before the model takes it. No fate depends on it."""
+    send = medium._send
+
+    def tapped(frame: Frame) -> int | None:
+        if frame.broadcast:
+            broadcast = medium._broadcasts[frame.id]
+            notice(frame, broadcast.carrier, broadcast.token)
+        else:
+            notice(frame, *medium._open[frame.id][:2])
+        return send(frame)
+
+    medium._send, medium._send_many = tapped, none_of
