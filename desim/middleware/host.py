@@ -55,7 +55,7 @@ class Host:
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
-        self.sockets = HostSockets(self, graph.sockets.send_buffer_bytes)
+        self.sockets = HostSockets(self, graph.sockets)
         self.last_arrival_ns = array("q")
         self.on_next_arrival: dict[int, Callable[[int], object]] = {}
         self._publishers: list[Publisher] = []

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from desim.middleware.arp import AddressedCarrier
 from desim.network.carrier import AnyCarrier, BroadcastCarrier
 from desim.ports import packet_sizes
 
 
-class CutTrain(BroadcastCarrier[range]):
+class CutTrain(AddressedCarrier[range], BroadcastCarrier[range]):
     """The carrier of the parts of a train; the token of each is its packets, by their numbers. The
     train's own ``carrier`` hears of its fate at a receiver when all parts have one there."""
 
@@ -34,6 +35,10 @@ class CutTrain(BroadcastCarrier[range]):
 
     def first_sent(self, token: range, now_ns: int) -> int:
         return self._carrier.first_sent(self._token, now_ns)
+
+    def unresolved(self, token: range) -> None:
+        if isinstance(self._carrier, AddressedCarrier):
+            self._carrier.unresolved(self._token)
 
     def arrived(self, token: range, receiver: int) -> None:
         self._settle(receiver, {})

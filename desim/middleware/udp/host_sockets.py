@@ -5,25 +5,28 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
+from desim.middleware.udp.receiver import Reception
 from desim.middleware.udp.socket import UdpSocket
 
 if TYPE_CHECKING:
     from desim.middleware.host import Host
+    from desim.scenario.schema.sockets import Sockets
 
 
 class HostSockets:
     """The sockets of ``host``. A node whose datagrams wait is blocked (``Host.block``)."""
 
-    def __init__(self, host: Host, send_buffer_bytes: int) -> None:
+    def __init__(self, host: Host, params: Sockets) -> None:
         self.host = host
-        self._limit_bytes = send_buffer_bytes
+        self.params = params
+        self.reception = Reception(params)
         self._sockets: list[UdpSocket] = []
         self._named: dict[str, UdpSocket] = {}
         self._blocked: dict[str, tuple[int, int]] = {}  # since when, how many trains wait
 
     def new(self) -> UdpSocket:
         """A socket of a publisher's own."""
-        socket = UdpSocket(self, self._limit_bytes)
+        socket = UdpSocket(self)
         self._sockets.append(socket)
         return socket
 
@@ -61,6 +64,7 @@ class HostSockets:
         """The host stops."""
         sockets, self._sockets = self._sockets, []
         self._named.clear()
+        self.reception = Reception(self.params)
         self._blocked.clear()
         for socket in sockets:
             socket.close()

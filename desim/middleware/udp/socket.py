@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from desim.engine.kernel import Call, Phase
 from desim.middleware.udp.cut_train import CutTrain, parts_of
+from desim.middleware.udp.receiver import ReceivedTrain
 from desim.middleware.udp.skb import truesize_before_last, truesize_bytes
 from desim.network.carrier import AnyCarrier
 from desim.network.ways import Way
@@ -48,14 +49,15 @@ class UdpSocket:
     ``sock_def_write_space``).
     """
 
-    __slots__ = ("_sockets", "_kernel", "_host", "_entity", "_limit_bytes", "used_bytes",
-                 "_leaving", "_waiting", "_call", "_due_ns")
+    __slots__ = ("_sockets", "_graph", "_kernel", "_host", "_entity", "_limit_bytes", "_slow",
+                 "used_bytes", "_leaving", "_waiting", "_call", "_due_ns")
 
-    def __init__(self, sockets: HostSockets, limit_bytes: int) -> None:
+    def __init__(self, sockets: HostSockets) -> None:
         host = sockets.host
-        self._sockets, self._kernel = sockets, host.graph.kernel
+        self._sockets, self._graph, self._kernel = sockets, host.graph, host.graph.kernel
         self._host, self._entity = host.index, host.id
-        self._limit_bytes = limit_bytes
+        self._limit_bytes = sockets.params.send_buffer_bytes
+        self._slow = sockets.params.read_ns > 0  # who reads needs time for each datagram
         self.used_bytes = 0
         self._leaving: list[tuple[int, int]] = []  # a heap: when, how many bytes
         self._waiting: deque[tuple[int, Datagrams]] = deque()  # since when
@@ -69,7 +71,7 @@ class UdpSocket:
         Returns what ``Medium.transmit`` does; None if some of it waits."""
         train = Datagrams(medium, sends or medium, receivers, size_bytes, packets, broadcast,
                           carrier, token, each, node)
-        if not self._waiting:
+        if not self._waiting and (packets == each or not self._slow):
             before = truesize_before_last(size_bytes, packets, each) if packets > each else 0
             if self.used_bytes + before < self._limit_bytes:
                 return self._transmit(train)
@@ -87,7 +89,9 @@ class UdpSocket:
                 train.carrier.lost(train.token, receiver, "sender_down")
 
     def _transmit(self, train: Datagrams) -> int | None:
-        medium, sends, receivers, size_bytes, packets, broadcast, carrier, token, _, _ = train
+        medium, sends, receivers, size_bytes, packets, broadcast, carrier, token, each, _ = train
+        if each > 1 or self._slow:
+            carrier = ReceivedTrain(self._graph, carrier, size_bytes, packets, each)
         first = medium.first(self._host, receivers[0]) if isinstance(medium, Way) else medium
         number = first.frames + 1
         due_ns = sends.transmit(self._host, receivers, size_bytes, packets, broadcast, carrier,
@@ -111,31 +115,31 @@ class UdpSocket:
             for receiver in train.receivers:
                 train.carrier.lost(train.token, receiver, "send_buffer_full")
             return
-        parts = parts_of(train.size_bytes, train.packets, train.each, PART_PACKETS)
+        parts = parts_of(train.size_bytes, train.packets, train.each,
+                         1 if self._slow else PART_PACKETS)
         trains = [train]
         if len(parts) > 1:
             cut = CutTrain(train.carrier, train.token, train.receivers, train.packets, len(parts))
             trains = [train._replace(size_bytes=size_bytes, packets=len(numbers), carrier=cut,
                                      token=numbers) for numbers, size_bytes in parts]
-        for one in trains:
-            self._waiting.append((now_ns, one))
+        alone = not self._waiting
+        self._waiting.extend((now_ns, one) for one in trains)
+        waiting = len(trains) - (len(self._go_on()) if alone else 0)
+        for _ in range(waiting):
             self._sockets.block(node)
-        if len(self._waiting) == len(trains):
-            self._go_on()
-        else:
-            self._book()
+        self._book()
 
-    def _go_on(self) -> None:
-        """Send what waits while there is room."""
-        waiting, passages = self._waiting, self._sockets.host.graph.passages
+    def _go_on(self) -> list[str | None]:
+        """Send what waits while there is room. Returns the nodes of these trains."""
+        waiting, passages, nodes = self._waiting, self._graph.passages, []
         self._forget_left()
         while waiting and self.used_bytes < self._limit_bytes:
             since_ns, train = waiting.popleft()
             if passages is not None:
                 passages.waited(TimePart.SENDER, since_ns)
             self._transmit(train)
-            self._sockets.unblock(train.node)
-        self._book()
+            nodes.append(train.node)
+        return nodes
 
     def _left(self, taken: int) -> None:
         """Packets that took so many bytes have left."""
@@ -168,4 +172,6 @@ class UdpSocket:
 
     def _resume(self, _: object) -> None:
         self._call = None
-        self._go_on()
+        for node in self._go_on():
+            self._sockets.unblock(node)
+        self._book()

@@ -1,0 +1,50 @@
+"""The reassembly of datagrams from IP fragments at a host, as in Linux."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from desim.middleware.udp.skb import truesize_bytes
+from desim.ports import packet_sizes
+
+
+class Reassembly:
+    """The fragments of a host that wait for others of their datagrams.
+
+    Those of a datagram that misses one keep their memory for ``time_ns``. While more than
+    ``limit_bytes`` are kept, no datagram of several fragments begins (Linux: ``inet_frag_find``).
+    """
+
+    __slots__ = ("_limit_bytes", "_time_ns", "_kept_bytes", "_expiring")
+
+    def __init__(self, limit_bytes: int, time_ns: int) -> None:
+        self._limit_bytes, self._time_ns = limit_bytes, time_ns
+        self._kept_bytes = 0
+        self._expiring: deque[tuple[int, int]] = deque()  # when, how many bytes
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether no fragment waits, as far as has been noticed."""
+        return not self._expiring
+
+    def take(self, now_ns: int, size_bytes: int, packets: int, each: int, lost: dict[int, str]
+             ) -> dict[int, str]:
+        """A train of datagrams of ``each`` packets arrives without the packets ``lost``. Returns
+        those, and the packets of datagrams that cannot begin."""
+        expiring = self._expiring
+        while expiring and expiring[0][0] <= now_ns:
+            self._kept_bytes -= expiring.popleft()[1]
+        refused: dict[int, str] = {}
+        sizes = packet_sizes(size_bytes, packets)
+        for start in range(0, packets, each):
+            datagram = range(start, min(packets, start + each))
+            there = [number for number in datagram if number not in lost]
+            if len(datagram) == 1 or not there:
+                continue
+            if self._kept_bytes > self._limit_bytes:
+                refused |= dict.fromkeys(there, "reassembly_full")
+            elif len(there) < len(datagram):
+                memory = sum(truesize_bytes(sizes[number], 1) for number in there)
+                self._kept_bytes += memory
+                expiring.append((now_ns + self._time_ns, memory))
+        return dict(sorted((lost | refused).items())) if refused else lost

@@ -1,0 +1,152 @@
+"""The receiving side of UDP sockets: reassembly, receive buffer, and the thread that reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
+
+from desim.engine.kernel import Phase
+from desim.middleware.arp import AddressedCarrier
+from desim.middleware.udp.reassembly import Reassembly
+from desim.middleware.udp.skb import truesize_bytes
+from desim.network.carrier import AnyCarrier, BroadcastCarrier
+
+if TYPE_CHECKING:
+    from desim.middleware.graph import Graph
+    from desim.network.medium import Medium
+    from desim.scenario.schema.sockets import Sockets
+
+
+class ReceiveBuffer:
+    """The datagrams of one socket that have not been read. A thread of the middleware reads them,
+    one after another; nodes that are busy or wait do not keep it from that."""
+
+    __slots__ = ("_limit_bytes", "_read_ns", "_taken_bytes", "_free_ns")
+
+    def __init__(self, limit_bytes: int, read_ns: int) -> None:
+        self._limit_bytes, self._read_ns = limit_bytes, read_ns
+        self._taken_bytes = 0
+        self._free_ns = 0
+
+    def put(self, now_ns: int, memory: int) -> int | None:
+        """Take a datagram, unless the buffer is full, which the last one may exceed (Linux:
+        ``__udp_enqueue_schedule_skb``). Returns when it has been read."""
+        if self._taken_bytes > self._limit_bytes:
+            return None
+        self._taken_bytes += memory
+        self._free_ns = max(now_ns, self._free_ns) + self._read_ns
+        return self._free_ns
+
+    def read(self, memory: int) -> None:
+        """A datagram has been read."""
+        self._taken_bytes -= memory
+
+
+class Reception:
+    """What the UDP sockets of one host receive."""
+
+    __slots__ = ("reassembly", "_params", "_buffers")
+
+    def __init__(self, params: Sockets) -> None:
+        self.reassembly = Reassembly(params.reassembly_bytes, params.reassembly_time_ns)
+        self._params = params
+        self._buffers: dict[object, ReceiveBuffer] = {}
+
+    def buffer(self, socket: object) -> ReceiveBuffer:
+        """The buffer of the socket that takes what comes from the sender's ``socket``."""
+        if socket not in self._buffers:
+            self._buffers[socket] = ReceiveBuffer(self._params.receive_buffer_bytes,
+                                                  self._params.read_ns)
+        return self._buffers[socket]
+
+
+class ReceivedTrain(AddressedCarrier[object], BroadcastCarrier[object]):
+    """The carrier of one train of datagrams that need reassembly, or time to be read. The train's
+    own ``carrier`` hears what its receivers make of it."""
+
+    __slots__ = ("_graph", "_carrier", "_size_bytes", "_packets", "_each")
+
+    def __init__(self, graph: Graph, carrier: AnyCarrier, size_bytes: int, packets: int, each: int
+                 ) -> None:
+        self._graph, self._carrier = graph, carrier
+        self._size_bytes, self._packets, self._each = size_bytes, packets, each
+
+    @property
+    def protocol(self) -> str:  # type: ignore[override] # that of the train
+        return self._carrier.protocol
+
+    @property
+    def conversation(self) -> object:
+        return self._carrier.conversation
+
+    @property
+    def socket(self) -> object:
+        return self._carrier.socket
+
+    def first_sent(self, token: object, now_ns: int) -> int:
+        return self._carrier.first_sent(token, now_ns)
+
+    def unresolved(self, token: object) -> None:
+        if isinstance(self._carrier, AddressedCarrier):
+            self._carrier.unresolved(token)
+
+    def arrived(self, token: object, receiver: int) -> None:
+        if self._graph.sockets.read_ns:
+            self.arrived_in_part(token, receiver, {})
+        elif self._reception(receiver).reassembly.at_rest:
+            self._carrier.arrived(token, receiver)
+        else:
+            self._settle(token, receiver, self._reassembled(receiver, {}))
+
+    def arrived_in_part(self, token: object, receiver: int, lost: dict[int, str]) -> None:
+        lost = self._reassembled(receiver, lost)
+        if len(lost) == self._packets or not self._graph.sockets.read_ns:
+            self._settle(token, receiver, lost)
+            return
+        graph, buffer = self._graph, self._reception(receiver).buffer(self._carrier.socket)
+        memory = truesize_bytes(self._size_bytes, self._packets)
+        done_ns = buffer.put(graph.kernel.now_ns, memory)
+        if done_ns is None:
+            self._carrier.lost(token, receiver, "receive_buffer_full")
+        else:
+            graph.kernel.at(done_ns, Phase.DELIVER, graph.hosts[receiver].id, self._read,
+                            (token, receiver, lost, buffer, memory))
+
+    def lost(self, token: object, receiver: int, reason: str) -> None:
+        self._carrier.lost(token, receiver, reason)
+
+    def arrived_many(self, token: object, receivers: Sequence[int]) -> None:
+        for receiver in receivers:
+            self.arrived(token, receiver)
+
+    def missed(self, token: object, receivers: Collection[int], reason: str, medium: Medium
+               ) -> None:
+        assert isinstance(self._carrier, BroadcastCarrier)
+        self._carrier.missed(token, receivers, reason, medium)
+
+    def repeated(self, token: object, receiver: int) -> None:
+        self._carrier.repeated(token, receiver)
+
+    def _reception(self, receiver: int) -> Reception:
+        return self._graph.hosts[receiver].sockets.reception
+
+    def _reassembled(self, receiver: int, lost: dict[int, str]) -> dict[int, str]:
+        return self._reception(receiver).reassembly.take(
+            self._graph.kernel.now_ns, self._size_bytes, self._packets, self._each, lost)
+
+    def _read(self, datagram: tuple[object, int, dict[int, str], ReceiveBuffer, int]) -> None:
+        """A datagram has been read, if its host still runs."""
+        token, receiver, lost, buffer, memory = datagram
+        buffer.read(memory)
+        if self._graph.up[receiver]:
+            self._settle(token, receiver, lost)
+        else:
+            self._carrier.lost(token, receiver, "host_down")
+
+    def _settle(self, token: object, receiver: int, lost: dict[int, str]) -> None:
+        if not lost:
+            self._carrier.arrived(token, receiver)
+        elif len(lost) < self._packets:
+            self._carrier.arrived_in_part(token, receiver, lost)
+        else:
+            self._carrier.lost(token, receiver, lost[0])
