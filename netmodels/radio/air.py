@@ -15,7 +15,6 @@ from netmodels.radio.budget import RadioLinks
 from netmodels.radio.dcf.stations import ACKED, EXPIRED, FAILED, HEARD, NEVER, RECEIVED, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.fates import QueuedFrame
-from netmodels.radio.shadowing import Shadows
 from netmodels.radio.times import AirTimes
 
 if TYPE_CHECKING:
@@ -62,8 +61,7 @@ class Air:
                 one.budget.channels for one in self.radios]),
                 antennas=ports.Antennas(*map(np.concatenate, zip(*(
                     one.budget.antennas for one in self.radios), strict=True))),
-                shadows=Shadows(params.shadowing, everybody, context.stream)
-                if params.shadowing else None)
+                shadows=params.shadows(context, everybody))
         self._hosts, self._context, self._budget = len(hosts), context, budget
         self._update_ns = params.update_ns
         self._fades = None if params.fading is None else params.fading.of(

@@ -1,23 +1,31 @@
-"""Log-normal shadowing: the loss by obstacles that the terrain does not have.
+"""Log-normal shadowing: the loss by obstacles that the terrain does not have, and by echoes.
 
 It belongs to places, not to robots: links whose ends are near to each other share it. In dB it is
 normal, and two links have exp(-(way between their beginnings + way between their ends) /
 ``correlation``) in common (Gudmundson 1991, "Correlation model for shadow fading in mobile radio
 systems", for one end that moves; Wang, Tameh and Nix 2008 for two: the product).
 
-It is a fixed function of two places, a sum of plane waves over the place of each end: f(x, y) =
-sigma sqrt(2 / n) sum cos(k_j . x + q_j . y + phase_j), whose wave numbers have the spectrum of that
-correlation in the plane. Both directions are alike by (f(x, y) + f(y, x)) / sqrt(2 + 2 exp(-2 |x -
-y| / correlation)), whose variance is that of f: so much do the two have in common. So a place that
-is visited again is as it was, no matter which hosts there are or in which order they ask. """
+``echoes`` are the fading of places: a robot that stands keeps its gain, and half a wavelength
+farther there is another. Over a way d of one end their correlation is J0(2 pi d / wavelength)^2
+(Clarke 1968, of the power of echoes from all around; Akki and Haber 1986 for two ends: the
+product). In dB they are normal, too: a Wi-Fi signal is as wide as several independent fades.
+
+Each part is a fixed function of two places, a sum of plane waves over the place of each end: f(x,
+y) = sigma sqrt(2 / n) sum cos(k_j . x + q_j . y + phase_j), whose wave numbers have the spectrum of
+its correlation r(d) in the plane. Both directions are alike by (f(x, y) + f(y, x)) / sqrt(2 + 2
+r(|x - y|)^2), whose variance is that of f: so much do the two have in common. So a place that is
+visited again is as it was, no matter which hosts there are or in which order they ask.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
 from pydantic import Field
+from scipy.special import j0
 
 from desim import ports
 from desim.units import Decibels, Length
@@ -36,24 +44,58 @@ class Shadowing(ports.Params):
     sigma_db: Decibels = Field("4.3 dB", description="standard deviation (Gudmundson 1991, urban)")
     correlation_m: Length = Field("8.3 m", gt=0, description=(
         "distance that takes the correlation to 1/e (Gudmundson 1991, urban: 0.3 at 10 m)"))
+    echoes_db: Decibels = Field("0 dB", ge=0, description=(
+        "standard deviation of what echoes add, another value every half wavelength (none; presets "
+        "indoor: 3.1 dB, outdoor: 2.3 dB)"))
 
     @property
     def best_db(self) -> float:
         """The most that a link gains by it."""
-        return LIMIT * self.sigma_db
+        return LIMIT * math.hypot(self.sigma_db, self.echoes_db)
+
+
+class PlaneWaves:
+    """A standard normal function of two places, a sum of plane waves with ``numbers`` [2 ends][2,
+    waves] rad/m and ``phases`` [waves], whose correlation over a way in m is ``correlation``."""
+
+    def __init__(self, sigma_db: float, numbers: list[np.ndarray], phases: np.ndarray,
+                 correlation: Callable[[np.ndarray], np.ndarray]) -> None:
+        self._sigma_db, self._numbers, self._phases = sigma_db, numbers, phases
+        self._correlation = correlation
+
+    def loss_db(self, places: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """[k] dB between ``one`` and ``other`` [k], indices of ``places`` [n, 2] m."""
+        near, far = self._at(places, 0, 0.0), self._at(places, 1, self._phases)
+        near[:, _WAVES:] *= -1  # cos(a + b) = cos a cos b - sin a sin b
+        total = np.empty(len(one))
+        for k in range(0, len(one), _CHUNK):
+            a, b = one[k:k + _CHUNK], other[k:k + _CHUNK]
+            total[k:k + _CHUNK] = (np.einsum("ij,ij->i", near[a], far[b])
+                                   + np.einsum("ij,ij->i", near[b], far[a]))
+        apart_m = np.hypot(*(places[one] - places[other]).T)
+        alike = self._correlation(apart_m) ** 2  # of one direction and the other
+        total *= self._sigma_db * np.sqrt(2 / _WAVES) / np.sqrt(2 + 2 * alike)
+        return total
+
+    def _at(self, places: np.ndarray, end: int, phases: np.ndarray | float) -> np.ndarray:
+        """[places, 2 waves] cosines and sines of one end's share of the waves."""
+        wave_x, wave_y = self._numbers[end]
+        angle = places[:, :1] * wave_x + places[:, 1:] * wave_y + phases
+        return np.hstack([np.cos(angle), np.sin(angle)])
 
 
 class Shadows:
-    """The shadowing between ``hosts``. Its random numbers, and those of hosts without a place, come
-    from ``stream`` by name."""
+    """The shadowing between ``hosts``, whose waves are ``wave_m`` long. Its random numbers, and
+    those of hosts without a place, come from ``stream`` by name."""
 
     def __init__(self, params: Shadowing, hosts: tuple[str, ...],
-                 stream: Callable[..., np.random.Generator]) -> None:
-        self._sigma_db, self.best_db = params.sigma_db, params.best_db
-        self._correlation_m = params.correlation_m
-        draw = stream("shadowing")
-        self._waves = [_wave_numbers(draw) / params.correlation_m for _ in range(2)]
-        self._phases = draw.uniform(0, 2 * np.pi, _WAVES)
+                 stream: Callable[..., np.random.Generator], wave_m: float) -> None:
+        self.best_db = params.best_db
+        self._parts = []
+        if params.sigma_db:
+            self._parts.append(_obstacles(params, stream("shadowing")))
+        if params.echoes_db:
+            self._parts.append(_echoes(params, stream("echoes"), 2 * np.pi / wave_m))
         self._hosts, self._stream = hosts, stream
 
     @cached_property
@@ -80,29 +122,37 @@ class Shadows:
         return loss_db
 
     def _loss_db(self, places: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        near, far = self._at(places, 0, 0.0), self._at(places, 1, self._phases)
-        near[:, _WAVES:] *= -1  # cos(a + b) = cos a cos b - sin a sin b
-        total = np.empty(len(one))
-        for k in range(0, len(one), _CHUNK):
-            a, b = one[k:k + _CHUNK], other[k:k + _CHUNK]
-            total[k:k + _CHUNK] = (np.einsum("ij,ij->i", near[a], far[b])
-                                   + np.einsum("ij,ij->i", near[b], far[a]))
-        apart_m = np.hypot(*(places[one] - places[other]).T)
-        alike = np.exp(-2 * apart_m / self._correlation_m)  # of one direction and the other
-        total *= self._sigma_db * np.sqrt(2 / _WAVES) / np.sqrt(2 + 2 * alike)
+        total = np.zeros(len(one))
+        for part in self._parts:
+            total += part.loss_db(places, one, other)
         return np.clip(total, -self.best_db, self.best_db)
 
-    def _at(self, places: np.ndarray, end: int, phases: np.ndarray | float) -> np.ndarray:
-        """[places, 2 waves] cosines and sines of one end's share of the waves."""
-        wave_x, wave_y = self._waves[end]
-        angle = places[:, :1] * wave_x + places[:, 1:] * wave_y + phases
-        return np.hstack([np.cos(angle), np.sin(angle)])
+
+def _obstacles(params: Shadowing, draw: np.random.Generator) -> PlaneWaves:
+    """Of correlation exp(-d / ``correlation``). The share of wave numbers up to k is 1 - 1 / sqrt(1
+    + (k correlation)^2), the spectrum of that in the plane."""
+    numbers = []
+    for _ in range(2):
+        share, turn = _even(draw)
+        wave, angle = np.sqrt((1 - share) ** -2 - 1), 2 * np.pi * turn
+        numbers.append(np.array([wave * np.cos(angle), wave * np.sin(angle)])
+                       / params.correlation_m)
+    return PlaneWaves(params.sigma_db, numbers, draw.uniform(0, 2 * np.pi, _WAVES),
+                      lambda apart_m: np.exp(-apart_m / params.correlation_m))
 
 
-def _wave_numbers(draw: np.random.Generator) -> np.ndarray:
-    """[2, waves] x, y for a correlation distance of 1. The share up to k is 1 - 1 / sqrt(1 + k^2),
-    the spectrum of exp(-distance) in the plane; lengths and directions are spread evenly."""
-    share, turn = (draw.permuted(np.tile(np.arange(_WAVES), (2, 1)), axis=1)
-                   + draw.uniform(size=(2, _WAVES))) / _WAVES
-    wave, angle = np.sqrt((1 - share) ** -2 - 1), 2 * np.pi * turn
-    return np.array([wave * np.cos(angle), wave * np.sin(angle)])
+def _echoes(params: Shadowing, draw: np.random.Generator, number: float) -> PlaneWaves:
+    """Of correlation J0(``number`` d)^2: sums of two waves of length ``number`` rad/m from
+    directions that have nothing to do with each other."""
+    numbers = []
+    for _ in range(2):
+        angles = 2 * np.pi * _even(draw)
+        numbers.append(number * np.array([np.cos(angles).sum(axis=0), np.sin(angles).sum(axis=0)]))
+    return PlaneWaves(params.echoes_db, numbers, draw.uniform(0, 2 * np.pi, _WAVES),
+                      lambda apart_m: j0(number * apart_m) ** 2)
+
+
+def _even(draw: np.random.Generator) -> np.ndarray:
+    """[2, waves] numbers from 0 to 1 that are spread evenly, each row in an order of its own."""
+    return (draw.permuted(np.tile(np.arange(_WAVES), (2, 1)), axis=1)
+            + draw.uniform(size=(2, _WAVES))) / _WAVES

@@ -8,6 +8,7 @@ import pytest
 import stations
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.special import j0
 from test_radio_pathloss import room
 
 from desim.engine.streams import Streams
@@ -21,12 +22,13 @@ from netmodels.radio.shadowing import Shadowing, Shadows
 LINKS, SEEDS = 2000, 10
 ONE = np.arange(LINKS)
 SIGMA_DB, CORRELATION_M = 4.3, 8.3
+WAVE_M = 299_792_458 / 2.412e9
 LONG = pytest.mark.validation  # other ways are played with the others
 
 
 def shadows(hosts, stream=None, **params):
     return Shadows(Shadowing(**params), tuple(f"robot_{i}" for i in range(hosts)),
-                   stream or Streams(0))
+                   stream or Streams(0), WAVE_M)
 
 
 def moved(near_m, far_m=0.0, apart_m=None, seeds=SEEDS, **params):
@@ -103,6 +105,54 @@ def test_neighbours_hear_a_third_alike():
         assert abs(found - expected) < 4 * (1 - expected ** 2) / np.sqrt(LINKS * SEEDS // 2)
 
 
+def echoes_db(way_m, far_m=0.0, wave_m=WAVE_M):
+    """[2, links] dB of echoes, and of those whose ends are so far from theirs."""
+    links = Shadows(Shadowing(sigma="0 dB", echoes="3 dB"), ("a", "b") * LINKS, Streams(1), wave_m)
+    draw = np.random.default_rng(5)
+    places = draw.uniform(-5000, 5000, (2 * LINKS, 2))
+    after = places + np.repeat([way_m, far_m], LINKS)[:, None] * some_direction(draw, 2 * LINKS)
+    return np.array([links.loss_db(where, ONE, ONE + LINKS) for where in (places, after)])
+
+
+def echoes_fade(waves, far_waves=0.0, **params):
+    """Whether the correlation over so many wavelengths is J0^2, the product of both ends'."""
+    expected = (j0(2 * np.pi * waves) * j0(2 * np.pi * far_waves)) ** 2
+    found = np.corrcoef(echoes_db(waves * WAVE_M, far_waves * WAVE_M, **params))[0, 1]
+    return abs(found - expected) < 4 * (1 - expected ** 2) / np.sqrt(LINKS)
+
+
+@pytest.mark.parametrize(("waves", "far_waves"), [
+    (0.05, 0.0), (0.2, 0.0), (0.1, 0.1), (0.5, 0.0), (0.0, 3.0)])
+def test_echoes_are_others_half_a_wavelength_away(waves, far_waves):
+    assert echoes_fade(waves, far_waves)
+
+
+def test_with_a_wavelength_a_fifth_longer():
+    assert not echoes_fade(0.2, wave_m=1.2 * WAVE_M)
+
+
+def test_a_place_keeps_its_echoes():
+    """Nine places half a wavelength apart, and the first one again."""
+    model = DcfRadio(DcfRadio.Params(preset="indoor"))
+    Bench(model, {"a": (0.0, 0.0), "b": (9.0, 2.0)})
+    away = [(9.0 + k * WAVE_M / 2, 2.0) for k in (0, 1, 2, 3, 4, 5, 6, 7, 8, 0)]
+    mw = [model.budget.links(np.array([(0.0, 0.0), place]), room()).mw[0] for place in away]
+    assert mw[0] == mw[-1] and np.abs(np.diff(10 * np.log10(mw[:-1]))).max() > 2.0
+
+
+def test_stations_receive_what_coverage_predicts():
+    """Broadcasts at 6 Mb/s arrive wherever they are found, 39 dB above the noise."""
+    model = DcfRadio(DcfRadio.Params(preset="indoor", reception={"preamble": "-55 dBm"}))
+    places = np.random.default_rng(4).uniform(-70, 70, (200, 2))
+    names = [f"robot_{k:03}" for k in range(200)]
+    bench = Bench(model, {"a": (0.0, 0.0), **dict(zip(names, places, strict=True))})
+    bench.send(0, "a", names, 100, broadcast=True)
+    arrived = sorted(receiver for *_, receiver, fate in bench.run() if fate == "arrived")
+    power_dbm = model.signal(np.zeros(2), places).power_dbm
+    assert arrived == [name for name, dbm in zip(names, power_dbm, strict=True) if dbm >= -55]
+    assert 60 < len(arrived) < 140
+
+
 place = st.tuples(st.floats(-100, 100), st.floats(-100, 100))
 
 
@@ -141,8 +191,10 @@ def test_neither_the_order_nor_the_others_matter():
     assert again.tolist() == all_db.tolist()
 
 
-def test_coverage_knows_of_it():
-    model = DcfRadio(DcfRadio.Params(shadowing={"sigma": "6 dB"}))
+@pytest.mark.parametrize("shadowing", [
+    {"sigma": "6 dB"}, {"sigma": "0 dB", "echoes": "6 dB"}, {"sigma": "4 dB", "echoes": "4.5 dB"}])
+def test_coverage_knows_of_it(shadowing):
+    model = DcfRadio(DcfRadio.Params(shadowing=shadowing))
     Bench(model, {"a": (0.0, 0.0), "b": (20.0, 5.0)})
     plain = DcfRadio(DcfRadio.Params())
     Bench(plain, 1)

@@ -17,7 +17,7 @@ from netmodels.radio.air import Air, Airs
 from netmodels.radio.budget import Budget
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.fading import Fading
-from netmodels.radio.path_loss import PathLoss, PathLossParams, reach_m
+from netmodels.radio.path_loss import LIGHT_MPS, PathLoss, PathLossParams, reach_m
 from netmodels.radio.presets import filled
 from netmodels.radio.rate_control import RateControl
 from netmodels.radio.shadowing import Shadowing, Shadows
@@ -65,9 +65,10 @@ class DcfRadio:
     """
 
     class Params(ports.Params):
-        preset: Literal["ns3_3_44"] | None = Field(None, description=(
-            "values for what is not given: ns3_3_44, as in ns-3 3.44 with the error model of NIST "
-            "(none: 802.11-2016)"))
+        preset: Literal["indoor", "outdoor", "ns3_3_44"] | None = Field(None, description=(
+            "values for what is not given: indoor and outdoor, path loss in sight and shadowing as "
+            "measured (docs/defaults.md); ns3_3_44, as in ns-3 3.44 with the error model of NIST "
+            "(none: 802.11-2016, with ns-3's path loss)"))
         standard: Literal["11a", "11b", "11g"] = Field("11g", description="timing and rates (2.4 "
                                                                           "GHz as most robots)")
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
@@ -122,6 +123,13 @@ class DcfRadio:
             """The path loss on the channel."""
             return self.path_loss.chosen(STANDARDS[self.standard].carrier_hz(self.channel))
 
+        def shadows(self, context: ports.Context, hosts: tuple[str, ...]) -> Shadows | None:
+            """The shadowing between ``hosts``, if there is one."""
+            if self.shadowing is None:
+                return None
+            carrier_hz = STANDARDS[self.standard].carrier_hz(self.channel)
+            return Shadows(self.shadowing, hosts, context.stream, LIGHT_MPS / carrier_hz)
+
         def budget(self, context: ports.Context, hosts: tuple[str, ...], heard_dbm: float,
                    found_dbm: float) -> Budget:
             """The link budget of ``hosts``. Raises ``InputError`` for materials of walls and for
@@ -129,8 +137,7 @@ class DcfRadio:
             if self.walls is not None:
                 self.walls.check(context.obstacles.materials)
             return Budget(
-                self.power_dbm, self.loss(), self.walls,
-                Shadows(self.shadowing, hosts, context.stream) if self.shadowing else None,
+                self.power_dbm, self.loss(), self.walls, self.shadows(context, hosts),
                 heard_dbm, found_dbm,
                 channels_of(hosts, self.channel, self.channels, STANDARDS[self.standard]),
                 context.antennas)
