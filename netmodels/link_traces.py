@@ -1,7 +1,8 @@
-"""Link traces in files: measurements between two nodes, with their times.
+"""Link traces in files: measurements between two nodes, with their times or places.
 
 A plain CSV has the columns ``time_s``, ``source``, ``destination``, ``delivery_ratio`` (0 to 1) or
-``rssi_dbm`` or both, and perhaps ``channel``. The K7 format (Brun-Laguna et al.,
+``rssi_dbm`` or both, and perhaps ``channel``. One with ``x_m`` and ``y_m`` is a survey: what
+was measured there of ``node``, whatever the time. The K7 format (Brun-Laguna et al.,
 github.com/keomabrun/k7) is a line of JSON with what is known of the whole, and a CSV below it:
 ``datetime`` (ISO 8601), ``src``, ``dst``, ``channel``, ``mean_rssi``, ``pdr``, and more that does
 not matter here. A file whose name ends with ``.gz`` is unpacked while it is read.
@@ -14,7 +15,7 @@ import gzip
 import json
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from operator import attrgetter
 from typing import Literal, NamedTuple, TextIO, TypeVar
 
@@ -30,10 +31,13 @@ _QUANTITIES: tuple[Quantity, ...] = ("delivery_ratio", "rssi_dbm")
 # Column to what it is here.
 _PLAIN = {"time_s": "time", "source": "source", "destination": "destination", "channel": "channel",
           "delivery_ratio": "delivery_ratio", "rssi_dbm": "rssi_dbm"}
+_SURVEY = {"x_m": "x", "y_m": "y", "node": "node", "time_s": "", "channel": "channel",
+           "delivery_ratio": "delivery_ratio", "rssi_dbm": "rssi_dbm"}
 _K7 = {"datetime": "time", "src": "source", "dst": "destination", "channel": "channel",
        "mean_rssi": "rssi_dbm", "pdr": "delivery_ratio", "tx_count": "", "transaction_id": ""}
 
 _LONGEST_S = 1e9  # 32 years: a larger number is no time in seconds
+_FARTHEST_M = 1e6  # a larger number is no place of a robot
 _LOUDEST_DBM = 1000.0  # either way: a larger number is no power
 _SILENT_DBM = -300.0  # far below all noise: never received
 _INSTANT = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?")
@@ -74,6 +78,10 @@ class CsvTable:
             if name in needed and name not in self._names:
                 raise self.wrong(f"the column {column!r} is missing; there are "
                                  f"{', '.join(self._columns)}")
+
+    def about(self, *columns: str) -> bool:
+        """Whether it has any of these columns."""
+        return any(column in self._columns for column in columns)
 
     def has(self, name: str) -> bool:
         return name in self._names
@@ -127,6 +135,26 @@ class LinkTraces(NamedTuple):
     links: dict[tuple[str, str], MeasuredLink]
 
 
+class Survey(NamedTuple):
+    """The measurements of a node: ``values[k]`` at ``places_m[k]``, by x and then y."""
+
+    places_m: np.ndarray
+    values: list[tuple[float, ...]]
+
+    def at(self, place_m: np.ndarray) -> tuple[float, ...]:
+        """The values of the nearest place, the first of several; none where NaN is asked for."""
+        if np.isnan(place_m).any():
+            return ()
+        return self.values[int(((self.places_m - place_m) ** 2).sum(axis=1).argmin())]
+
+
+class Surveys(NamedTuple):
+    """``nodes`` as the file calls them."""
+
+    quantity: Quantity
+    nodes: dict[str, Survey]
+
+
 class _Row(NamedTuple):
     time_ns: int
     link: tuple[str, str]
@@ -134,25 +162,45 @@ class _Row(NamedTuple):
     value: float
 
 
-def read(path: str, quantity: Quantity | None, channel: int | None) -> LinkTraces:
-    """The trace in a file: of ``quantity`` (None: the delivery ratio, if it is there), of one
-    ``channel`` (None: of all). Rows may stand in any order. Raises ``InputError`` for whatever is
-    wrong with the file."""
+class _Point(NamedTuple):
+    node: str
+    place_m: tuple[float, float]
+    channel: int | None
+    value: float
+
+
+R = TypeVar("R", _Row, _Point)
+
+
+def read(path: str, quantity: Quantity | None, channel: int | None) -> LinkTraces | Surveys:
+    """The trace or survey in a file: of ``quantity`` (None: the delivery ratio, if it is there), of
+    one ``channel`` (None: of all). Rows may stand in any order. Raises ``InputError`` for whatever
+    is wrong with the file."""
     try:
         with (gzip.open if path.endswith(".gz") else open)(
                 path, "rt", encoding="utf-8-sig", newline="") as file:
             table = CsvTable(path, file)
+            if table.facts is None and table.about("x_m", "y_m"):
+                table.named(_SURVEY, ("x", "y", "node"))
+                quantity = _quantity(table, quantity)
+                return Surveys(quantity, _surveys(
+                    _on(channel, _points(table, quantity), f"{path}: no row of a place")))
             table.named(_PLAIN if table.facts is None else _K7, ("time", "source", "destination"))
             quantity = _quantity(table, quantity)
-            rows = [row for row in _rows(table, quantity) if channel in (None, row.channel)]
+            rows = _on(channel, _rows(table, quantity), f"{path}: no row of a link")
     except (OSError, EOFError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: cannot be read: {reason}") from None
-    if not rows:
-        raise InputError(f"{path}: no row of a link" + (
-            "" if channel is None else f" on channel {channel}"))
     begin_ns = 0 if table.facts is None else _begin_ns(table, rows)
     return LinkTraces(quantity, _links(rows, begin_ns))
+
+
+def _on(channel: int | None, rows: Iterable[R], none: str) -> list[R]:
+    """The rows of a channel; raises ``InputError`` if there are none."""
+    chosen = [row for row in rows if channel in (None, row.channel)]
+    if not chosen:
+        raise InputError(none + ("" if channel is None else f" on channel {channel}"))
+    return chosen
 
 
 def _quantity(table: CsvTable, wanted: Quantity | None) -> Quantity:
@@ -168,18 +216,32 @@ def _rows(table: CsvTable, quantity: Quantity) -> Iterator[_Row]:
     passed over."""
     time, when = ((_elapsed_ns, "seconds, at least 0") if table.facts is None else
                   (_instant_ns, "a date and time as 2018-01-11 16:33:07"))
-    value, what = ((_rssi_dbm, "dBm, or nothing where nothing was heard")
-                   if quantity == "rssi_dbm" else
-                   (lambda cell: _number(cell, 0.0, 1.0), "0 to 1"))
     for row in table.rows():
         ends = row.get("source", ""), row.get("destination", "")
         if all(ends):
             yield _Row(table.value(row, "time", time, when), ends,
-                       table.value(row, "channel", lambda cell: int(cell) if cell else None,
-                                   "a number, or nothing"),
-                       table.value(row, quantity, value, what))
+                       *_measured(table, row, quantity))
         elif table.facts is None:
             raise table.wrong("source or destination is missing")
+
+
+def _points(table: CsvTable, quantity: Quantity) -> Iterator[_Point]:
+    for row in table.rows():
+        if not row.get("node"):
+            raise table.wrong("node is missing")
+        x_m, y_m = (table.value(row, axis, lambda cell: _number(cell, -_FARTHEST_M, _FARTHEST_M),
+                                "metres") for axis in ("x", "y"))
+        yield _Point(row["node"], (x_m, y_m), *_measured(table, row, quantity))
+
+
+def _measured(table: CsvTable, row: dict[str, str], quantity: Quantity
+              ) -> tuple[int | None, float]:
+    """The channel and the value of a row."""
+    value, what = ((_rssi_dbm, "dBm, or nothing where nothing was heard")
+                   if quantity == "rssi_dbm" else
+                   (lambda cell: _number(cell, 0.0, 1.0), "0 to 1"))
+    return (table.value(row, "channel", lambda cell: int(cell) if cell else None,
+                        "a number, or nothing"), table.value(row, quantity, value, what))
 
 
 def _begin_ns(table: CsvTable, rows: list[_Row]) -> int:
@@ -202,6 +264,15 @@ def _links(rows: list[_Row], begin_ns: int) -> dict[tuple[str, str], MeasuredLin
         times_ns.append(row.time_ns - begin_ns)
         values.append(tuple(by_channel.values()))
     return links
+
+
+def _surveys(rows: list[_Point]) -> dict[str, Survey]:
+    by_node: dict[str, dict[tuple[float, float], tuple[float, ...]]] = {}
+    for row in rows:
+        values = by_node.setdefault(row.node, {})
+        values[row.place_m] = (*values.get(row.place_m, ()), row.value)
+    return {node: Survey(np.array(sorted(values)), [values[place] for place in sorted(values)])
+            for node, values in by_node.items()}
 
 
 def _number(cell: str, least: float, most: float) -> float:

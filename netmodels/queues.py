@@ -73,10 +73,15 @@ class SenderQueues:
 
     def delay_ns(self, frame: ports.Frame, now_ns: int) -> int:
         """The time until all of ``frame``, which is sent now, is out."""
+        return self.taken_ns(frame, now_ns, airtime_ns(frame.size_bytes, self._rate_bps))
+
+    def taken_ns(self, frame: ports.Frame, now_ns: int, sent_ns: int, repeated_ns: int = 0) -> int:
+        """The same where it takes ``sent_ns``, and ``repeated_ns`` to repeat parts of it."""
         source = frame.source
         begin_ns = max(now_ns, self._free_ns[source])
-        self._free_ns[source] = end_ns = begin_ns + airtime_ns(frame.size_bytes, self._rate_bps)
+        self._free_ns[source] = end_ns = begin_ns + sent_ns + repeated_ns
         if self._ledger is not None:
             self._ledger.spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
-            self._ledger.spent(frame, ports.TimePart.AIRTIME, end_ns - begin_ns)
+            self._ledger.spent(frame, ports.TimePart.AIRTIME, sent_ns)
+            self._ledger.spent(frame, ports.TimePart.RETRANSMISSION, repeated_ns)
         return end_ns - now_ns
