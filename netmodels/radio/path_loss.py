@@ -21,6 +21,8 @@ from desim.units import Carrier, Decibels, Length
 LIGHT_MPS = 299_792_458.0
 _NEAREST_M = 1e-3  # antennas are no nearer
 _FARTHEST_M = 1e9  # a reach beyond this is infinite
+# In two rooms 1.6 and 2.0 (Feng, Nguyen and Luo 2024, doi:10.5281/zenodo.11558792).
+IN_SIGHT_EXPONENT = 1.8
 
 
 Distance = np.ndarray | float
@@ -117,7 +119,8 @@ class PathLossParams(ports.Params):
     model: Literal["free_space", "log_distance", "two_ray", "fixed", "itu_p1238"] = Field(
         "log_distance", description="(ns-3)")
     exponent: float | None = Field(None, gt=0, le=20, description=(
-        "of log_distance (3, ns-3; 2 in the open, more among things)"))
+        "of log_distance (1.8, in sight, where walls are drawn and cost something: they are what "
+        "makes it larger; else 3, ns-3; more among things that are not drawn)"))
     reference_db: Decibels | None = Field(None, description=(
         "of log_distance, loss of the first metre (that of free space on the radio's channel: 40.1 "
         "dB on channel 1 of 11b and 11g, 46.7 dB on channel 36 of 11a; preset ns3_3_44: 46.6777 "
@@ -151,6 +154,12 @@ class PathLossParams(ports.Params):
             if field.default is MISSING and field.name not in given:
                 raise ValueError(f"{self.model} needs {ports.yaml_key(field.name)}")
         return self
+
+    def beside_walls(self) -> PathLossParams:
+        """The same where walls are drawn: unless one is given, the exponent is that in sight."""
+        if self.model != "log_distance" or self.exponent is not None:
+            return self
+        return self.model_copy(update={"exponent": IN_SIGHT_EXPONENT})
 
     def chosen(self, carrier_hz: float | None = None) -> PathLoss:
         """The path loss of a radio on ``carrier_hz``. Unless ``reference`` is given, the first

@@ -81,9 +81,7 @@ class Uncontended(Itemized):
 
     def __init__(self, params: DcfRadio.Params, open_air: bool) -> None:
         standard = chosen_standard(params.standard, params.basic_rates_bps)
-        if open_air:
-            params = params.model_copy(update={"walls": None, "shadowing": None})
-        self._params, self._lifetime_ns = params, params.lifetime_ns
+        self._params, self._lifetime_ns, self._open_air = params, params.lifetime_ns, open_air
         self._rates = chosen_rates(params.standard, params.rate_bps, params.broadcast_rate_bps)
         full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.reception.for_stations()
         self.sensitivity_dbm = tuple(  # of unicast and of broadcast
@@ -91,9 +89,6 @@ class Uncontended(Itemized):
                 sensitivity_dbm(SHARE, standard, rate, full_bytes, reception, tries,
                                 params.fading))
             for rate, tries in zip(self._rates, (params.retries, 1), strict=True))
-        path_loss = params.loss()
-        self.range_m = tuple(reach_m(path_loss, params.power_dbm - level_dbm)
-                             for level_dbm in self.sensitivity_dbm)
         self.reach_m = self._reach_m(params.power_dbm)
         self._times = lru_cache(1 << 12)(lambda size_bytes, segments, broadcast: times_ns(
             standard, self._rates[broadcast], ports.packet_sizes(size_bytes, segments), broadcast,
@@ -101,16 +96,25 @@ class Uncontended(Itemized):
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
-        budget = self._params.budget(context, hosts, *self.sensitivity_dbm)
+        self._params = params = self._params.beside(context.obstacles)
+        if self._open_air:
+            params = params.model_copy(update={"walls": None, "shadowing": None})
+        budget = params.budget(context, hosts, *self.sensitivity_dbm)
         self.reach_m = self._reach_m(budget.strongest_dbm)
         self._near = [NearbyHosts(replace(budget, heard_dbm=level_dbm, found_dbm=level_dbm),
-                                  context, self._params.update_ns)
+                                  context, params.update_ns)
                       for level_dbm in self.sensitivity_dbm]
         self._ends_ns: list[deque[int]] = [deque() for _ in hosts]  # of packets that wait there
 
+    @property
+    def range_m(self) -> tuple[float, ...]:
+        """In the open, of unicast and of broadcast frames."""
+        return tuple(reach_m(self._params.loss(), self._params.power_dbm - level_dbm)
+                     for level_dbm in self.sensitivity_dbm)
+
     def _reach_m(self, power_dbm: float) -> float:
         params = self._params
-        best_db = params.shadowing.best_db if params.shadowing else 0.0
+        best_db = params.shadowing.best_db if params.shadowing and not self._open_air else 0.0
         return reach_m(params.loss(), power_dbm + best_db - min(self.sensitivity_dbm))
 
     def send(self, frame: ports.Frame) -> None:

@@ -38,12 +38,12 @@ CASES = {
     "radio": (
         HELLO, "deployment=field",
         "network.media={lan: null, air: {model: netmodels.radio.dcf.radio:DcfRadio, queue: 20, "
-        "power: -14 dBm}}"),
+        "power: -22 dBm}}"),
     "broadcast over radio": (
         HELLO, "deployment=field",
         "coordination.exchange={via: broadcast, period: 100 ms, encoding: raw, content: full}",
-        "network.media={lan: null, air: {model: netmodels.radio.dcf.radio:DcfRadio, power: -6 dBm, "
-        "broadcast_rate: 54 Mb/s}}"),
+        "network.media={lan: null, air: {model: netmodels.radio.dcf.radio:DcfRadio, "
+        "power: -12 dBm, broadcast_rate: 54 Mb/s}}"),
     "rules": (
         HELLO, f"{LAN}={{model: link, rules: [{{rule: bandwidth, rate: 2 Mb/s, backlog: 16 kB}}, "
         "{rule: partition, groups: [[robot_0]], from: 5 s, until: 12 s}, "

@@ -154,7 +154,7 @@ def test_of_a_robot_that_stopped_the_last_time_and_power_stay():
 
 def test_who_is_heard_of_through_another_alone_has_no_power():
     _, links, _ = links_at_the_end(
-        "network.media.air={model: radio, fidelity: walls, power: -20 dBm}",
+        "network.media.air={model: radio, fidelity: walls, power: -24 dBm}",
         "coordination.exchange={model: relayed, period: 1 s}")
     assert {host: {name: link.signal_dbm is not None for name, link in heard.items()}
             for host, heard in links.items()} == {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -123,6 +123,13 @@ class DcfRadio:
             """The path loss on the channel."""
             return self.path_loss.chosen(STANDARDS[self.standard].carrier_hz(self.channel))
 
+        def beside(self, obstacles: ports.Obstacles) -> Self:
+            """The same in a terrain with these walls, which do not count twice: their loss is not
+            in the exponent, too."""
+            if self.walls is None or not len(obstacles.segments):
+                return self
+            return self.model_copy(update={"path_loss": self.path_loss.beside_walls()})
+
         def shadows(self, context: ports.Context, hosts: tuple[str, ...]) -> Shadows | None:
             """The shadowing between ``hosts``, if there is one."""
             if self.shadowing is None:
@@ -161,7 +168,7 @@ class DcfRadio:
         self.ledger = ledger
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        params = self.params
+        self.params = params = self.params.beside(context.obstacles)
         self.context, self.hosts = context, hosts
         self.rate, self._broadcast_rate = chosen_rates(
             params.standard, params.rate_bps, params.broadcast_rate_bps)
