@@ -22,7 +22,7 @@ LIGHT_MPS = 299_792_458.0
 _NEAREST_M = 1e-3  # antennas are no nearer
 _FARTHEST_M = 1e9  # a reach beyond this is infinite
 # In two rooms 1.6 and 2.0 (Feng, Nguyen and Luo 2024, doi:10.5281/zenodo.11558792).
-IN_SIGHT_EXPONENT = 1.8
+CLEAR_EXPONENT = 1.8
 
 
 Distance = np.ndarray | float
@@ -159,7 +159,7 @@ class PathLossParams(ports.Params):
         """The same where walls are drawn: unless one is given, the exponent is that in sight."""
         if self.model != "log_distance" or self.exponent is not None:
             return self
-        return self.model_copy(update={"exponent": IN_SIGHT_EXPONENT})
+        return self.model_copy(update={"exponent": CLEAR_EXPONENT})
 
     def chosen(self, carrier_hz: float | None = None) -> PathLoss:
         """The path loss of a radio on ``carrier_hz``. Unless ``reference`` is given, the first

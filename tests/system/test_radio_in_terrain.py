@@ -24,7 +24,7 @@ def in_the_maze(fidelity="mac", **params):
 
 
 @pytest.mark.parametrize("fidelity", ["disk", "walls", "mac"])
-def test_where_walls_are_drawn_it_is_that_in_sight(fidelity):
+def test_where_walls_are_drawn_it_is_that_of_a_clear_view(fidelity):
     """Unless walls cost nothing, or it is given."""
     assert in_the_maze(fidelity) == 1.8
     assert in_the_maze(fidelity, walls="null") == 3
