@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
-from desim.middleware.udp.receiver import Reception
+from desim.middleware.udp.receiver import UdpReception
 from desim.middleware.udp.socket import UdpSocket
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ class HostSockets:
     def __init__(self, host: Host, params: Sockets) -> None:
         self.host = host
         self.params = params
-        self.reception = Reception(params)
+        self.reception = UdpReception(params)
         self._sockets: list[UdpSocket] = []
         self._named: dict[str, UdpSocket] = {}
         self._blocked: dict[str, tuple[int, int]] = {}  # since when, how many trains wait
@@ -64,7 +64,7 @@ class HostSockets:
         """The host stops."""
         sockets, self._sockets = self._sockets, []
         self._named.clear()
-        self.reception = Reception(self.params)
+        self.reception = UdpReception(self.params)
         self._blocked.clear()
         for socket in sockets:
             socket.close()

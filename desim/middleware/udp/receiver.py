@@ -42,7 +42,7 @@ class ReceiveBuffer:
         self._taken_bytes -= memory
 
 
-class Reception:
+class UdpReception:
     """What the UDP sockets of one host receive."""
 
     __slots__ = ("reassembly", "_params", "_buffers")
@@ -127,7 +127,7 @@ class ReceivedTrain(AddressedCarrier[object], BroadcastCarrier[object]):
     def repeated(self, token: object, receiver: int) -> None:
         self._carrier.repeated(token, receiver)
 
-    def _reception(self, receiver: int) -> Reception:
+    def _reception(self, receiver: int) -> UdpReception:
         return self._graph.hosts[receiver].sockets.reception
 
     def _reassembled(self, receiver: int, lost: dict[int, str]) -> dict[int, str]:
