@@ -252,8 +252,8 @@ WRONG = {
     "mapping for a list": ("faults: {at: 5 s, host: robot_0}", [
         "2:9: faults: must be a list, got a mapping"]),
     "text for a mapping": ("network: lan", [
-        "2:10: network: must be a mapping with fidelity, media, others, background, sockets, failover, got "
-        "'lan'"]),
+        "2:10: network: must be a mapping with fidelity, media, others, background, sockets, "
+        "failover, got 'lan'"]),
     "not of the allowed words": ("robot: {odometry: {model: random_wlk}}", [
         "2:27: robot.odometry.model: 'random_wlk' is not allowed (did you mean 'random_walk'?); "
         "allowed: independent, random_walk"]),
