@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -22,6 +23,7 @@ from desim.ports.networks import Handle
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
     from desim.middleware.node import Node
+    from desim.middleware.transports import StreamLink
     from desim.network.medium import Medium
 
 MAX_CALLBACKS = 100_000  # on one host in one instant
@@ -42,7 +44,7 @@ class Host:
 
     __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "clock", "software",
                  "nodes", "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
-                 "_inbox", "sockets")
+                 "_inbox", "sockets", "refused")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -55,6 +57,7 @@ class Host:
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
+        self.refused: deque[StreamLink] = deque()  # those whose interface is full
         self.sockets = HostSockets(self, graph.sockets)
         self.last_arrival_ns = array("q")
         self.on_next_arrival: dict[int, Callable[[int], object]] = {}

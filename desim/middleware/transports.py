@@ -149,6 +149,10 @@ class StreamLink(Carrier["Message"]):
     retransmission timeout, which doubles from 0.2 s and a round trip to 120 s and starts anew when
     a frame arrives. After an outage the link resumes at its next timeout. The round trip is
     estimated as twice the shortest frame delay.
+
+    Segments that the sender's own interface refuses are not lost: they stay in the socket, and go
+    when the next train of this host has left, or after 0.2 s (Linux: TCP small queues,
+    ``tcp_check_probe_timer``).
     """
 
     protocol = "tcp"
@@ -156,7 +160,7 @@ class StreamLink(Carrier["Message"]):
     __slots__ = ("medium", "_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_flights",
                  "_send", "_record_loss", "_limit", "_outbox", "_wire", "_train", "_trip_ns",
                  "_tries", "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead",
-                 "_latest")
+                 "_latest", "_refused")
 
     def __init__(self, source: Host, destination: Host, medium: Medium | Way, limit: int) -> None:
         self._graph = source.graph
@@ -167,6 +171,7 @@ class StreamLink(Carrier["Message"]):
         self._flights = None if isinstance(medium, Way) else medium.flights
         self.medium, self._send = medium, medium.transmit
         self._record_loss = source.graph.context.record_loss
+        self._refused = source.refused
         self._limit = limit
         self._outbox: deque[Message] = deque()
         self._wire: Message | None = None
@@ -245,6 +250,8 @@ class StreamLink(Carrier["Message"]):
     def arrived(self, message: Message, receiver: int) -> None:
         """The medium delivered the frame."""
         self._wire = None
+        if self._refused:
+            self._give_room()
         self.note_trip(self._graph.kernel.now_ns - self._sent_ns)
         if self._closed == "link_closed":
             self._graph.drop(message, receiver, self._closed, self._first_ns, self._sent_ns)
@@ -261,11 +268,15 @@ class StreamLink(Carrier["Message"]):
             return
         now_ns = self._graph.kernel.now_ns
         self.note_trip(now_ns - self._sent_ns)
+        if self._refused:
+            self._give_room()
         for reason in dict.fromkeys(lost.values()):
             self._record_loss(self._from, receiver, message.seq, reason)
         sizes = packet_sizes(*self._train)
         acked_ns = now_ns + self._trip_ns  # the acknowledgement
-        if len(sizes) - 1 in lost:  # no later segment shows that it is missing
+        if self.medium.refuses.issuperset(lost.values()):
+            acked_ns = now_ns
+        elif len(sizes) - 1 in lost:  # no later segment shows that it is missing
             acked_ns = fires_ns(acked_ns, self._patience_ns(), TICK_NS)
         self._train = sum(sizes[number] for number in lost), len(lost)
         self._wait(message, acked_ns)
@@ -278,6 +289,10 @@ class StreamLink(Carrier["Message"]):
             return
         self._record_loss(self._from, receiver, message.seq, reason)
         now_ns = self._graph.kernel.now_ns
+        if reason in self.medium.refuses:
+            self._refused.append(self)
+            self._wait(message, fires_ns(now_ns, RTO_MIN_NS, TICK_NS))
+            return
         self._wait(message, max(now_ns, fires_ns(self._sent_ns, self._patience_ns(), TICK_NS)))
         self._tries += 1
 
@@ -322,7 +337,22 @@ class StreamLink(Carrier["Message"]):
         self._timer = self._graph.kernel.at(until_ns, Phase.NETWORK, self._entity, self._again,
                                             message)
 
+    def _give_room(self) -> None:
+        """A train of this host has left its interface: those that this has refused try again, until
+        it refuses one."""
+        refused = self._refused
+        for _ in range(len(refused)):
+            link = refused.popleft()
+            if link._timer is not None and link._wire is not None:
+                link._timer.cancel()
+                link._again(link._wire)
+                if refused and refused[-1] is link:
+                    refused.rotate(1)
+                    return
+
     def _again(self, message: Message) -> None:
+        if self in self._refused:
+            self._refused.remove(self)
         self._timer = None
         self._transmit_train(message, self._graph.kernel.now_ns)
 

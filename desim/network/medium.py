@@ -65,7 +65,7 @@ class Medium(Account):
     """
 
     __slots__ = ("name", "id", "model", "rules", "flights", "attached", "frames", "positions",
-                 "shared", "judge_transmission", "_refuses", "_kernel", "_after", "_send", "_begin",
+                 "shared", "judge_transmission", "refuses", "_kernel", "_after", "_send", "_begin",
                  "_streams", "_place", "_open", "_broadcasts", "_awaited", "_reasons", "_hosts",
                  "_control", "_reachability", "_admit", "_passes", "_all_pass", "_send_many",
                  "departures", "left")
@@ -94,7 +94,7 @@ class Medium(Account):
         self._open: dict[int, Claim] = {}  # unicast ones, by frame
         self._broadcasts: dict[int, Broadcast] = {}  # open ones, by frame
         self._awaited = 0  # receivers at which those are not settled yet
-        self._refuses = frozenset(model.refuses if isinstance(model, Refuses) else ())
+        self.refuses = frozenset(model.refuses if isinstance(model, Refuses) else ())
         self._hosts = model if isinstance(model, FollowsHosts) else None
         self._control = model if isinstance(model, CountsControl) else None
         for number, rule in enumerate(self.rules):
@@ -379,7 +379,7 @@ class Medium(Account):
         if len(after.lost) == segments:
             return False
         self.count_drops(reason, 0, len(after.lost) - len(before.lost))
-        if reason in self._refuses and frame.receivers[0] == receiver:  # once a frame
+        if reason in self.refuses and frame.receivers[0] == receiver:  # once a frame
             sizes = packet_sizes(frame.size_bytes, frame.segments)
             self.count_refused(frame.source, sum(sizes[number] for number in packets))
         if broadcast is None:
@@ -391,5 +391,5 @@ class Medium(Account):
     def _dropped(self, frame: Frame, receivers: Collection[int], reason: str, packets: int) -> None:
         """Account for the drop of a frame by the model."""
         self.count_drops(reason, len(receivers), packets)
-        if reason in self._refuses and frame.receivers[0] in receivers:  # once a frame
+        if reason in self.refuses and frame.receivers[0] in receivers:  # once a frame
             self.count_refused(frame.source, frame.size_bytes)

@@ -20,6 +20,7 @@ class Way:
     that ``path(source, receiver)`` gives now."""
 
     flights = None  # of no one medium
+    refuses: frozenset[str] = frozenset()
 
     def __init__(self, path: Callable[[int, int], Path], on_forward: OnForward, id_: int) -> None:
         self._path, self._on_forward = path, on_forward

@@ -117,6 +117,21 @@ def test_an_unbounded_outbox_loses_nothing_and_keeps_the_order():
     assert [text for *_, text in heard] == [text for _, text in says]
 
 
+@pytest.mark.parametrize("packets", [30, 120, None])
+def test_what_the_own_interface_refuses_stays_in_the_socket(packets):
+    """Messages of 111 packets to three hosts at once over 10 Mb/s, where so many find a place."""
+    heard = []
+    hosts = {"a": talker([(S, "map")], size_bytes=160_000)} | dict.fromkeys("bcd", listener(heard))
+    net = Net(hosts, link(rate="10 Mb/s", queue_packets=packets)).run(10 * S)
+    last_ns = max(time_ns for time_ns, *_ in heard) - S
+    line_ns = 3 * stream_frame(160_000)[0] * 8 * 100
+    assert len(heard) == 3 and line_ns <= last_ns < 1.01 * line_ns
+    assert bool(net.rows("lost")) == bool(packets) and net.waiting() == 0
+    medium = net.medium
+    assert medium.packets_delivered == 3 * 111
+    assert medium.packets_intended == 3 * 111 + sum(medium.packets_dropped.values())
+
+
 def test_links_do_not_wait_for_each_other():
     """``c`` hears while the link to ``b`` is cut."""
     heard = []
