@@ -43,6 +43,7 @@ docs/scenarios
 reference/keys
 docs/network-models
 docs/several-networks
+docs/sockets
 docs/testbed-traffic
 docs/clocks
 docs/networks-alone

@@ -7,6 +7,7 @@ import pytest
 from ddsnets import conserved, dds
 from graphs import MS, Net, S, Words, listener, talker
 
+from desim.scenario.schema.sockets import Sockets
 from netmodels.rules.loss import Loss
 from netmodels.rules.timing import Reordering
 
@@ -14,7 +15,8 @@ PERIOD_MS, SAYINGS, LOST = 10, 16_000, Fraction(1, 100)
 
 
 def share_heard(size_bytes):
-    """Of 16 000 best-effort messages over a network that loses one packet in a hundred."""
+    """Of 16 000 best-effort messages over a network that loses one packet in a hundred, where
+    incomplete datagrams block no others."""
     count = []
 
     def begin(node):
@@ -23,7 +25,8 @@ def share_heard(size_bytes):
             "/talk", Words("x", size_bytes)), start="zero")
 
     net = Net({"a": begin, "b": listener(count)}, middleware=dds(),
-              rules=[Loss(Loss.Params(probability=float(LOST)))])
+              rules=[Loss(Loss.Params(probability=float(LOST)))],
+              sockets=Sockets(reassembly="1 GB"))
     net.run(5 * S + SAYINGS * PERIOD_MS * MS)
     counts = net.counts("/talk")
     assert conserved(net)

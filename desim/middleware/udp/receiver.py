@@ -43,7 +43,7 @@ class ReceiveBuffer:
 
 
 class UdpReception:
-    """What the UDP sockets of one host receive."""
+    """The datagrams that the UDP sockets of one host receive."""
 
     __slots__ = ("reassembly", "_params", "_buffers")
 
