@@ -23,7 +23,7 @@ class Disk(Itemized):
     a place is in reach of everybody. A broadcast's receivers out of range make one ``out_of_reach``
     row, a unicast frame's receiver is ``out_of_range``.
 
-    Capabilities: Itemizes, LimitsReach, KnowsLinks.
+    Capabilities: Itemizes, LimitsReach, KnowsDepartures, KnowsLinks.
     """
 
     class Params(ports.Params):

@@ -25,7 +25,7 @@ class Distance(Itemized):
     Each sender's frames go out one after another at ``rate``, and nobody hinders anybody else:
     delay = wait behind the sender's own earlier frames + size * 8 / rate + latency.
 
-    Capabilities: Itemizes, LimitsReach.
+    Capabilities: Itemizes, LimitsReach, KnowsDepartures.
     """
 
     class Params(ports.Params):

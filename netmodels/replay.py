@@ -47,7 +47,7 @@ class Replay(Itemized):
     Each sender's frames go out one after another, and nobody hinders anybody else: delay = wait
     behind the sender's own earlier frames + size * 8 / rate, of each attempt, + latency.
 
-    Capabilities: Itemizes, Separates.
+    Capabilities: Itemizes, Separates, KnowsDepartures.
     """
 
     class Params(ports.Params):

@@ -22,7 +22,8 @@ _pack_row, _pack_stamp = Struct("<11q").pack, Struct("<4q").pack
 PARTS = tuple(TimePart)
 _NUMBER = {part: number for number, part in enumerate(PARTS)}
 # Reasons for which a message is dropped after it has arrived.
-_AT_RECEIVER = frozenset({"no_subscriber", "unmatched", "overtaken"})
+_AT_RECEIVER = frozenset({"no_subscriber", "unmatched", "overtaken", "reassembly_full",
+                          "receive_buffer_full"})
 
 
 class MessageLedger:
@@ -63,10 +64,10 @@ class MessageLedger:
                 count += 1
         else:
             lost = passage or passages.losing
-            if lost is not None:
-                medium, host = lost.medium, lost.place_of_loss(receiver)
-            elif passages.arriving is not None and reason in _AT_RECEIVER:
+            if passages.arriving is not None and reason in _AT_RECEIVER:
                 host = receiver
+            elif lost is not None:
+                medium, host = lost.medium, lost.place_of_loss(receiver)
         number = self._reason.get(reason)
         if number is None:
             number = self._reason[reason] = len(self.reasons)

@@ -1,9 +1,9 @@
 """The resource of a run that gives in (saturates) first.
 
-Resources are processors of hosts and of cluster nodes, threads of programs, memory, media, and
-queues. Their loads are measured every 5 s, as in the paper's testbed. A resource gives in at the
-end of the first such window in which 90 % of it were in use (the paper chose its processors so that
-they stayed below that). Queues give in if 10 % of what was sent in a window was lost because a
+Resources are processors of hosts and of cluster nodes, threads of programs, memory, media, sockets
+and queues. Their loads are measured every 5 s, as in the paper's testbed. A resource gives in at
+the end of the first such window in which 90 % of it were in use (the paper chose its processors so
+that they stayed below that). Queues give in if 10 % of what was sent in a window was lost because a
 queue was full.
 """
 
@@ -26,7 +26,8 @@ from desim.units import NS_PER_S
 WINDOW_NS = 5 * NS_PER_S
 _GIVES_IN = 0.9
 _LOST = 0.1
-_FULL = ("queue_full", "outbox_full")  # drops of frames by media, of messages by links
+# Drops of frames by media, and of messages by links and sockets.
+_FULL = ("queue_full", "outbox_full", "send_buffer_full", "receive_buffer_full", "reassembly_full")
 
 
 class Bottlenecks:
@@ -46,6 +47,7 @@ class Bottlenecks:
         self._threads_ns: dict[Executor, int] = {}
         self._media_ns: dict[str, np.ndarray | None] = {}
         self._losses: list[tuple[int, int]] = []
+        self._waits_ns = [0] * len(graph.hosts)  # of publishers, for room in sockets
         self._kills = 0  # of processes, for want of memory
         self._latest: dict[str, float] = {}  # shares in the last window
         self._peaks: dict[str, float] = {}
@@ -101,6 +103,11 @@ class Bottlenecks:
                 memory.used_bytes() / limit_bytes for memory, limit_bytes in limited))
             self._kills = kills
         yield from self._busiest_parts(elapsed_ns).items()
+        before_ns, self._waits_ns = self._waits_ns, [host.sockets.waited_ns()
+                                                     for host in self._graph.hosts]
+        waited_ns = max(map(int.__sub__, self._waits_ns, before_ns), default=0)
+        if waited_ns:
+            yield "socket", waited_ns / elapsed_ns
         before, self._losses = self._losses, self._lost_and_sent()
         yield "queue", max((
             (lost - lost_before) / max(sent - sent_before, lost - lost_before, 1)

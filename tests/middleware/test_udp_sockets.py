@@ -7,8 +7,10 @@ import pytest
 from graphs import Net, silent
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from ledgers import stamps_of, sums, with_ledger
 
 from desim.middleware.contents import Filler
+from desim.middleware.dds.dds import Dds
 from desim.middleware.host import Host
 from desim.middleware.udp import skb, socket
 from desim.middleware.udp.skb import truesize_bytes
@@ -365,3 +367,20 @@ def test_a_larger_receive_buffer_loses_less():
     how = 10, 14, 500_000, 1 * S
     assert read_by_desim(*how).count(None) == 50
     assert None not in read_by_desim(*how, receive_buffer="1 MB")
+
+
+@pytest.mark.parametrize("read", ["0 s", "3 ms"])
+def test_the_parts_of_a_message_are_its_time_in_sockets_too(read):
+    def begin(node):
+        node.advertise("/large", transport="datagram")
+        node.timer(20, lambda _: node.publish("/large", Filler(60_000)), "zero")
+
+    ledger, _ = with_ledger(lambda ledger: Net(
+        {"a": begin, "b": reader}, link("8 Mb/s"), ledger=ledger, sockets=Sockets(read=read),
+        middleware=Dds(Dds.Params(preset="fastdds", start_spread="0 ns"))).run(4 * S))
+    late = [sum(time_ns for part, host, time_ns in parts if (part, host) == ("queue", "b"))
+            for parts in stamps_of(ledger)]
+    found = sums(ledger)
+    assert len(found.latency_ns) > 30 and (found.latency_ns == found.parts_ns).all()
+    assert found.by_part["sender's queue"] > 0
+    assert set(late) == ({0} if read == "0 s" else {3 * MS})

@@ -23,6 +23,7 @@ class HostSockets:
         self._sockets: list[UdpSocket] = []
         self._named: dict[str, UdpSocket] = {}
         self._blocked: dict[str, tuple[int, int]] = {}  # since when, how many trains wait
+        self._waited_ns = self._since_ns = 0  # of all nodes until ``_since_ns``
 
     def new(self) -> UdpSocket:
         """A socket of a publisher's own."""
@@ -45,6 +46,7 @@ class HostSockets:
         if node is not None:
             now_ns = self.host.graph.kernel.now_ns
             if node not in self._blocked:
+                self._since_ns = self._since_ns if self._blocked else now_ns
                 self._blocked[node] = now_ns, 0
                 self.host.block(node)
             since_ns, trains = self._blocked[node]
@@ -60,8 +62,14 @@ class HostSockets:
             host = self.host
             host.graph.kernel.after(0, Phase.CONTROL, host.id, self._goes_on, node)
 
+    def waited_ns(self) -> int:
+        """For how long at least one node was blocked so far."""
+        now_ns = self.host.graph.kernel.now_ns
+        return self._waited_ns + (now_ns - self._since_ns if self._blocked else 0)
+
     def close(self) -> None:
         """The host stops."""
+        self._waited_ns = self.waited_ns()
         sockets, self._sockets = self._sockets, []
         self._named.clear()
         self.reception = UdpReception(self.params)
@@ -72,5 +80,7 @@ class HostSockets:
     def _goes_on(self, node: str) -> None:
         """Let ``node`` go on, unless it waits again or its host has stopped."""
         if self._blocked.get(node, (0, 1))[1] == 0:
+            waited_ns = self.waited_ns()
             del self._blocked[node]
+            self._waited_ns = self._waited_ns if self._blocked else waited_ns
             self.host.unblock(node)

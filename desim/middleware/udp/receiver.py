@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
@@ -10,10 +11,12 @@ from desim.middleware.arp import AddressedCarrier
 from desim.middleware.udp.reassembly import Reassembly
 from desim.middleware.udp.skb import truesize_bytes
 from desim.network.carrier import AnyCarrier, BroadcastCarrier
+from desim.ports import TimePart
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
     from desim.network.medium import Medium
+    from desim.network.passages import Passage
     from desim.scenario.schema.sockets import Sockets
 
 
@@ -108,9 +111,12 @@ class ReceivedTrain(AddressedCarrier[object], BroadcastCarrier[object]):
         done_ns = buffer.put(graph.kernel.now_ns, memory)
         if done_ns is None:
             self._carrier.lost(token, receiver, "receive_buffer_full")
-        else:
-            graph.kernel.at(done_ns, Phase.DELIVER, graph.hosts[receiver].id, self._read,
-                            (token, receiver, lost, buffer, memory))
+            return
+        passage = None if graph.passages is None else graph.passages.arriving
+        if passage is not None:
+            passage.spent(TimePart.QUEUE, done_ns - graph.kernel.now_ns, receiver, receiver)
+        graph.kernel.at(done_ns, Phase.DELIVER, graph.hosts[receiver].id, self._read,
+                        (token, receiver, lost, passage, partial(buffer.read, memory)))
 
     def lost(self, token: object, receiver: int, reason: str) -> None:
         self._carrier.lost(token, receiver, reason)
@@ -134,14 +140,19 @@ class ReceivedTrain(AddressedCarrier[object], BroadcastCarrier[object]):
         return self._reception(receiver).reassembly.take(
             self._graph.kernel.now_ns, self._size_bytes, self._packets, self._each, lost)
 
-    def _read(self, datagram: tuple[object, int, dict[int, str], ReceiveBuffer, int]) -> None:
+    def _read(self, datagram: tuple[object, int, dict[int, str], Passage | None,
+                                    Callable[[], object]]) -> None:
         """A datagram has been read, if its host still runs."""
-        token, receiver, lost, buffer, memory = datagram
-        buffer.read(memory)
-        if self._graph.up[receiver]:
+        token, receiver, lost, passage, over = datagram
+        over()
+        if not self._graph.up[receiver]:
+            self._carrier.lost(token, receiver, "host_down")
+        elif self._graph.passages is None:
             self._settle(token, receiver, lost)
         else:
-            self._carrier.lost(token, receiver, "host_down")
+            self._graph.passages.arriving = passage
+            self._settle(token, receiver, lost)
+            self._graph.passages.arriving = None
 
     def _settle(self, token: object, receiver: int, lost: dict[int, str]) -> None:
         if not lost:
