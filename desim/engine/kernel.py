@@ -93,7 +93,7 @@ class Ticker:
     """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
 
     __slots__ = ("_again", "_num", "_step", "_order", "_fn", "_start_ns", "_k", "_call", "_kernel",
-                 "_place")
+                 "_place", "_over")
 
     def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
                  fn: Callable[[int], object], start_ns: int) -> None:
@@ -105,7 +105,7 @@ class Ticker:
         self._order, self._fn = phase + entity, fn
         self._start_ns = start_ns
         self._k = 0
-        self._kernel, self._place = kernel, (phase, entity)
+        self._kernel, self._place, self._over = kernel, (phase, entity), False
         self._call = kernel.at(start_ns, phase, entity, self._tick)
 
     def time_ns(self, k: int) -> int:
@@ -120,11 +120,18 @@ class Ticker:
 
     def cancel(self) -> None:
         """No further tick."""
+        self._over = True
+        self._call.cancel()
+
+    def pause(self) -> None:
+        """No tick until ``resume``."""
         self._call.cancel()
 
     def resume(self) -> None:
-        """Go on after ``cancel``. Of the ticks that have been due since, the last one is called
-        now, and the others are skipped (rclcpp's timers)."""
+        """Go on after ``pause``. Of the ticks that have been due since, the last one is called now,
+        and the others are skipped (rclcpp's timers)."""
+        if self._over:
+            return
         now_ns = self._kernel.now_ns
         last = ((now_ns - self._start_ns + 1) * self._num - 1) // self._step
         self._k = max(self._k, last)

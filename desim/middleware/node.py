@@ -59,7 +59,8 @@ class Node:
         ticks, and its other callbacks are held until ``unblock``."""
         self._alive, self._held = False, []
         for ticker in self._tickers:
-            ticker.cancel()
+            if isinstance(ticker, Ticker):  # those of busy computers' nodes are their executors'
+                ticker.pause()
         for subscription in self._subscriptions:
             subscription.hold(self._held)
 
@@ -70,7 +71,7 @@ class Node:
         for subscription in self._subscriptions:
             subscription.hold(None)
         for ticker in self._tickers:
-            if isinstance(ticker, Ticker):  # those of busy computers' nodes are their executors'
+            if isinstance(ticker, Ticker):
                 ticker.resume()
         for k, (callback, arg) in enumerate(held):
             callback(arg)

@@ -152,4 +152,5 @@ class Bottlenecks:
 
 def _lost(dropped: Iterable[Mapping[str, int]]) -> int:
     """The number of those that were dropped because a queue was full."""
-    return sum(counts.get(reason, 0) for counts in dropped for reason in _FULL)
+    return sum(number for counts in dropped for reason, number in counts.items()
+               if reason in _FULL)

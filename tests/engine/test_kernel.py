@@ -190,6 +190,34 @@ def test_a_ticker_can_be_cancelled_from_its_own_callback(kernel, log):
     assert log == [0, 1, 2]
 
 
+@given(st.fractions(min_value=Fraction(1, 100), max_value=10**6, max_denominator=10**4),
+       st.integers(0, 10**9), st.floats(0, 10), st.floats(0, 10))
+def test_a_ticker_that_paused_makes_up_for_one_tick(frequency_hz, start_ns, after, pause):
+    """Between 9 and 20 periods later it is on its grid again."""
+    kernel, log = Kernel(), []
+    period_ns = 10**9 / frequency_hz
+    ticker = kernel.ticker(frequency_hz, CONTROL, 0, lambda k: log.append((k, kernel.now_ns)),
+                           start_ns)
+    from_ns, until_ns = (start_ns + int(part * period_ns) for part in (after, after + pause))
+    kernel.at(from_ns, Phase.SENSE, 0, lambda _: ticker.pause())
+    kernel.at(until_ns, Phase.OBSERVE, 0, lambda _: ticker.resume())
+    kernel.run(start_ns + int(40 * period_ns))
+    due = [(k, ticker.time_ns(k)) for k in range(40)]
+    passed = [tick for tick in due if from_ns <= tick[1] <= until_ns]
+    made_up = [(passed[-1][0], until_ns)] if passed else []
+    assert log[:30] == ([tick for tick in due if tick[1] < from_ns] + made_up
+                        + [tick for tick in due if tick[1] > until_ns])[:30]
+
+
+def test_a_cancelled_ticker_is_not_resumed(kernel, log):
+    ticker = kernel.ticker(10, CONTROL, 0, log.append)
+    ticker.pause()
+    ticker.cancel()
+    ticker.resume()
+    kernel.run(10**9)
+    assert log == []
+
+
 # ------------------------------------------------------------------------------------ ending things
 
 
