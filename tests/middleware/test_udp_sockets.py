@@ -7,16 +7,15 @@ import pytest
 from graphs import Net, silent
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from ledgers import stamps_of, sums, with_ledger
 
 from desim.middleware.contents import Filler
 from desim.middleware.dds.dds import Dds
 from desim.middleware.host import Host
+from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.udp import skb, socket
 from desim.middleware.udp.skb import truesize_bytes
 from desim.network.carrier import Carrier
-from desim.ports import FULL_PACKET_BYTES, PASS, Drop
-from desim.scenario.schema.sockets import Sockets
+from desim.ports import FULL_PACKET_BYTES
 from desim.units import airtime_ns
 from netmodels.access_link import AccessLink
 from netmodels.radio.dcf.radio import DcfRadio
@@ -236,151 +235,21 @@ def test_a_blocked_node_of_a_busy_computer_waits_too():
     assert net.graph.host("a").missed_ticks == 2
 
 
-# Receivers.
+MIDDLEWARES = {
+    "direct": lambda: None, "ros1": lambda: Ros1(Ros1.Params(master="a")),
+    "cyclonedds": lambda: Dds(Dds.Params(preset="cyclonedds", start_spread="0 ns")),
+    "fastdds": lambda: Dds(Dds.Params(preset="fastdds", start_spread="0 ns"))}
 
 
-class Unlucky:
-    """Loses packet 3 of each train of 45 that is sent before 5 s."""
-
-    reasons = ("unlucky",)
-
-    def start(self, context, hosts):
-        self._context = context
-
-    def judge(self, frame, receivers):
-        lost = frame.segments == 45 and self._context.now_ns < 5 * S
-        return [Drop("unlucky", (3,)) if lost else PASS] * len(receivers)
-
-
-class Fates(Carrier):
-    def __init__(self, net):
-        self.net, self.all = net, []
-
-    def arrived(self, token, receiver):
-        self.all.append((token, "arrived"))
-
-    def arrived_in_part(self, token, receiver, lost):
-        self.all.append((token, lost[min(lost)]))
-
-    def lost(self, token, receiver, reason):
-        self.all.append((token, reason))
-
-
-def fragmented(packets, until_ns, rules=(), rate="1 Gb/s", **sockets):
-    """One datagram every 100 ms: its number, and what became of it."""
-    def begin(node):
-        def send(k):
-            node.host.sockets.named("own").send(
-                net.medium, (1,), packets * FULL_PACKET_BYTES, packets, False, fates, k, packets,
-                node.name)
-        node.timer(10, send, "zero")
-
-    net = Net({"a": begin, "b": silent}, link(rate), rules=rules, sockets=Sockets(**sockets))
-    fates = Fates(net)
-    net.run(until_ns)
-    return fates.all, net
-
-
-def test_incomplete_datagrams_fill_the_memory_for_thirty_seconds():
-    """Each leaves 44 fragments of 2304 B: 42 of them are more than 4 MiB. From then on no datagram
-    begins until one of them has been there for 30 s."""
-    fates, net = fragmented(45, 40 * S, [Unlucky()])
-    assert fates[:42] == [(k, "unlucky") for k in range(42)]
-    assert fates[42:300] == [(k, "reassembly_full") for k in range(42, 300)]
-    first = next(k for k, fate in fates if fate == "arrived")
-    assert first in (300, 301) and {fate for _, fate in fates[first:]} == {"arrived"}
-    medium = net.medium
-    assert medium.packets_dropped == {"unlucky": 50}  # the rest is lost behind the network
-
-
-@pytest.mark.parametrize(("how", "lost"), [
-    ({"reassembly_time": "3 s"}, 0), ({"reassembly": "1 MB"}, 320)])
-def test_other_memories_lose_other_datagrams(how, lost):
-    fates, _ = fragmented(45, 40 * S, [Unlucky()], **how)
-    assert sum(fate == "reassembly_full" for _, fate in fates) == pytest.approx(lost, abs=30)
-
-
-def test_single_packets_need_no_reassembly():
-    fates, _ = fragmented(1, 6 * S, [Unlucky()], reassembly="0 B")
-    assert {fate for _, fate in fates} == {"arrived"}
-
-
-def read_by_the_book(packets, datagrams, read_ns, until_ns):
-    """A thread reads datagrams one by one; one that comes while more than the limit waits is lost.
-    Fates in order of the datagrams: when it was read, or None."""
-    air_ns = airtime_ns(packets * FULL_PACKET_BYTES, 1_000_000_000)
-    free_ns, waiting, fates = 0, deque(), []
-    for tick_ns in range(0, until_ns, 20 * MS):
-        for k in range(datagrams):
-            now_ns = tick_ns + (k + 1) * air_ns
-            while waiting and waiting[0] <= now_ns:
-                waiting.popleft()
-            if len(waiting) * packets * 2304 > LIMIT:
-                fates.append(None)
-            else:
-                free_ns = max(free_ns, now_ns) + read_ns
-                waiting.append(free_ns)
-                fates.append(free_ns)
-    return fates
-
-
-class Reader(Carrier):
-    def __init__(self, net):
-        self.net, self.fates = net, {}
-
-    def arrived(self, number, receiver):
-        self.fates[number] = self.net.kernel.now_ns
-
-    def lost(self, number, receiver, reason):
-        assert reason == "receive_buffer_full"
-        self.fates[number] = None
-
-
-def read_by_desim(packets, datagrams, read_ns, until_ns, **sockets):
-    def begin(node):
-        def send(k):
-            if net.kernel.now_ns < until_ns:
-                for number in range(k * datagrams, (k + 1) * datagrams):
-                    node.host.sockets.named("own").send(
-                        net.medium, (1,), packets * FULL_PACKET_BYTES, packets, False, log, number,
-                        packets, node.name)
-        node.timer(50, send, "zero")
-
-    net = Net({"a": begin, "b": silent}, link("1 Gb/s"),
-              sockets=Sockets(read=f"{read_ns} ns", send_buffer="10 MB", **sockets))
-    log = Reader(net)
-    net.run(10 * until_ns + 60 * S)
-    assert net.medium.delivered == net.medium.intended
-    return [log.fates[number] for number in range(len(log.fates))]
-
-
-@settings(max_examples=40, deadline=None)
-@given(st.integers(1, 45), st.integers(1, 16), st.integers(1, 5_000_000))
-def test_a_thread_reads_as_fast_as_it_can_and_the_rest_is_lost(packets, datagrams, read_ns):
-    how = packets, datagrams, read_ns, 1 * S
-    assert read_by_desim(*how) == read_by_the_book(*how)
-
-
-def test_a_larger_receive_buffer_loses_less():
-    """A cloud of 197 kB in 14 datagrams of ten packets, each of which takes 0.5 ms to read: one of
-    each cloud is lost, and so the cloud."""
-    how = 10, 14, 500_000, 1 * S
-    assert read_by_desim(*how).count(None) == 50
-    assert None not in read_by_desim(*how, receive_buffer="1 MB")
-
-
-@pytest.mark.parametrize("read", ["0 s", "3 ms"])
-def test_the_parts_of_a_message_are_its_time_in_sockets_too(read):
+@pytest.mark.parametrize("middleware", MIDDLEWARES)
+def test_pictures_are_young_under_each_middleware(middleware):
+    """187.5 kB at 30 Hz, 45 Mb/s, over a line of 25 Mb/s."""
     def begin(node):
         node.advertise("/large", transport="datagram")
-        node.timer(20, lambda _: node.publish("/large", Filler(60_000)), "zero")
+        node.timer(30, lambda _: node.publish("/large", Filler(187_500)), "zero")
 
-    ledger, _ = with_ledger(lambda ledger: Net(
-        {"a": begin, "b": reader}, link("8 Mb/s"), ledger=ledger, sockets=Sockets(read=read),
-        middleware=Dds(Dds.Params(preset="fastdds", start_spread="0 ns"))).run(4 * S))
-    late = [sum(time_ns for part, host, time_ns in parts if (part, host) == ("queue", "b"))
-            for parts in stamps_of(ledger)]
-    found = sums(ledger)
-    assert len(found.latency_ns) > 30 and (found.latency_ns == found.parts_ns).all()
-    assert found.by_part["sender's queue"] > 0
-    assert set(late) == ({0} if read == "0 s" else {3 * MS})
+    net = Net({"a": begin, "b": reader}, link("25 Mb/s"), middleware=MIDDLEWARES[middleware]())
+    net.run(6 * S)
+    ages_ns, counts = [row[5] for row in net.rows("delivered")], net.counts("/large")
+    assert 80 < len(ages_ns) == counts.delivered and max(ages_ns) < 150 * MS
+    assert not counts.dropped and counts.intended == counts.delivered + net.waiting()
