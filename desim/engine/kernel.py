@@ -123,6 +123,13 @@ class Ticker:
         self._over = True
         self._call.cancel()
 
+    @property
+    def due_ns(self) -> int:
+        """The time of the last tick that has passed without a call, or of the next one."""
+        now_ns = self._kernel.now_ns
+        last = ((now_ns - self._start_ns + 1) * self._num - 1) // self._step
+        return self.time_ns(max(self._k, last))
+
     def pause(self) -> None:
         """No tick until ``resume``."""
         self._call.cancel()
@@ -132,10 +139,9 @@ class Ticker:
         and the others are skipped (rclcpp's timers)."""
         if self._over:
             return
-        now_ns = self._kernel.now_ns
-        last = ((now_ns - self._start_ns + 1) * self._num - 1) // self._step
-        self._k = max(self._k, last)
-        self._call = self._kernel.at(max(now_ns, self.time_ns(self._k)), *self._place, self._tick)
+        due_ns, now_ns = self.due_ns, self._kernel.now_ns
+        self._k = max(self._k, ((now_ns - self._start_ns + 1) * self._num - 1) // self._step)
+        self._call = self._kernel.at(max(now_ns, due_ns), *self._place, self._tick)
 
 
 class Kernel:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,21 +59,24 @@ class Node:
         """The node waits in a call, as for room in the send buffer of a socket: its timers skip
         ticks, and its other callbacks are held until ``unblock``."""
         self._alive, self._held = False, []
-        for ticker in self._tickers:
-            if isinstance(ticker, Ticker):  # those of busy computers' nodes are their executors'
-                ticker.pause()
+        for ticker in self._own_tickers():
+            ticker.pause()
         for subscription in self._subscriptions:
             subscription.hold(self._held)
 
+    def _own_tickers(self) -> list[Ticker]:
+        """The timers, but for those of busy computers, which are their executors' matter."""
+        return [ticker for ticker in self._tickers if isinstance(ticker, Ticker)]
+
     def unblock(self) -> None:
-        """The call is over. A callback that is called now may block the node again."""
+        """The call is over. A callback that is called now may block the node again; the timer that
+        is due for longest has the first turn."""
         held, self._held = self._held or [], None
         self._alive = True
         for subscription in self._subscriptions:
             subscription.hold(None)
-        for ticker in self._tickers:
-            if isinstance(ticker, Ticker):
-                ticker.resume()
+        for ticker in sorted(self._own_tickers(), key=attrgetter("due_ns")):
+            ticker.resume()
         for k, (callback, arg) in enumerate(held):
             callback(arg)
             if self._held is not None:

@@ -95,21 +95,30 @@ def test_single_packets_need_no_reassembly():
 
 
 def read_by_the_book(packets, datagrams, read_ns, until_ns):
-    """A thread reads datagrams one by one; one that comes while more than the limit waits is lost.
-    Fates in order of the datagrams: when it was read, or None."""
-    air_ns = airtime_ns(packets * FULL_PACKET_BYTES, 1_000_000_000)
+    """A thread takes datagrams one by one. One that does not fit into what is free is lost, unless
+    nothing is taken. What is read gets free again when it is a quarter of the limit, or when the
+    thread has read all that was there when something got free last. Fates in order of the
+    datagrams: when it was read, or None."""
+    air_ns, memory = airtime_ns(packets * FULL_PACKET_BYTES, 1_000_000_000), packets * 2304
     free_ns, waiting, fates = 0, deque(), []
+    taken = read = ahead = 0
     for tick_ns in range(0, until_ns, 20 * MS):
         for k in range(datagrams):
             now_ns = tick_ns + (k + 1) * air_ns
-            while waiting and waiting[0] <= now_ns:
-                waiting.popleft()
-            if len(waiting) * packets * 2304 > LIMIT:
-                fates.append(None)
-            else:
-                free_ns = max(free_ns, now_ns) + read_ns
-                waiting.append(free_ns)
-                fates.append(free_ns)
+            for idle in (False, True):  # before it comes, and when it has come
+                while waiting and waiting[0] <= now_ns:
+                    ahead = (ahead or len(waiting)) - 1
+                    waiting.popleft()
+                    read += memory
+                    if not ahead or read >= LIMIT / 4:
+                        taken, read, ahead = taken - read, 0, len(waiting)
+                if not idle and taken and taken + memory > LIMIT:
+                    fates.append(None)
+                elif not idle:
+                    fates.append(max(free_ns, now_ns))
+                    free_ns = fates[-1] + read_ns
+                    waiting.append(fates[-1])
+                    taken += memory
     return fates
 
 
@@ -151,14 +160,14 @@ def test_a_thread_reads_as_fast_as_it_can_and_the_rest_is_lost(packets, datagram
 
 
 def test_a_larger_receive_buffer_loses_less():
-    """A cloud of 197 kB in 14 datagrams of ten packets, each of which takes 0.5 ms to read: one of
-    each cloud is lost, and so the cloud."""
+    """A cloud of 197 kB in 14 datagrams of ten packets, each of which takes 0.5 ms to read: three of
+    each cloud are lost, and so the cloud."""
     how = 10, 14, 500_000, 1 * S
-    assert read_by_desim(*how).count(None) == 50
+    assert read_by_desim(*how).count(None) == 50 * 3
     assert None not in read_by_desim(*how, receive_buffer="1 MB")
 
 
-@pytest.mark.parametrize("read", ["0 s", "3 ms"])
+@pytest.mark.parametrize("read", ["0 s", "70 ms"])
 def test_the_parts_of_a_message_are_its_time_in_sockets_too(read):
     def begin(node):
         node.advertise("/large", transport="datagram")
@@ -172,4 +181,4 @@ def test_the_parts_of_a_message_are_its_time_in_sockets_too(read):
     found = sums(ledger)
     assert len(found.latency_ns) > 30 and (found.latency_ns == found.parts_ns).all()
     assert found.by_part["sender's queue"] > 0
-    assert set(late) == ({0} if read == "0 s" else {3 * MS})
+    assert (max(late) > 0) == (read != "0 s")

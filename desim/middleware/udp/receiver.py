@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from functools import partial
+from collections import deque
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
@@ -21,28 +21,43 @@ if TYPE_CHECKING:
 
 
 class ReceiveBuffer:
-    """The datagrams of one socket that have not been read. A thread of the middleware reads them,
-    one after another; nodes that are busy or wait do not keep it from that."""
+    """The datagrams of one socket that have not been read. A thread of the middleware takes them
+    out, and needs ``read_ns`` for each before it takes the next; nodes that are busy or wait do not
+    keep it from that.
 
-    __slots__ = ("_limit_bytes", "_read_ns", "_taken_bytes", "_free_ns")
+    Memory that has been read is given back when a quarter of the limit has come together, or none
+    waits of those that were there when this happened last (Linux: ``udp_rmem_release``).
+    """
+
+    __slots__ = ("_limit_bytes", "_read_ns", "_taken_bytes", "_free_ns", "_waiting", "_ahead",
+                 "_owed_bytes")
 
     def __init__(self, limit_bytes: int, read_ns: int) -> None:
         self._limit_bytes, self._read_ns = limit_bytes, read_ns
-        self._taken_bytes = 0
-        self._free_ns = 0
+        self._taken_bytes = self._owed_bytes = 0
+        self._free_ns = 0  # when the thread takes the next one
+        self._waiting: deque[int] = deque()  # their memory
+        self._ahead = 0  # the number of those in the thread's own queue (``reader_queue``)
 
     def put(self, now_ns: int, memory: int) -> int | None:
-        """Take a datagram, unless the buffer is full, which the last one may exceed (Linux:
-        ``__udp_enqueue_schedule_skb``). Returns when it has been read."""
-        if self._taken_bytes > self._limit_bytes:
+        """Take a datagram if it fits, or if nothing waits (``__udp_enqueue_schedule_skb`` of Linux
+        6.15; before, the last one could exceed the limit). Returns when it is taken out; then call
+        ``read``."""
+        if self._taken_bytes and self._taken_bytes + memory > self._limit_bytes:
             return None
         self._taken_bytes += memory
-        self._free_ns = max(now_ns, self._free_ns) + self._read_ns
-        return self._free_ns
+        self._waiting.append(memory)
+        taken_ns = max(now_ns, self._free_ns)
+        self._free_ns = taken_ns + self._read_ns
+        return taken_ns
 
-    def read(self, memory: int) -> None:
-        """A datagram has been read."""
-        self._taken_bytes -= memory
+    def read(self) -> None:
+        """The thread takes out the first datagram."""
+        self._ahead = (self._ahead or len(self._waiting)) - 1
+        self._owed_bytes += self._waiting.popleft()
+        if self._ahead == 0 or 4 * self._owed_bytes >= self._limit_bytes:
+            self._taken_bytes -= self._owed_bytes
+            self._owed_bytes, self._ahead = 0, len(self._waiting)
 
 
 class UdpReception:
@@ -107,16 +122,20 @@ class ReceivedTrain(AddressedCarrier[object], BroadcastCarrier[object]):
             self._settle(token, receiver, lost)
             return
         graph, buffer = self._graph, self._reception(receiver).buffer(self._carrier.socket)
-        memory = truesize_bytes(self._size_bytes, self._packets)
-        done_ns = buffer.put(graph.kernel.now_ns, memory)
-        if done_ns is None:
+        now_ns = graph.kernel.now_ns
+        taken_ns = buffer.put(now_ns, truesize_bytes(self._size_bytes, self._packets))
+        if taken_ns is None:
             self._carrier.lost(token, receiver, "receive_buffer_full")
+            return
+        if taken_ns == now_ns:
+            buffer.read()
+            self._settle(token, receiver, lost)
             return
         passage = None if graph.passages is None else graph.passages.arriving
         if passage is not None:
-            passage.spent(TimePart.QUEUE, done_ns - graph.kernel.now_ns, receiver, receiver)
-        graph.kernel.at(done_ns, Phase.DELIVER, graph.hosts[receiver].id, self._read,
-                        (token, receiver, lost, passage, partial(buffer.read, memory)))
+            passage.spent(TimePart.QUEUE, taken_ns - now_ns, receiver, receiver)
+        graph.kernel.at(taken_ns, Phase.DELIVER, graph.hosts[receiver].id, self._read,
+                        (token, receiver, lost, passage, buffer))
 
     def lost(self, token: object, receiver: int, reason: str) -> None:
         self._carrier.lost(token, receiver, reason)
@@ -140,11 +159,11 @@ class ReceivedTrain(AddressedCarrier[object], BroadcastCarrier[object]):
         return self._reception(receiver).reassembly.take(
             self._graph.kernel.now_ns, self._size_bytes, self._packets, self._each, lost)
 
-    def _read(self, datagram: tuple[object, int, dict[int, str], Passage | None,
-                                    Callable[[], object]]) -> None:
-        """A datagram has been read, if its host still runs."""
-        token, receiver, lost, passage, over = datagram
-        over()
+    def _read(self, datagram: tuple[object, int, dict[int, str], Passage | None, ReceiveBuffer]
+              ) -> None:
+        """A datagram is read, if its host still runs."""
+        token, receiver, lost, passage, buffer = datagram
+        buffer.read()
         if not self._graph.up[receiver]:
             self._carrier.lost(token, receiver, "host_down")
         elif self._graph.passages is None:

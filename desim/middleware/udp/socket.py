@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from heapq import heappop, heappush
+from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim.engine.kernel import Call, Phase
@@ -40,12 +41,12 @@ class Datagrams(NamedTuple):
 
 
 class UdpSocket:
-    """A socket that all datagrams of one sender go through.
+    """A socket that all datagrams of one sender, or of several nodes, go through.
 
     Packets take memory of its send buffer (``truesize_bytes``) until they have left the host: when
     the network model has settled them, or when it says (``ports.KnowsDepartures``). A datagram goes
-    out if less than ``limit`` is taken, so that the last one may exceed it. Others wait until less
-    than half of it is taken, and their nodes with them (Linux: ``sock_alloc_send_pskb``,
+    out if less than ``limit`` is taken, so that the last one may exceed it. If not, it waits until
+    less than half of it is taken, and its node with it (Linux: ``sock_alloc_send_pskb``,
     ``sock_def_write_space``).
     """
 
@@ -60,7 +61,8 @@ class UdpSocket:
         self._slow = sockets.params.read_ns > 0  # who reads needs time for each datagram
         self.used_bytes = 0
         self._leaving: list[tuple[int, int]] = []  # a heap: when, how many bytes
-        self._waiting: deque[tuple[int, Datagrams]] = deque()  # since when
+        # By node, with the time since when.
+        self._waiting: dict[str | None, deque[tuple[int, Datagrams]]] = {}
         self._call: Call | None = None
         self._due_ns = 0
 
@@ -71,7 +73,7 @@ class UdpSocket:
         Returns what ``Medium.transmit`` does; None if some of it waits."""
         train = Datagrams(medium, sends or medium, receivers, size_bytes, packets, broadcast,
                           carrier, token, each, node)
-        if not self._waiting and (packets == each or not self._slow):
+        if node not in self._waiting and (packets == each or not self._slow):
             before = truesize_before_last(size_bytes, packets, each) if packets > each else 0
             if self.used_bytes + before < self._limit_bytes:
                 return self._transmit(train)
@@ -83,8 +85,8 @@ class UdpSocket:
 
     def close(self) -> None:
         """The host stops: what waits is lost, and what has been sent goes on."""
-        waiting, self._waiting = self._waiting, deque()
-        for _, train in waiting:
+        waiting, self._waiting = self._waiting, {}
+        for _, train in chain.from_iterable(waiting.values()):
             for receiver in train.receivers:
                 train.carrier.lost(train.token, receiver, "sender_down")
 
@@ -117,29 +119,39 @@ class UdpSocket:
             return
         parts = parts_of(train.size_bytes, train.packets, train.each,
                          1 if self._slow else PART_PACKETS)
-        trains = [train]
+        trains = deque([train])
         if len(parts) > 1:
             cut = CutTrain(train.carrier, train.token, train.receivers, train.packets, len(parts))
-            trains = [train._replace(size_bytes=size_bytes, packets=len(numbers), carrier=cut,
-                                     token=numbers) for numbers, size_bytes in parts]
-        alone = not self._waiting
-        self._waiting.extend((now_ns, one) for one in trains)
-        waiting = len(trains) - (len(self._go_on()) if alone else 0)
-        for _ in range(waiting):
+            trains = deque(train._replace(size_bytes=size_bytes, packets=len(numbers), carrier=cut,
+                                          token=numbers) for numbers, size_bytes in parts)
+        if node not in self._waiting:
+            while trains and self.used_bytes < self._limit_bytes:
+                self._transmit(trains.popleft())
+        if trains:
+            self._waiting.setdefault(node, deque()).extend((now_ns, one) for one in trains)
+        for _ in trains:
             self._sockets.block(node)
         self._book()
 
-    def _go_on(self) -> list[str | None]:
-        """Send what waits while there is room. Returns the nodes of these trains."""
-        waiting, passages, nodes = self._waiting, self._graph.passages, []
+    def _resume(self, _: object) -> None:
+        """Send what waits while there is room, a datagram of each node in turn. Those that have
+        waited least come first: ``prepare_to_wait`` puts them at the head."""
+        self._call = None
+        waiting, passages = self._waiting, self._graph.passages
         self._forget_left()
-        while waiting and self.used_bytes < self._limit_bytes:
-            since_ns, train = waiting.popleft()
+        turns = deque(reversed(waiting))
+        while turns and self.used_bytes < self._limit_bytes:
+            node = turns.popleft()
+            since_ns, train = waiting[node].popleft()
+            if waiting[node]:
+                turns.append(node)
+            else:
+                del waiting[node]
             if passages is not None:
                 passages.waited(TimePart.SENDER, since_ns)
             self._transmit(train)
-            nodes.append(train.node)
-        return nodes
+            self._sockets.unblock(node)
+        self._book()
 
     def _left(self, taken: int) -> None:
         """Packets that took so many bytes have left."""
@@ -169,9 +181,3 @@ class UdpSocket:
             self._call.cancel()
         self._due_ns = due_ns
         self._call = self._kernel.at(due_ns, Phase.NETWORK, self._entity, self._resume)
-
-    def _resume(self, _: object) -> None:
-        self._call = None
-        for node in self._go_on():
-            self._sockets.unblock(node)
-        self._book()
