@@ -5,23 +5,24 @@ A plain CSV has the columns ``time_s``, ``source``, ``destination``, ``delivery_
 was measured there of ``node``, whatever the time. The K7 format (Brun-Laguna et al.,
 github.com/keomabrun/k7) is a line of JSON with what is known of the whole, and a CSV below it:
 ``datetime`` (ISO 8601), ``src``, ``dst``, ``channel``, ``mean_rssi``, ``pdr``, and more that does
-not matter here. A file whose name ends with ``.gz`` is unpacked while it is read.
+not matter here. A file that is packed with gzip is unpacked while it is read.
 """
 
 from __future__ import annotations
 
 import csv
-import gzip
 import json
 import re
+import zlib
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Iterator
 from operator import attrgetter
-from typing import Literal, NamedTuple, TextIO, TypeVar
+from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 
 from desim.errors import InputError, did_you_mean
+from desim.ports.files import lines
 from desim.units import NS_PER_S
 
 T = TypeVar("T")
@@ -51,13 +52,13 @@ class CsvTable:
     that begins with ``file:line``.
     """
 
-    def __init__(self, path: str, file: TextIO) -> None:
-        self.path, self._file, self._line = path, file, 1
-        line = file.readline()
+    def __init__(self, path: str, lines: Iterator[str]) -> None:
+        self.path, self._lines, self._line = path, lines, 1
+        line = next(lines, "")
         self.facts: dict[str, object] | None = None
         if line.lstrip().startswith("{"):
             self.facts = self._json(line)
-            self._line, line = 2, file.readline()
+            self._line, line = 2, next(lines, "")
         self._columns = [column.strip() for column in next(csv.reader([line]), [])]
 
     def _json(self, line: str) -> dict[str, object]:
@@ -88,7 +89,7 @@ class CsvTable:
 
     def rows(self) -> Iterator[dict[str, str]]:
         """A row may be too short: then its last cells are missing."""
-        reader, above = csv.reader(self._file), self._line
+        reader, above = csv.reader(self._lines), self._line
         try:
             for cells in reader:
                 self._line = above + reader.line_num
@@ -177,22 +178,26 @@ def read(path: str, quantity: Quantity | None, channel: int | None) -> LinkTrace
     one ``channel`` (None: of all). Rows may stand in any order. Raises ``InputError`` for whatever
     is wrong with the file."""
     try:
-        with (gzip.open if path.endswith(".gz") else open)(
-                path, "rt", encoding="utf-8-sig", newline="") as file:
-            table = CsvTable(path, file)
-            if table.facts is None and table.about("x_m", "y_m"):
-                table.named(_SURVEY, ("x", "y", "node"))
-                quantity = _quantity(table, quantity)
-                return Surveys(quantity, _surveys(
-                    _on(channel, _points(table, quantity), f"{path}: no row of a place")))
-            table.named(_PLAIN if table.facts is None else _K7, ("time", "source", "destination"))
+        table = CsvTable(path, _text(path))
+        if table.facts is None and table.about("x_m", "y_m"):
+            table.named(_SURVEY, ("x", "y", "node"))
             quantity = _quantity(table, quantity)
-            rows = _on(channel, _rows(table, quantity), f"{path}: no row of a link")
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+            return Surveys(quantity, _surveys(
+                _on(channel, _points(table, quantity), f"{path}: no row of a place")))
+        table.named(_PLAIN if table.facts is None else _K7, ("time", "source", "destination"))
+        quantity = _quantity(table, quantity)
+        rows = _on(channel, _rows(table, quantity), f"{path}: no row of a link")
+    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: cannot be read: {reason}") from None
     begin_ns = 0 if table.facts is None else _begin_ns(table, rows)
     return LinkTraces(quantity, _links(rows, begin_ns))
+
+
+def _text(path: str) -> Iterator[str]:
+    """The lines of a file."""
+    for number, line in lines(path):
+        yield line.decode("utf-8-sig" if number == 1 else "utf-8")
 
 
 def _on(channel: int | None, rows: Iterable[R], none: str) -> list[R]:

@@ -15,7 +15,7 @@ import numpy as np
 import yaml
 
 from desim.errors import InputError
-from desim.files import writing
+from desim.files import opened, writing
 from desim.imports.recording_content import RecordingContent
 from desim.imports.run_tables import LOGGED_DROP, ReplayedFleet, Tables, tables
 from desim.imports.trajectories import Trajectory, together, tracks
@@ -95,8 +95,8 @@ def _digest(path: Path) -> str:
     digest = hashlib.sha256()
     for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
         if file.is_file():
-            with file.open("rb") as opened:
-                while part := opened.read(_CHUNK):
+            with opened(file) as content:
+                while part := content.read(_CHUNK):
                     digest.update(part)
     return digest.hexdigest()[:_DIGITS]
 

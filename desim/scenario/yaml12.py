@@ -21,6 +21,7 @@ except ImportError:
     from yaml import SafeDumper
     from yaml import SafeLoader as FastLoader
 
+from desim import outside_yaml
 from desim.errors import InputError
 from desim.files import content
 from desim.scenario.source_places import Data, Path, Places, SourcePlace
@@ -36,7 +37,6 @@ _TAG = "tag:yaml.org,2002:"
 _LONGEST_NUMBER = 40
 _MOST_BYTES = 10_000_000  # of a file
 _MOST_COMPLAINTS = 20
-_MOST_VALUES = 100_000  # aliases of aliases grow without bound
 
 
 class _Loader(yaml.SafeLoader):
@@ -104,7 +104,11 @@ def parse_value(text: str, source: str) -> object:
 
 
 def _compose(text: str, source: str, marked: bool = True) -> yaml.Node | None:
-    with suppress(yaml.YAMLError, RecursionError):
+    with suppress(yaml.YAMLError):
+        try:
+            outside_yaml.check(text)
+        except ValueError as error:
+            raise InputError(f"{source}: {error}") from None
         return yaml.compose(text, Loader=_FastLoader)
     try:
         return yaml.compose(text, Loader=_Loader)  # it says better what is wrong, and where
@@ -136,7 +140,6 @@ class _Builder:
         self._marked = marked
         self._complaints: list[str] = []
         self._open: set[int] = set()  # nodes being built: an alias to one of them is a circle
-        self._left = _MOST_VALUES
 
     def whole(self, node: yaml.Node) -> tuple[Any, Places]:
         """The value of a whole document, and the places of its parts. Raises ``InputError``."""
@@ -152,10 +155,8 @@ class _Builder:
         return data, self._places
 
     def _build(self, node: yaml.Node, path: Path) -> object:
-        self._left -= 1
-        if id(node) in self._open or self._left < 0:
-            raise InputError(f"{self._place(node)}: an alias that contains itself, or "
-                             f"more than {_MOST_VALUES} values")
+        if id(node) in self._open:
+            raise InputError(f"{self._place(node)}: an alias that contains itself")
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node)
         self._open.add(id(node))

@@ -12,21 +12,35 @@ grey value. All greys that count as occupied look alike to a laser, there as her
 from __future__ import annotations
 
 from collections.abc import Iterable
-from pathlib import Path
+from contextlib import AbstractContextManager
+from io import BufferedReader
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
 
 import numpy as np
 
+from desim import outside_yaml
 from desim.errors import InputError, did_you_mean
-from desim.files import content
+from desim.files import content, opened, opened_below
 from desim.scenario.schema.environment import MapFile
 from desim.world import materials
 from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
 
 IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
-_MOST_BYTES = 10_000_000  # of the YAML file
+_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF")  # Pillow reads others by other programs
+_MOST_BYTES, _MOST_IMAGE_BYTES = 10_000_000, 400_000_000  # of the YAML file, of its image
 MATERIALS = "materials"
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode",
         MATERIALS)
+
+
+class _Image(NamedTuple):
+    """An image: ``cells`` [rows, cols], top row first, of greys by number; ``values`` of all
+    greys, 0 to 255."""
+
+    path: Path
+    cells: np.ndarray
+    values: np.ndarray
 
 
 def load(map_file: MapFile, other: int) -> Terrain:
@@ -36,8 +50,11 @@ def load(map_file: MapFile, other: int) -> Terrain:
     """
     path = Path(map_file.map)
     facts = _facts(path)
-    image = _image_path(path, facts, map_file.image)
-    values = _values(image)
+    if map_file.image is None:  # named by the map: not outside of its folder
+        name = PurePosixPath(str(facts["image"])).as_posix()
+        image = _read(path, path.parent / name, opened_below(path.parent, name, _MOST_IMAGE_BYTES))
+    else:
+        image = _read(path, file := path.parent / map_file.image, opened(file, _MOST_IMAGE_BYTES))
     occupied, free = _number(path, facts, "occupied_thresh"), _number(path, facts, "free_thresh")
     if not 0.0 <= free < occupied <= 1.0:
         raise InputError(f"{path}: free_thresh must lie below occupied_thresh and both between 0 "
@@ -45,42 +62,43 @@ def load(map_file: MapFile, other: int) -> Terrain:
     negate = _number(path, facts, "negate")
     if negate not in (0.0, 1.0):
         raise InputError(f"{path}: negate must be 0 or 1, got {facts['negate']!r}")
-    p = values / 255.0 if negate else (255.0 - values) / 255.0
-    is_free = (p < free) & ~(p > occupied)
+    p = image.values / 255.0 if negate else (255.0 - image.values) / 255.0
+    is_free = ((p < free) & ~(p > occupied))[image.cells]
     if not is_free.any():
-        raise InputError(f"{image}: no free cell (free means p < {free:g}; see free_thresh and "
-                         f"negate in {path.name})")
+        raise InputError(f"{image.path}: no free cell (free means p < {free:g}; see free_thresh "
+                         f"and negate in {path.name})")
     resolution = _number(path, facts, "resolution")
     if not 0.0 < resolution < np.inf:
         raise InputError(f"{path}: resolution must be above zero, got {facts['resolution']!r}")
     x_m, y_m = _origin(path, facts)
-    material = _material(path, image, facts, other, values, is_free, p > occupied)
+    material = _material(path, image, facts, other, is_free, p > occupied)
     raster, material = _cropped(is_free[::-1], material[::-1], resolution,
                                 x_m + map_file.offset_m[0], y_m + map_file.offset_m[1])
     return from_raster(path.stem, raster, material, map_file.height_m)
 
 
-def _material(path: Path, image: Path, facts: dict[str, object], other: int, values: np.ndarray,
+def _material(path: Path, image: _Image, facts: dict[str, object], other: int,
               is_free: np.ndarray, is_occupied: np.ndarray) -> np.ndarray:
-    """[rows, cols] the material of each cell, rows of ``materials.NAMES``."""
+    """[rows, cols] the material of each cell, rows of ``materials.NAMES``. Free cells are given by
+    cell, occupied greys by number."""
     legend = facts.get(MATERIALS)
-    material = np.full(values.shape, other, np.int8)
+    material = np.full(image.cells.shape, other, np.int8)
     if legend is None:
         return material
     if not isinstance(legend, dict) or not all(type(grey) is int for grey in legend):
         raise InputError(f"{path}: {MATERIALS} must name a material by grey value, as in "
                          f"{{0: concrete, 40: glass}}, got {legend!r}")
-    greys, listed = np.rint(values), np.zeros(values.shape, bool)
+    greys = np.rint(image.values)
     for grey, name in sorted(legend.items()):
-        here = greys == grey
+        here = (greys == grey)[image.cells]
         if (here & is_free).any():
-            raise InputError(f"{path}: {MATERIALS}.{grey}: {image.name} has free cells of this "
-                             "grey value; only what is occupied or unknown has a material")
+            raise InputError(f"{path}: {MATERIALS}.{grey}: {image.path.name} has free cells of "
+                             "this grey value; only what is occupied or unknown has a material")
         material[here] = materials.index(name, f"{path}: {MATERIALS}.{grey}")
-        listed |= here
-    rows, cols = np.nonzero(is_occupied & ~listed)
+    rows, cols = np.nonzero((is_occupied & ~np.isin(greys, list(legend)))[image.cells])
     if len(rows):
-        raise InputError(f"{image}: occupied cells of grey value {greys[rows[0], cols[0]]:g} "
+        raise InputError(f"{image.path}: occupied cells of grey value "
+                         f"{greys[image.cells[rows[0], cols[0]]]:g} "
                          f"(row {rows[0] + 1}, column {cols[0] + 1}; {len(rows)} cells in all) "
                          f"have no material; {MATERIALS} of {path.name} has "
                          f"{', '.join(map(str, sorted(legend)))} (an image drawn with smooth edges "
@@ -92,11 +110,11 @@ def _facts(path: Path) -> dict[str, object]:
     import yaml
 
     try:
-        facts = yaml.safe_load(content(path, _MOST_BYTES).decode("utf-8"))
+        facts = outside_yaml.read(content(path, _MOST_BYTES).decode("utf-8"))
     except FileNotFoundError:
         there = sorted(file.name for file in path.parent.glob("*.y*ml")) or ["none"]
         raise InputError(f"{path}: no such map; YAML files beside it: {', '.join(there)}") from None
-    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
+    except (OSError, ValueError, yaml.YAMLError) as error:
         reason = " ".join(str(error).split())
         raise InputError(f"{path}: cannot be read as YAML: {reason}") from None
     if not isinstance(facts, dict):
@@ -110,35 +128,34 @@ def _facts(path: Path) -> dict[str, object]:
     return facts
 
 
-def _image_path(path: Path, facts: dict[str, object], override: str | None) -> Path:
-    image = path.parent / str(override if override is not None else facts["image"])
-    if image.is_file():
-        return image
-    there = sorted(file.name for file in path.parent.iterdir() if file.suffix.lower() in IMAGES)
-    raise InputError(f"{path}: its image {image.name!r} does not exist; images beside it: "
-                     f"{', '.join(there) or 'none'}; `image:` in the scenario's terrain overrides "
-                     "the one that the YAML names")
-
-
-def _values(path: Path) -> np.ndarray:
-    """[rows, cols] float, 0 to 255, top row first."""
+def _read(map_path: Path, path: Path, opening: AbstractContextManager[BufferedReader]) -> _Image:
     from PIL import Image, UnidentifiedImageError
 
     try:
-        with Image.open(path) as image:
+        with opening as file, Image.open(file, formats=_FORMATS) as image:
             if image.width * image.height > MAX_CELLS:
                 raise InputError(f"{path}: {image.width} x {image.height} pixels are too many "
                                  f"(allowed: {MAX_CELLS})")
             sixteen_bits = image.mode.startswith("I")
             pixels = np.asarray(image if sixteen_bits or image.mode == "L"
-                                else image.convert("RGB"), dtype=np.float64)
+                                else image.convert("RGB"))
+    except FileNotFoundError:
+        beside = map_path.parent.iterdir()
+        there = sorted(file.name for file in beside if file.suffix.lower() in IMAGES)
+        raise InputError(f"{map_path}: its image {path.name!r} does not exist; images beside it: "
+                         f"{', '.join(there) or 'none'}; `image:` in the scenario's terrain "
+                         "overrides the one that the YAML names") from None
     except (OSError, UnidentifiedImageError, SyntaxError, ValueError,
             Image.DecompressionBombError) as error:
-        raise InputError(f"{path}: cannot be read as an image: {error}") from None
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"{path}: cannot be read as an image: {reason}") from None
     if pixels.size == 0:
         raise InputError(f"{path}: the image is empty")
-    values = pixels.mean(axis=2) if pixels.ndim == 3 else pixels
-    return values / 257.0 if sixteen_bits else values
+    if pixels.ndim == 3:  # the mean of the channels
+        return _Image(path, pixels.sum(axis=2, dtype=np.uint16), np.arange(3 * 255 + 1) / 3.0)
+    if sixteen_bits:
+        return _Image(path, pixels.clip(0, 65535).astype(np.uint16), np.arange(65536) / 257.0)
+    return _Image(path, pixels, np.arange(256.0))
 
 
 def _number(path: Path, facts: dict[str, object], key: str) -> float:

@@ -12,7 +12,6 @@ log_time``, has none: if a log has no other scans, these are placed on straight 
 
 from __future__ import annotations
 
-import gzip
 import math
 import zlib
 from collections.abc import Iterator
@@ -23,10 +22,10 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.errors import InputError, printable
-from desim.files import opened
 from desim.imports.slam_logs.number_words import finite
 from desim.ports.localization import LaserGeometry
 from desim.robot.transforms import compose, motion_between
+from desim.unpacking import lines
 
 _READ = ("FLASER", "ROBOTLASER1", "RAWLASER1", "ODOM")
 _MOST_BEAMS = 100_000
@@ -170,11 +169,8 @@ def _lines(path: Path) -> Iterator[tuple[int, str]]:
     """The lines of a file, numbered from 1."""
     number = 0
     try:
-        with opened(path) as file:
-            packed = file.peek(2)[:2] == b"\x1f\x8b"
-            with gzip.open(file, "rb") if packed else file as text:
-                for number, line in enumerate(text, 1):
-                    yield number, line.decode("ascii", "replace")
+        for number, line in lines(path):
+            yield number, line.decode("ascii", "replace")
     except (OSError, EOFError, zlib.error) as error:
         if isinstance(error, OSError) and error.strerror:
             raise InputError(f"{path}: {error.strerror}") from error
