@@ -1,7 +1,7 @@
 """Limits of what packed files of strangers unpack to: a small file may hold much more than memory.
 
 A file may unpack to some megabytes, or to a multiple of its own size, far above what real logs and
-recordings do. One that is not packed has no such limit: whoever trusts a file unpacks it first.
+recordings do. One that is not packed has no such limit: a user who trusts a file unpacks it first.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _GZIP = b"\x1f\x8b"
 
 
 class Decompressor(Protocol):
-    """What bz2, lz4 and zstd have in common."""
+    """A decompressor of bz2, lz4 or zstd: they have this in common."""
 
     @property
     def eof(self) -> bool: ...
@@ -34,8 +34,8 @@ class Decompressor(Protocol):
 
 
 class Unpacking:
-    """What the packed file ``path`` has unpacked to so far; refuses more than ``limit``: times its
-    ``packed_bytes``, and bytes."""
+    """The bytes that the packed file ``path`` has unpacked to so far; more than ``limit`` are
+    refused: times its ``packed_bytes``, and bytes."""
 
     def __init__(self, path: str | Path, packed_bytes: int, limit: tuple[int, int] = _RECORDING
                  ) -> None:
