@@ -291,7 +291,7 @@ class Bus(Itemized):
     A packet that finds ``queue_packets`` waiting is dropped, and of a train all those for which the
     queue has no place.
 
-    Capabilities: Refuses, CountsAttempts, CountsBusyTime, Itemizes.
+    Capabilities: Refuses, CountsAttempts, CountsBusyTime, Itemizes; with ``fifo``, KnowsDepartures.
     """
 
     class Params(ports.Params):

@@ -62,7 +62,7 @@ class Multihop:
     A broadcast goes one hop, as an IP router's does.
 
     Capabilities: Refuses, Separates, FollowsHosts, CountsControl, Itemizes; if its hop has them,
-    CountsAttempts, CountsBusyTime, CountsAirtime, Retransmits.
+    CountsAttempts, CountsBusyTime, CountsAirtime, KnowsDepartures, Retransmits.
     """
 
     class Params(HopChoice):

@@ -41,7 +41,7 @@ class Radio:
 
     Capabilities: those of its rung. Itemizes, LimitsReach, Retransmits, Refuses, CountsAttempts,
     CountsBusyTime, CountsAirtime, KnowsLinks, PredictsSignal, HearsAntennas (``mac``); with
-    ``channels`` or on other rungs, Separates, FollowsHosts, CountsControl.
+    ``channels`` or on other rungs, Separates, FollowsHosts, CountsControl, KnowsDepartures.
     """
 
     class Params(DcfRadio.Params):

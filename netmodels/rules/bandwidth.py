@@ -14,6 +14,8 @@ class Bandwidth:
 
     v = max(v, now - burst / rate) + size / rate is the instant at which everything sent is paid
     for; the last byte leaves at v, or now if that has passed (ITU-T I.371, virtual scheduling).
+
+    Capabilities: KnowsDepartures.
     """
 
     class Params(ports.Params):

@@ -160,8 +160,8 @@ def test_a_thread_reads_as_fast_as_it_can_and_the_rest_is_lost(packets, datagram
 
 
 def test_a_larger_receive_buffer_loses_less():
-    """A cloud of 197 kB in 14 datagrams of ten packets, each of which takes 0.5 ms to read: three of
-    each cloud are lost, and so the cloud."""
+    """A cloud of 197 kB in 14 datagrams of ten packets, each of which takes 0.5 ms to read: three
+    of each cloud are lost, and so the cloud."""
     how = 10, 14, 500_000, 1 * S
     assert read_by_desim(*how).count(None) == 50 * 3
     assert None not in read_by_desim(*how, receive_buffer="1 MB")
