@@ -8,6 +8,7 @@ import resource
 import subprocess
 import sys
 from functools import partial
+from pathlib import Path
 from shutil import copytree, ignore_patterns
 from types import SimpleNamespace
 
@@ -209,6 +210,29 @@ def test_without_a_writable_home_there_are_the_temporary_files(tmp_path):
     nowhere.write_text("")
     chosen = output_of(PRINT_FOLDER, XDG_CACHE_HOME=str(nowhere), TMPDIR=str(tmp_path))
     assert chosen.startswith(f"{tmp_path}/desim-")
+
+
+@pytest.mark.parametrize("spoil", [
+    pytest.param(lambda own: own.chmod(0o770), id="others can write"),
+    pytest.param(lambda own: (own.rename(own.with_name("taken")), own.symlink_to("taken")),
+                 id="a link"),
+    pytest.param(lambda own: os.chown(own, 65534, 65534), id="another user's",
+                 marks=pytest.mark.skipif(os.getuid() != 0, reason="only root gives folders away")),
+])
+def test_a_folder_that_is_not_the_users_alone_is_never_taken(tmp_path, spoil):
+    """Its files would run as machine code."""
+    home = tmp_path / "home"
+    environment = {"XDG_CACHE_HOME": str(home), "TMPDIR": str(tmp_path)}
+    own = Path(output_of(PRINT_FOLDER, **environment))
+    assert own.parent == home / "desim"
+    assert own.stat().st_mode & 0o777 == own.parent.stat().st_mode & 0o777 == 0o700
+    spoil(own)
+    other = Path(output_of(PRINT_FOLDER, **environment))
+    assert other == tmp_path / f"desim-{os.getuid()}" / own.name
+    spoil(other.parent)
+    private = Path(output_of(PRINT_FOLDER, **environment))
+    assert private.parent == tmp_path and private != other.parent
+    assert not private.exists()  # it went with its process
 
 
 def test_the_name_changes_with_any_kernel_file(tmp_path, monkeypatch):
