@@ -29,10 +29,10 @@ lint: $(VENV)/.installed-test
 types: $(VENV)/.installed-test
 	$(BIN)/mypy
 
-# What a change is tried with while it is written: under a minute.
+# The tests nearest to a change, by imports: under a minute.
 quick: $(VENV)/.installed-test
 	$(BIN)/ruff check .
-	$(BIN)/pytest -n 2 --dist worksteal -m "not slow and not validation"
+	$(BIN)/python tools/quick.py
 
 # The models against everything measured elsewhere: network models and middleware.
 validate: $(VENV)/.installed-test

@@ -36,14 +36,3 @@ def pytest_collection_finish():
     campaigns, where each run ends with one, that is a third of the time."""
     gc.collect()
     freeze_present_objects()
-
-
-def pytest_collection_modifyitems(items):
-    """Mark what ``slow.txt`` names, a file or a test of it a line."""
-    folder = Path(__file__).parent
-    named = tuple(line.strip() for line in (folder / "slow.txt").read_text().splitlines()
-                  if line.strip() and not line.startswith("#"))
-    for item in items:
-        place = f"{item.path.relative_to(folder).as_posix()}::{item.name}"
-        if place.startswith(named):
-            item.add_marker(pytest.mark.slow)
