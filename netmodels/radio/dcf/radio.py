@@ -56,6 +56,9 @@ class DcfRadio:
     on the air then. With ``rate_control`` a rate belongs to a sender and a receiver, and packets
     have it from the attempt on that follows the change.
 
+    Drawn walls count once: between walls that cost something the path loss is that in sight, unless
+    ``path_loss`` says otherwise. Shadowing and its ``echoes`` belong to places.
+
     Received powers are those of the places at a moment at most ``update`` ago, and of the present
     walls and doors; they are updated when a frame is sent or settled. A host without a place
     hears nobody, and nobody hears it, unless the path loss is ``fixed``.
