@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from desim.ports.cases import Check, Play
-from desim.validation import dds, multimaster, ros1, tcp, zenoh
+from desim.validation import dds, multimaster, ros1, tcp, udp, zenoh
 
 
 class MiddlewareAsMeasured:
@@ -15,5 +15,5 @@ class MiddlewareAsMeasured:
               "multimaster_fkie 1.3.2, Cyclone DDS 11.0.1, Fast DDS 2.9.1, Zenoh 1.10.2")
 
     def checks(self, play: Play) -> Iterator[Check]:
-        for section in (tcp, dds, multimaster, ros1, zenoh):
+        for section in (udp, tcp, dds, multimaster, ros1, zenoh):
             yield from section.checks()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
+from desim.middleware.jiffies import TICK_NS, fires_ns
 from desim.middleware.udp.skb import truesize_bytes
 from desim.ports import packet_sizes
 
@@ -11,8 +12,9 @@ from desim.ports import packet_sizes
 class Reassembly:
     """The fragments of a host that wait for others of their datagrams.
 
-    Those of a datagram that misses one keep their memory for ``time_ns``. While more than
-    ``limit_bytes`` are kept, no datagram of several fragments begins (Linux: ``inet_frag_find``).
+    Those of a datagram that misses one keep their memory for ``time_ns`` as Linux's timers count it
+    (30 to 32 s). While more than ``limit_bytes`` are kept, no datagram of several fragments begins
+    (Linux: ``inet_frag_find``).
     """
 
     __slots__ = ("_limit_bytes", "_time_ns", "_kept_bytes", "_expiring")
@@ -46,5 +48,5 @@ class Reassembly:
             elif len(there) < len(datagram):
                 memory = sum(truesize_bytes(sizes[number], 1) for number in there)
                 self._kept_bytes += memory
-                expiring.append((now_ns + self._time_ns, memory))
+                expiring.append((fires_ns(now_ns, self._time_ns, TICK_NS), memory))
         return dict(sorted((lost | refused).items())) if refused else lost
