@@ -10,8 +10,9 @@ broadcast did not reach have one row together, of the medium and with the reason
 
 A message is dropped for what a datagram's frame was dropped for, or as ``outbox_full``,
 ``link_closed`` (its receiver stopped or no longer listens), ``sender_down``, ``no_route`` (no
-medium in common), what befell its datagrams in sockets (``send_buffer_full``,
-``receive_buffer_full``, ``reassembly_full``: ``desim.middleware.udp``) or ``no_subscriber`` (it came to a host where nobody listens any more).
+medium in common), for what befell its datagrams in sockets (``send_buffer_full``,
+``receive_buffer_full``, ``reassembly_full``: ``desim.middleware.udp``), or as ``no_subscriber`` (it
+came to a host where nobody listens any more).
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Callable
 
 
 class Account:
@@ -21,7 +22,7 @@ class Account:
 
     __slots__ = ("intended", "delivered", "dropped", "packets_intended", "packets_delivered",
                  "packets_dropped", "copies", "tx_bytes", "rx_bytes", "refused_bytes",
-                 "barred_bytes", "own")
+                 "barred_bytes", "own", "on_refusal")
 
     def __init__(self, hosts: int, own: int | None = None) -> None:
         self.own = hosts if own is None else own
@@ -33,6 +34,7 @@ class Account:
         self.tx_bytes = [0] * hosts
         self.rx_bytes = array("q", bytes(8 * hosts))
         self.refused_bytes = 0
+        self.on_refusal: list[Callable[[int, int], object]] = []  # who else counts what is sent
         self.barred_bytes = [0] * hosts  # of packets that the rules let through to nobody
 
     @property
@@ -53,3 +55,5 @@ class Account:
         """The model refused ``size_bytes`` of ``source``."""
         self.refused_bytes += size_bytes * (source < self.own)
         self.tx_bytes[source] -= size_bytes
+        for refused in self.on_refusal:
+            refused(source, size_bytes)

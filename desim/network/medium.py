@@ -38,6 +38,7 @@ from desim.ports import (
     Refuses,
     Rule,
     SendsMany,
+    TakesBack,
     packet_sizes,
 )
 
@@ -79,6 +80,7 @@ class Medium(Account):
         self.id = names.id(f"medium/{name}")
         self.model = model
         self.rules = tuple(map(ports.rule_of, rules))
+        self.on_refusal = [rule.refused for rule in self.rules if isinstance(rule, TakesBack)]
         self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0
         self._kernel = kernel

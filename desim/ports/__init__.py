@@ -45,6 +45,7 @@ from desim.ports.networks import (
     SendsMany,
     Separates,
     Signal,
+    TakesBack,
 )
 from desim.ports.parameters import (
     BesideScenario,
@@ -85,6 +86,7 @@ __all__ = [
     "PredictsSignal", "Preset",
     "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany",
     "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage",
+    "TakesBack",
     "TeamArea", "TeamLink", "TimePart", "Verdict", "World", "function_rule", "natural_key",
     "packet_sizes", "rule_of", "with_preset", "yaml_key",
 ]

@@ -242,6 +242,15 @@ class PassesMany(Protocol):
 
 
 @runtime_checkable
+class TakesBack(Protocol):
+    """A rule that counts what hosts send."""
+
+    def refused(self, host: int, size_bytes: int) -> None:
+        """The model has refused so many bytes of a frame that the rule has judged in this instant
+        (``Refuses``): ``host`` has not sent them."""
+
+
+@runtime_checkable
 class SendsMany(Protocol):
     """A network model that takes many frames at once, and so saves calls."""
 

@@ -15,7 +15,7 @@ class Bandwidth:
     v = max(v, now - burst / rate) + size / rate is the instant at which everything sent is paid
     for; the last byte leaves at v, or now if that has passed (ITU-T I.371, virtual scheduling).
 
-    Capabilities: KnowsDepartures.
+    Capabilities: KnowsDepartures, TakesBack.
     """
 
     class Params(ports.Params):
@@ -33,6 +33,10 @@ class Bandwidth:
     def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._paid_ns = [-self._burst_ns] * len(hosts)
+
+    def refused(self, host: int, size_bytes: int) -> None:
+        """``ports.TakesBack``."""
+        self._paid_ns[host] -= airtime_ns(size_bytes, self._rate_bps)
 
     def departure_ns(self, host: int) -> int:
         """``ports.KnowsDepartures``."""

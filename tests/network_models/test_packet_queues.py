@@ -8,6 +8,7 @@ from desim.testing import Bench
 from netmodels.ideal_mac import IdealMac
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.radio import Radio
+from netmodels.rules.bandwidth import Bandwidth
 from netmodels.tdma import Tdma
 
 MS = 1_000_000
@@ -63,3 +64,20 @@ def test_frames_and_packets_are_conserved(name, trains):
     assert medium.intended == medium.delivered + sum(medium.dropped.values())
     assert medium.packets_intended == (medium.packets_delivered
                                        + sum(medium.packets_dropped.values()))
+
+
+def test_what_the_model_refuses_costs_no_tokens():
+    """Of 40 packets the radio takes 12; a 41st, when these are gone, waits for the 12 alone."""
+    rule = Bandwidth(Bandwidth.Params(rate="1 Mb/s", burst="1 B"))
+    bench = Bench(QUEUES["dcf"](queue=LIMIT), {"a": (0, 0), "b": (5, 0)}, rules=[rule])
+    bench.send(0, "a", "b", 40 * UDP, 40)
+    bench.send(50 * MS, "a", "b", UDP, label="later")
+    bench.run()
+    assert bench.medium.packets_dropped == {"queue_full": 28}
+    assert rule.departure_ns(0) == (13 * UDP - 1) * 8 * 1000
+
+
+def test_a_twin_that_takes_nothing_back_waits_for_all(monkeypatch):
+    monkeypatch.setattr(Bandwidth, "refused", lambda self, host, size_bytes: None)
+    with pytest.raises(AssertionError):
+        test_what_the_model_refuses_costs_no_tokens()
