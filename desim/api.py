@@ -101,7 +101,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
         raise KeyboardInterrupt
     if interrupted:
         raise KeyboardInterrupt(str(path))
-    return Run(path)
+    return Run(path, trust=True)  # this process has run its code already
 
 
 def recording_of(kept: Run, watch: Watch | None = None) -> Recording:

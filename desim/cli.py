@@ -53,7 +53,8 @@ _UNREAD = {"allow_extra_args": True, "ignore_unknown_options": True, "help_optio
 
 # In the order of the help.
 for command in (scenarios.new, runs.run, pictures.view, communication.trace, communication.why,
-                results.diff, pictures.figure, communication.graph, results.ls, results.compare,
+                results.diff, pictures.figure, communication.graph, results.ls, results.check,
+                results.compare,
                 exports.export, exports.import_,
                 campaigns.sweep, campaigns.report, campaigns.ladder, campaigns.deploy,
                 networks.net, networks.coverage, slam.slam, networks.validate, plugins.plugins,

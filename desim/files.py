@@ -115,7 +115,9 @@ def refuse_link(path: str | os.PathLike) -> None:
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A file to write, which replaces ``path`` when it is complete and on the disk; if something
-    goes wrong ``path`` stays as it was. Raises ``OSError``, which names ``path``."""
+    goes wrong ``path`` stays as it was. Raises ``OSError``, which names ``path``, also for a link.
+    """
+    refuse_link(path)
     with suppress(FileNotFoundError):  # a folder stays, and a device or a pipe would be gone
         _refuse_irregular(os.stat(path), path)
     beside = path.with_name(f".{path.name}.new")

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import importlib
 import os
-import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from inspect import Parameter, Signature, getattr_static, isfunction, signature
 from operator import attrgetter
-from traceback import walk_tb
-from types import FunctionType, ModuleType
+from types import FunctionType
 from typing import Any
 
 from pydantic import ValidationError
 
 from desim import ports
 from desim.errors import InputError, did_you_mean, first_line
+from desim.modules import module_at, source_of, why
 from desim.ports.cases import Case, Validation
 from desim.ports.computers import CostModel, MemoryModel
 from desim.ports.localization import Localization
@@ -75,6 +75,7 @@ _ALL_OR_NONE = (MemoryModel,)  # of these, one method is of no use without the o
 _MADE_WITH = {**dict.fromkeys(CONTRACTS, ("params",)), "validation": ()}
 del _MADE_WITH["world"]
 
+_only_installed: ContextVar[bool] = ContextVar("_only_installed", default=False)
 LOADED: dict[type, str] = {}  # every class that was loaded, and what the user calls it
 
 
@@ -303,7 +304,7 @@ def beside(name: str, folder: str) -> str:
     without knowing the folder. Any other name as it is."""
     module, _, attribute = name.rpartition(":")
     place = os.path.abspath(os.path.join(folder, module))
-    return f"{place}:{attribute}" if module and _file(place) else name
+    return f"{place}:{attribute}" if module and source_of(place) else name
 
 
 def module_of(kind: str, name: str) -> str:
@@ -317,17 +318,31 @@ def bare(name: str) -> str:
     return os.path.basename(name)
 
 
+@contextmanager
+def installed_only() -> Iterator[None]:
+    """Inside, no code is imported but that of desim and of installed plug-ins: names come from a
+    folder of results, which somebody else may have made."""
+    token = _only_installed.set(True)
+    try:
+        yield
+    finally:
+        _only_installed.reset(token)
+
+
 def imported(kind: str, path: str) -> Any:
     """The object at ``package.module:name`` or ``folder/package.module:name``; without a folder,
     modules are also looked for in the current directory.
 
     Raises ``InputError`` that says why there is no such thing.
     """
+    if _only_installed.get() and path not in _paths(kind):
+        raise InputError(f"the {kind} {bare(path)!r} is no installed plug-in, and the code that a "
+                         "folder of results names does not run unless you trust it: --trust")
     place, _, attribute = path.rpartition(":")
     try:
-        module = _module(*os.path.split(place))
+        module = module_at(*os.path.split(place))
     except (Exception, SystemExit) as error:  # a user's module may fail in any way
-        raise InputError(f"cannot load {kind} {bare(path)!r}: {_why(error, place)}") from error
+        raise InputError(f"cannot load {kind} {bare(path)!r}: {why(error, place)}") from error
     try:
         return attrgetter(attribute)(module)
     except AttributeError as error:
@@ -338,44 +353,9 @@ def imported(kind: str, path: str) -> Any:
                          f"{', '.join(own) or 'nothing'}") from error
 
 
-def _why(error: BaseException, place: str) -> str:
-    """The reason why a module could not be imported, with its line of a user's file."""
-    if isinstance(error, SyntaxError):
-        return f"{error.msg} at {os.path.basename(error.filename or '')}:{error.lineno}"
-    reason = first_line(error) if isinstance(error, Exception) else repr(error)
-    if isinstance(error, ModuleNotFoundError) and f"{place}.".startswith(f"{error.name}."):
-        return (f"{reason}; looked beside the file that names it, where Python finds modules, and "
-                "in the current directory")
-    file = _file(os.path.abspath(place)) or ""
-    lines = [line for frame, line in walk_tb(error.__traceback__)
-             if frame.f_code.co_filename == file]
-    return f"{reason} at {os.path.basename(file)}:{lines[-1]}" if lines else reason
-
-
-def _module(folder: str, name: str) -> ModuleType:
-    place = os.path.abspath(folder)  # of "": the current directory
-    if place not in sys.path:
-        sys.path.append(place)  # at the end: it shadows nothing
-    if not folder:
-        return importlib.import_module(name)
-    sys.path.insert(0, place)
-    try:
-        module = importlib.import_module(name)
-    finally:
-        sys.path.remove(place)
-    meant = _file(os.path.join(place, name))
-    if meant and os.path.realpath(module.__file__ or "") != os.path.realpath(meant):
-        raise ImportError(f"another module {name!r} is in use already, from {module.__file__}; "
-                          "rename one of them")
-    return module
-
-
-def _file(place: str) -> str | None:
-    """The source of the module ``folder/package.module``, None if there is none."""
-    folder, module = os.path.split(place)
-    stem = os.path.join(folder, *module.split("."))
-    files = (f"{stem}.py", os.path.join(stem, "__init__.py"))
-    return next((file for file in files if os.path.isfile(file)), None)
+def _paths(kind: str) -> list[str]:
+    points = available(kind).values() if kind in GROUPS else ()
+    return [f"{point.module}:{point.attr}" for point in points]
 
 
 @cache

@@ -31,7 +31,8 @@ WALL_CLOCK = {"desim/report/live/feed.py",
 GLOBAL_GENERATORS = {"desim/engine/streams.py", "desim/testing/checks.py"}
 # Who may reach a module by a name that is a value: no rule sees such an import.
 BY_NAME = {"desim/__init__.py": "what it exports is imported when it is first used",
-           "desim/plugins.py": "plug-ins are found by entry point or by dotted path",
+           "desim/plugins.py": "plug-ins are found by entry point",
+           "desim/modules.py": "plug-ins are found by dotted path",
            "desim/compiler/folder.py": "numba's settings, if numba is imported already",
            "desim/compiler/store.py": "machine code depends on the files of the kernels in it",
            "desim/results/identity.py": "a run's id depends on the files of its plug-ins",

@@ -19,4 +19,7 @@ DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False
                                             help="a design's YAML file")]
 Overrides = Annotated[list[str], typer.Option(
     "--set", metavar="A.B.C=VALUE", help="a key's value; can be given again")]
+Trust = Annotated[bool, typer.Option(
+    "--trust", help="let code run that the folder names and that is no installed plug-in, where "
+                    "the run has to be made again")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="print nothing but errors")]

@@ -10,7 +10,7 @@ import typer
 from desim.commands import completion
 from desim.commands.arguments import DesignPath, Overrides, Quiet, ScenarioPath
 from desim.commands.compiling import compiling
-from desim.commands.exit_codes import exit_codes, terminable
+from desim.commands.exit_codes import exit_codes, reading, terminable
 from desim.commands.output import say, say_json
 from desim.commands.targets import writing_to
 from desim.errors import InputError
@@ -122,7 +122,7 @@ def report(campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", show_def
                     "report")] = None,
            quiet: Quiet = False) -> None:
     """Write the report of a campaign: a page, figures and tables."""
-    with exit_codes():
+    with reading():
         from desim.campaign.design.design import read_design
         from desim.campaign.folder.campaign import Campaign
 

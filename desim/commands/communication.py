@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
-from desim.commands.arguments import RunPath
+from desim.commands.arguments import RunPath, Trust
 from desim.commands.compiling import compiling
-from desim.commands.exit_codes import exit_codes
+from desim.commands.exit_codes import reading
 from desim.commands.output import say, say_json
 from desim.errors import InputError
 
@@ -26,21 +26,22 @@ def trace(path: RunPath,
           at: Annotated[str | None, typer.Option(
               metavar="TIME", show_default=False,
               help="list what was under way then, e.g. 63s")] = None,
-          ) -> None:
+          trust: Trust = False) -> None:
     """The story of one message: every row about it, in order, and where the time went.
 
     Without a number: a list of messages to choose from.
     """
-    with exit_codes():
+    with reading(trust):
         at_ns = None if at is None else _instant(at)
         with compiling(False):
             from desim.commands.views.message import message_list, show_story
+            from desim.results.run import Run
         if message is None:
             say(message_list(path, topic, dropped, at_ns))
         else:
             from desim.commands.views.terminal import Terminal
 
-            show_story(path, message, Terminal())
+            show_story(Run(path, trust), message, Terminal())
 
 
 def why(path: RunPath,
@@ -60,19 +61,19 @@ def why(path: RunPath,
         dropped: Annotated[bool, typer.Option(
             "--dropped", help="show messages that were lost")] = False,
         as_json: Annotated[bool, typer.Option("--json", help="all of it, as JSON")] = False,
-        ) -> None:
+        trust: Trust = False) -> None:
     """The parts of late messages' time: queues, contention, airtime, retransmissions, hops.
 
     Of lost messages it shows the reason and the place. A run that has not kept its ledger is made
     again, which takes as long as the run.
     """
-    with exit_codes():
+    with reading(trust):
         with compiling(as_json):
             from desim.commands.views.why import json_object, show
             from desim.results.file_names import SUMMARY
             from desim.results.run import Run
             from desim.results.why import Query, breakdown
-        made = Run(path)
+        made = Run(path, trust)
         found = breakdown(made.ledger, Query(topic, source, to, message, late, dropped,
                                           since))
         metrics = made.metrics if made.has(SUMMARY) else {}
@@ -93,13 +94,13 @@ def graph(path: RunPath,
           to: Annotated[Path | None, typer.Option(
               help="draw it into this file, png, pdf or svg", show_default=False)] = None,
           as_json: Annotated[bool, typer.Option("--json", help="all of it, as JSON")] = False,
-          ) -> None:
+          trust: Trust = False) -> None:
     """The beliefs of all hosts about each other, beside the truth.
 
     It shows hosts that are seen online or not, matches of publishers and subscribers that are known
     or missing, and ghosts.
     """
-    with exit_codes():
+    with reading(trust):
         at_ns = None if at is None else _instant(at)
         with compiling(as_json):
             from desim.commands.views.beliefs import json_object, show
@@ -109,7 +110,7 @@ def graph(path: RunPath,
             from desim.report.picture_file import check_ending
 
             check_ending(to)  # a run may have to be repeated before there is something to draw
-        known = beliefs_at(Run(path), at_ns)
+        known = beliefs_at(Run(path, trust), at_ns)
         if topic is not None:
             known = known.of(topic)
         if to is not None:

@@ -12,15 +12,17 @@ import signal
 import sys
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 import typer
 
 from desim.commands.output import say
 from desim.engine.address_space import refuse_small
-from desim.errors import InputError
+from desim.errors import InputError, described
 
 TRACEBACK = "--traceback"
+# What code meets where a table has other columns, or a number is a text. Arrow's are of these.
+_STRANGE = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError)
 
 
 @contextmanager
@@ -51,6 +53,26 @@ def exit_codes() -> Iterator[None]:
         say(f"{found.line}\nthis repeats it:\n  {command_line()}" if found.foreign
             else f"desim failed; this repeats it:\n  {command_line()}", err=True)
         raise typer.Exit(1) from None
+
+
+@contextmanager
+def reading(trust: bool = False) -> Iterator[None]:
+    """``exit_codes`` of a command that reads folders of results, which somebody else may have made:
+    unless they are to be trusted, no code runs that is not installed, and what does not fit
+    together in their content is wrong input."""
+    with exit_codes():
+        from desim import plugins
+        from desim.blame import blame
+
+        try:
+            with nullcontext() if trust else plugins.installed_only():
+                yield
+        except _STRANGE as error:
+            if blame(error).foreign or TRACEBACK in sys.argv:
+                raise
+            raise InputError("a file of the folder has other content than desim writes, although "
+                             f"its digest is right: {described(error)}; --traceback shows where"
+                             ) from error
 
 
 @contextmanager

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from desim.commands.arguments import RunPath
+from desim.commands.arguments import RunPath, Trust
 from desim.commands.compiling import compiling
-from desim.commands.exit_codes import exit_codes
+from desim.commands.exit_codes import exit_codes, reading
 from desim.commands.extras import extra
 from desim.commands.output import say
 
@@ -37,9 +37,9 @@ def export(path: RunPath,
                show_default=False)] = None,
            medium: Annotated[str | None, typer.Option(
                help="the medium of --pcap (default: the only one)", show_default=False)] = None,
-           ) -> None:
+           trust: Trust = False) -> None:
     """A run in the formats of other tools."""
-    with exit_codes():
+    with reading(trust):
         from desim.errors import InputError
 
         if medium is not None and pcap is None:
@@ -52,7 +52,7 @@ def export(path: RunPath,
         with compiling(False):
             from desim.api import recording_of
             from desim.results.run import Run
-        run = Run(path)
+        run = Run(path, trust)
         if csv is not None:
             from desim.export.csv_tables import write_csv
 

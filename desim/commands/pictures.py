@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from desim.commands import completion
-from desim.commands.arguments import RunPath
+from desim.commands.arguments import RunPath, Trust
 from desim.commands.compiling import compiling, compiling_inside
-from desim.commands.exit_codes import exit_codes
+from desim.commands.exit_codes import reading
 from desim.commands.output import say
 from desim.commands.targets import writing_to
 
@@ -25,14 +25,15 @@ def view(path: RunPath,
              help=f"file to write (default: {PAGE} in the first run's folder)",
              show_default=False)] = None,
          no_open: Annotated[bool, typer.Option(
-             "--no-open", help="write the file and do not open it in a browser")] = False) -> None:
+             "--no-open", help="write the file and do not open it in a browser")] = False,
+         trust: Trust = False) -> None:
     """The replay of a run, or of two on one time line, as one HTML file for a browser."""
-    with exit_codes():
+    with reading(trust):
         with compiling(False):
             from desim.api import recording_of
             from desim.report.replay.page import write
             from desim.results.run import Run
-        runs = [Run(each) for each in (path, other) if each is not None]
+        runs = [Run(each, trust) for each in (path, other) if each is not None]
         with compiling_inside(False):
             recordings = [recording_of(run) for run in runs]
         with writing_to(to, path / PAGE) as target:
@@ -49,7 +50,7 @@ def figure(path: RunPath,
                help="file to write, png, pdf or svg (default: figure.png in the run's folder)",
                show_default=False)] = None) -> None:
     """A picture of a run: terrain, trajectories, map, explored share and traffic over time."""
-    with exit_codes():
+    with reading():
         with compiling(False):
             from desim.report.run_figure import draw
             from desim.results.run import Run

@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from desim.commands import completion
-from desim.commands.arguments import RunPath
+from desim.commands.arguments import RunPath, Trust
 from desim.commands.compiling import compiling
-from desim.commands.exit_codes import exit_codes
+from desim.commands.exit_codes import reading
 from desim.commands.output import say, say_json
 
 
@@ -20,7 +20,7 @@ def ls(folder: Annotated[Path, typer.Argument(
        as_json: Annotated[bool, typer.Option("--json", help="a list of JSON objects")] = False,
        ) -> None:
     """List the runs and campaigns in a folder, newest first; damaged folders, too."""
-    with exit_codes():
+    with reading():
         from desim.campaign.folder.results_list import listed
 
         found = listed(folder)
@@ -32,6 +32,24 @@ def ls(folder: Annotated[Path, typer.Argument(
             show(folder, found)
 
 
+def check(folder: Annotated[Path, typer.Argument(metavar="FOLDER", show_default=False,
+                                                 autocompletion=completion.result_folders,
+                                                 help="the folder of a run or a campaign")],
+          ) -> None:
+    """What of a run or a campaign is whole, was healed, or is missing; exit code 1 if not all is
+    whole.
+
+    Every file is compared with the digest that the run's manifest has of it. Nothing is changed.
+    """
+    with reading():
+        from desim.campaign.folder.check import checked
+
+        found = checked(folder)
+        say("\n".join([f"{folder}: {found.lines[0]}", *found.lines[1:], *found.wrong]))
+        if found.wrong:
+            raise typer.Exit(1)
+
+
 def compare(first: Annotated[Path, typer.Argument(metavar="FIRST", show_default=False,
                                                   autocompletion=completion.result_folders,
                                                   help="the folder of a run or a campaign")],
@@ -41,7 +59,7 @@ def compare(first: Annotated[Path, typer.Argument(metavar="FIRST", show_default=
             as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
             ) -> None:
     """Two runs or two campaigns side by side: keys that differ, metrics, when the robots part."""
-    with exit_codes():
+    with reading():
         with compiling(as_json):
             from desim.campaign.folder.comparison import compare as compared
             from desim.commands.views import comparison
@@ -52,12 +70,12 @@ def compare(first: Annotated[Path, typer.Argument(metavar="FIRST", show_default=
             comparison.show(found)
 
 
-def diff(first: RunPath, second: RunPath) -> None:
+def diff(first: RunPath, second: RunPath, trust: Trust = False) -> None:
     """The first trace row in which two runs differ; exit code 1 if there is one."""
-    with exit_codes():
+    with reading(trust):
         with compiling(False):
             from desim.commands.views.differences import difference
-        text = difference(first, second)
+        text = difference(first, second, trust)
         say(text or "the traces are equal")
         if text:
             raise typer.Exit(1)

@@ -99,6 +99,9 @@ def _show(finished: Run, console: Terminal) -> None:
                   markup=False, soft_wrap=True)
     for warning in finished.metrics["warnings"]:
         say(f"warning: {warning}", err=True)
+    if "healed" in manifest:
+        say(f"healed: the earlier folder of this run was damaged ({manifest['healed']}) and is "
+            "replaced")
     if "differs_from_earlier" in manifest:
         say("warning: an earlier run of the same scenario, seed and versions had the digest "
             f"{manifest['differs_from_earlier']}; desim run --check tells more", err=True)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pyarrow as pa
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 from pyarrow import csv as arrow_csv
 
 from desim.errors import InputError
 from desim.files import replacing, writing
-from desim.results.file_names import SUMMARY
+from desim.results.file_names import SUMMARY, WRITTEN
+from desim.results.parquet import opened
 from desim.results.row import flat
 from desim.results.run import Run, readable
 
@@ -29,8 +29,8 @@ def write_csv(run: Run, folder: Path, done: Callable[[int, int], object]) -> lis
     Returns the files. Raises ``InputError`` for a run without tables, a damaged table, or a folder
     that cannot be written.
     """
-    names = [name.removesuffix(_ENDING) for name in run.manifest["files"]
-             if name.endswith(_ENDING)]
+    names = [name.removesuffix(_ENDING) for name in WRITTEN
+             if name.endswith(_ENDING) and run.has(name)]
     if not names:
         raise InputError(f"{run.path}: has no tables (its status is {run.manifest['status']!r})")
     count, total = 0, sum(_rows(run, name) for name in names)
@@ -54,15 +54,14 @@ def write_csv(run: Run, folder: Path, done: Callable[[int, int], object]) -> lis
 
 
 def _rows(run: Run, name: str) -> int:
-    with readable(run.file(f"{name}{_ENDING}")) as file:
-        return pq.read_metadata(file).num_rows
+    with readable(run.file(f"{name}{_ENDING}")) as file, opened(file) as table:
+        return table.metadata.num_rows
 
 
 def _write(run: Run, name: str, path: Path) -> Iterator[int]:
     """Copy one table, batch by batch, for it may be larger than the memory; yields the number of
     rows of each."""
-    with readable(run.path / f"{name}{_ENDING}") as source:
-        table = pq.ParquetFile(source)
+    with readable(run.path / f"{name}{_ENDING}") as source, opened(source) as table:
         schema = pa.schema([(field.name, _plain(field.type)) for field in table.schema_arrow])
         with arrow_csv.CSVWriter(path, schema) as writer:
             for batch in table.iter_batches():

@@ -7,15 +7,15 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from desim.errors import InputError
-from desim.files import writing
+from desim.files import target
 
 
 def save(figure: Figure, path: Path) -> None:
     """Write ``figure``. Raises ``InputError`` as ``check_ending`` does, and for a file that cannot
     be written."""
     check_ending(path)
-    with writing(path, "--to"):
-        figure.savefig(path)
+    with target(path, "--to") as beside:
+        figure.savefig(beside, format=path.suffix[1:].lower())
 
 
 def check_ending(path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import nullcontext
 from typing import NamedTuple
 
 import numpy as np
@@ -204,7 +205,8 @@ def _views(hosts: list[str], beliefs: Beliefs) -> tuple[PairBelief, ...]:
 
 def _informed(run: Run) -> str:
     choice = run.scenario.middleware
-    middleware = plugins.load("middleware", choice.model)(choice.params)
+    with nullcontext() if run.trust else plugins.installed_only():
+        middleware = plugins.load("middleware", choice.model)(choice.params)
     if not isinstance(middleware, Informs):
         raise InputError(f"{run.path}: under middleware {choice.model!r} nobody believes anything: "
                          "everybody knows at once who is there; desim graph shows runs of a "

@@ -10,7 +10,7 @@ import numpy as np
 
 from desim.results.file_names import POSES, ROBOTS, SCENARIO, SUMMARY
 from desim.results.row import flat
-from desim.results.run import Run
+from desim.results.run import Run, readable
 from desim.results.seal import Json
 from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
@@ -77,7 +77,7 @@ class ComparedRuns(InNotebooks):
     @cached_property
     def keys(self) -> list[KeyDifference]:
         """The keys of the resolved scenarios that differ, in the order of the first one."""
-        return different_keys(*(yaml12.read(str(run.file(SCENARIO)))[0]
+        return different_keys(*(_written(run)
                                 for run in (self.first, self.second)))
 
     @cached_property
@@ -123,6 +123,12 @@ class ComparedRuns(InNotebooks):
 
     def __repr__(self) -> str:
         return f"ComparedRuns({str(self.first.path)!r}, {str(self.second.path)!r})"
+
+
+def _written(run: Run) -> Mapping[str, object]:
+    text = run.content(SCENARIO)
+    with readable(run.path / SCENARIO):
+        return yaml12.parse(text.decode(), f"{run.path / SCENARIO}")[0]
 
 
 def different_keys(first: Mapping[str, object], second: Mapping[str, object],

@@ -1,4 +1,7 @@
-"""The names of the files in a run's folder; docs/results.md describes them."""
+"""The names of the files in a run's folder; docs/results.md describes them.
+
+``WRITTEN`` has all of them: nothing else in a run's folder is ever removed.
+"""
 
 MANIFEST = "manifest.json"  # written last, it seals the others
 SCENARIO = "scenario.resolved.yaml"
@@ -14,3 +17,11 @@ TRACE = "trace.parquet"
 # Two of the recording; all of its tables: RECORDED of recording_tables.py.
 POSES = "poses.parquet"
 EVENTS = "events.parquet"
+MAPS = "map"  # the one folder in a run's folder
+LOCK = ".lock"  # while the run is written
+
+WRITTEN = (
+    MANIFEST, SUMMARY, SCENARIO, NAMES, LOCK, LEDGER_TOPICS, SAMPLES, ROBOTS, LINKS, MESSAGES,
+    LEDGER, TRACE, POSES, EVENTS, "latency.parquet", "moving_obstacles.parquet", "growth.parquet",
+    "plans.parquet", "walls.parquet",
+    *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml")))

@@ -28,7 +28,9 @@ from desim.results.file_names import (
     LEDGER,
     LEDGER_TOPICS,
     LINKS,
+    LOCK,
     MANIFEST,
+    MAPS,
     MESSAGES,
     NAMES,
     ROBOTS,
@@ -36,24 +38,18 @@ from desim.results.file_names import (
     SCENARIO,
     SUMMARY,
     TRACE,
+    WRITTEN,
 )
 from desim.results.latency_by_topic import as_json, by_topic
 from desim.results.ledger import LedgerRecorder
 from desim.results.message_log import MessageLog
-from desim.results.recording_tables import RECORDED, recorded
-from desim.results.seal import MAPS, Json, manifest_of, seal
+from desim.results.recording_tables import recorded
+from desim.results.seal import Json, damage, manifest_of, seal
 from desim.results.status import RunStatus
 from desim.scenario.resolved import resolved
 from desim.scenario.schema.scenario import Scenario
 
 _FULL = (errno.ENOSPC, errno.EDQUOT)
-_LOCK = ".lock"
-# The files that a run may have left when it was cut off.
-_WRITTEN = (
-    MANIFEST, SUMMARY, SCENARIO, NAMES, _LOCK, LEDGER_TOPICS,
-    *(f"{table}.parquet" for table in ("trace", "messages", "samples", "robots", "latency",
-                                       "links", "ledger", *RECORDED)),
-    *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml")))
 
 
 class RunFolder:
@@ -136,7 +132,7 @@ class RunFolder:
     def discard(self) -> None:
         """Remove what there is of the run: nothing of it is worth keeping."""
         with suppress(OSError):
-            _clear(self._partial, _WRITTEN)
+            _clear(self._partial)
         self._release()
 
     def flush(self) -> None:
@@ -200,13 +196,17 @@ class RunFolder:
         if before is not None and before["status"] == manifest["status"] == RunStatus.FINISHED \
                 and before["digest"] != manifest["digest"]:
             complete["differs_from_earlier"] = before["digest"]
+        if before is None and os.path.lexists(self.path):
+            complete["healed"] = f"its {MANIFEST} was missing or damaged"
+        elif before is not None and (wrong := damage(self.path, before)) is not None:
+            complete["healed"] = wrong
         # A finished run is not replaced by part of the same run.
         if manifest["status"] != RunStatus.FINISHED and before is not None \
                 and before["status"] == RunStatus.FINISHED:
             self.discard()
             return None
         written = [name for name in _files(self._partial)
-                   if name not in (*self._kept, MANIFEST, _LOCK)
+                   if name not in (*self._kept, MANIFEST, LOCK)
                    and (self._partial / name).is_file()]
         seal(self._partial, complete, written)
         self._put_in_place([*written, MANIFEST])
@@ -217,7 +217,7 @@ class RunFolder:
         folder with the run's name is always whole."""
         for name in written:
             synced(self._partial / name)
-        (self._partial / _LOCK).unlink()
+        (self._partial / LOCK).unlink()
         synced(self._partial)
         if os.path.lexists(self.path):
             os.replace(self.path, _free(self.path.with_name(f"{self.run_id}.old")))
@@ -237,7 +237,7 @@ class RunFolder:
         process is at work in it."""
         refuse_link(self._partial)
         self._partial.mkdir(exist_ok=True)
-        lock = os.open(self._partial / _LOCK, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW)
+        lock = os.open(self._partial / LOCK, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -245,7 +245,7 @@ class RunFolder:
             raise InputError(f"{self._partial}: another process is writing this run; wait for it, "
                              "or choose another folder with --out") from None
         refuse_link(self._partial / MAPS)
-        _clear(self._partial, [name for name in _WRITTEN if name != _LOCK])
+        _clear(self._partial, [name for name in WRITTEN if name != LOCK])
         self._kept = tuple(_files(self._partial))
         return lock
 
@@ -269,7 +269,7 @@ def _files(folder: Path) -> Iterator[str]:
             yield entry.name
 
 
-def _clear(folder: Path, written: Collection[str]) -> None:
+def _clear(folder: Path, written: Collection[str] = WRITTEN) -> None:
     """Remove what desim has written, and the folder if nothing else is in it. Raises ``OSError``.
     """
     elsewhere = f"{MAPS}/" if (folder / MAPS).is_symlink() else None
@@ -286,12 +286,11 @@ def _hand_over(old: Path, new: Path) -> None:
     made again; one whose name is taken there stays in ``old``."""
     if old.is_symlink() or not old.is_dir():
         return
-    own = (*_WRITTEN, *(manifest_of(old) or {}).get("files", ()))
     for name in _files(old):
-        if name not in own and not os.path.lexists(new / name):
+        if name not in WRITTEN and not os.path.lexists(new / name):
             os.replace(old / name, new / name)
     with suppress(OSError):
-        _clear(old, own)
+        _clear(old)
 
 
 def _free(path: Path) -> Path:

@@ -26,9 +26,9 @@ _DESIM = Path(__file__).parent.parent
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
 
 # Where code can change results or the files that hold them.
-_COMPUTES = frozenset({"units.py", "errors.py", "files.py", "plugins.py", "compiler", "ports",
-                       "engine", "scenario", "world", "network", "computers", "middleware", "robot",
-                       "monitor", "simulation", "results"})
+_COMPUTES = frozenset({"units.py", "errors.py", "files.py", "modules.py", "plugins.py", "compiler",
+                       "ports", "engine", "scenario", "world", "network", "computers", "middleware",
+                       "robot", "monitor", "simulation", "results"})
 
 
 class Identity:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from desim.engine.trace import Names, RowSink
 from desim.errors import InputError
@@ -17,6 +16,7 @@ from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
 from desim.network.passages import Passages
 from desim.results.file_names import LEDGER, TRACE
 from desim.results.message_log import DELIVERED, DROPPED
+from desim.results.parquet import read_table
 from desim.results.run import Run, readable
 from desim.results.status import RunStatus
 from desim.results.traces import Rows, Spool, refuse_failed, repeatable, trace_of
@@ -105,7 +105,7 @@ def ledger_of(run: Run) -> pa.Table:
 
 def read_ledger(file: Path) -> pa.Table:
     """A ledger's file, of schema ``SCHEMA``. Columns that older ones have not are null."""
-    kept = pq.read_table(file)
+    kept = read_table(file)
     return pa.concat_tables([SCHEMA.empty_table(), kept], promote_options="permissive").cast(SCHEMA)
 
 

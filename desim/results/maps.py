@@ -9,6 +9,7 @@ import numpy as np
 import yaml
 
 from desim.ports import GridSpec
+from desim.scenario import yaml12
 
 # map_saver: free 254, occupied 0, unknown 205; thresholds 0.65 and 0.196.
 _FREE, _OCCUPIED, _UNKNOWN = 254, 0, 205
@@ -42,16 +43,17 @@ def save(folder: Path, name: str, cells: np.ndarray, grid: GridSpec) -> None:
         "free_thresh": 0.196}, sort_keys=False))
 
 
-def load(folder: Path, name: str) -> OccupancyMap:
-    """Read what ``save`` wrote."""
-    about = yaml.safe_load((folder / f"{name}.yaml").read_text())
-    magic, size, depth, pixels = (folder / about["image"]).read_bytes().split(b"\n", 3)
+def parsed(about: bytes, image: bytes) -> OccupancyMap:
+    """The map of what ``save`` wrote: the YAML file, and the image. Raises ``ValueError`` or
+    ``LookupError``."""
+    facts = yaml12.parse(about.decode(), "the map's YAML file")[0]
+    magic, size, depth, pixels = image.split(b"\n", 3)
     if (magic, depth) != (b"P5", b"255"):
-        raise ValueError(f"{folder / about['image']} was not written by desim")
+        raise ValueError("was not written by desim")
     width, height = map(int, size.split())
-    image = np.frombuffer(pixels, np.uint8).reshape(height, width)[::-1]
-    cells = np.full(image.shape, -1, np.int8)
-    cells[image == _FREE] = 0
-    cells[image == _OCCUPIED] = 100
-    x_m, y_m, _ = about["origin"]
-    return OccupancyMap(cells, GridSpec(about["resolution"], width, height, x_m, y_m))
+    shades = np.frombuffer(pixels, np.uint8).reshape(height, width)[::-1]
+    cells = np.full(shades.shape, -1, np.int8)
+    cells[shades == _FREE] = 0
+    cells[shades == _OCCUPIED] = 100
+    resolution_m, x_m, y_m = map(float, (facts["resolution"], *facts["origin"][:2]))
+    return OccupancyMap(cells, GridSpec(resolution_m, width, height, x_m, y_m))

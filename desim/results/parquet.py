@@ -1,8 +1,9 @@
-"""Parquet files of rows, written batch by batch, with names in place of their ids."""
+"""Parquet files of rows: written batch by batch, with names in place of their ids, and read."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from desim.engine.trace import Names
+from desim.files import opened_below
 from desim.results.message_log import DELIVERED, DROPPED
 
 _TEXT = pa.dictionary(pa.int32(), pa.string())
 _INT = pa.int64()
+_MOST_UNPACKED_BYTES, _MOST_TIMES = 200_000_000, 100
 
 MESSAGE_SCHEMA = pa.schema([
     ("number", _INT), ("topic", _TEXT), ("source", _TEXT), ("destination", _TEXT),
@@ -21,6 +24,36 @@ MESSAGE_SCHEMA = pa.schema([
     ("fate", _TEXT), ("reason", _TEXT), ("end_ns", _INT), ("latency_ns", _INT)])
 TRACE_SCHEMA = pa.schema([("t_ns", _INT), ("kind", _TEXT), ("entity", _TEXT),
                    ("a", _INT), ("b", _INT), ("c", _INT)])
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[pq.ParquetFile]:
+    """A Parquet file that somebody else may have made, to be read batch by batch. Raises
+    ``OSError`` and ``pa.ArrowException``."""
+    with opened_below(path.parent, path.name) as file, pq.ParquetFile(file) as table:
+        yield table
+
+
+def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
+    """All of a Parquet file (of these ``columns``) that somebody else may have made. Raises
+    ``OSError``, ``ValueError``, ``KeyError`` for a column that is not there, and
+    ``pa.ArrowException``."""
+    with opened(path) as file:
+        _refuse_bomb(file.metadata, path.stat().st_size)
+        table = file.read(None if columns is None else list(columns))
+    return table if columns is None else table.select(columns)
+
+
+def _refuse_bomb(facts: pq.FileMetaData, size_bytes: int) -> None:
+    """Refuse a file that would take far more memory than any table of desim's, which are at most
+    some 20 times as large in memory."""
+    chunks = [facts.row_group(group).column(column) for group in range(facts.num_row_groups)
+              for column in range(facts.num_columns)]
+    memory_bytes = sum(max(8 * chunk.num_values, chunk.total_uncompressed_size)
+                       for chunk in chunks)
+    if memory_bytes > max(_MOST_UNPACKED_BYTES, _MOST_TIMES * size_bytes):
+        raise ValueError(f"{size_bytes / 1e6:.1f} MB that would take {memory_bytes / 1e6:.0f} MB "
+                         "of memory are no table of desim's")
 
 
 def write(path: Path, columns: Mapping[str, object]) -> None:

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from desim.engine.trace import real
 from desim.monitor.map_growth import MapGrowth
 from desim.monitor.recorder import ShownPlan, StandingWall
 from desim.ports import GridSpec
+from desim.results.parquet import read_table
 from desim.results.run import Run, readable
 from desim.results.seal import Json
 from desim.results.trace_words import values
@@ -157,7 +157,7 @@ class Recording:
     def _table(self, name: str) -> pa.Table:
         file = self.run.file(f"{name}.parquet")
         with readable(file):
-            return pq.read_table(file)
+            return read_table(file)
 
 
 def rows_of(events: pa.Table) -> list[Json]:

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from desim.errors import InputError
+from desim.errors import InputError, first_line
+from desim.files import content_below
 from desim.results import maps
-from desim.results.file_names import MANIFEST, NAMES, SCENARIO, SUMMARY
-from desim.results.seal import MAPS, Json, manifest_of, wrong_with
+from desim.results.file_names import MANIFEST, MAPS, NAMES, SCENARIO, SUMMARY
+from desim.results.parquet import read_table
+from desim.results.seal import MOST_BYTES, Json, manifest_of, parsed, wrong_with
 from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
 from desim.scenario.schema.scenario import Scenario
 
 
 class Run(InNotebooks):
-    """A run's folder: everything is read when it is asked for."""
+    """A run's folder: everything is read when it is asked for. Somebody else may have made it: its
+    files are data. ``trust``: where it is made again, code that its scenario names may run that is
+    no installed plug-in."""
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+    def __init__(self, path: str | Path, trust: bool = False) -> None:
+        self.path, self.trust = Path(path), trust
         found = manifest_of(self.path)
         if found is None:
             raise InputError(_no_run(self.path))
@@ -38,14 +40,14 @@ class Run(InNotebooks):
         """The scenario of the run, every value spelled out. It is not checked again: its plug-ins
         and its map need not be there any more. ``params`` of a plug-in that is not there raises
         ``InputError``."""
-        with readable(self.file(SCENARIO)) as file:
-            return Scenario.model_validate(yaml12.read(str(file))[0])
+        with self._readable(SCENARIO) as text:
+            return Scenario.model_validate(yaml12.parse(text.decode(), SCENARIO)[0])
 
     @cached_property
     def metrics(self) -> Json:
         """The summary."""
-        with readable(self.file(SUMMARY)) as file:
-            return json.loads(file.read_text())
+        with self._readable(SUMMARY) as text:
+            return {**parsed(text)}
 
     @cached_property
     def samples(self) -> dict[str, np.ndarray]:
@@ -79,13 +81,13 @@ class Run(InNotebooks):
     @cached_property
     def names(self) -> dict[int, str]:
         """The names of the ids in ``trace.parquet``."""
-        with readable(self.file(NAMES)) as file:
-            return {int(id_): name for id_, name in json.loads(file.read_text()).items()}
+        with self._readable(NAMES) as text:
+            return {int(id_): str(name) for id_, name in parsed(text).items()}
 
-    def table(self, name: str) -> dict[str, np.ndarray]:
-        """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column. A missing
-        value is None among words and NaN among numbers."""
-        return columns(self.file(f"{name}.parquet"))
+    def table(self, name: str, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+        """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column (``names``:
+        these only). A missing value is None among words and NaN among numbers."""
+        return columns(self.file(f"{name}.parquet"), names)
 
     def has(self, name: str) -> bool:
         """Whether the run has left this file. If it has gone since, ``file`` says so: a missing
@@ -95,7 +97,7 @@ class Run(InNotebooks):
     def keeps(self, name: str) -> bool:
         """Whether the run has left this file, and it is still there; else what it has can be made
         again from the scenario."""
-        return self.has(name) and (self.path / name).exists()
+        return self.has(name) and os.path.lexists(self.path / name)
 
     def file(self, name: str) -> Path:
         """One of its files, as desim wrote it. Raises ``InputError`` where it is not so."""
@@ -107,10 +109,22 @@ class Run(InNotebooks):
             raise InputError(f"{self.path}: damaged: {wrong}; running its scenario again mends it")
         return self.path / name
 
+    def content(self, name: str) -> bytes:
+        """The content of one of its files, as desim wrote it. Raises ``InputError``."""
+        self.file(name)
+        with readable(self.path / name):
+            return content_below(self.path, name, MOST_BYTES)
+
+    @contextmanager
+    def _readable(self, name: str) -> Iterator[bytes]:
+        text = self.content(name)
+        with readable(self.path / name):
+            yield text
+
     def _map(self, name: str) -> maps.OccupancyMap:
-        for ending in ("pgm", "yaml"):
-            self.file(f"{MAPS}/{name}.{ending}")
-        return maps.load(self.path / MAPS, name)
+        about, image = (self.content(f"{MAPS}/{name}.{ending}") for ending in ("yaml", "pgm"))
+        with readable(self.path / MAPS / f"{name}.pgm"):
+            return maps.parsed(about, image)
 
     def __repr__(self) -> str:
         return f"Run({str(self.path)!r})"
@@ -125,19 +139,26 @@ def _no_run(path: Path) -> str:
             "results/hello/1a2b3c4d5e6f")
 
 
+# What reading raises where a seal is right and the content is not: JSON's, pydantic's, Arrow's, and
+# what is missing, of another type, or out of range.
+_DAMAGE = (ValueError, OSError, RecursionError, pa.ArrowException, LookupError, TypeError,
+           AttributeError, ArithmeticError)
+
+
 @contextmanager
 def readable(file: Path) -> Iterator[Path]:
     """Turn errors of reading the file into an ``InputError`` that says it is damaged."""
     try:
         yield file
-    except (ValueError, OSError, RecursionError, pa.ArrowException) as error:  # JSON's, pydantic's
-        raise InputError(f"{file}: damaged: {str(error).splitlines()[0]}") from error
+    except _DAMAGE as error:
+        raise InputError(f"{file}: damaged: {first_line(error)}") from error
 
 
-def columns(file: Path) -> dict[str, np.ndarray]:
+def columns(file: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
+    """The columns of a table (``names``: these only). Raises ``InputError``."""
     with readable(file):
-        table = pq.read_table(file)
-    return {column: _array(table[column]) for column in table.column_names}
+        table = read_table(file, names)
+        return {column: _array(table[column]) for column in table.column_names}
 
 
 def _array(column: pa.ChunkedArray) -> np.ndarray:

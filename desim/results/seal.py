@@ -10,22 +10,24 @@ import json
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Never
 
-from desim.files import content, opened
-from desim.results.file_names import MANIFEST, SUMMARY
+from desim.files import content_below, opened_below, plain_parts
+from desim.results.file_names import MANIFEST, MAPS, SUMMARY
 
-MAPS = "map"  # the one folder in a run's folder
-_MOST_BYTES = 100_000_000  # of a manifest or a summary
+MOST_BYTES = 100_000_000  # of a manifest, a summary, or another file of text
+_MOST_TABLE_BYTES = 20_000_000_000
+_MOST_S = 9e9  # what int64 nanoseconds can count
 Json = dict[str, Any]  # an object of a JSON file
 _SEAL = "seal"
 _DIGITS = 16
+_FACTS = {"bytes", "sha256"}
 
 
 def seal(folder: Path, manifest: Json, names: Iterable[str]) -> None:
     """Write the manifest of ``folder``, with the sizes and digests of its files ``names``. Raises
     ``OSError``."""
-    whole = {**manifest, "files": {name: _facts(folder / name) for name in sorted(names)}}
+    whole = {**manifest, "files": {name: _facts(folder, name) for name in sorted(names)}}
     text = json.dumps({**whole, _SEAL: _sealed(whole)}, indent=2, allow_nan=False)
     (folder / MANIFEST).write_text(text + "\n")
 
@@ -33,18 +35,48 @@ def seal(folder: Path, manifest: Json, names: Iterable[str]) -> None:
 def manifest_of(folder: Path) -> Json | None:
     """The manifest of the run in ``folder``; None where there is none whose own digest is right."""
     try:
-        found = json.loads(content(folder / MANIFEST, _MOST_BYTES))
+        found = parsed(content_below(folder, MANIFEST, MOST_BYTES))
     except (OSError, ValueError, RecursionError):
         return None
-    if not isinstance(found, dict) or _SEAL not in found:
+    if not isinstance(found, dict) or _SEAL not in found or found.pop(_SEAL) != _sealed(found):
         return None
-    return found if found.pop(_SEAL) == _sealed(found) else None
+    return found if _is_manifest(found) else None
+
+
+def parsed(text: bytes) -> Any:
+    """The value of a JSON file, without NaN and infinite numbers. Raises ``ValueError`` or
+    ``RecursionError``."""
+    return json.loads(text, parse_constant=_refuse)
+
+
+def _refuse(constant: str) -> Never:
+    raise ValueError(f"{constant} is no number")
+
+
+def _is_manifest(found: Json) -> bool:
+    """Whether it has what a manifest has: anybody can make a seal."""
+    seconds, files = found.get("simulated_s"), found.get("files")
+    return (all(isinstance(found.get(name), str) for name in ("status", "name", "run_id",
+                                                              "desim_version"))
+            and isinstance(found.get("seed"), int | None)
+            and isinstance(found.get("digest"), str | None)
+            and isinstance(seconds, int | float) and 0 <= seconds <= _MOST_S
+            and isinstance(files, dict) and all(map(_is_file, files, files.values())))
+
+
+def _is_file(name: str, facts: object) -> bool:
+    try:
+        folders = plain_parts(name)[:-1]
+    except OSError:
+        return False
+    return folders in ([], [MAPS]) and isinstance(facts, dict) and facts.keys() == _FACTS
 
 
 def wrong_with(folder: Path, manifest: Json, name: str) -> str | None:
     """The damage of one of the manifest's files, in words; None if it is as it was written."""
     try:
-        is_right = _facts(folder / name) == manifest["files"][name]
+        facts = manifest["files"][name]
+        is_right = _size_bytes(folder, name) == facts["bytes"] and _facts(folder, name) == facts
         return None if is_right else f"{name} is not what desim wrote"
     except FileNotFoundError:
         return f"{name} is missing"
@@ -66,7 +98,7 @@ def likeness(folder: Path) -> str:
         digest.update(f"{name}\0{size_bytes}\n".encode(errors="surrogateescape"))
     for name in (MANIFEST, SUMMARY):
         if os.path.lexists(folder / name):
-            digest.update(content(folder / name, _MOST_BYTES))
+            digest.update(content_below(folder, name, MOST_BYTES))
     return digest.hexdigest()[:_DIGITS]
 
 
@@ -80,8 +112,13 @@ def _sizes(folder: Path) -> Iterator[tuple[str, int]]:
         return
 
 
-def _facts(path: Path) -> Json:
-    with opened(path) as file:
+def _size_bytes(folder: Path, name: str) -> int:
+    with opened_below(folder, name, _MOST_TABLE_BYTES) as file:
+        return os.fstat(file.fileno()).st_size
+
+
+def _facts(folder: Path, name: str) -> Json:
+    with opened_below(folder, name, _MOST_TABLE_BYTES) as file:
         return {"bytes": os.fstat(file.fileno()).st_size,
                 "sha256": hashlib.file_digest(file, "sha256").hexdigest()[:_DIGITS]}
 

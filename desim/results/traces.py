@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
+from desim import plugins
 from desim.engine.trace import ROW, Names
 from desim.errors import InputError
 from desim.results import identity
 from desim.results.file_names import SCENARIO, TRACE
+from desim.results.parquet import opened
 from desim.results.run import Run, readable
+from desim.results.seal import Json
 from desim.results.status import RunStatus, refuse_imported
 from desim.scenario.load import load
 from desim.scenario.schema.scenario import Scenario
@@ -82,7 +84,7 @@ def kept(run: Run, spool: Path) -> Rows | None:
 
 
 def _batches(path: Path) -> Iterator[pa.RecordBatch]:
-    with readable(path), pq.ParquetFile(path) as file:
+    with readable(path), opened(path) as file:
         yield from file.iter_batches()
 
 
@@ -110,16 +112,22 @@ def repeatable(run: Run, missing: str, setting: str = "") -> Scenario:
     with ``setting`` (empty: never). Raises ``InputError`` where other versions are
     installed now, and for what was imported."""
     refuse_imported(run.path, run.manifest, missing)
-    scenario = load(run.file(SCENARIO)).scenario
-    now = {"versions": identity.versions(), "plugins": identity.plugin_references(scenario),
-           "source": identity.source(identity.modules(scenario))}
+    _refuse_other(run, missing, setting, {"versions": identity.versions()})
+    with nullcontext() if run.trust else plugins.installed_only():
+        scenario = load(run.file(SCENARIO)).scenario
+        modules = identity.modules(scenario)
+        now = {"plugins": identity.plugin_references(scenario), "source": identity.source(modules)}
+    _refuse_other(run, missing, setting, now)
+    return scenario
+
+
+def _refuse_other(run: Run, missing: str, setting: str, now: Json) -> None:
     other = [name for name, value in now.items() if run.manifest.get(name) != value]
     if other:
         raise InputError(f"{run.path}: its {missing} were not kept, and it cannot be repeated: "
                          f"{', '.join(other)} in its manifest differ from those installed now; "
                          "run the scenario again"
                          f"{setting and f' (with --set {setting} they are kept)'}")
-    return scenario
 
 
 def first_difference(first: np.ndarray, second: np.ndarray) -> int | None:

@@ -35,7 +35,7 @@ _CORE = {
 }
 _TAG = "tag:yaml.org,2002:"
 _LONGEST_NUMBER = 40
-_MOST_BYTES = 10_000_000  # of a file
+MOST_BYTES = 10_000_000  # of a file
 _MOST_COMPLAINTS = 20
 
 
@@ -74,7 +74,7 @@ def dump(data: Data) -> str:
 def read(path: str) -> tuple[Data, Places]:
     """The mapping in a file, and where its parts stand. Raises ``InputError``."""
     try:
-        text = content(path, _MOST_BYTES).decode("utf-8-sig")
+        text = content(path, MOST_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file (UTF-8)") from None
     except FileNotFoundError:

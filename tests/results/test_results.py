@@ -261,7 +261,8 @@ def test_maps_survive_being_written_and_read(tmp_path):
     cells = np.array([[0, 100, -1], [-1, 0, 100]], np.int8)
     grid = GridSpec(0.25, 3, 2, -1.5, 2.0)
     maps.save(tmp_path, "map", cells, grid)
-    loaded = maps.load(tmp_path, "map")
+    loaded = maps.parsed(*((tmp_path / f"map.{ending}").read_bytes()
+                           for ending in ("yaml", "pgm")))
     assert (loaded.cells == cells).all()
     assert loaded.grid == grid
     assert loaded.extent_m == (-1.5, -0.75, 2.0, 2.5)

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from desim.campaign.design.design import Design, read_design
+from desim.campaign.folder.design_copy import kept_design
+from desim.campaign.folder.run_folders import run_folders
 from desim.errors import InputError
-from desim.results.file_names import MANIFEST
 from desim.results.run import Run, columns
 from desim.results.shown import InNotebooks
 from desim.results.status import RunStatus
@@ -22,14 +23,14 @@ class Campaign(InNotebooks):
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        if not (self.path / "design.yaml").is_file():
+        if not kept_design(self.path).is_file():
             raise InputError(f"{self.path}: not the folder of a campaign; that has a design.yaml, "
                              "see desim sweep")
 
     @cached_property
     def design(self) -> Design:
         """The design, every default spelled out."""
-        return read_design(str(self.path / "design.yaml"))[0]
+        return read_design(str(kept_design(self.path)))[0]
 
     @cached_property
     def runs(self) -> dict[str, np.ndarray]:
@@ -38,9 +39,9 @@ class Campaign(InNotebooks):
 
     def run(self, run_id: str) -> Run:
         """One of its runs. Raises ``InputError`` where there is no folder of it."""
-        for scenario in sorted((self.path / "runs").glob("*")):
-            if (scenario / run_id / MANIFEST).is_file():
-                return Run(scenario / run_id)
+        folder = run_folders(self.path).get(run_id)
+        if folder is not None:
+            return Run(folder)
         errors = dict(zip(self.runs["run_id"], self.runs["error"], strict=True))
         raise InputError(f"{self.path}: " + (f"run {run_id!r} has left no folder: {errors[run_id]}"
                                              if run_id in errors else f"has no run {run_id!r}"))

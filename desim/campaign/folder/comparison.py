@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from desim.campaign.design.columns import FIXED
 from desim.campaign.folder.campaign import Campaign
-from desim.campaign.folder.design_copy import DESIGN
+from desim.campaign.folder.design_copy import DESIGN, kept_design
 from desim.errors import InputError
 from desim.results.comparison import ComparedRuns, KeyDifference, MetricPair, different_keys
 from desim.results.run import Run
@@ -38,7 +39,7 @@ def compare(first: str | Path | Run | Campaign, second: str | Path | Run | Campa
 def _opened(given: str | Path | Run | Campaign) -> Run | Campaign:
     if isinstance(given, Run | Campaign):
         return given
-    return Campaign(given) if (Path(given) / DESIGN).is_file() else Run(given)
+    return Campaign(given) if os.path.lexists(Path(given) / DESIGN) else Run(given)
 
 
 class VectorPair(NamedTuple):
@@ -63,7 +64,7 @@ class ComparedCampaigns(InNotebooks):
     @cached_property
     def keys(self) -> list[KeyDifference]:
         """The keys of the designs that differ."""
-        return different_keys(*(yaml12.read(str(campaign.path / DESIGN))[0]
+        return different_keys(*(yaml12.read(str(kept_design(campaign.path)))[0]
                                 for campaign in (self.first, self.second)))
 
     @cached_property

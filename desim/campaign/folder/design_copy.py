@@ -9,7 +9,7 @@ from desim import plugins
 from desim.campaign.design.design import LoadedDesign
 from desim.campaign.design.file_paths import FilePaths
 from desim.errors import InputError
-from desim.files import replacing
+from desim.files import content_below, reading, refuse_link, replacing
 from desim.scenario import yaml12
 from desim.scenario.source_places import Path
 
@@ -20,21 +20,29 @@ _ABOUT = """\
 """
 
 
+def kept_design(folder: pathlib.Path) -> pathlib.Path:
+    """The file of the design in a campaign's folder. Raises ``InputError`` for a link."""
+    file = folder / DESIGN
+    with reading(file):
+        refuse_link(file)
+    return file
+
+
 def store(loaded: LoadedDesign, folder: pathlib.Path) -> None:
     """Keep the design in ``folder``, in place of an earlier one of the same name. The new design
     may add values, and takes over the runs that still belong to it. Raises ``InputError`` if the
     folder has another campaign, ``OSError`` if nothing can be written."""
     refuse_another(loaded, folder)
     text = _ABOUT + yaml12.dump(_data(loaded, os.path.realpath(folder)))
-    file = folder / DESIGN
-    if not file.exists() or file.read_bytes() != text.encode():
+    file = kept_design(folder)
+    if not file.exists() or content_below(folder, DESIGN, yaml12.MOST_BYTES) != text.encode():
         with replacing(file) as beside:
             beside.write_bytes(text.encode())
 
 
 def refuse_another(loaded: LoadedDesign, folder: pathlib.Path) -> None:
     """Refuse a ``folder`` that has a design of another name. Raises ``InputError``."""
-    file = folder / DESIGN
+    file = kept_design(folder)
     if not file.exists():
         return
     try:

@@ -6,19 +6,22 @@ again from these if it is damaged.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
 from desim.campaign.folder.run_folders import Folders
 from desim.errors import InputError
-from desim.files import content, refuse_link, replacing
+from desim.files import opened_below, refuse_link, replacing
 from desim.results.row import Row, Rows
 from desim.results.status import RunStatus
 
 _FINISHED_HAS = {"digest", "cost", "metrics", "functions"}
 _MOST_BYTES = 10**11  # 25 times what a campaign of 1,000,000 runs writes
+_LONGEST_BYTES = 10_000_000  # of a line, which has some 4000
 _CHECK = b', "check": "'
 
 
@@ -106,13 +109,14 @@ def _is_current(row: Row | None, folder: str | None, functions: tuple[str, ...])
 def read(path: Path) -> tuple[dict[str, Row], int, int]:
     """The rows of an index by run id (none without a file), the number of unreadable lines, and the
     number of bytes of a last line that was cut off. Raises ``OSError``."""
-    text = content(path, _MOST_BYTES) if path.exists() else b""
-    *lines, rest = text.split(b"\n")
     rows: dict[str, Row] = {}
-    damaged = 0
+    damaged, rest_bytes = 0, 0
     names: dict[tuple[str, ...], tuple[str, ...]] = {}
-    for line in lines:
-        row = _row(line)
+    for line in _lines(path):
+        if not line.endswith(b"\n"):
+            rest_bytes = len(line)
+            break
+        row = _row(line[:-1])
         if row is None:
             damaged += 1
             continue
@@ -121,7 +125,18 @@ def read(path: Path) -> tuple[dict[str, Row], int, int]:
             row["metrics"] = dict(zip(names.setdefault(own, own), row["metrics"].values(),
                                       strict=True))
         rows[row["run_id"]] = row
-    return rows, damaged, len(rest)
+    return rows, damaged, rest_bytes
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    if not os.path.lexists(path):
+        return
+    with opened_below(path.parent, path.name, _MOST_BYTES) as file:
+        while line := file.readline(_LONGEST_BYTES):
+            if len(line) == _LONGEST_BYTES:
+                raise OSError(errno.EFBIG, f"a line of more than {_LONGEST_BYTES / 1e6:.0f} MB",
+                              os.fspath(path))
+            yield line
 
 
 def line_of(row: Row) -> bytes:

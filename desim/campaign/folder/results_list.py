@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from desim.campaign.folder import index
-from desim.campaign.folder.design_copy import DESIGN
+from desim.campaign.folder.design_copy import DESIGN, kept_design
 from desim.errors import InputError
 from desim.results.file_names import MANIFEST, SUMMARY
 from desim.results.run import Run
@@ -59,7 +59,7 @@ def _below(folder: Path, depth: int) -> Iterator[ListedResult]:
         yield ListedResult(folder, "partial", folder.stat().st_mtime, _size_bytes(folder),
                            run_id=folder.name.removesuffix(".partial"),
                            note="being written, or cut off")
-    elif depth and (folder / DESIGN).exists():
+    elif depth and os.path.lexists(folder / DESIGN):
         yield _campaign(folder)
     elif depth < _DEEPEST:
         with os.scandir(folder) as entries:
@@ -77,22 +77,24 @@ def _run(folder: Path) -> ListedResult:
                                    for name, facts in manifest["files"].items())), None)
         if wrong is not None:
             raise InputError(wrong)
-        summary = run.metrics if run.has(SUMMARY) else {}
+        explored_s = (run.metrics if run.has(SUMMARY) else {}).get("exploration_time_s")
     except InputError as error:
         file = folder / MANIFEST
-        return ListedResult(folder, "damaged", (file if file.exists() else folder).stat().st_mtime,
-                            size_bytes, name=folder.parent.name, run_id=folder.name,
+        ended_s = (file if os.path.lexists(file) else folder).lstat().st_mtime
+        return ListedResult(folder, "damaged", ended_s, size_bytes, name=folder.parent.name,
+                            run_id=folder.name,
                             note=str(error).removeprefix(f"{folder}: ").removeprefix("damaged: "))
     return ListedResult(
         folder, manifest["status"], (folder / MANIFEST).stat().st_mtime, size_bytes,
         name=manifest["name"], run_id=manifest["run_id"], seed=manifest["seed"],
-        simulated_s=manifest["simulated_s"], exploration_time_s=summary.get("exploration_time_s"),
+        simulated_s=manifest["simulated_s"],
+        exploration_time_s=explored_s if isinstance(explored_s, int | float) else None,
         digest=manifest["digest"], note=str(manifest.get("error") or ""))
 
 
 def _missized(path: Path, facts: Json) -> str | None:
     try:
-        size_bytes = path.stat().st_size
+        size_bytes = path.lstat().st_size
     except OSError:
         return f"{path.name} is missing"
     return None if size_bytes == facts["bytes"] else f"{path.name} is not what desim wrote"
@@ -100,9 +102,9 @@ def _missized(path: Path, facts: Json) -> str | None:
 
 def _campaign(folder: Path) -> ListedResult:
     file = folder / "index.jsonl"
-    ended_s = (file if file.exists() else folder).stat().st_mtime
+    ended_s = (file if os.path.lexists(file) else folder).lstat().st_mtime
     try:
-        design = yaml12.read(str(folder / DESIGN))[0]
+        design = yaml12.read(str(kept_design(folder)))[0]
         rows, damaged, _ = index.read(file)
     except (InputError, OSError) as error:
         return ListedResult(folder, "damaged", ended_s, _size_bytes(folder), name=folder.name,

@@ -14,6 +14,20 @@ from desim.results.seal import damage, likeness
 _ID = re.compile(r"[0-9a-f]{12}")
 
 
+def run_folders(campaign: Path) -> dict[str, Path]:
+    """The folders of runs in that of a campaign, by run id; links are none."""
+    return {run.name: run for scenario in _folders(campaign / "runs") for run in _folders(scenario)}
+
+
+def _folders(place: Path) -> list[Path]:
+    """The folders in a folder, none where it is a link."""
+    if place.is_symlink() or not place.is_dir():
+        return []
+    with os.scandir(place) as entries:
+        return [place / name for name in sorted(
+            entry.name for entry in entries if entry.is_dir(follow_symlinks=False))]
+
+
 class Folders:
     """The runs' folders in ``place``, which is ``runs/<scenario>``. ``functions`` are the paths of
     metrics that read a run's folder."""
@@ -26,7 +40,8 @@ class Folders:
         try:
             with os.scandir(self.place) as entries:
                 return sorted(entry.name for entry in entries
-                              if _ID.fullmatch(entry.name) and entry.is_dir())
+                              if _ID.fullmatch(entry.name)
+                              and entry.is_dir(follow_symlinks=False))
         except FileNotFoundError:  # nothing has been run yet
             return []
 

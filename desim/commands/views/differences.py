@@ -46,12 +46,12 @@ def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
         return run, _difference(Rows(spool.rows(), names), again, "first run", "second run")
 
 
-def difference(first: Path, second: Path) -> str | None:
+def difference(first: Path, second: Path, trust: bool) -> str | None:
     """The first difference between two runs, in words; None if their traces are equal.
 
     Where rows were not kept, the scenario is run again. Raises ``InputError`` for a failed run.
     """
-    runs = Run(first), Run(second)
+    runs = Run(first, trust), Run(second, trust)
     for run in runs:
         refuse_failed(run)
     for run in runs:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 from rich.console import Console
 
 from desim.commands.views.message_rows import story
@@ -17,7 +16,8 @@ from desim.errors import InputError
 from desim.results.file_names import MESSAGES
 from desim.results.ledger import trace_and_ledger
 from desim.results.message_log import DELIVERED
-from desim.results.run import Run
+from desim.results.parquet import MESSAGE_SCHEMA, read_table
+from desim.results.run import Run, readable
 from desim.results.traces import spools
 from desim.results.why import fates
 from desim.units import NS_PER_S
@@ -26,11 +26,11 @@ _LISTED = 40  # a screen
 _READ_WITHIN_NS = NS_PER_S  # nodes look at what they keep at least so often
 
 
-def show_story(path: Path, number: int, console: Console) -> None:
-    """Print the story of message ``number`` of the run in ``path``. Where its rows were not kept,
+def show_story(run: Run, number: int, console: Console) -> None:
+    """Print the story of message ``number`` of a run. Where its rows were not kept,
     the run is repeated until the message was read. Raises ``InputError`` if there is no such
     message."""
-    run = Run(path)
+    path = run.path
     with spools() as folder:
         (rows, names), ledger = trace_and_ledger(run, folder / "trace", _read_by_ns(run, number))
         steps = story(rows, names, number)
@@ -62,9 +62,9 @@ def _read_by_ns(run: Run, number: int) -> int | None:
     """An instant when the message was read, where the run has kept messages."""
     if not run.keeps(MESSAGES):
         return None
-    rows = pq.read_table(run.file(MESSAGES), columns=["end_ns"],
-                         filters=pc.field("number") == number)
-    return max((end_ns + _READ_WITHIN_NS for end_ns in rows["end_ns"].to_pylist()), default=None)
+    rows = run.table("messages", ("number", "end_ns"))
+    ends_ns = rows["end_ns"][rows["number"] == number].tolist()
+    return max((end_ns + _READ_WITHIN_NS for end_ns in ends_ns), default=None)
 
 
 def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None) -> str:
@@ -73,7 +73,8 @@ def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None
     run = Run(path)
     if not run.has(MESSAGES):
         raise InputError(f"{path}: its messages were not kept; run it with trace.keep: messages")
-    rows = pq.read_table(run.file(MESSAGES)).to_pylist()
+    with readable(run.file(MESSAGES)) as file:
+        rows = read_table(file, MESSAGE_SCHEMA.names).to_pylist()
     asked = [row for row in rows
              if (topic is None or fnmatchcase(row["topic"], topic))
              and (at_ns is None or row["born_ns"] <= at_ns <= row["end_ns"])]

@@ -56,7 +56,7 @@ def write_mcap(recording: Recording, path: Path, done: Done) -> Counts:
                                message.time_ns, counts[topic])
         if not is_imported(recording.run.manifest):
             writer.add_attachment(0, 0, SCENARIO, "application/yaml",
-                                  recording.run.file(SCENARIO).read_bytes())
+                                  recording.run.content(SCENARIO))
         writer.finish()
     with target(path.with_suffix(FOXGLOVE), "--mcap") as beside:
         beside.write_text(json.dumps(layout(recording), indent=1) + "\n")

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from desim.campaign.design.design import Design
 from desim.errors import unwritable
+from desim.files import refuse_link
 from desim.report.campaign import formatting
 from desim.report.campaign.answers import findings, groups, methods, rungs, sensitivity, warnings
 from desim.report.campaign.answers.answer import answer_of
@@ -29,8 +30,11 @@ def write(folder: Path, design: Design, out: Path | None = None) -> Path:
     """Write the report of the campaign in ``folder`` to ``out`` (``folder/report``); returns the
     page. Raises ``InputError`` for a folder without runs, or one that cannot be written. It is
     written aside and then moved, the page last: what goes wrong leaves what was there."""
-    study, out = Study(folder, design), out or folder / "report"
+    study = Study(folder, design)
     try:
+        if out is None:
+            out = folder / "report"
+            refuse_link(out)
         out.parent.mkdir(parents=True, exist_ok=True)
         place = out if out.is_dir() else out.parent  # of one file system with where it goes
         with TemporaryDirectory(dir=place, prefix=".report.") as temporary:
@@ -47,6 +51,7 @@ def write(folder: Path, design: Design, out: Path | None = None) -> Path:
 
 def _move(new: Path, out: Path) -> None:
     for below in ("figures", "tables"):
+        refuse_link(out / below)
         (out / below).mkdir(parents=True, exist_ok=True)
         for file in (new / below).iterdir():
             file.replace(out / below / file.name)

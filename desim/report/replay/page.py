@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
-from desim.files import writing
+from desim.files import target
 from desim.report.replay.bundle import bundle
 from desim.results.comparison import ComparedRuns, Parting
 from desim.results.recording import Recording
@@ -33,8 +33,8 @@ def write(recordings: Sequence[Recording], path: Path) -> None:
     """Write the page of one or two runs to ``path``. Raises ``InputError`` for a file that cannot
     be written."""
     page = page_of(recordings)
-    with writing(path, "--to"):
-        path.write_text(page, encoding="utf-8")
+    with target(path, "--to") as beside:
+        beside.write_text(page, encoding="utf-8")
 
 
 def page_of(recordings: Sequence[Recording]) -> str:

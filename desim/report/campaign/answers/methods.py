@@ -19,7 +19,7 @@ from desim.campaign.design.design import (
     Until,
 )
 from desim.errors import InputError
-from desim.files import content
+from desim.files import content_below
 from desim.report.campaign import formatting
 from desim.report.campaign.numbers import TIMES, Axis, Study
 from desim.report.campaign.numbers.contrasts import Contrast
@@ -40,7 +40,7 @@ class Sources:
     left."""
 
     def __init__(self, study: Study) -> None:
-        self._folder = study.folder
+        self._folder, self._folders = study.folder, study.run_folders
         ids = study.text("run_id")
         self._ids = [ids[vector.rows[0]] for vector in study.vectors[:_MOST_READ]]
 
@@ -66,23 +66,23 @@ class Sources:
         """The scenario of one run, every value spelled out."""
         for run in self._runs():
             with suppress(InputError):
-                return run.file(SCENARIO).read_text()[:_LONGEST_TEXT]
+                return run.content(SCENARIO).decode(errors="replace")[:_LONGEST_TEXT]
         return None
 
     @cached_property
     def design(self) -> str | None:
         """The campaign's own copy of its design."""
         with suppress(OSError):
-            text = content(self._folder / "design.yaml", _MOST_BYTES)
+            text = content_below(self._folder, "design.yaml", _MOST_BYTES)
             return text.decode(errors="replace")[:_LONGEST_TEXT]
         return None
 
     def _runs(self) -> Iterator[Run]:
         """The runs whose folder is there and unchanged."""
         for name in self._ids:
-            for path in self._folder.glob(f"runs/*/{name}"):
+            if name in self._folders:
                 with suppress(InputError):
-                    yield Run(path)
+                    yield Run(self._folders[name])
 
 
 def paragraphs(study: Study, intervals: set[str], resamples: int, sources: Sources,

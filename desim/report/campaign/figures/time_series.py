@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import pyarrow.parquet as pq
 from matplotlib.figure import Figure
 
 from desim.errors import InputError
@@ -13,7 +12,6 @@ from desim.report.campaign.figures import layout
 from desim.report.campaign.figures.style import WIDTH_IN, colour
 from desim.report.campaign.numbers import Panel, Study, VectorRuns
 from desim.report.campaign.numbers.lines import evenly
-from desim.results.file_names import SAMPLES
 from desim.results.run import Run
 from desim.results.samples import measured
 
@@ -63,12 +61,10 @@ def _read(study: Study, vector: VectorRuns) -> Iterator[tuple[np.ndarray, np.nda
     ids = study.text("run_id")
     for row in vector.rows[~study.failed[vector.rows]][:_MOST_RUNS]:
         try:
-            file = Run(study.run_folders[ids[row]]).file(SAMPLES)
+            samples = Run(study.run_folders[ids[row]]).table("samples", ("time_s", "explored"))
         except (KeyError, InputError):  # gone, or damaged: it is left out, and counted
             continue
-        table = pq.read_table(file, columns=["time_s", "explored"])
-        if table.num_rows:
-            times_s, shares = measured({name: table[name].to_numpy(zero_copy_only=False)
-                                        for name in table.column_names}, "explored")
+        if len(samples["time_s"]):
+            times_s, shares = measured(samples, "explored")
             yield times_s, 100.0 * shares
 

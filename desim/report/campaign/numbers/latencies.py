@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
+import os
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from desim.results.latency_by_topic import (
     without_numbers,
 )
 from desim.results.run import Run, readable
+from desim.results.seal import parsed
 from desim.statistics.intervals import Interval
 
 _NONE = TopicBreakdown(0, 0, {}, ())
@@ -67,11 +68,12 @@ def _read(study: Study, vector: VectorRuns) -> list[TopicBreakdowns]:
     ids, found = study.text("run_id"), []
     for row in vector.rows[~study.failed[vector.rows]]:
         folder = study.run_folders.get(ids[row])
-        if folder is None or not (folder / LEDGER_TOPICS).exists():
+        if folder is None or not os.path.lexists(folder / LEDGER_TOPICS):
             continue
         try:
-            with readable(Run(folder).file(LEDGER_TOPICS)) as file:
-                found.append(from_json(json.loads(file.read_text())))
+            text = Run(folder).content(LEDGER_TOPICS)
+            with readable(folder / LEDGER_TOPICS):
+                found.append(from_json(parsed(text)))
         except InputError:  # damaged: it is left out, and not counted
             continue
     return found

@@ -11,14 +11,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 
 from desim.campaign.design.columns import DESIM, FIXED
 from desim.campaign.design.design import Design, LatinHypercube, Saltelli, Sobol, led_by
 from desim.campaign.design.quantities import SUFFIXES
 from desim.campaign.design.reference import ReferenceDesign
+from desim.campaign.folder.run_folders import run_folders
 from desim.campaign.folder.table import RAISED, REFERENCE
 from desim.errors import InputError, did_you_mean, printable
+from desim.results.parquet import read_table
 from desim.results.run import readable
 from desim.results.status import RunStatus
 
@@ -84,7 +85,7 @@ class Study:
             raise InputError(f"{folder}: not a campaign's folder: there is no runs.parquet (desim "
                              "sweep DESIGN writes it when it ends)")
         with readable(file):
-            self._table = pq.read_table(file)
+            self._table = read_table(file)
         if not self._table.num_rows:
             raise InputError(f"{folder}: no run has ended yet")
         missing = [name for name in FIXED if name not in (DESIM, *self._table.column_names)]
@@ -129,7 +130,7 @@ class Study:
     @cached_property
     def run_folders(self) -> dict[str, Path]:
         """The folders of runs that are there, by run id."""
-        return {entry.name: entry for entry in sorted(self.folder.glob("runs/*/*"))}
+        return run_folders(self.folder)
 
     @cached_property
     def once(self) -> np.ndarray:

@@ -1,0 +1,84 @@
+"""``desim check``: what of a run's or a campaign's folder is whole, was healed, or is missing."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from desim.campaign.folder import index
+from desim.campaign.folder.campaign import Campaign
+from desim.campaign.folder.design_copy import DESIGN
+from desim.campaign.folder.run_folders import run_folders
+from desim.errors import InputError
+from desim.results.file_names import MANIFEST, WRITTEN
+from desim.results.run import Run
+from desim.results.seal import wrong_with
+from desim.results.status import RunStatus
+
+
+class FolderCheck(NamedTuple):
+    """What there is in a folder, in words: ``lines``; and what is ``wrong`` with it."""
+
+    lines: list[str]
+    wrong: list[str]
+
+
+def checked(folder: Path) -> FolderCheck:
+    """Look at all files of a run or of a campaign; nothing is changed. Raises ``InputError`` for a
+    folder that is neither."""
+    return _campaign(Campaign(folder)) if os.path.lexists(folder / DESIGN) else _run(Run(folder))
+
+
+def _run(run: Run) -> FolderCheck:
+    files = run.manifest["files"]
+    wrong = list(filter(None, (wrong_with(run.path, run.manifest, name) for name in files)))
+    with os.scandir(run.path) as entries:
+        others = sorted(entry.name for entry in entries
+                        if entry.name not in WRITTEN and entry.name != "map")
+    lines = [f"a run, {run.manifest['status']}: {len(files) - len(wrong)} of {len(files)} files "
+             f"are as desim wrote them; its {MANIFEST} is whole"]
+    if others:
+        lines.append(f"not part of the run, and never removed: {', '.join(others)}")
+    if "healed" in run.manifest:
+        lines.append(f"healed: it was made again, for the one before was damaged: "
+                     f"{run.manifest['healed']}")
+    return FolderCheck(lines, [f"{line}; running its scenario again mends it" for line in wrong])
+
+
+def _campaign(campaign: Campaign) -> FolderCheck:
+    folders, wrong = run_folders(campaign.path), list(_index_damage(campaign.path))
+    whole = 0
+    for name, folder in folders.items():
+        try:
+            if name.endswith(".partial"):
+                raise InputError(f"{folder}: a run that is being written, or was cut off")
+            damaged = _run(Run(folder)).wrong
+        except InputError as error:
+            damaged = [str(error).removeprefix(f"{folder}: ")]
+        whole += not damaged
+        wrong += [f"{folder.relative_to(campaign.path)}: {line}" for line in damaged]
+    lines = [f"a campaign, {campaign.design.name}: {whole} of {len(folders)} folders of runs are "
+             "whole"]
+    if wrong:
+        lines.append("the sweep of its design mends what is damaged and makes what is missing")
+    return FolderCheck(lines, wrong)
+
+
+def _index_damage(folder: Path) -> Iterator[str]:
+    try:
+        rows, damaged, rest_bytes = index.read(folder / "index.jsonl")
+    except OSError as error:
+        yield f"index.jsonl: {error.strerror}"
+        return
+    if damaged or rest_bytes:
+        yield f"index.jsonl: {damaged + bool(rest_bytes)} lines are damaged"
+    there = run_folders(folder)
+    gone = [run_id for run_id, row in rows.items()
+            if row["status"] == RunStatus.FINISHED and run_id not in there]
+    yield from (f"{run_id}: the run has finished, and its folder is gone" for run_id in gone)
+    try:
+        Campaign(folder).runs  # noqa: B018
+    except InputError as error:
+        yield str(error).removeprefix(f"{folder}/")
