@@ -36,10 +36,10 @@ def check(folder: Annotated[Path, typer.Argument(metavar="FOLDER", show_default=
                                                  autocompletion=completion.result_folders,
                                                  help="the folder of a run or a campaign")],
           ) -> None:
-    """What of a run or a campaign is whole, was healed, or is missing; exit code 1 if not all is
-    whole.
+    """Say what of a run or a campaign is whole, was healed, or is missing.
 
-    Every file is compared with the digest that the run's manifest has of it. Nothing is changed.
+    Exit code 1 if not all is whole. Every file is compared with the digest that the run's manifest
+    has of it. Nothing is changed.
     """
     with reading():
         from desim.campaign.folder.check import checked

@@ -1,5 +1,7 @@
-"""Commands that read folders which an attacker has made: no code of theirs runs, and nothing
-outside is opened for writing, moved or removed. The interpreter's own audit events are the judge.
+"""Commands that read folders which an attacker has made.
+
+No code of theirs runs, and nothing outside is opened for writing, moved or removed: the
+interpreter's own audit events are the judge.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ _STARTS = {"subprocess.Popen", "os.system", "os.exec", "os.posix_spawn", "os.for
 
 
 class Audit:
-    """What Python's audit hook reports while ``watching``: it can never be removed."""
+    """The reports of Python's audit hook while ``watching``: it can never be removed."""
 
     def __init__(self) -> None:
         self.watching: Path | None = None

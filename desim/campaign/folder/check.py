@@ -19,7 +19,7 @@ from desim.results.status import RunStatus
 
 
 class FolderCheck(NamedTuple):
-    """What there is in a folder, in words: ``lines``; and what is ``wrong`` with it."""
+    """The state of a folder in words: ``lines``; and all that is ``wrong`` with it."""
 
     lines: list[str]
     wrong: list[str]
