@@ -47,7 +47,7 @@ class Run(InNotebooks):
     def metrics(self) -> Json:
         """The summary."""
         with self._readable(SUMMARY) as text:
-            return {**parsed(text)}
+            return parsed(text)
 
     @cached_property
     def samples(self) -> dict[str, np.ndarray]:

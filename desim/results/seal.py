@@ -38,15 +38,18 @@ def manifest_of(folder: Path) -> Json | None:
         found = parsed(content_below(folder, MANIFEST, MOST_BYTES))
     except (OSError, ValueError, RecursionError):
         return None
-    if not isinstance(found, dict) or _SEAL not in found or found.pop(_SEAL) != _sealed(found):
+    if _SEAL not in found or found.pop(_SEAL) != _sealed(found):
         return None
     return found if _is_manifest(found) else None
 
 
-def parsed(text: bytes) -> Any:
-    """The value of a JSON file, without NaN and infinite numbers. Raises ``ValueError`` or
+def parsed(text: bytes) -> Json:
+    """The object in a JSON file, without NaN and infinite numbers. Raises ``ValueError`` or
     ``RecursionError``."""
-    return json.loads(text, parse_constant=_refuse)
+    found = json.loads(text, parse_constant=_refuse)
+    if not isinstance(found, dict):
+        raise ValueError("is no JSON object")
+    return found
 
 
 def _refuse(constant: str) -> Never:
