@@ -84,8 +84,8 @@ def assert_beliefs(browser, run, at_s):
 def test_waiting_messages_are_counted_at_the_instant(tmp_path, repository):
     """At any speed: those that were born and of which no frame has left."""
     run = desim.run(desim.load(repository / "scenarios" / "field_30.yaml", [
-        "stop.elapsed=8 s", "coordination.exchange.period=1 s"]),
-                    out=tmp_path)
+        "stop.elapsed=8 s", "coordination.exchange.period=1 s",
+        "network.media.air={preset: null, path_loss: {exponent: 3}}"]), out=tmp_path)
     page = tmp_path / "replay.html"
     write([recording_of(run)], page)
     messages = recording_of(run).messages
