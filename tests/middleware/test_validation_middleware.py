@@ -17,6 +17,7 @@ from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.multimaster.sync import Sync
 from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.ros1.xmlrpc import XmlrpcThread
+from desim.middleware.udp.reassembly import Reassembly
 from desim.middleware.zenoh import link, router
 from desim.middleware.zenoh import zenoh as zenoh_model
 from desim.middleware.zenoh.link_queue import LinkQueue
@@ -117,6 +118,17 @@ def large_samples():
     return dds.losses([dds.LOSSES[2]], 300)
 
 
+def blocked_samples():
+    return dds.blocked({0.03: dds.BLOCKED[0.03]}, 3)
+
+
+def memory_without_end(monkeypatch):
+    """Fragments wait in as much memory as they need."""
+    whole = Reassembly.__init__
+    monkeypatch.setattr(Reassembly, "__init__", lambda self, limit_bytes, time_ns: whole(
+        self, 1 << 40, time_ns))
+
+
 def trains_are_lost_whole(monkeypatch):
     monkeypatch.setattr(ReliableLink, "arrived_in_part", lambda self, token, receiver, lost:
                         self.lost(token, receiver, next(iter(lost.values()))))
@@ -134,6 +146,7 @@ TWINS = [
     Twin(fleet_of_cyclone_dds, greeted_one_by_one),
     Twin(dds.at_rest, nobody_says_that_it_lives),
     Twin(large_samples, trains_are_lost_whole),
+    Twin(blocked_samples, memory_without_end),
     Twin(dds.all_kept, a_heartbeat_on_every_sample),
     Twin(zenoh.at_rest, longer_keep_alives),
     Twin(small_zenoh_fleet, short_tokens),
