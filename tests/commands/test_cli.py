@@ -475,7 +475,7 @@ def test_net_complains_once_and_exits_with_2(words, says):
     (("net", "bus", "--seed", "abc"), "Invalid value for '--seed': ", "desim net"),
     (("validate", "extra"), "Got unexpected extra argument", "desim validate"),
     (("describe",), "Missing argument 'PLUGIN'", "desim describe"),
-    (("sweep", "--jbos", 3), "No such option: --jbos", "desim sweep"),
+    (("sweep", "--jbos", 3), "No such option", "desim sweep"),
     (("validat",), "No such command 'validat'", "desim"),
 ])
 def test_a_wrong_command_line_takes_a_line(words, wrong, command):
