@@ -18,8 +18,10 @@ from desim.errors import InputError
 if TYPE_CHECKING:
     from desim.campaign.design.design import LoadedDesign
     from desim.campaign.design.plan import Plan
+    from desim.campaign.design.rehearsal import Errand, Made
     from desim.campaign.running.agenda import Agenda
     from desim.campaign.running.cluster_settings import Settings
+    from desim.campaign.running.crew import Crew
     from desim.campaign.running.sweep import Sweep
     from desim.commands.views.terminal import Terminal
 
@@ -62,11 +64,15 @@ def sweep(design: DesignPath,
             settings = None if cluster is None else load_settings(cluster, jobs)
             plan = planned(load_design(design), console)
             chosen = selected(plan, tuple(only))
-            metrics = Metrics(plan)
         folder = out or Path("results") / plan.design.name
-        if dry_run:
-            _predict(plan, foreseen(plan, metrics, folder, chosen, retry_failed), jobs, console)
-            return
+        with _worker(plan, console) as worker:
+            with compiling(quiet):
+                metrics = Metrics(plan, worker.made)
+            if dry_run:
+                if _predict(plan, foreseen(plan, metrics, folder, chosen, retry_failed), jobs,
+                            console, worker.made):
+                    raise typer.Exit(1)
+                return
         if _carried_out(Sweep(plan, metrics, folder, only=chosen, retry_failed=retry_failed),
                         jobs, settings, console):
             raise typer.Exit(1)
@@ -81,18 +87,32 @@ def planned(loaded: LoadedDesign, console: Terminal) -> Plan:
         return Plan(loaded, checked)
 
 
-def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal) -> None:
-    """List the runs of a campaign, and predict what those cost that are not done."""
+def _worker(plan: Plan, console: Terminal) -> Crew[Errand]:
+    """A process for what is tried before the campaign: no plug-in of a run is made in ours."""
+    from desim.campaign.running.crew import Crew
+    from desim.commands.views.sweep import slow_line
+
+    return Crew(1, plan.design.limits.wall_ns,
+                slow=lambda run_id, seconds: console.print(slow_line(run_id, seconds)))
+
+
+def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal, made: Made) -> bool:
+    """List the runs of a campaign, and predict what those cost that are not done. Returns whether
+    a probe has failed."""
     from desim.campaign.running import driver, probes
     from desim.commands.views import sweep as view
     from desim.commands.views.bars import counting
 
+    failed: dict[str, str] = {}
     view.show_runs(console, agenda)
     done, _, total = agenda.progress
     if done < total:
         with counting(console, f"probing, {probes.BUDGET_S:.0f} s at most") as probing:
-            found = driver.predicted(plan, agenda, probing)
+            found = driver.predicted(plan, agenda, probing, failed, made)
         view.show_prediction(console, *found, jobs or driver.cores())
+        for levels, error in failed.items():
+            console.print(f"{levels or 'the only vector'}: fails: {error}")
+    return bool(failed)
 
 
 def _carried_out(sweep: Sweep, jobs: int | None, settings: Settings | None, console: Terminal,
@@ -104,7 +124,7 @@ def _carried_out(sweep: Sweep, jobs: int | None, settings: Settings | None, cons
     with terminable(), sweep:
         driver = CampaignDriver(sweep, jobs, settings)
         with SweepView(console, sweep, driver.where) as view:
-            driver.run(view.run_ended, view.workers_up)
+            driver.run(view.run_ended, view.workers_up, view.slow)
         return sweep.agenda.progress[1]
 
 
@@ -178,7 +198,8 @@ def ladder(scenario: ScenarioPath,
 
             plan = planned(ladder_design(str(scenario), compare, seeds, metric, overrides),
                            console)
-            metrics = Metrics(plan)
+            with _worker(plan, console) as worker:
+                metrics = Metrics(plan, worker.made)
         folder = out or Path("results") / plan.design.name
         failed = _carried_out(Sweep(plan, metrics, folder), jobs, None, console)
         from desim.commands.views.ladder import show

@@ -25,7 +25,7 @@ def sweep(tmp_path, monkeypatch):
             pass
 
     def done(work):
-        monkeypatch.setattr(driver, "Crew", lambda jobs, wall_ns: Crew(work=work))
+        monkeypatch.setattr(driver, "Crew", lambda jobs, *_: Crew(work=work))
         result = CliRunner().invoke(app, ["sweep", design.name, "--jobs", "1"])
         return result.exit_code, result.output.splitlines()
 

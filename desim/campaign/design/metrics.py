@@ -5,26 +5,20 @@ from __future__ import annotations
 import fnmatch
 import math
 import re
-import tempfile
 from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
 
-from desim import api, plugins
-from desim.blame import blame
+from desim import plugins
 from desim.campaign.design.columns import refuse_twins
 from desim.campaign.design.design import Until
 from desim.campaign.design.plan import Plan
-from desim.errors import InputError, described, did_you_mean
+from desim.campaign.design.rehearsal import Made, Rehearsal, here
+from desim.errors import InputError, did_you_mean
 from desim.monitor.monitor import StopReason
-from desim.results.row import Row, flat
-from desim.results.run import Run
+from desim.results.row import Row
 from desim.results.status import RunStatus
 from desim.scenario import expression
 
-# A rehearsal is long enough for everything to be measured once, and too short to be felt.
-_REHEARSAL_NS = 10_000_000
-_MOST_REHEARSALS = 8  # where all of these fail, more would only take longer to say so
+_MOST_REHEARSALS = 16  # where all of these fail, more would only take longer to say so
 # Which reasons there are shows only in a run: what did not happen happened 0 times.
 _COUNTED = re.compile(r"(?:messages_dropped|packets_lost)_\w+")
 _INSTANTS = ("exploration_time_s", "union_time_s", "fleet_time_s")
@@ -36,27 +30,27 @@ class Metrics:
     those that are computed from a run's folder.
 
     Raises ``InputError`` for an expression that names what no run has, or a function that fails:
-    one run is begun for that, and thrown away.
+    one run is begun for that, and thrown away. ``made`` does that rehearsal: a worker's, where a
+    plug-in must not harm this process.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, made: Made = here) -> None:
         loaded = plan.loaded
-        with tempfile.TemporaryDirectory() as folder:
-            run = _rehearsed(plan, folder)
-            found = flat(run.metrics)
-            self.names = tuple(found)
-            self._numbers = [name for name, value in found.items() if not isinstance(value, str)]
-            self._own: dict[str, Callable[[Row], float | None]] = {}
-            self._paths: dict[str, str] = {}  # of the functions, by metric
-            for name, text in loaded.design.metrics.items():
-                try:
-                    self._own[name] = self._made(
-                        name, text, loaded.folder(("metrics", name)), run)
-                except InputError as error:
-                    raise loaded.wrong(("metrics", name), str(error)) from None
+        self._own: dict[str, Callable[[Row], float | None]] = {}
+        self._paths = {name: plugins.beside(text, loaded.folder(("metrics", name)))
+                       for name, text in loaded.design.metrics.items() if _FUNCTION.fullmatch(text)}
+        self.functions = tuple(dict.fromkeys(self._paths.values()))
+        rehearsed = _rehearsed(plan, self.functions, made)
+        found = rehearsed["metrics"]
+        self.names = tuple(found)
+        self._numbers = [name for name, value in found.items() if not isinstance(value, str)]
+        for name, text in loaded.design.metrics.items():
+            try:
+                self._own[name] = self._made(name, text, rehearsed["raised"])
+            except InputError as error:
+                raise loaded.wrong(("metrics", name), str(error)) from None
         self.names = (*self.names, *self._own)
         self._numbers += self._own
-        self.functions = tuple(dict.fromkeys(self._paths.values()))
         refuse_twins(plan, self.names)
         self._refuse_unknown(plan)
 
@@ -84,13 +78,14 @@ class Metrics:
         row = {**row, "metrics": {**found, **ends}}
         return self._own[name](row) if name in self._own else row["metrics"].get(name)
 
-    def _made(self, name: str, text: str, folder: str, run: Run,
+    def _made(self, name: str, text: str, raised: dict[str, str],
               ) -> Callable[[Row], float | None]:
         if name in self.names:
             raise InputError("is the name of a metric of every run; choose another one")
-        if _FUNCTION.fullmatch(text):
-            path = self._paths[name] = plugins.beside(text, folder)
-            return self._function(path, run)
+        if path := self._paths.get(name):
+            if path in raised:
+                raise InputError(raised[path])
+            return lambda row: row["functions"].get(path)
         counted = [found for found in _COUNTED.findall(text) if found not in self.names]
         compiled = expression.compile(text, (*self._numbers, *counted))
 
@@ -102,17 +97,6 @@ class Metrics:
             return None if value is None else float(value)
 
         return evaluate
-
-    def _function(self, path: str, run: Run) -> Callable[[Row], float | None]:
-        function = plugins.imported("function", path)
-        try:
-            value = function(run)
-            if value is not None:
-                float(value)
-        except (Exception, SystemExit) as error:  # a user's function may fail in any way
-            raise InputError(f"{plugins.bare(path)} raised {described(error)} (tried on a run of "
-                             "0.01 s)") from error
-        return lambda row: row["functions"].get(path)
 
     def _refuse_unknown(self, plan: Plan) -> None:
         design, leads = plan.design, {lead for task in plan.tasks for lead in plugins.leads(task)}
@@ -137,18 +121,17 @@ class Metrics:
                                         f"{', '.join(plan.parameters) or 'none'}")
 
 
-def _rehearsed(plan: Plan, folder: str) -> Run:
-    """A run of the first vector that can be run, of a few spread over the design. If none can,
-    raises ``InputError`` with the errors of the first."""
+def _rehearsed(plan: Plan, functions: tuple[str, ...], made: Made) -> Row:
+    """The row of a rehearsal of the first vector that can be run, of a few spread over the design.
+    If none can, raises ``InputError`` with the errors of the first."""
     wrong: list[InputError] = []
     for vector in plan.vectors[::math.ceil(len(plan.vectors) / _MOST_REHEARSALS)]:
-        loaded = plan.scenario(vector, 0)
-        stop = loaded.scenario.stop.model_copy(update={"elapsed_ns": _REHEARSAL_NS})
         try:
-            return api.run(replace(loaded, scenario=loaded.scenario.model_copy(
-                update={"stop": stop})), out=Path(folder))
+            row = made(Rehearsal(plan.run_id(vector, 0), plan.scenario(vector, 0), functions))
         except InputError as error:
             wrong.append(error)
-        except Exception as error:  # of a model or a plug-in
-            wrong.append(plan.loaded.wrong(("base",), f"a run fails at once: {blame(error).line}"))
+            continue
+        if row["status"] == RunStatus.FINISHED:
+            return row
+        wrong.append(plan.loaded.wrong(("base",), f"a run fails at once: {row['error']}"))
     raise wrong[0]

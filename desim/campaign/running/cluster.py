@@ -19,7 +19,8 @@ from threading import Lock
 from distributed import Client, Future, KilledWorker
 
 from desim.campaign.running.crew import Crew
-from desim.campaign.running.work import RunTask, Unwritable, work
+from desim.campaign.running.sweep import LOGS
+from desim.campaign.running.work import RunTask, Unwritable
 from desim.engine.garbage import freeze_present_objects
 from desim.errors import InputError
 from desim.results.identity import Identity
@@ -126,24 +127,14 @@ def carried_out(task: RunTask, folder: str, wall_ns: int | None = None) -> Row:
                              "package than the machine that runs the campaign; its results would "
                              "be others")
         _freeze_modules()
-        return _left_behind(task) or (work(task) if wall_ns is None else
-                                      _ended_in_time(task, _child(folder, wall_ns)))
-
-
-def _ended_in_time(task: RunTask, child: Crew) -> Row:
-    child.begin(task)
-    while True:
-        for _, outcome in child.finished():
-            if isinstance(outcome, Exception):
-                raise outcome
-            return outcome
+        return _left_behind(task) or _child(folder, os.path.abspath(task.out), wall_ns).made(task)
 
 
 @cache
-def _child(_: str, wall_ns: int) -> Crew:
-    """A process in the current folder that the worker can kill, as it could not kill a thread. It
-    stays for the next run, and ends with the worker."""
-    return Crew(1, wall_ns)
+def _child(_: str, runs: str, wall_ns: int | None) -> Crew[RunTask]:
+    """A process in the current folder that the worker can kill, as it could not kill a thread, and
+    that a plug-in may end. It stays for the next run, and ends with the worker."""
+    return Crew(1, wall_ns, Path(runs).parent / LOGS)
 
 
 # Once, for the modules: what Dask makes later is not ours to keep.

@@ -1,41 +1,52 @@
-"""Worker processes on this machine: each takes a run, gives back its row, and takes the next.
+"""Worker processes on this machine: each takes a task, gives back its row, and takes the next.
 
 They are started once, so that importing and loading compiled kernels is paid once. One that dies
-(out of memory, killed) is replaced, and its run is tried once more.
+(out of memory, killed) is replaced, and its run is tried once more. One that a run has left in
+another state than it found (directory, environment, signals, children) is replaced, too.
 """
 
 from __future__ import annotations
 
-import os
-import signal
-import socket
-import subprocess
-import sys
-from multiprocessing.connection import Connection, wait
+from collections.abc import Callable
+from multiprocessing.connection import wait
+from pathlib import Path
 from time import monotonic
+from typing import Generic, NamedTuple, TypeVar
 
-from desim.campaign.running.work import RunTask
+from desim.campaign.design.rehearsal import Errand
+from desim.campaign.running.process import WorkerProcess
 from desim.results.row import Row, failure
 from desim.units import DURATION, NS_PER_S
 
 _TRIES = 2  # one death may be the machine's fault (memory, a kill); a second is the run's
+_SLOW_S = 60.0  # a run that takes longer is mentioned, as often as that
+T = TypeVar("T", bound=Errand)
 
 
-class Crew:
-    """``jobs`` worker processes. Use it as a context; leaving it ends them, at work or not. A run
-    may take ``wall_ns`` of clock time (None: without a limit)."""
+class _Job(NamedTuple, Generic[T]):
+    worker: WorkerProcess
+    task: T
+    tries: int
+    begun_s: float
 
-    def __init__(self, jobs: int, wall_ns: int | None = None) -> None:
-        self._idle = [_Worker() for _ in range(jobs)]
-        # Task, its number of tries, and its beginning; in the order in which they are due.
-        self._busy: dict[Connection, tuple[_Worker, RunTask, int, float]] = {}
-        self._wall_ns = wall_ns
 
-    def __enter__(self) -> Crew:
+class Crew(Generic[T]):
+    """``jobs`` worker processes. Use it as a context; leaving it ends them, at work or not. A task
+    may take ``wall_ns`` of clock time (None: without a limit). What a run prints is kept, cut, in
+    the folder ``logs``. ``slow`` is called with a run's id and its seconds, once a minute."""
+
+    def __init__(self, jobs: int, wall_ns: int | None = None, logs: Path | None = None,
+                 slow: Callable[[str, float], object] = lambda run_id, seconds: None) -> None:
+        self._idle = [WorkerProcess() for _ in range(jobs)]
+        self._busy: list[_Job[T]] = []  # in the order in which they are due
+        self._wall_ns, self._logs, self._slow = wall_ns, logs, slow
+        self._mentioned_s = monotonic()
+
+    def __enter__(self) -> Crew[T]:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for worker in (*self._idle, *(worker for worker, *_ in self._busy.values())):
+        for worker in (*self._idle, *(job.worker for job in self._busy)):
             worker.end()
 
     @property
@@ -48,71 +59,87 @@ class Crew:
         """Whether a worker is at work."""
         return bool(self._busy)
 
-    def begin(self, task: RunTask, tries: int = 1) -> None:
+    def begin(self, task: T, tries: int = 1) -> None:
         """Give an idle worker something to do."""
         worker = self._idle.pop()
         try:
             worker.connection.send(task)
         except OSError:  # it died while it was idle, which costs nobody a try
             worker.end()
-            worker = _Worker()
+            worker = WorkerProcess()
             worker.connection.send(task)
-        self._busy[worker.connection] = worker, task, tries, monotonic()
+        self._busy.append(_Job(worker, task, tries, monotonic()))
 
-    def finished(self) -> list[tuple[RunTask, Row | Exception]]:
-        """Wait for runs to end. Returns their rows, or the error that makes all further work
-        pointless."""
-        done: list[tuple[RunTask, Row | Exception]] = []
-        ready = wait(list(self._busy), self._left_s())
-        for connection in [connection for connection in self._busy if connection in ready]:
-            worker, task, tries, _ = self._busy.pop(connection)
+    def made(self, task: T) -> Row:
+        """Have a task done, and nothing beside. Raises the error that makes more of it pointless.
+        """
+        self.begin(task)
+        while not (done := self.finished()):
+            pass
+        (_, outcome), = done
+        if isinstance(outcome, Exception):
+            raise outcome
+        return outcome
+
+    def finished(self) -> list[tuple[T, Row | Exception]]:
+        """Wait for tasks to end, for a minute at most. Returns their rows, or the error that makes
+        all further work pointless."""
+        done: list[tuple[T, Row | Exception]] = []
+        wait([sign for job in self._busy for sign in job.worker.signs], self._left_s())
+        for job in list(self._busy):
+            job.worker.drain()
+            life = wait(job.worker.signs[:2], 0)
+            if not life:
+                continue
+            self._busy.remove(job)
             try:
-                done.append((task, connection.recv()))
-                self._idle.append(worker)
-            except (EOFError, OSError):
-                cause = worker.end()
-                self._idle.append(_Worker())
-                if tries < _TRIES:
-                    self.begin(task, tries + 1)
+                if job.worker.connection not in life:
+                    raise EOFError
+                outcome, is_clean = job.worker.connection.recv()
+                done.append((job.task, outcome))
+                self._free(job, is_clean)
+            except Exception:  # dead, or no answer: a plug-in has closed or used the connection
+                cause = self._free(job, False)
+                if job.tries < _TRIES:
+                    self.begin(job.task, job.tries + 1)
                 else:
-                    done.append((task, failure(task.run_id, f"its process died {tries} times "
-                                                            f"({cause})")))
+                    done.append((job.task, failure(
+                        job.task.run_id, f"its process died {job.tries} times ({cause})")))
+        self._mention()
         return done + self._overdue()
 
-    def _left_s(self) -> float | None:
-        """Seconds until the first run is due; None without a limit."""
-        if self._wall_ns is None:
-            return None
-        *_, begun_s = next(iter(self._busy.values()))
-        return max(begun_s + self._wall_ns / NS_PER_S - monotonic(), 0.0)
+    def _free(self, job: _Job[T], is_clean: bool) -> str:
+        """Make the worker idle, or another one in its place; returns the cause of its death."""
+        job.worker.keep_output(self._logs and self._logs / f"{job.task.run_id}.log")
+        if is_clean:
+            self._idle.append(job.worker)
+            return ""
+        cause = job.worker.end()
+        self._idle.append(WorkerProcess())
+        return cause
 
-    def _overdue(self) -> list[tuple[RunTask, Row | Exception]]:
+    def _left_s(self) -> float:
+        """Seconds until the first run is due, or is to be mentioned."""
+        if self._wall_ns is None or not self._busy:
+            return _SLOW_S
+        due_s = self._busy[0].begun_s + self._wall_ns / NS_PER_S
+        return min(max(due_s - monotonic(), 0.0), _SLOW_S)
+
+    def _mention(self) -> None:
+        now_s = monotonic()
+        if now_s < self._mentioned_s + _SLOW_S:
+            return
+        self._mentioned_s = now_s
+        for job in self._busy:
+            if now_s >= job.begun_s + _SLOW_S:
+                self._slow(job.task.run_id, now_s - job.begun_s)
+
+    def _overdue(self) -> list[tuple[T, Row | Exception]]:
         """Kill the workers whose runs take too long: one that computes answers nobody."""
-        done: list[tuple[RunTask, Row | Exception]] = []
+        done: list[tuple[T, Row | Exception]] = []
         while self._wall_ns is not None and self._busy and self._left_s() == 0.0:
-            worker, task, *_ = self._busy.pop(next(iter(self._busy)))
-            worker.end()
-            self._idle.append(_Worker())
-            done.append((task, failure(task.run_id, "ended after "
+            job = self._busy.pop(0)
+            self._free(job, False)
+            done.append((job.task, failure(job.task.run_id, "ended after "
                          f"{DURATION.format(self._wall_ns)} of clock time (limits.wall)")))
         return done
-
-
-class _Worker:
-    def __init__(self) -> None:
-        ours, theirs = socket.socketpair()
-        with theirs:
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "desim.campaign.running.worker", str(theirs.fileno())],
-                pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL,
-                start_new_session=True)  # Ctrl-C is for the campaign, which ends its workers
-        self.connection = Connection(ours.detach())
-
-    def end(self) -> str:
-        """Kill the process if it lives; returns the cause of its death."""
-        if self._process.poll() is None:
-            # What it is writing stays a .partial folder, which the next try empties.
-            os.killpg(self._process.pid, signal.SIGKILL)
-        code = self._process.wait()
-        self.connection.close()
-        return signal.Signals(-code).name if code < 0 else f"exit code {code}"

@@ -8,24 +8,28 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from desim.campaign.design.plan import Plan
+from desim.campaign.design.rehearsal import Made, here
 from desim.campaign.running import probes
 from desim.campaign.running.agenda import Agenda
 from desim.campaign.running.cluster_settings import Local, Queue, Settings
 from desim.campaign.running.crew import Crew
 from desim.campaign.running.prediction import Cost, Forecast, finished_costs, forecast
-from desim.campaign.running.sweep import Sweep, Workers
+from desim.campaign.running.sweep import LOGS, Sweep, Workers
+from desim.campaign.running.work import RunTask
 from desim.results.row import Row
 
 _FORECAST_EVERY_S = 3.0  # it takes up to 0.1 s for a campaign of thousands of runs
 
 
 def predicted(plan: Plan, agenda: Agenda, probing: Callable[[int, int], object],
+              failed: dict[str, str], made: Made = here,
               ) -> tuple[Forecast | None, list[Cost], bool]:
     """The cost of the remaining runs, the costs of the runs that this rests on, and whether these
     are probes: they are where no run has finished yet. None where every probe has failed.
-    ``probing`` is called with the number of probes that are done and of all."""
+    ``probing`` is called with the number of probes that are done and of all; ``failed`` gets the
+    errors of those that failed, by vector. ``made`` does a probe, as ``Metrics`` says."""
     finished = finished_costs(agenda)
-    costs = finished or probes.probed(plan, agenda, probes.BUDGET_S, probing)
+    costs = finished or probes.probed(plan, agenda, probes.BUDGET_S, probing, failed, made)
     return (forecast(plan, agenda, costs) if costs else None,
             [cost for own in costs.values() for cost in own], not finished)
 
@@ -49,11 +53,12 @@ class CampaignDriver:
         self._cluster = cluster
         self.where = f"{self._jobs} at a time" if cluster is None else cluster.where
 
-    def run(self, run_ended: Callable[[Row], object], workers_up: Callable[[int], object]) -> None:
+    def run(self, run_ended: Callable[[Row], object], workers_up: Callable[[int], object],
+            slow: Callable[[str, float], object] = lambda run_id, seconds: None) -> None:
         """Run the campaign to its end. ``run_ended`` is called with each run's row, ``workers_up``
-        with the number of a cluster's workers when that changes. Raises ``KeyboardInterrupt`` with
-        how far the campaign came, and ``InputError``."""
-        with self._workers(workers_up) as workers:
+        with the number of a cluster's workers when that changes, ``slow`` as ``Crew`` says.
+        Raises ``KeyboardInterrupt`` with how far the campaign came, and ``InputError``."""
+        with self._workers(workers_up, slow) as workers:
             try:
                 self._sweep.run(workers, run_ended)
             except KeyboardInterrupt:
@@ -62,10 +67,12 @@ class CampaignDriver:
                                         "command goes on from there") from None
 
     @contextmanager
-    def _workers(self, workers_up: Callable[[int], object]) -> Iterator[Workers]:
+    def _workers(self, workers_up: Callable[[int], object],
+                 slow: Callable[[str, float], object]) -> Iterator[Workers]:
         wall_ns = self._sweep.plan.design.limits.wall_ns
         if self._cluster is None:
-            with Crew(self._jobs, wall_ns) as crew:
+            crew: Crew[RunTask] = Crew(self._jobs, wall_ns, self._sweep.out / LOGS, slow)
+            with crew:
                 yield crew
             return
         # Few have Dask, and to import it takes seconds.

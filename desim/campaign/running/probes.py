@@ -7,14 +7,20 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Timer
 from time import process_time
+from typing import NamedTuple
 
 from desim import api
+from desim.blame import blame
 from desim.campaign.design.plan import Plan, Vector
+from desim.campaign.design.rehearsal import Made, here
 from desim.campaign.running.agenda import Agenda, spread
 from desim.campaign.running.prediction import Cost, extrapolated_s
+from desim.errors import InputError
 from desim.results.folder import RunFolder
+from desim.results.row import Row, failure
 from desim.results.run import Run
 from desim.results.status import RunStatus
+from desim.scenario.load import Loaded
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
@@ -27,29 +33,51 @@ _EXPLORED = {"any": "explored", "union": "explored_union", "all": "explored_all"
 
 def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
            probing: Callable[[int, int], object] = lambda done, total: None,
-           ) -> dict[int, list[Cost]]:
+           failed: dict[str, str] | None = None, made: Made = here) -> dict[int, list[Cost]]:
     """The costs, by vector number, of probes: one for each ten missing runs, of vectors that are
     spread over the design, small fleets first. Together they take ``budget_s``: each is stopped
-    when its share of the rest is used up. A probe that fails has no cost."""
+    when its share of the rest is used up. A probe that fails has no cost; ``failed`` gets its
+    error, by the vector's levels. ``made`` does it, as ``Metrics`` says."""
     left = [vector.number for vector, _, run_id in agenda.runs if run_id not in agenda.rows]
     vectors = _spread([plan.vectors[number] for number in dict.fromkeys(left)],
                       min(_MOST_PROBES, max(len(left) // _SHARE, 1)))
     costs: dict[int, list[Cost]] = {}
     for done, vector in enumerate(vectors):
         probing(done, len(vectors))
-        try:
-            cost = _probe(plan, vector, budget_s / (len(vectors) - done))
-        except Exception:  # a run that fails is a result, but none of these
+        row = made(Probe(plan.run_id(vector, 0), plan.scenario(vector, 0),
+                         budget_s / (len(vectors) - done)))
+        if row["status"] == RunStatus.FAILED:  # a run that fails is a result, but none of these
+            if failed is not None:
+                levels = ", ".join(f"{name}={level.label}" for name, level in vector.levels.items())
+                failed[levels] = row["error"]
             continue
+        cost = Cost(*row["cost"])
         costs[vector.number] = [cost]
         budget_s -= min(cost.cpu_s, budget_s)
     return costs
 
 
-def _probe(plan: Plan, vector: Vector, budget_s: float) -> Cost:
+class Probe(NamedTuple):
+    """The task of one probe."""
+
+    run_id: str
+    loaded: Loaded
+    budget_s: float
+
+    def made(self) -> Row:
+        try:
+            cost = _probe(self.loaded, self.budget_s)
+        except InputError as error:
+            return failure(self.run_id, str(error))
+        except (Exception, KeyboardInterrupt) as error:  # of a model or a plug-in
+            return failure(self.run_id, blame(error).line)
+        return {"run_id": self.run_id, "status": RunStatus.FINISHED.value, "cost": cost}
+
+
+def _probe(loaded: Loaded, budget_s: float) -> Cost:
     """The cost of one probe. Its rate is that of the second half of its time: the beginning may
     cost more."""
-    loaded, due = plan.scenario(vector, 0), Event()
+    due = Event()
     # CPU, simulated s: at the beginning, at half of the time (unless its timer is late), at the end
     marks: list[tuple[float, float]] = []
 

@@ -1,8 +1,9 @@
 """The sweep: a campaign's missing runs are made, and its folder is kept.
 
-``<out>/`` holds ``design.yaml``, ``runs/<scenario>/<run id>/``, ``index.jsonl`` and
-``runs.parquet``. A run is finished when its folder is in place; everything else follows from the
-folders, so that a campaign that was killed goes on where it was.
+``<out>/`` holds ``design.yaml``, ``runs/<scenario>/<run id>/``, ``index.jsonl``,
+``runs.parquet``, and ``output/<run id>.log`` of a run that printed something. A run is
+finished when its folder is in place; everything else follows from the folders, so
+that a campaign that was killed goes on where it was.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from desim.files import refuse_link
 from desim.results.row import Row, Rows
 from desim.results.status import RunStatus
 
-INDEX, RUNS, TABLE = "index.jsonl", "runs", "runs.parquet"
+INDEX, RUNS, TABLE, LOGS = "index.jsonl", "runs", "runs.parquet", "output"
 
 
 class Workers(Protocol):
@@ -69,7 +70,7 @@ class Sweep:
                 refuse_link(link)
         try:
             place.mkdir(parents=True, exist_ok=True)
-        except (NotADirectoryError, FileExistsError, FileNotFoundError, PermissionError) as error:
+        except OSError as error:
             raise InputError(f"{self.out}: cannot be a campaign's folder: {error.strerror}; choose "
                              "another one with --out") from error
         with _writing(self.out):
@@ -127,8 +128,8 @@ class Sweep:
         if (run := self.agenda.next()) is None:
             return None
         vector, iteration, run_id = run
-        return RunTask(run_id, self.plan.scenario(vector, iteration), str(self.out / RUNS),
-                       self.metrics.functions)
+        return RunTask(run_id, self.plan.scenario(vector, iteration),
+                       os.path.abspath(self.out / RUNS), self.metrics.functions)
 
 
 @contextmanager

@@ -23,6 +23,9 @@ class RunTask(NamedTuple):
     out: str
     functions: tuple[str, ...]
 
+    def made(self) -> Row:
+        return work(self)
+
 
 class Unwritable(InputError):
     """The results cannot be written, nor could those of any other run."""
@@ -40,7 +43,7 @@ def work(task: RunTask) -> Row:
         if isinstance(error.__cause__, OSError):
             raise Unwritable(*error.args) from error
         return failure(task.run_id, "; ".join(map(str, error.args)))
-    except Exception as error:  # whatever a model or a plug-in does
+    except (Exception, KeyboardInterrupt) as error:  # whatever a model or a plug-in does
         return failure(task.run_id, blame(error).line)
     finally:
         gc.collect()  # a run's arrays hang in circles

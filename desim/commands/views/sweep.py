@@ -63,6 +63,12 @@ def show_prediction(on: Terminal, expected: Forecast | None, costs: list[Cost], 
              f"{_duration(expected_s / jobs)} with {jobs} jobs on cores of their own, {most}")
 
 
+def slow_line(run_id: str, seconds: float) -> str:
+    """A line about a run that takes long."""
+    return (f"{run_id} has been at it for {seconds:.0f} s; limits: {{wall: ...}} of the design "
+            "would end it")
+
+
 class SweepView:
     """Shows a campaign while it runs. Use it as a context; it prints the outcome at the end."""
 
@@ -100,6 +106,10 @@ class SweepView:
         if row["status"] == RunStatus.FAILED and cause_of(row["error"]) not in self._errors:
             self._errors.add(cause_of(row["error"]))
             self._progress.console.print(f"{row['run_id']} failed: {row['error']}")
+
+    def slow(self, run_id: str, seconds: float) -> None:
+        """Show that a run takes long."""
+        self._progress.console.print(slow_line(run_id, seconds))
 
     def workers_up(self, count: int) -> None:
         """Show the number of a cluster's workers."""
