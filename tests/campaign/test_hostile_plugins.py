@@ -2,7 +2,6 @@
 
 Each harm comes in the constructor (``made``) and in a callback (``asked``)."""
 
-import pytest
 from designs import written
 from typer.testing import CliRunner
 
@@ -32,15 +31,18 @@ ANY = {"closes", "patches"}  # what becomes of these is theirs; the others' runs
 
 
 def module() -> str:
-    lines = ["import os, signal, sys, time", "import numpy as np", "from desim.ports import Params as P", "LEAK = []"]
+    lines = ["import os, signal, sys, time", "import numpy as np",
+             "from desim.ports import Params as P", "LEAK = []"]
     for name, code in HARM.items():
         for where, (made, asked) in {"made": (code, "pass"), "asked": ("pass", code)}.items():
             lines += [f"class {name}_{where}:", "    class Params(P): pass",
+
                       f"    def __init__(self, params=None): {made}" if ":" not in made else
                       f"    def __init__(self, params=None):\n        {made}",
                       "    def choose(self, context):", f"        {asked}", "        return None"]
     for name in ("first", "second", "third"):
-        lines += [f"class {name}:", "    class Params(P): pass", "    def __init__(self, params=None): pass",
+        lines += [f"class {name}:", "    class Params(P): pass",
+                  "    def __init__(self, params=None): pass",
                   "    def choose(self, context): return None"]
     return "\n".join(lines) + "\n"
 
@@ -60,7 +62,8 @@ def swept(out, names, *options):
     folder = out.parent
     (folder / "hostile.py").write_text(module())
     values = ", ".join(f"'hostile:{name}'" for name in names)
-    file = written(folder, "limits: {wall: 15 s}\nstop: {elapsed: 1 s}\nparameters: {s: {key: "
+    file = written(folder, "iterations: 1\nlimits: {wall: 15 s}\n"
+                           "stop: {elapsed: 1 s}\nparameters: {s: {key: "
                            f"coordination.strategy, values: [{values}]}}}}\n")
     done = CliRunner().invoke(app, ["sweep", str(file), "--out", str(out), *options])
     listed = CliRunner().invoke(app, ["sweep", str(file), "--out", str(out),
@@ -71,7 +74,6 @@ def swept(out, names, *options):
     return {named[run_id]: row for run_id, row in rows.items() if run_id in named}, done
 
 
-@pytest.mark.slow
 def test_each_bad_run_is_a_row_and_all_others_are_those_of_a_clean_sweep(tmp_path):
     clean, done = swept(tmp_path / "clean", GOOD)
     assert done.exit_code == 0, done.output

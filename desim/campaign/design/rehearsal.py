@@ -23,7 +23,7 @@ _REHEARSAL_NS = 10_000_000
 
 
 class Errand(Protocol):
-    """What a worker is given to do."""
+    """A piece of work for a worker."""
 
     @property
     def run_id(self) -> str:
