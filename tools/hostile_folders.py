@@ -1,7 +1,9 @@
 """Folders of runs and campaigns as an attacker would make them, with right seals.
 
 Each function changes a good run's folder. ``hostile`` plays one of them by its number, in the same
-way each time; ``tools/fuzz.py`` and the tests let commands read what it leaves.
+way each time. All commands read what it leaves, under an audit:
+
+    HOSTILE_FOLDERS=200 pytest tests/commands/test_hostile_folders.py -k test_hostile_folders
 """
 
 from __future__ import annotations

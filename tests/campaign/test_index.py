@@ -36,6 +36,20 @@ def opened(path):
     return index
 
 
+def test_a_line_that_was_cut_off_is_taken_away_and_said(path):
+    whole = path.read_bytes()
+    path.write_bytes(whole + whole[:20])
+    assert opened(path).cut_off and path.read_bytes() == whole
+    assert not opened(path).cut_off
+
+
+def test_a_line_without_end_is_not_read(path):
+    with path.open("ab") as file:
+        file.truncate(10**10)
+    with pytest.raises(OSError, match="a line of more than 10 MB"):
+        read(path)
+
+
 def test_what_is_added_is_there_again(path):
     assert opened(path).rows == {run_id: row(run_id, explored=0.5) for run_id in "abc"}
     assert opened(path).damaged == 0

@@ -25,7 +25,8 @@ def written(tmp_path):
     plan = planned(tmp_path, TEXT)
     metrics, agenda = Metrics(plan), Agenda(plan, {})
     for number, (_, _, run_id) in reversed([*enumerate(agenda.runs)]):
-        agenda.add({"run_id": run_id, "status": "failed", "error": "boom"} if number == 3 else
+        failed = {"run_id": run_id, "status": "failed", "error": "boom\x1b[31m"}
+        agenda.add(failed if number == 3 else
                    row(run_id, explored=number / 4, collisions=number, exploration_time_s=None,
                        map_quality=1 if number else 0.5, messages_dropped_lost=7))
     write_table(tmp_path / "runs.parquet", plan, metrics, agenda.rows, agenda.runs)
@@ -40,7 +41,7 @@ def test_values(written):
     assert found["beams"] == [10] * 4 and "beams_" not in found
     assert found["explored"] == [0, 0.5, 0.25, None] and found["twice"] == [0, 1, 0.5, None]
     assert found["collisions"] == [0, 2, 1, None] and found["map_quality"] == [0.5, 1, 1, None]
-    assert found["error"] == [None, None, None, "boom"]
+    assert found["error"] == [None, None, None, "boom\\x1b[31m"]  # no colour for a terminal
     assert found["messages_dropped_lost"] == [7, 7, 7, None]  # which the rehearsal did not have
 
 

@@ -28,15 +28,16 @@ _CHECK = b', "check": "'
 class Index:
     """The index file. ``rows`` are by run id; if a run has several lines, the last one counts.
 
-    A line at the end that was cut off (the process was killed, the disk was full) is taken away;
-    ``damaged`` is the number of other lines that cannot be read: ``recover`` then writes the file
-    anew. ``lost``: there was no line. Raises ``OSError``.
+    A line at the end that was ``cut_off`` (the process was killed, the disk was full) is taken
+    away; ``damaged`` is the number of other lines that cannot be read: ``recover`` then writes the
+    file anew. ``lost``: there was no line. Raises ``OSError``.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         refuse_link(path)
         self.rows, self.damaged, rest_bytes = read(path)
+        self.cut_off = bool(rest_bytes)
         self.lost = not self.rows and not self.damaged
         # Unbuffered: a line is in the file, whole, or not at all, when add returns.
         self._file = open(path, "ab", buffering=0)  # noqa: SIM115

@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 from desim.campaign.design.columns import DESIM, FIXED, labelled
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.design.plan import Plan, Vector
+from desim.errors import printable
 from desim.files import replacing
 from desim.results.identity import versions
 from desim.results.row import Row, Rows
@@ -69,9 +70,11 @@ def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, tuple[int, str]]:
 
 
 def _column(values: list[object], empty: pa.DataType) -> pa.Array:
-    """A column of the table. Whole numbers stay whole; mixed with others they become floats.
+    """A column of the table. Whole numbers stay whole; mixed with others they become floats. Texts
+    of plug-ins lose what a terminal would take for commands.
     ``empty`` is the type of a column without a value."""
     kinds = {type(value) for value in values if value is not None}
     if kinds == {int, float}:
         values = [float(value) if isinstance(value, int) else value for value in values]
+    values = [printable(value) if isinstance(value, str) else value for value in values]
     return pa.array(values, None if kinds else empty)

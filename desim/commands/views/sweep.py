@@ -124,6 +124,8 @@ class SweepView:
         if sweep.index.damaged:
             show(f"{out / INDEX}: {sweep.index.damaged} lines could not be read; it was made again "
                  "from the folders of the runs")
+        if sweep.index.cut_off:
+            show(f"{out / INDEX}: its last line was cut off, and was taken away")
         if sweep.index_was_lost:
             show(f"{out / INDEX}: was not there; it was made again from the folders of the runs")
         wrong = [*sweep.damaged_runs.values()]
