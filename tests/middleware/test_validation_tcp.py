@@ -12,6 +12,7 @@ from desim.middleware.tcp.cubic import Cubic
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.retransmission import RetransmissionTimer
 from desim.middleware.tcp.scoreboard import Scoreboard
+from desim.middleware.tcp.sender import Sender
 from desim.middleware.tcp.window import CongestionWindow
 from desim.validation import tcp
 
@@ -56,11 +57,18 @@ def no_selective_acknowledgements(monkeypatch):
         board, una, (), *rest))
 
 
+def nagle_anyway(monkeypatch):
+    """Small messages wait for those before them."""
+    monkeypatch.setattr(Sender, "nodelay", property(lambda sender: False,
+                                                    lambda sender, nodelay: None))
+
+
 TWINS = [
     Twin(tcp.nagle, delayed_acknowledgements),
     Twin(lambda: tcp.cuts(tcp.CUTS[1:2]), longer_timeouts),
     Twin(lambda: tcp.cuts(tcp.CUTS[11:12]), no_word_of_addresses),
     Twin(lambda: tcp.bulk(tcp.BUSY[1:2], seeds=1, seconds=60), half_the_window),
+    Twin(lambda: tcp.lossy(tcp.PROMPT[1:2], seeds=3), nagle_anyway),
     Twin(lambda: tcp.lossy(tcp.LOSSY[2:3], seeds=1), no_selective_acknowledgements),
 ]
 
