@@ -128,8 +128,8 @@ LOSSY = (
     LossyPath("1 kB at 10 Hz, 20 ms, 10 Mb/s, 5 %", 1000, 100, 10, 20, 0.05, 65),
     LossyPath("1 kB at 10 Hz, 2 ms, 54 Mb/s, 5 %", 1000, 100, 54, 2, 0.05, 23),
 )
-# Without Nagle's algorithm: medians of six or eight connections. Means are at most 18 % away; of 1 kB
-# at 10 % up to 65 %, of 160 kB up to 30 %.
+# Without Nagle's algorithm: medians of six or eight connections. Means are at most 18 % away, of 1
+# kB at 10 % up to 65 %, of 160 kB up to 30 %.
 PROMPT = (
     LossyPath("1 kB at 10 Hz, 20 ms, 10 Mb/s, 2 %", 1000, 100, 10, 20, 0.02, 25.9, 9, True),
     LossyPath("1 kB at 10 Hz, 20 ms, 10 Mb/s, 5 %", 1000, 100, 10, 20, 0.05, 35.3, 9, True),
