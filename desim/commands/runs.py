@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -59,24 +61,28 @@ def run(scenario: ScenarioPath,
         if not (live or foxglove) and (pace or port):
             raise InputError(f"--{'pace' if pace else 'port'}: it belongs to --live"
                              f"{' and --foxglove' if pace else ''}")
-        if live or foxglove:
-            from desim.commands.views.live import shown_live
+        with ExitStack() as stack:
+            if live or foxglove:
+                from desim.commands.views.live import shown_live
 
-            watch = shown_live(watch, _servers(live, port, foxglove, loaded), pace)
-        if check:
-            from desim.commands.views.differences import checked
+                watch = stack.enter_context(shown_live(
+                    watch, _servers(live, port, foxglove, loaded), pace))
+            if check:
+                from desim.commands.views.differences import checked
 
-            finished, parted = checked(loaded, out, watch, command_line())
-        else:
-            with compiling_inside(quiet):
-                finished = api.run(loaded, out=out, watch=watch, command=command_line())
-        if not quiet:
-            _show(finished, console)
-        if check and parted:
-            say(f"the run does not repeat itself:\n{parted}", err=True)
-            raise typer.Exit(1)
-        if check and not quiet:
-            say("run twice: every row of the trace is the same")
+                finished, parted = checked(loaded, out, watch, command_line())
+            else:
+                with compiling_inside(quiet):
+                    finished = api.run(loaded, out=out, watch=watch, command=command_line())
+            if not quiet:
+                _show(finished, console)
+            if check and parted:
+                say(f"the run does not repeat itself:\n{parted}", err=True)
+                raise typer.Exit(1)
+            if check and not quiet:
+                say("run twice: every row of the trace is the same")
+            if live:
+                say(f"its replay: desim view {shlex.quote(str(finished.path))}")
 
 
 def _servers(live: bool, port: int, foxglove: bool, loaded: Loaded) -> list[Served]:

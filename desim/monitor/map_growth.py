@@ -34,8 +34,17 @@ def coarse(grid: GridSpec, halved: int) -> GridSpec:
                     -(-grid.height >> halved), grid.x_m, grid.y_m)
 
 
+class Life(NamedTuple):
+    """The time of one start of a robot's software with a map; ``until_ns`` None: it goes on."""
+
+    robot: str
+    started_ns: int
+    until_ns: int | None
+
+
 class MapGrowth(NamedTuple):
-    """The growth of one robot's map from a start of its software to its end. ``known_since`` uint16
+    """The growth of one robot's map from a start of its software to its end, or until now where
+    it goes on (``Life`` says which). ``known_since`` uint16
     [height, width] of ``grid``, row 0 at the bottom: the tenths of a second from the start to the
     first instant at which the map was sure of the cell, ``NEVER`` if it never was; ``occupied``
     bool alike, as believed at the end."""

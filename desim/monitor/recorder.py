@@ -15,7 +15,7 @@ import numpy as np
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Names
 from desim.middleware.graph import Graph
-from desim.monitor.map_growth import GrowingMap, MapGrowth, halvings
+from desim.monitor.map_growth import GrowingMap, Life, MapGrowth, halvings
 from desim.monitor.monitor import Monitor
 from desim.monitor.reachability import SampledReachability
 from desim.ports import GridSpec, MovesObstacles, World
@@ -70,6 +70,7 @@ class Recorder:
         self._walls: list[StandingWall] = []
         self._epoch = -1
         self._growths: list[MapGrowth | None] = []  # None: it still grows
+        self.lives: list[Life] = []  # of each of these
         self._growing: dict[str, tuple[int, GrowingMap]] = {}  # with its place in ``_growths``
 
     def begin(self, kernel: Kernel, names: Names, world: World, grid: GridSpec, graph: Graph,
@@ -95,10 +96,12 @@ class Recorder:
         if robot in self._growing:
             place, before = self._growing.pop(robot)
             self._growths[place] = before.growth()
+            self.lives[place] = self.lives[place]._replace(until_ns=self._kernel.now_ns)
         if robot_map is not None:
             self._growing[robot] = len(self._growths), GrowingMap(
                 robot, robot_map, self._kernel, self._halvings)
             self._growths.append(None)
+            self.lives.append(Life(robot, self._kernel.now_ns, None))
 
     def rows(self, rows: np.ndarray) -> None:
         """Rows of the trace: the rare ones are kept."""

@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 
 from desim.engine.trace import real
-from desim.monitor.map_growth import MapGrowth
+from desim.monitor.map_growth import Life, MapGrowth
 from desim.monitor.recorder import ShownPlan, StandingWall
 from desim.ports import GridSpec
 from desim.results.parquet import read_table
@@ -107,6 +107,11 @@ class Recording:
         table, count = self._table("moving_obstacles"), len(self.poses.times_ns)
         columns = [table[name].to_numpy() for name in ("x_mm", "y_mm", "radius_mm")]
         return np.stack(columns, axis=-1).reshape(-1, count, 3).swapaxes(0, 1)
+
+    @property
+    def lives(self) -> list[Life]:
+        """The times at which the software of robots with maps ran."""
+        return [Life(*growth[:3]) for growth in self.growths]
 
     @cached_property
     def growths(self) -> tuple[MapGrowth, ...]:

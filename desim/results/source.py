@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 import pyarrow as pa
 
-from desim.monitor.map_growth import MapGrowth
+from desim.monitor.map_growth import Life, MapGrowth
 from desim.monitor.recorder import ShownPlan, StandingWall
 from desim.results.recording import Event, LinkChange, Poses
 from desim.results.seal import Json
@@ -78,6 +78,11 @@ class ReplaySource(Protocol):
     @property
     def moving_obstacles(self) -> np.ndarray:
         """[n, obstacles, 3] x, y, radius in mm at the instants of ``poses``."""
+
+    @property
+    def lives(self) -> Sequence[Life]:
+        """The times at which the software of robots with maps ran: all until ``end_ns``, in the
+        order of their starts."""
 
     @property
     def growths(self) -> Sequence[MapGrowth]:

@@ -3,28 +3,41 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 
 from desim.api import Watch
-from desim.commands.browser import open_page
+from desim.commands.browser import is_terminal, open_page
 from desim.commands.output import say
 from desim.report.live.watch import Served, live
 from desim.results.folder import RunFolder
 from desim.simulation.simulation import Simulation
 
 
-def shown_live(beside: Watch | None, servers: Sequence[Served], pace: float | None) -> Watch:
-    """A ``watch`` for ``desim.api.run``: ``servers``, and what ``beside`` shows."""
-    def opened(url: str) -> None:
-        say(f"live at {url}")
-        if url.startswith("http:"):
-            open_page(url)
+@contextmanager
+def shown_live(beside: Watch | None, servers: Sequence[Served], pace: float | None
+               ) -> Iterator[Watch]:
+    """A ``watch`` for ``desim.api.run``: ``servers``, and what ``beside`` shows. At a terminal a
+    page stays until Ctrl-C, after all else in the context; elsewhere servers end with it."""
+    with ExitStack() as stack:
+        sinks, pages = [], []
+        for server in servers:
+            sink, url = stack.enter_context(server)
+            sinks.append(sink)
+            say(f"live at {url}")
+            if url.startswith("http:"):
+                pages.append(url)
+                open_page(url)
 
-    @contextmanager
-    def watch(simulation: Simulation, folder: RunFolder) -> Iterator[None]:
-        with live(simulation, folder, servers, opened, pace or math.inf), \
-                beside(simulation, folder) if beside else nullcontext():
-            yield
+        @contextmanager
+        def watch(simulation: Simulation, folder: RunFolder) -> Iterator[None]:
+            with live(simulation, folder, sinks, pace or math.inf), \
+                    beside(simulation, folder) if beside else nullcontext():
+                yield
 
-    return watch
+        yield watch
+        if pages and is_terminal():
+            say(f"the page stays at {pages[0]} until Ctrl-C")
+            with suppress(KeyboardInterrupt):
+                threading.Event().wait()

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 from desim.report.live.feed import Sink
 from desim.report.live.server import ChunkLog, LiveServer
-from desim.report.live.stretch import Stretch
+from desim.report.live.stretch import RUNNING, Stretch
 from desim.report.replay.bundle import bundle
 from desim.report.replay.page import page
 
@@ -27,5 +27,7 @@ def page_sink(log: ChunkLog) -> Sink:
         about, columns = bundle(stretch)
         about["columns"] = columns.index
         log.add(json.dumps([about, columns.text(level=1)], allow_nan=False))
+        if about["status"] != RUNNING:
+            log.close()
 
     return add

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyarrow as pa
 
-from desim.monitor.map_growth import MapGrowth
+from desim.monitor.map_growth import Life, MapGrowth
 from desim.monitor.monitor import StopReason
 from desim.monitor.recorder import Recorder, ShownPlan, StandingWall
 from desim.monitor.summary import robots_table, summarize
@@ -31,7 +31,8 @@ from desim.simulation.deployment import HostPlan, plan
 from desim.simulation.simulation import Simulation
 from desim.units import MM_PER_M, NS_PER_S
 
-_STATUS: dict[str | None, str] = {None: "running", StopReason.INTERRUPTED: RunStatus.INTERRUPTED}
+RUNNING = "running"  # as a status, beside those of ``RunStatus``
+_STATUS: dict[str | None, str] = {None: RUNNING, StopReason.INTERRUPTED: RunStatus.INTERRUPTED}
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,7 @@ class Stretch:
     hosts: Sequence[HostPlan]
     poses: Poses
     moving_obstacles: np.ndarray
+    lives: Sequence[Life]
     growths: Sequence[MapGrowth]
     walls: Sequence[StandingWall]
     plans: Sequence[ShownPlan]
@@ -92,7 +94,8 @@ class Stretches:
         rows = rows_of(self._taken(self._events, parquet.TRACE_SCHEMA))
         stretch = Stretch(
             self._facts(), self._begin_ns, now_ns, self._recorder.robots, self._hosts,
-            *self._next_poses(), self._recorder.growths() if with_maps else (),
+            *self._next_poses(), self._recorder.lives[:],
+            self._recorder.growths() if with_maps else (),
             self._recorder.walls, self._next_plans(shown_in(rows)),
             events_of(rows, simulation.names.items()), self._next_links(),
             self._taken(self._messages, parquet.MESSAGE_SCHEMA))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 
 from desim.engine.kernel import Phase
 from desim.errors import InputError
@@ -20,24 +20,17 @@ Served = AbstractContextManager[tuple[Sink, str]]
 
 
 @contextmanager
-def live(simulation: Simulation, folder: RunFolder, servers: Sequence[Served],
-         opened: Callable[[str], object], pace: float = math.inf) -> Iterator[None]:
-    """Serve a run while its clock runs, at most ``pace`` simulated seconds a second; ``opened`` is
-    called with the address of each of ``servers``. In the end they have the whole run.
+def live(simulation: Simulation, folder: RunFolder, sinks: Sequence[Sink],
+         pace: float = math.inf) -> Iterator[None]:
+    """Give a run to ``sinks`` while its clock runs, at most ``pace`` simulated seconds a second. In
+    the end they have the whole run.
 
     Raises ``InputError`` for a run that keeps no recording.
     """
     if folder.recorder is None:
         raise InputError("a run with trace.keep none or messages has nothing to show while it goes "
                          "on; allowed: replay, all")
-    stretches = Stretches(simulation, folder, folder.recorder)
-    with ExitStack() as stack:
-        sinks = []
-        for server in servers:
-            sink, url = stack.enter_context(server)
-            sinks.append(sink)
-            opened(url)
-        feed = LiveFeed(stretches, sinks, pace)
-        simulation.kernel.ticker(1, Phase.OBSERVE, _LAST, feed.sample)
-        yield
-        feed.end()
+    feed = LiveFeed(Stretches(simulation, folder, folder.recorder), sinks, pace)
+    simulation.kernel.ticker(1, Phase.OBSERVE, _LAST, feed.sample)
+    yield
+    feed.end()

@@ -75,6 +75,8 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
         **sensors, "computers": computers,
         "deployment": scenario.deployment, "middleware": scenario.middleware.model,
         "terrain": _add_terrain(columns, recording),
+        "lives": [[recording.robots.index(life.robot), life.started_ns, life.until_ns]
+                  for life in recording.lives],
         "growth": grown, "load_s": load_s, "plan_kinds": shown[0], "marks": shown[1],
         "topics": list(traffic.topics), "families": list(traffic.families),
         "topic_family": traffic.family.tolist(), "topic_kind": traffic.kind.tolist(),

@@ -34,9 +34,7 @@ def add_growth(columns: Columns, growth: Sequence[MapGrowth], robots: Sequence[s
         columns.add_bits(f"growth.{k}.occupied", _coarse(life.occupied, factor).ravel())
     about = {"x_m": grid.x_m, "y_m": grid.y_m, "resolution_m": grid.resolution_m,
              "width": grid.width, "height": grid.height, "factor": factor,
-             "coarse": [-(-grid.width // factor), -(-grid.height // factor)],
-             "lives": [{"robot": robots.index(life.robot), "from_ns": life.started_ns,
-                        "until_ns": life.until_ns} for life in growth]}
+             "coarse": [-(-grid.width // factor), -(-grid.height // factor)]}
     if factor == 1:
         return about, None
     return about, (f"each robot's own map is kept in cells of {factor * grid.resolution_m:g} m, "

@@ -26,6 +26,7 @@ SCRIPTS = ("data/sorted", "data/columns", "data/tables", "data/run", "data/words
            "panel/message_list", "panel/event_list", "panel/panel", "page/player", "page/timeline",
            "page/hint", "page/stage", "page/keyboard", "page/help", "page/live", "page/page")
 STYLES = ("page/theme", "page/layout")
+_PLACE = re.compile(r"^\S*/(?=[\w.]+:\w+$)")  # of a plug-in
 _NOT_NAMED = ("name", "seed", "trace")  # keys that need not be named where two runs differ
 
 
@@ -45,7 +46,7 @@ def page_of(recordings: Sequence[Recording]) -> str:
     keys = [key for key in compared.keys
             if key.key.partition(".")[0] not in _NOT_NAMED]
     values = [[key.first for key in keys], [key.second for key in keys]]
-    apart = [[f"{key.key} {'none' if value is None else value}"
+    apart = [[f"{key.key} {'none' if value is None else _PLACE.sub('', str(value))}"
               for key, value in zip(keys, own, strict=True)] for own in values]
     return page([_bundled(recording, own, compared.parted)
                  for recording, own in zip(recordings, apart, strict=True)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import socket
 from contextlib import contextmanager
 from itertools import count
 
@@ -72,3 +74,45 @@ def test_a_server_for_this_machine(watched):
     with foxglove_served(run.scenario, 0) as (sink, url):
         assert isinstance(sink, Channels)
         assert url.startswith("ws://127.0.0.1:")
+
+
+def asked(url, host="localhost:8765", origin=None):
+    """The answer to asking for a WebSocket, as a stream, and its first line."""
+    client = socket.create_connection(("127.0.0.1", int(url.rpartition(":")[2])), timeout=10)
+    key = base64.b64encode(b"sixteen bytes ..").decode()
+    lines = ["GET / HTTP/1.1", f"Host: {host}", *([f"Origin: {origin}"] if origin else []),
+             "Upgrade: websocket", "Connection: Upgrade", f"Sec-WebSocket-Key: {key}",
+             "Sec-WebSocket-Version: 13", "Sec-WebSocket-Protocol: foxglove.sdk.v1", "", ""]
+    client.sendall("\r\n".join(lines).encode())
+    answer = client.makefile("rb")
+    client.close()  # with the stream
+    return answer, answer.readline().decode().strip()
+
+
+@pytest.mark.parametrize(("host", "origin", "answer"), [
+    ("localhost:8765", None, "101 Switching Protocols"),
+    ("127.0.0.1:8765", "https://app.foxglove.dev", "101 Switching Protocols"),
+    ("localhost:8765", "file://", "101 Switching Protocols"),
+    ("localhost:8765", "https://example.org", "403 Forbidden"),
+    ("localhost:8765", "null", "403 Forbidden"),
+    ("example.org:8765", "https://app.foxglove.dev", "403 Forbidden")])
+def test_only_foxglove_and_this_machine_may_watch(watched, host, origin, answer):
+    run, _ = watched
+    with foxglove_served(run.scenario, 0) as (_, url):
+        stream, line = asked(url, host, origin)
+        assert line == f"HTTP/1.1 {answer}"
+        stream.close()
+
+
+def test_messages_come_through_and_clients_that_dawdle_do_not_hold_it(watched):
+    """One says nothing, one listens and reads nothing more."""
+    run, _ = watched
+    with foxglove_served(run.scenario, 0) as (_, url):
+        idle = socket.create_connection(("127.0.0.1", int(url.rpartition(":")[2])), timeout=10)
+        stream, _ = asked(url)
+        found = b""
+        while b"serverInfo" not in found:
+            found += stream.read1()
+    with idle:
+        assert idle.recv(1) == b""
+    stream.close()

@@ -50,7 +50,7 @@ def test_a_robot_without_software_and_a_host_that_stops(tmp_path, repository, br
     about, columns = bundle(recording_of(run))
     assert [event[1:3] for event in about["events"]][:2] == [
         ["host_stopped", "robot_1 stops"], ["host_started", "robot_1 starts again"]]
-    assert [life["robot"] for life in about["growth"]["lives"]] == [0, 1, 1]
+    assert [life[0] for life in about["lives"]] == [0, 1, 1]
     explored = unpacked(columns.index, columns.text())["second.explored"]
     assert (explored[2] <= 0).all() and explored[0, -1] > 0
     assert len(shown(run, tmp_path)[1]) == 3

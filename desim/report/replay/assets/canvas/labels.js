@@ -41,12 +41,16 @@ class Labels {
 // were put before it; whether there was one.
 function putWhereFree(context, taken, label, places, y) {
   const { wide } = label;
-  const x = places.find((left) => taken.every((one) => left > one.until + GAP_PX
-    || left + wide < one.from - GAP_PX || Math.abs(one.y - y) > LINE_PX));
+  const x = places.find((left) => isFree(taken, left, wide, y));
   if (x === undefined) return false;
   taken.push({ from: x, until: x + wide, y });
   putLabel(context, label, x, y);
   return true;
+}
+
+function isFree(taken, left, wide, y) {
+  return taken.every((one) => left > one.until + GAP_PX || left + wide < one.from - GAP_PX
+    || Math.abs(one.y - y) > LINE_PX);
 }
 
 // Draw a label with its left end at x and its middle at y, on whole pixels of the screen.

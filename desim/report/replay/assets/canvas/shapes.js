@@ -10,6 +10,12 @@ function cross(path, x, y, arm) {
   path.moveTo(x - arm, y + arm); path.lineTo(x + arm, y - arm);
 }
 
+// A triangle on its tip, as tall as it is wide.
+function drop(path, x, y, arm) {
+  path.moveTo(x - arm, y - arm); path.lineTo(x + arm, y - arm); path.lineTo(x, y + arm);
+  path.closePath();
+}
+
 function line(path, x1, y1, x2, y2) {
   path.moveTo(x1, y1);
   path.lineTo(x2, y2);

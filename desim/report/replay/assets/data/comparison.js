@@ -52,6 +52,6 @@ function stateOf(runs) {
 }
 
 function ranAs(about) {
-  return [`seed ${about.seed}`, about.deployment, about.stop_reason,
-    about.status === "finished" ? "" : about.status.toUpperCase(), about.error];
+  const { status, stop_reason: why } = about, isPlain = status === "finished" || status === why;
+  return [`seed ${about.seed}`, about.deployment, why, isPlain ? "" : status.toUpperCase(), about.error];
 }

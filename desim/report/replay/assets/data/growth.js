@@ -5,6 +5,7 @@ const NEVER = 65535;
 class Growth {
   constructor(run) {
     const { about, columns } = run.growth;
+    this.run = run;
     this.about = about;
     this.columns = columns;
     this.first = columns.values("merged.robot");
@@ -32,11 +33,13 @@ class Growth {
 
   // The map of the robot's life that runs at the time, and when the life began; null: none.
   ofRobot(robot, timeS) {
-    const lives = this.about.lives;
+    const { lives } = this.run;
     for (let k = lives.length - 1; k >= 0; k--) {
-      if (lives[k].robot !== robot || lives[k].from_ns > timeS * NS + 1) continue;
+      const [whose, fromNs] = lives[k];
+      if (whose !== robot || fromNs > timeS * NS + 1) continue;
+      if (!this.columns.has(`growth.${k}.known`)) continue;  // it has begun since the last maps
       if (!this.lives.has(k)) this.lives.set(k, this.#map(`growth.${k}`));
-      return { map: this.lives.get(k), fromS: lives[k].from_ns / NS, key: k };
+      return { map: this.lives.get(k), fromS: fromNs / NS, key: k };
     }
     return null;
   }

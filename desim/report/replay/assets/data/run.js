@@ -60,7 +60,8 @@ class Run {
     if (about.growth) this.growth = { about: about.growth, columns };
     this.endS = Math.max(this.endS, about.end_ns / NS);
     this.partitions = about.partitions_s;
-    this.#live(this.growth?.about.lives ?? []);
+    this.lives = about.lives;
+    this.#live();
     this.version += 1;
   }
 
@@ -88,9 +89,9 @@ class Run {
   }
 
   // Index when robots' software starts and stops; 1 ns is for the rounding of times in seconds.
-  #live(lives) {
-    this.changes = lives.flatMap(({ robot, from_ns: from, until_ns: until }) =>
-      [{ ns: from - 1, robot, up: 1 }, { ns: until + 1, robot, up: 0 }])
+  #live() {
+    this.changes = this.lives.flatMap(([robot, from, until]) => [{ ns: from - 1, robot, up: 1 },
+      { ns: until === null ? Infinity : until + 1, robot, up: 0 }])
       .sort((a, b) => a.ns - b.ns || a.up - b.up);
     this.changeTimes = Float64Array.from(this.changes, (change) => change.ns);
     this.up = { robots: null, changes: -1 };

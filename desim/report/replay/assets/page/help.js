@@ -107,17 +107,13 @@ const SYMBOLS = [
     context.strokeStyle = theme.alarm;
     context.lineWidth = 1.6;
     context.beginPath();
-    cross(context, x, y, 3.2);
+    drop(context, x, y, 3.2);
     context.stroke();
   }],
   ["messages that wait at their sender", (context, theme, x, y, labels) => {
-    symbolRobot(context, theme, x + 8, y);
-    context.strokeStyle = theme.alarm;
-    context.lineWidth = 2;
-    context.beginPath();
-    queueArc(context, x + 8, y, 10, 40);
-    context.stroke();
-    putLabel(context, labels("40", theme.alarm), x - 20, y);
+    symbolRobot(context, theme, x + 4, y + 5);
+    context.fillStyle = theme.alarm;
+    queueBadge(context, labels("40", theme.paper, theme.alarm), x - 2, y - 1);
   }],
   ["taken for online, for gone, never seen", (context, theme, x, y) => {
     [1, 2, 0].forEach((state, k) => beliefMark(context, x + 18 * (k - 1), y, state, 0, theme));
@@ -171,8 +167,8 @@ class Help {
 
   draw() {
     const { theme } = this.app, ratio = devicePixelRatio || 1;
-    const labels = (text, colour = theme.ink) => LABELS.of(text, { font: `500 10.5px ${theme.sans}`,
-      lineHeight: 13, colour, halo: theme.halo, ratio });
+    const labels = (text, colour = theme.ink, halo = theme.halo) => LABELS.of(text,
+      { font: `500 10.5px ${theme.sans}`, lineHeight: 13, colour, halo, ratio });
     SYMBOLS.forEach(([, draw], k) => {
       const context = sized(this.canvases[k], SYMBOL_WIDTH, SYMBOL_HEIGHT, ratio);
       context.fillStyle = theme.unknown;

@@ -16,6 +16,7 @@ const KEYS = [
   ["f", "follow the selected robot", (app) => app.follow()],
   ["0", "the whole terrain", (app) => app.stage.fit()],
   ["g", "two runs: side by side, or ghosts", (app) => app.switchMode()],
+  ["m", "messages", (app) => app.switchLayer("messages")],
   ["t", "light or dark", (app) => app.switchTheme()],
   ["Escape", "select nothing", (app) => app.select({})],
   ["?", "what is drawn, and these keys", (app) => app.help.open()],

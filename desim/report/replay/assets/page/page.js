@@ -6,7 +6,7 @@ class App {
     this.scenes = runs.map((run) => new Scene(run));
     this.player = new Player(runs);
     this.theme = themeOfPage(preferredTheme());
-    this.layers = new Set(Object.keys(LAYERS));
+    this.layers = new Set(Object.keys(LAYERS).filter((name) => !LAYERS[name].isTooMuch?.(runs)));
     this.selection = {};
     this.mode = runs.length > 1 ? "side" : "single";
     this.difference = runs.length > 1 ? firstDifference(...runs) : null;
@@ -23,9 +23,10 @@ class App {
     this.#begin();
     let before = performance.now();
     const loop = (now) => {
+      const { playing } = this.player;  // the frame at which it stops is drawn, too
       this.player.advance((now - before) / 1000);
       before = now;
-      if (this.player.playing || this.dirty) this.frame();
+      if (playing || this.dirty) this.frame();
       requestAnimationFrame(loop);
     };
     requestAnimationFrame(loop);
@@ -143,6 +144,13 @@ class App {
     this.mode = mode;
     document.querySelector("#mode").textContent = mode === "side" ? "ghosts" : "side by side";
     this.stage.build();
+    this.changed();
+  }
+
+  switchLayer(name) {
+    if (!this.layers.delete(name)) this.layers.add(name);
+    const box = document.querySelector(`#layers input[name=${name}]`);
+    if (box) box.checked = this.layers.has(name);
     this.changed();
   }
 

@@ -88,10 +88,7 @@ class Panel {
       const box = item.querySelector("input");
       box.name = name;
       box.checked = app.layers.has(name);
-      box.addEventListener("change", () => {
-        if (box.checked) app.layers.add(name); else app.layers.delete(name);
-        app.changed();
-      });
+      box.addEventListener("change", () => app.switchLayer(name));
       list.append(item);
     }
     const kinds = new Set(app.runs.flatMap((run) => run.about.topic_kind));
@@ -120,7 +117,7 @@ class Panel {
       const about = run.about, who = runs.length > 1 ? `${"AB"[which]}: ` : "";
       return [...about.notes.map((note) => who + note),
         ...(run.isLarge ? [`${who}more than ${MANY_ROBOTS} robots: laser fans, `
-          + "plans and links are drawn of the selected robot only; loads and messages of all"] : []),
+          + "plans and links are drawn of the selected robot only, loads of all, messages with key m"] : []),
         `${who}run ${about.run_id}, ${about.digest ? `digest ${about.digest}, ` : ""}`
           + `desim ${about.version}`];
     });

@@ -1,18 +1,18 @@
-// Messages under way: dots of their senders' colours, rings around late ones, crosses for lost ones.
+// Messages under way: dots of their senders' colours, rings around late ones, triangles for lost ones.
 
 const LEAST_FLIGHT_S = 0.45;   // of the viewer's time: a message is seen at least so long
-const LOST_S = 0.7;            // likewise: the cross of a lost one
+const LOST_S = 0.7;            // likewise: the triangle of a lost one
 const FEW = 160;               // more of them are drawn smaller
 const SQUARE_PX = 1.3;         // dots of a smaller radius are squares of the same area: they look alike
-const FADES = 4;               // so many steps of a cross's opacity
+const FADES = 4;               // so many steps of a triangle's opacity
 
 class Flights {
   constructor(run, hosts, traffic) {
     Object.assign(this, { run, hosts, traffic });
     this.waiting = new Map();  // by host: the messages that wait there, as drawn last
-    // Kept from frame to frame: x, y, message, ... of the dots by colour, x, y of crosses by opacity.
+    // Kept from frame to frame: x, y, message, ... of the dots by colour, x, y of lost ones by opacity.
     this.dots = Array.from({ length: HUES + 1 }, () => []);
-    this.crosses = Array.from({ length: FADES }, () => []);
+    this.lost = Array.from({ length: FADES }, () => []);
   }
 
   draw(context, camera, view) {
@@ -23,11 +23,11 @@ class Flights {
     this.#rings(context, view, finer);
     context.strokeStyle = view.theme.alarm;
     context.lineWidth = 1.6;
-    this.crosses.forEach((places, fade) => {
+    this.lost.forEach((places, fade) => {
       if (!places.length) return;
       context.globalAlpha = (fade + 1) / FADES * (0.25 + 0.75 * finer);
       context.beginPath();
-      for (let i = 0; i < places.length; i += 2) cross(context, places[i], places[i + 1], 1.2 + 2 * finer);
+      for (let i = 0; i < places.length; i += 2) drop(context, places[i], places[i + 1], 1.2 + 2 * finer);
       context.stroke();
     });
     context.restore();
@@ -35,7 +35,7 @@ class Flights {
 
   // Find where each is; the number of those that are drawn.
   #place(camera, view) {
-    const { run, traffic, hosts: { places }, dots, crosses } = this, at = run.message.at;
+    const { run, traffic, hosts: { places }, dots, lost: gone } = this, at = run.message.at;
     const least = LEAST_FLIGHT_S * Math.max(0.25, view.speed);
     const after = LOST_S * Math.max(0.25, view.speed), { selection } = view;
     const family = selection.kind === "family" ? selection.family : -1;
@@ -43,7 +43,7 @@ class Flights {
     const waiting = this.waiting = new Map();
     let count = 0;
     for (const list of dots) list.length = 0;
-    for (const list of crosses) list.length = 0;
+    for (const list of gone) list.length = 0;
     traffic.inFlight(view.timeS, least, after, (k, share, goneS) => {
       const source = at.source[k], destination = at.destination[k], lost = at.reason[k] > 0;
       if (!isAll && (!isLit(run, selection, source, destination)
@@ -57,7 +57,7 @@ class Flights {
       const y = camera.sy(y0 + way * (places[2 * destination + 1] - y0));
       count += 1;
       if (lost && (share >= 1 || goneS > 0)) {
-        crosses[Math.min(FADES - 1, Math.floor(FADES * (1 - goneS / after)))]?.push(x, y);
+        gone[Math.min(FADES - 1, Math.floor(FADES * (1 - goneS / after)))]?.push(x, y);
         return;
       }
       const robot = run.robotOfHost[source];

@@ -1,4 +1,6 @@
-// Messages that wait at their senders: an arc around each, a full circle for a thousand, and their number.
+// Messages that wait at their senders: their number, on a badge above each, off its body.
+
+const BADGE_PX = { high: 12, many: 3 };  // of more than MANY_ROBOTS: a square without a number
 
 class Queues {
   constructor(run, hosts, flights) {
@@ -6,28 +8,30 @@ class Queues {
   }
 
   draw(context, camera, view) {
-    const many = this.run.isLarge, { theme, ratio } = view;
-    const style = { font: `600 9.5px ${theme.sans}`, lineHeight: 12, colour: theme.alarm,
-      halo: theme.halo, ratio };
-    const waiting = [...this.flights.waiting].sort((a, b) => b[1] - a[1]);
+    const { theme, ratio } = view;
+    const style = { font: `600 9px ${theme.sans}`, lineHeight: 10, colour: theme.paper,
+      halo: theme.alarm, ratio };
     context.save();
-    context.strokeStyle = theme.alarm;
-    context.lineWidth = many ? 1 : 2;
-    context.beginPath();
-    for (const [host, count] of waiting) queueArc(context, this.hosts.x(camera, host),
-      this.hosts.y(camera, host), many ? 5 : 9, count);
-    context.stroke();
-    for (const [host, count] of many ? [] : waiting) {
-      const label = view.labels.of(String(count), style);
-      putWhereFree(context, view.taken, label, [this.hosts.x(camera, host) - 12 - label.wide],
-        this.hosts.y(camera, host));
+    context.fillStyle = theme.alarm;
+    for (const [host, count] of [...this.flights.waiting].sort((a, b) => b[1] - a[1])) {
+      const robot = this.run.robotOfHost[host];
+      const away = robot < 0 ? 7 : robotRadius(this.run, camera, robot);
+      const x = this.hosts.x(camera, host) - away, y = this.hosts.y(camera, host) - away;
+      if (this.run.isLarge) {
+        context.fillRect(x - BADGE_PX.many, y - BADGE_PX.many, BADGE_PX.many, BADGE_PX.many);
+      } else queueBadge(context, view.labels.of(String(count), style), x, y, view.taken);
     }
     context.restore();
   }
 }
 
-function queueArc(path, x, y, radius, count) {
-  const half = Math.PI * Math.min(1, Math.log10(1 + count) / 3), from = Math.PI - half;
-  path.moveTo(x + radius * Math.cos(from), y + radius * Math.sin(from));
-  path.arc(x, y, radius, from, Math.PI + half);
+// A number with its lower right corner at (x, y), where no other label is.
+function queueBadge(context, label, x, y, taken = []) {
+  const wide = label.wide + 6, left = x - wide, middle = y - BADGE_PX.high / 2;
+  if (!isFree(taken, left, wide, middle)) return;
+  taken.push({ from: left, until: x, y: middle });
+  context.beginPath();
+  context.roundRect(left, y - BADGE_PX.high, wide, BADGE_PX.high, 4);
+  context.fill();
+  putLabel(context, label, left + 3, middle);
 }

@@ -1,6 +1,6 @@
 // Robots: discs or polygons of their size with their noses in front; people and carts: discs of the walls' colour.
 
-const LEAST_RADIUS_PX = { few: 3, many: 2.4 };
+const LEAST_RADIUS_PX = 4;
 
 class Robots {
   constructor(run, style) {
@@ -73,8 +73,7 @@ class Obstacles {
 
 // In pixels.
 function robotRadius(run, camera, robot) {
-  return Math.max(LEAST_RADIUS_PX[run.isLarge ? "many" : "few"],
-    run.about.radius_m[robot] * camera.scale);
+  return Math.max(LEAST_RADIUS_PX, run.about.radius_m[robot] * camera.scale);
 }
 
 // A ghost is hollow, a robot whose host is down is crossed out, the selected one has a wide rim.

@@ -1,6 +1,7 @@
 // The picture of one run at an instant, on sheets: it knows nothing of the page around it.
 
-// What can be switched off: its words, and whether a run has any of it.
+// What can be switched off: its words, whether a run has any of it, and of which runs it is too much
+// to begin with.
 const LAYERS = {
   map: { words: "explored map", isIn: (run) => run.growth !== null },
   fans: { words: "laser fans", isIn: (run) => Boolean(run.about.lasers) },
@@ -12,7 +13,8 @@ const LAYERS = {
   slam: { words: "believed poses", isIn: (run) => run.plan.at.kind?.includes(POSE) },
   links: { words: "links", isIn: (run) => run.link.length > 0 },
   loads: { words: "load of links", isIn: (run) => run.load.length > 0 },
-  messages: { words: "messages", isIn: (run) => run.message.length > 0 },
+  messages: { words: "messages", isIn: (run) => run.message.length > 0,
+    isTooMuch: (runs) => runs.some((run) => run.isLarge) },
   names: { words: "names", isIn: () => true },
 };
 const SOLID = { hollow: false, dash: [], opacity: 1 };
