@@ -46,6 +46,9 @@ def test_robots_are_up_on_a_busy_machine(browser_here, repository, tmp_path):
         said, _, url = run.stdout.readline().strip().rpartition(" ")
         browser.open(url)
         seen = [browser.value(SEEN.replace("AT", str(at_s))) for at_s in (0.4, 3, 6, 9)]
+        browser.value("""new Promise((resolve) => { const wait = () =>
+            desimReplay.playing() ? setTimeout(wait, 10) : requestAnimationFrame(resolve);
+            wait(); })""")  # the last chunk is there
         head = browser.value("document.querySelector('#about').textContent")
         last = run.stdout.read()
         (folder,) = (tmp_path / "hello").iterdir()
