@@ -29,8 +29,8 @@ def write_csv(run: Run, folder: Path, done: Callable[[int, int], object]) -> lis
     Returns the files. Raises ``InputError`` for a run without tables, a damaged table, or a folder
     that cannot be written.
     """
-    names = [name.removesuffix(_ENDING) for name in WRITTEN
-             if name.endswith(_ENDING) and run.has(name)]
+    names = sorted(name.removesuffix(_ENDING) for name in WRITTEN
+                   if name.endswith(_ENDING) and run.has(name))
     if not names:
         raise InputError(f"{run.path}: has no tables (its status is {run.manifest['status']!r})")
     count, total = 0, sum(_rows(run, name) for name in names)

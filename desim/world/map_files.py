@@ -145,7 +145,10 @@ def _read(map_path: Path, path: Path, opening: AbstractContextManager[BufferedRe
         raise InputError(f"{map_path}: its image {path.name!r} does not exist; images beside it: "
                          f"{', '.join(there) or 'none'}; `image:` in the scenario's terrain "
                          "overrides the one that the YAML names") from None
-    except (OSError, UnidentifiedImageError, SyntaxError, ValueError,
+    except UnidentifiedImageError:
+        raise InputError(f"{path}: cannot be read as an image: cannot identify image file "
+                         f"{str(path)!r}") from None
+    except (OSError, SyntaxError, ValueError,
             Image.DecompressionBombError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: cannot be read as an image: {reason}") from None

@@ -158,7 +158,7 @@ def test_a_probe_that_is_stopped_says_how_long_it_would_have_explored(tmp_path, 
 @pytest.mark.parametrize("iterations, most", [(1, 1), (3, 1), (5, 3), (10, 6)])
 def test_probes_are_a_tenth_of_the_runs(tmp_path, monkeypatch, iterations, most):
     """A prediction that takes longer than what it predicts is none."""
-    monkeypatch.setattr(probes, "_probe", lambda plan, vector, budget_s: Cost(1, 1, True))
+    monkeypatch.setattr(probes, "_probe", lambda loaded, budget_s: Cost(1, 1, True))
     plan = planned(tmp_path, TEXT.replace("iterations: 2", f"iterations: {iterations}"))
     costs = probed(plan, Agenda(plan, {}))
     assert len(costs) <= most and len(costs) >= min(most, 2)

@@ -345,17 +345,26 @@ def test_nothing_is_written_through_links(tmp_path, whole, name):
     assert before == (sorted(mine.rglob("*")) if mine.is_dir() else mine.read_bytes())
 
 
-def test_what_is_written_anew_replaces_a_link(tmp_path, whole):
+def test_what_is_written_anew_replaces_a_link_of_its_own(tmp_path, whole):
     out, mine = tmp_path / "out", tmp_path / "mine"
     shutil.copytree(whole, out)
     mine.write_text("mine")
-    for name in ("runs.parquet", "design.yaml", ".runs.parquet.new", ".design.yaml.new"):
-        if (out / name).exists():
-            (out / name).unlink()
+    for name in (".runs.parquet.new", ".design.yaml.new"):
         (out / name).symlink_to(mine)
     (out / "design.yaml").unlink()
     run(tmp_path, out)
     assert mine.read_text() == "mine" and table(out) == table(whole)
+
+
+def test_a_table_is_not_written_through_a_link(tmp_path, whole):
+    out, mine = tmp_path / "out", tmp_path / "mine"
+    shutil.copytree(whole, out)
+    (out / "runs.parquet").rename(mine)
+    (out / "runs.parquet").symlink_to(mine)
+    before = mine.read_bytes()
+    with pytest.raises(InputError, match="runs.parquet: is a symbolic link"):
+        run(tmp_path, out)
+    assert mine.read_bytes() == before
 
 
 def test_a_design_that_cannot_be_read_is_not_replaced(tmp_path, whole):

@@ -160,7 +160,7 @@ def test_it_can_be_exported_again(recording, back, tmp_path):
 
 @pytest.mark.parametrize("command, text", [
     ("trace", "it was imported from there and back."),
-    ("figure", "has no map/truth.pgm (its status is 'imported')"),
+    ("figure", "has no map/truth.yaml (its status is 'imported')"),
     ("graph", "it has no beliefs, and cannot be repeated")])
 def test_what_it_cannot_do_gets_one_line(back, command, text):
     words = [command, str(back.run.path), *(("--message", "1") if command == "trace" else ())]

@@ -160,9 +160,8 @@ GOOD_MAP = {"image": "room.pgm", "resolution": "0.5", "origin": "[-5, -5, 0]", "
 WHOLE_MAPS = {
     "a list": ("- a\n", ": not a map_server file; its keys are image, resolution, origin, negate, "
                         "occupied_thresh, free_thresh, mode, materials"),
-    "no YAML": ("image: [\n", ": cannot be read as YAML: while parsing a flow node expected the "
-                              "node content, but found '<stream end>' in \"<unicode string>\", "
-                              "line 2, column 1: ^"),
+    "no YAML": ("image: [\n", ": cannot be read as YAML: while parsing a flow node did not find "
+                              "expected node content in \"<unicode string>\", line 2, column 1"),
     "without an origin": ("image: room.pgm\nresolution: 0.5\nnegate: 0\n",
                           ": 'origin' is missing"),
 }
