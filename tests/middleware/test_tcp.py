@@ -127,6 +127,18 @@ def test_a_lost_train_is_sent_again_without_a_timeout():
     assert pair.heard() == [(again_ns + 36_432 + 3 * MS, 1)]
 
 
+@pytest.mark.parametrize(("first", "trains"), [(1, [1, 9, 20]), (2, [2, 8, 4, 16])])
+def test_a_third_of_the_window_is_worth_sending(first, trains):
+    """Ten segments are on their way. The acknowledgement of one makes room for two of 11, which
+    wait for more; that of two makes room for four of 12, a third (tcp_tso_should_defer)."""
+    pair = Pair(link(rate="1 Gb/s", latency="20 ms"), params={"burst": "100 ms"})
+    pair.call(nodelay=True)
+    for k, segments in enumerate((first, 10 - first, 20)):
+        pair.at((100 + k) * MS, pair.say, k, segments * 1448)
+    pair.run(S)
+    assert [row[5] / 1518 for row in pair.rows("frame") if row[2] == "a"] == trains
+
+
 def test_a_window_that_is_lost_is_found_by_a_probe():
     """A round trip of 2 ms: ten segments are one train. Two round trips and 8 ms later, on the
     ticks of 4 ms, the last segment goes again; its acknowledgement shows that all before it is

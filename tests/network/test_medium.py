@@ -98,6 +98,21 @@ def test_arrivals_of_one_instant_come_in_the_order_of_names():
     assert log(hosts) == log(hosts[::-1])
 
 
+@pytest.mark.parametrize("rules", [[], ["1 ms"]])
+@pytest.mark.parametrize("broadcast", [False, True])
+def test_arrivals_of_one_instant_come_by_source_and_then_by_receiver(rules, broadcast):
+    bench = Bench(ImmediateNetwork(), 6, rules=[rule(Latency, delay=delay) for delay in rules])
+    hosts = [f"host_{i}" for i in range(1, 7)]
+    for source in hosts:
+        others = [host for host in hosts if host != source]
+        for receivers in [others] if broadcast else others:
+            bench.send(5, source, receivers, 100, broadcast=broadcast)
+    got = [(source, receiver) for _, _, source, receiver, _ in bench.run()]
+    ids = Names()
+    assert got == sorted(got, key=lambda pair: (ids.id(pair[0]), ids.id(pair[1])))
+    assert len(got) == 30
+
+
 def test_a_host_that_is_down_receives_nothing():
     bench = Bench(rule(AccessLink, rate="1 Mb/s"), 3)
     bench.send(0, "host_1", "host_2", 125, label="too late")

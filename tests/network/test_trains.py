@@ -55,6 +55,17 @@ def test_a_broadcast_loses_packets_receiver_by_receiver():
     assert (medium.delivered, medium.dropped) == (2, {"burnt": 1})
 
 
+def test_what_is_refused_of_a_broadcast_train_is_refused_once():
+    """A full queue takes the packets 0 and 2 for none of three receivers: 1518 + 100 B."""
+    model = Loses(**dict.fromkeys(("r1", "r2", "r3"), ((0, 2),)))
+    model.refuses = ("spilt",)
+    bench = Bench(model, 4)
+    bench.send(0, "host_1", ["host_2", "host_3", "host_4"], 2 * 1518 + 100, 3, broadcast=True)
+    bench.run()
+    assert bench.medium.refused_bytes == 1518 + 100
+    assert bench.medium.packets_dropped == {"spilt": 3 * 2}
+
+
 @pytest.mark.parametrize("where", ["rule", "model"])
 def test_the_last_packets_settle_the_frame(where):
     model = Loses(r1=((0, 1, 2),)) if where == "model" else Loses()

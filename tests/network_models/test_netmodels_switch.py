@@ -367,6 +367,16 @@ def test_the_twin_another_quantum_is_seen(name, wrong, monkeypatch):
     assert trains != single
 
 
+@pytest.mark.parametrize("per_segment", [True, False])
+@pytest.mark.parametrize(("buffer_bytes", "held"), [(2 * 1538, 2), (2 * 1538 - 1, 1)])
+def test_a_buffer_holds_what_fits_to_the_last_byte(per_segment, buffer_bytes, held):
+    """Of three packets that come at once each takes 1538 B of the wire."""
+    bench = bench_of(ahead=0, per_segment=per_segment, buffer=f"{buffer_bytes} B")
+    for source in ("host_2", "host_3", "host_4"):
+        bench.send(0, source, "host_1", FULL, label=source)
+    assert len(arrivals(bench)) == held
+
+
 def test_the_twin_a_smaller_buffer_is_seen():
     lost = [play(SATURATING, ahead=0, buffer=buffer, **how).medium.packets_dropped["queue_full"]
             for buffer, how in (("20 kB", {}), ("20 kB", {"per_segment": True}), ("18 kB", {}))]

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Ack = tuple[int, int, tuple[tuple[int, int], ...]]
 
 _BATCH_BYTES = 26 * MSS_BYTES  # half of the window that a peer offers at first (measured)
+_WORTH = 3  # of the window at least this part (Linux tcp_tso_should_defer, tcp_tso_win_divisor)
 _PIECE_BYTES = 832  # of memory beside the bytes (SKB_TRUESIZE(0), measured)
 
 
@@ -283,7 +284,7 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             cwnd = max(most, cwnd)
         else:
             most = self.burst_bytes()
-        enough = self.cwnd // 3
+        enough = self.cwnd // _WORTH
         if repair is not None:
             repair.push()
             enough = 0

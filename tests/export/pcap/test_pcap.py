@@ -14,6 +14,7 @@ import desim
 from desim.cli import app
 from desim.errors import InputError
 from desim.export.pcap.capture import write_pcap
+from desim.export.pcap.packet_headers import CapturedPacket, Segment, network_packet
 from desim.network.taps import tap
 from desim.results.run import Run
 from desim.scenario.load import load
@@ -115,6 +116,34 @@ def test_a_radio_has_frames_of_80211(field, radio):
     assert sum(packet.length - length - psdu_bytes(0, 1) for packet in packets) == \
         field.metrics["bytes_on_air"]
     assert all(packet.data[length] == 0x08 for packet in packets)  # data
+
+
+def test_ports_are_those_of_source_and_destination_on_both_ways(radio):
+    """Host, port, host, port of TCP packets; the lower port is where a conversation began."""
+    ways = {}
+    for packet in records(radio)[1]:
+        head = packet.data[packet.data[2] + 24 + 8:]  # behind radiotap, 802.11, LLC and SNAP
+        if packet.data[packet.data[2] + 30:][:2] == b"\x08\x00" and head[9] == 6:  # IPv4, TCP
+            source_port, to_port = struct.unpack_from(">HH", head, 20)
+            ways.setdefault((head[12:16], source_port, head[16:20], to_port), head[33])
+    began = {way for way, flags in ways.items() if flags == 0x02}  # SYN
+    answered = {way for way, flags in ways.items() if flags == 0x12}  # SYN and ACK
+    assert len(began) > 5
+    assert {(to, to_port, source, port) for source, port, to, to_port in began} == answered
+    assert all(to_port == port + 1 for _, port, _, to_port in began)
+    assert ways.keys() == began | answered
+
+
+@pytest.mark.parametrize(("size_bytes", "ip_bytes", "udp_bytes"), [
+    (1518, 1500, 1480), (47, 29, 9), (46, 28, 8), (20, 28, 8)])
+def test_the_bytes_of_a_datagram(size_bytes, ip_bytes, udp_bytes):
+    """Ethernet's header and check sequence take 18 B, IPv4's header 20 B (RFC 791) of what is left;
+    UDP's length has its own header of 8 B (RFC 768)."""
+    _, body = network_packet(CapturedPacket(0, 0, 1, False, size_bytes, "udp", (49152, 7400),
+                                            Segment(0, 0, 0), 0))
+    assert struct.unpack_from(">BBH", body) == (0x45, 0, ip_bytes)
+    assert (body[9], body[12:16], body[16:20]) == (17, bytes([10, 0, 0, 1]), bytes([10, 0, 0, 2]))
+    assert struct.unpack(">HHHH", body[20:]) == (49152, 7400, udp_bytes, 0)
 
 
 def fields(path, *names: str) -> list[list[str]]:
