@@ -51,13 +51,13 @@ def room(module: str, product: dict[str, Source]) -> str:
     return module.rpartition(".")[0]
 
 
-def distances(product: dict[str, Source], rooms: set[str]) -> dict[str, int]:
-    """The number of imports from each module to the nearest of the rooms; 0 inside of one."""
+def distances(product: dict[str, Source], start: set[str]) -> dict[str, int]:
+    """The number of imports from each module to the nearest module of ``start``."""
     importers: dict[str, set[str]] = defaultdict(set)
     for source in product.values():
         for _, name in source.imports():
             importers[module_of(name, product)].add(source.module)
-    found = {module: 0 for module in sorted(product) if room(module, product) in rooms}
+    found = dict.fromkeys(sorted(start), 0)
     agenda = list(found)
     for module in agenda:
         for importer in sorted(importers[module]):
@@ -93,7 +93,8 @@ def ranked(changed: Iterable[str]) -> list[tuple[float, str]]:
     modules = [".".join(PurePosixPath(path).with_suffix("").parts).removesuffix(".__init__")
                for path in changed if path.startswith(("desim/", "netmodels/"))
                and path.endswith(".py")]
-    near = distances(product, {room(module, product) for module in modules})
+    rooms = {room(module, product) for module in modules}
+    near = distances(product, {module for module in product if room(module, product) in rooms})
     layers = {module.split(".")[1 if module.startswith("desim.") else 0] for module in modules}
     others = [PurePosixPath(path).name for path in changed if not path.endswith(".py")]
     found = []
