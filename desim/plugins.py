@@ -296,7 +296,7 @@ def parameters(kind: str, name: str) -> type[ports.Params]:
                 raise InputError(f"the {kind} {bare(name)!r} has a wrong default of "
                                  f"{wrong['loc'][0]}, {wrong['input']!r}: "
                                  f"{wrong['msg'].removeprefix('Value error, ')}") from error
-    return block
+    return ports.with_scope(block) if kind == "rule" else block
 
 
 def beside(name: str, folder: str) -> str:

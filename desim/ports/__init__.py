@@ -56,6 +56,7 @@ from desim.ports.parameters import (
     with_preset,
     yaml_key,
 )
+from desim.ports.scope import Targets, TimeWindow, scope_beside, with_scope
 from desim.ports.strategies import (
     FollowsGoals,
     FollowsMap,
@@ -86,7 +87,7 @@ __all__ = [
     "PredictsSignal", "Preset",
     "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany",
     "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage",
-    "TakesBack",
-    "TeamArea", "TeamLink", "TimePart", "Verdict", "World", "function_rule", "natural_key",
-    "packet_sizes", "rule_of", "with_preset", "yaml_key",
+    "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Verdict", "World",
+    "function_rule", "natural_key", "packet_sizes", "rule_of", "scope_beside", "with_preset",
+    "with_scope", "yaml_key",
 ]

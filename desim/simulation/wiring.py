@@ -30,6 +30,7 @@ from desim.network.background import (
 from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
 from desim.network.passages import Passages
+from desim.network.scope import scoped
 from desim.network.surroundings import Surroundings
 from desim.ports import Antennas, Obstacles, Snapshot, World
 from desim.ports.middleware import SharesLinks
@@ -123,7 +124,7 @@ def _rules(choice: MediumChoice) -> list[Any]:
     rules = []
     for number, rule in enumerate(choice.rules):
         with below(f".rules.{number}"):
-            rules.append(_plugin(rule))
+            rules.append(scoped(_plugin(rule), rule.params))
     return rules
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from desim import ports
 from desim.netcases.case import play
 from desim.network.passages import Passages
+from desim.network.scope import scoped
 from desim.ports.cases import Case
 from desim.testing.advice import PluginClass, check_form, complaint, made, need
 from desim.testing.capabilities import (
@@ -63,6 +64,19 @@ def check_rule(rule: PluginClass[ports.Rule] | ports.RuleFunction, **params: obj
                                   rules=[made(cls, params)]))
         _check_many(cls, lambda: Bench(model(), _HOSTS | _CROWD,  # noqa: B023
                                        rules=[made(cls, params)]))
+    _check_scope(cls, params)
+
+
+def _check_scope(cls: PluginClass[ports.Rule], params: dict[str, object]) -> None:
+    """Check that the rule keeps its contract within a scope, and a link its fates there: what it
+    does to a frame hangs on who sends it to whom, in which order, and not on what becomes of it."""
+    def log(scope: ports.Params, hosts: dict[str, tuple[float, float]] = _HOSTS) -> Bench:
+        return Bench(ImmediateNetwork(), hosts, rules=[scoped(made(cls, params), scope)])
+
+    links = ports.Targets(links=[("host_1", "host_2"), ("host_3", "host_1*")])
+    window = ports.TimeWindow(**{"from": "500 ms", "until": "1500 ms"})
+    for scope in links, window:
+        _check_play(cls, lambda: log(scope), lambda: log(scope, _HOSTS | _SILENT))  # noqa: B023
 
 
 def check_case(cls: PluginClass[Case], **params: object) -> None:

@@ -8,7 +8,6 @@ from pydantic import Field
 from desim import ports
 from desim.units import Length, Position, Ratio
 from netmodels.random_loss import PairStreams, drop, losses
-from netmodels.rules.scope import TimeWindow
 
 
 class Jamming:
@@ -20,7 +19,7 @@ class Jamming:
     Capabilities: Separates, JudgesTransmissions.
     """
 
-    class Params(TimeWindow):
+    class Params(ports.TimeWindow):
         at_m: tuple[Position, Position] = Field(
             examples=[["3 m", "-2.5 m"]], description="x and y of the middle of the disc")
         radius_m: Length = Field(gt=0, examples=["10 m"],

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from desim.units import Pace
-from netmodels.rules.scope import Targets, TimeWindow
 
 _DOWN = ports.Drop("outage")
+
+
+class SomeTargets(ports.Targets):
+    """Hosts and links, at least one of them."""
+
+    @model_validator(mode="after")
+    def _names_something(self) -> SomeTargets:
+        if not self.hosts and not self.links:
+            raise ValueError("hosts or links must be given")
+        return self
 
 
 class Outage:
@@ -19,7 +28,7 @@ class Outage:
     Capabilities: CutsCarrier, Separates.
     """
 
-    class Params(TimeWindow, Targets):
+    class Params(ports.TimeWindow, SomeTargets):
         pass
 
     reasons = ("outage",)
@@ -84,7 +93,7 @@ class Flapping:
     Capabilities: CutsCarrier, Separates.
     """
 
-    class Params(Targets):
+    class Params(SomeTargets):
         up_ns: Pace = Field(examples=["1 min"],
                             description="mean time from coming up to going down")
         down_ns: Pace = Field(description="mean time from going down to coming up")

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
-from netmodels.rules.scope import TimeWindow, matching
+from desim.ports.scope import matching
 
 Group = Annotated[list[str], Field(min_length=1)]
 
@@ -20,7 +20,7 @@ class Partition:
     Capabilities: Separates.
     """
 
-    class Params(TimeWindow):
+    class Params(ports.TimeWindow):
         groups: list[Group] = Field(min_length=1, description="host names or patterns with * "
                                                                   "and ?, group by group")
 

@@ -385,7 +385,7 @@ WRONG = {
         ["2:54: network.media.lan.rules.0.rule: unknown rule 'rang' (did you mean 'range'?); "
          f"known: {RULES}, {DOTTED}",
          "2:75: network.media.lan.rules.1.dist: unknown key (did you mean 'distance'?); allowed: "
-         "rule, distance"]),
+         "rule, distance, hosts, links, from, until, every"]),
     "rules that cannot be": (
         "network: {media: {lan: {model: ideal, rules: [\n"
         "{rule: partition, groups: [[robot_0]], from: 5 s, until: 2 s},\n"

@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.ports import Params, function_rule
+from desim.ports import Params, function_rule, with_scope
 from desim.scenario.schema.generated import GENERATED
 from desim.world.paper_terrains import ABOUT
 
@@ -102,6 +102,8 @@ def _about(name: str, kind: str, cls: type) -> str:
     if reasons:
         lines += ["", f"drops for: {', '.join(reasons)}"]
     params = getattr(cls, "Params", None)
+    if kind == "rule" and params is not None:
+        params = with_scope(params)
     fields = params.model_fields if params is not None else {}
     lines += ["", "parameters:" if fields else "no parameters"]
     return "\n".join([*lines, *_parameters(fields, "  ")])

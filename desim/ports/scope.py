@@ -1,4 +1,7 @@
-"""The hosts and links that a rule acts on, and the times at which it holds."""
+"""The scope of a rule: the hosts and links that it acts on, and the times at which it holds.
+
+Every rule has these parameters beside its own (``with_scope``), and its medium keeps to them.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,8 @@ from fnmatch import fnmatchcase
 
 from pydantic import Field, model_validator
 
-from desim import ports
 from desim.errors import InputError, did_you_mean
+from desim.ports.parameters import Params
 from desim.units import DURATION, Duration, Period
 
 
@@ -21,17 +24,18 @@ def matching(pattern: str, hosts: tuple[str, ...], path: str) -> list[int]:
     return found
 
 
-class Targets(ports.Params):
+class Targets(Params):
     """Hosts, with all that they send and receive, and links, in both directions."""
 
-    hosts: list[str] = Field([], description="names or patterns with * and ? (none)")
-    links: list[tuple[str, str]] = Field([], description="two of these each (none)")
+    hosts: list[str] = Field([], description=(
+        "names or patterns with * and ?: all that these send and receive"))
+    links: list[tuple[str, str]] = Field([], description=(
+        "two of these each: all between them, in both directions"))
 
-    @model_validator(mode="after")
-    def _names_something(self) -> Targets:
-        if not self.hosts and not self.links:
-            raise ValueError("hosts or links must be given")
-        return self
+    @property
+    def named(self) -> bool:
+        """Whether it acts on some only."""
+        return bool(self.hosts or self.links)
 
     def resolved(self, hosts: tuple[str, ...]) -> tuple[list[int], list[tuple[int, int]]]:
         """Indices of hosts, and of the two ends of links, the smaller one first; both in order.
@@ -49,7 +53,7 @@ class Targets(ports.Params):
         return sorted(named), sorted(links)
 
 
-class TimeWindow(ports.Params):
+class TimeWindow(Params):
     """From ``from`` until ``until``, the latter not included, and where ``every`` is set again and
     again. A schedule without a period is several rules."""
 
@@ -72,6 +76,11 @@ class TimeWindow(ports.Params):
                              f"{DURATION.format(self.every_ns)}")
         return self
 
+    @property
+    def bounded(self) -> bool:
+        """Whether the rule does not act all the time."""
+        return self.start_ns > 0 or self.until_ns is not None
+
     def holds(self, now_ns: int) -> bool:
         """Whether the rule acts now."""
         since_ns = now_ns - self.start_ns
@@ -84,12 +93,33 @@ class TimeWindow(ports.Params):
     def changes_ns(self, now_ns: int) -> int | None:
         """The time when it begins or ends to act next; None: never again."""
         if now_ns < self.start_ns:
-            return self.start_ns
+            return int(self.start_ns)
         if self.until_ns is None:
             return None
-        begun_ns = self.start_ns
+        begun_ns: int = self.start_ns
         if self.every_ns is not None:
             begun_ns += (now_ns - begun_ns) // self.every_ns * self.every_ns
         if self.holds(now_ns):
-            return begun_ns + self.until_ns - self.start_ns
-        return None if self.every_ns is None else begun_ns + self.every_ns
+            return begun_ns + int(self.until_ns - self.start_ns)
+        return None if self.every_ns is None else begun_ns + int(self.every_ns)
+
+
+SCOPE: tuple[type[Params], ...] = (TimeWindow, Targets)
+
+
+def scope_beside(own: type[Params]) -> list[type[Params]]:
+    """The parts of the scope that a rule with the parameters ``own`` is given. One of whose keys
+    the rule has already is left to the rule itself."""
+    taken = _keys(own)
+    return [part for part in SCOPE if taken.isdisjoint(_keys(part))]
+
+
+def with_scope(own: type[Params]) -> type[Params]:
+    """The parameters ``own`` of a rule, and behind them its scope."""
+    named = {"__module__": own.__module__, "__qualname__": own.__qualname__,
+             "__doc__": own.__doc__}
+    return type(own.__name__, (*scope_beside(own), own), named)
+
+
+def _keys(block: type[Params]) -> set[str]:
+    return {info.alias or name for name, info in block.model_fields.items()}

@@ -1,0 +1,113 @@
+"""A rule within its scope."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from desim.ports import (
+    PASS,
+    CutsCarrier,
+    Drop,
+    Frame,
+    JudgesTransmissions,
+    KnowsDepartures,
+    Params,
+    PassesMany,
+    Rule,
+    RuleContext,
+    Separates,
+    TakesBack,
+    Targets,
+    TimeWindow,
+    Verdict,
+    scope_beside,
+)
+
+_ALWAYS, _ALL = TimeWindow(), Targets()
+
+
+def scoped(rule: Rule, params: Params) -> Rule:
+    """``rule`` within the scope that stands in its ``params`` (``ports.with_scope``); the rule
+    itself where that is everything."""
+    own = scope_beside(getattr(type(rule), "Params", Params))
+    window = params if TimeWindow in own and isinstance(params, TimeWindow) else _ALWAYS
+    targets = params if Targets in own and isinstance(params, Targets) else _ALL
+    if not window.bounded and not targets.named:
+        return rule
+    # Complaints name the plug-in.
+    named: type[Scoped] = type("Scoped", (Scoped,), {"__wrapped__": type(rule)})
+    return named(rule, window, targets)
+
+
+class Scoped:
+    """Asks a rule about all frames, and lets pass what is out of its scope: the k-th frame of a
+    link finds the same random numbers, whatever the scope. A rule that counts what it lets through
+    takes such frames back.
+
+    It has the rule's capabilities but ``LimitsReach``: what is out of its scope gets farther.
+    """
+
+    Params = Params
+
+    def __init__(self, rule: Rule, window: TimeWindow, targets: Targets) -> None:
+        self._rule, self._window, self._targets = rule, window, targets
+        self._counted = True  # the last frame, by the rule
+        self.reasons = rule.reasons
+        if isinstance(rule, JudgesTransmissions):
+            self.per_transmission = rule.per_transmission
+        if isinstance(rule, PassesMany):
+            self.all_pass = rule.all_pass
+        if isinstance(rule, KnowsDepartures):
+            self.departure_ns = rule.departure_ns
+        if isinstance(rule, TakesBack):
+            self._take_back = rule.refused
+            self.refused = self._refused
+        if isinstance(rule, Separates):
+            self._separated = rule.separates
+            self.separates = self._separates
+        if isinstance(rule, CutsCarrier):
+            self._own_carrier = rule.carrier
+            self.carrier = self._carrier
+
+    def start(self, context: RuleContext, hosts: tuple[str, ...]) -> None:
+        named, links = self._targets.resolved(hosts)
+        self._hosts = frozenset(named if self._targets.named else range(len(hosts)))
+        self._links = frozenset(links)
+        self._context = context
+        self._rule.start(context, hosts)
+
+    def judge(self, frame: Frame, receivers: tuple[int, ...]) -> Sequence[Verdict] | None:
+        verdicts = self._rule.judge(frame, receivers)
+        within = [self._acts(frame.source, receiver) for receiver in receivers]
+        self._counted = any(within)
+        wrong = verdicts is not None and (not isinstance(verdicts, Sequence)
+                                          or len(verdicts) != len(receivers))
+        if all(within) or wrong:
+            return verdicts
+        if not self._counted:
+            if isinstance(self._rule, TakesBack) and not (
+                    verdicts and all(type(verdict) is Drop for verdict in verdicts)):
+                self._take_back(frame.source, frame.size_bytes)
+            return None
+        return verdicts and [verdict if inside else PASS
+                             for verdict, inside in zip(verdicts, within, strict=True)]
+
+    def _refused(self, host: int, size_bytes: int) -> None:
+        if self._counted:
+            self._take_back(host, size_bytes)
+
+    def _separates(self, host: int, other: int) -> bool:
+        return self._acts(host, other) and self._separated(host, other)
+
+    def _carrier(self, host: int) -> tuple[bool, int | None]:
+        up, changes_ns = self._own_carrier(host)
+        now_ns = self._context.now_ns
+        acts = self._window.holds(now_ns) and host in self._hosts
+        times_ns = [time_ns for time_ns in (changes_ns, self._window.changes_ns(now_ns))
+                    if time_ns is not None]
+        return up or not acts, min(times_ns, default=None)
+
+    def _acts(self, one: int, other: int) -> bool:
+        return self._window.holds(self._context.now_ns) and (
+            one in self._hosts or other in self._hosts
+            or (min(one, other), max(one, other)) in self._links)
