@@ -405,11 +405,12 @@ def test_a_rule_function_is_described(tmp_path, monkeypatch):
     done = CliRunner().invoke(app, ["describe", "f_says:storm"])
     assert done.exit_code == 0
     assert done.output == ("f_says:storm (rule): f_says:storm\n\nA storm.\n\ndrops for: storm\n\n"
-                           "parameters:\n  hosts: default [].  names or patterns with * and ?: all that "
-                           "these send and receive\n  links: default [].  two of these each: all between "
-                           "them, in both directions\n  from: default '0 ns'.  (the beginning)\n  until: "
-                           "default None.  null: for good\n  every: default None.  from one beginning to "
-                           "the next (null: it happens once)\n")
+                           "parameters:\n  hosts: default [].  names or patterns with * and ?: "
+                           "all that these send and receive\n  links: default [].  two of these "
+                           "each: all between them, in both directions\n  from: default '0 ns'.  "
+                           "(the beginning)\n  until: default None.  null: for good\n  every: "
+                           "default None.  from one beginning to the next (null: it happens "
+                           "once)\n")
 
 
 def test_a_plug_in_installed_beside_desim_is_foreign(monkeypatch):
