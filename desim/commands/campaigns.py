@@ -98,21 +98,24 @@ def _worker(plan: Plan, console: Terminal) -> Crew[Errand]:
 
 def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal, made: Made) -> bool:
     """List the runs of a campaign, and predict what those cost that are not done. Returns whether
-    a probe has failed."""
+    a level fails."""
     from desim.campaign.running import driver, probes
+    from desim.campaign.running.failing import failing
     from desim.commands.views import sweep as view
     from desim.commands.views.bars import counting
 
-    failed: dict[str, str] = {}
+    tried: dict[int, str | None] = {}
     view.show_runs(console, agenda)
     done, _, total = agenda.progress
-    if done < total:
-        with counting(console, f"probing, {probes.BUDGET_S:.0f} s at most") as probing:
-            found = driver.predicted(plan, agenda, probing, failed, made)
-        view.show_prediction(console, *found, jobs or driver.cores())
-        for levels, error in failed.items():
-            console.print(f"{levels or 'the only vector'}: fails: {error}")
-    return bool(failed)
+    if done == total:
+        return False
+    with counting(console, f"probing, {probes.BUDGET_S:.0f} s at most") as probing:
+        found = driver.predicted(plan, agenda, probing, tried, made)
+    view.show_prediction(console, *found, jobs or driver.cores())
+    errors = failing(plan, agenda, tried, made)
+    for levels, error in errors.items():
+        console.print(f"{levels}: fails: {error}")
+    return bool(errors)
 
 
 def _carried_out(sweep: Sweep, jobs: int | None, settings: Settings | None, console: Terminal,

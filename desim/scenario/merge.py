@@ -77,8 +77,13 @@ def extended(path: str, below: tuple[str, ...] = ()) -> Document:
 
 def changed(document: Document, path: Path, value: object, place: SourcePlace) -> Document:
     """A document with ``value``, which was written at ``place``, laid over what is at ``path``. The
-    given one stays as it is. Raises ``InputError``."""
+    given one stays as it is. A plug-in's block may stand where its name belongs:
+    ``coordination.strategy={strategy: market, price_m_per_m2: 0}``. Raises ``InputError``."""
     data, places = document
+    choice = choice_at(path[:-1])
+    if choice is not None and path[-1] == choice.name_key and (
+            isinstance(value, dict) and choice.name_key in value):
+        path = path[:-1]
     value = _spelled_out(value, path)
     merged = _put(data, path, value, (), str(place))
     top = Places(places.root)  # what nobody wrote is still a default of the file

@@ -1,5 +1,6 @@
 """Worker processes: what their death costs, and that none of them stays."""
 
+import errno
 import os
 import re
 import signal
@@ -13,6 +14,7 @@ from designs import planned, written
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.running import crew
 from desim.campaign.running.crew import Crew
+from desim.campaign.running.process import WorkerProcess
 from desim.campaign.running.sweep import Sweep
 from desim.campaign.running.work import Changed, RunTask
 
@@ -33,6 +35,20 @@ def deadly(run):
             file.write("x")
         os.kill(os.getpid(), signal.SIGKILL)
     return 1
+"""
+SLEEPER = """\
+import time
+from desim.ports import Params as P
+
+class Sleeps:
+    class Params(P): pass
+    def __init__(self, params): time.sleep(6000)
+    def choose(self, context): return None
+
+class Prints:
+    class Params(P): pass
+    def __init__(self, params): print("made")
+    def choose(self, context): return None
 """
 
 
@@ -73,26 +89,63 @@ def test_a_worker_that_dies_while_idle_costs_nothing(tmp_path):
         process = crew._idle[0]._process
         process.kill()
         process.wait()
-        crew.begin(task)
-        (_, row), = crew.finished()
-    assert row["status"] == "finished"
+        assert crew.made(task)["status"] == "finished"
 
 
 def test_a_run_that_takes_too_long_has_failed_and_its_worker_is_replaced(tmp_path, monkeypatch):
-    plan = planned(tmp_path, TEXT + "limits: {wall: 10 min}\n")
+    (tmp_path / "sleeper.py").write_text(SLEEPER)
+    plan = planned(tmp_path, "limits: {wall: 10 min}\niterations: 1\n"
+                             "parameters: {s: {key: coordination.strategy, "
+                             "values: ['sleeper:Sleeps', random_frontier]}}\n")
     assert plan.design.limits.wall_ns == 600 * 10**9
-    vector = plan.vectors[0]
-    task = RunTask(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
+    late, good = (RunTask(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
+                  for vector in plan.vectors)
     now_s = [0.0]
     monkeypatch.setattr(crew, "monotonic", lambda: now_s[0])
     with Crew(1, plan.design.limits.wall_ns) as workers:
-        workers.begin(task)
+        workers.begin(late)
+        while not workers._busy[0].worker.is_ready:
+            assert workers.finished() == []
         now_s[0] = 601.0
         (_, row), = workers.finished()
         assert row["error"] == "ended after 600 s of clock time (limits.wall)"
+        assert workers.made(good)["status"] == "finished"
+
+
+def test_the_clock_of_a_run_starts_when_its_worker_is_ready(tmp_path, monkeypatch):
+    plan = planned(tmp_path, ONE)
+    vector = plan.vectors[0]
+    task = RunTask(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
+    with Crew(1, 600 * 10**9) as workers:
+        now_s = [0.0]
+        monkeypatch.setattr(crew, "monotonic", lambda: now_s[0])
         workers.begin(task)
-        (_, row), = workers.finished()
-    assert row["status"] == "finished"
+        now_s[0] = 601.0  # it starts
+        while not (done := workers.finished()):
+            pass
+    assert [row["status"] for _, row in done] == ["finished"]
+
+
+def test_a_clean_sweep_replaces_no_worker(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(crew, "WorkerProcess", lambda: made.append(WorkerProcess()) or made[-1])
+    assert swept(tmp_path, TEXT, 1).agenda.progress == (4, 0, 4)
+    assert len(made) == 1
+
+
+def test_a_log_that_cannot_be_written_costs_no_run(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    (tmp_path / "printer.py").write_text(SLEEPER)
+    plan = planned(tmp_path, ONE + "set: {coordination.strategy: 'printer:Prints'}\n")
+    vector = plan.vectors[0]
+    task = RunTask(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with Crew(1, logs=tmp_path / "output") as workers:
+        assert workers.made(task)["status"] == "finished"
+        assert workers.made(task)["status"] == "finished"
+    assert (tmp_path / "output").is_dir()
 
 
 def test_code_that_changes_meanwhile_ends_the_campaign(tmp_path):
@@ -100,10 +153,8 @@ def test_code_that_changes_meanwhile_ends_the_campaign(tmp_path):
     plan = planned(tmp_path, TEXT)
     vector = plan.vectors[0]
     task = RunTask("another one", plan.scenario(vector, 0), str(tmp_path), ())
-    with Crew(1) as workers:
-        workers.begin(task)
-        (_, outcome), = workers.finished()
-    assert isinstance(outcome, Changed) and "has changed since the campaign began" in str(outcome)
+    with Crew(1) as workers, pytest.raises(Changed, match="has changed since the campaign began"):
+        workers.made(task)
 
 
 def children(pid: int) -> list[int]:

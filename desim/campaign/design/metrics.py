@@ -10,7 +10,7 @@ from collections.abc import Callable
 from desim import plugins
 from desim.campaign.design.columns import refuse_twins
 from desim.campaign.design.design import Until
-from desim.campaign.design.plan import Plan
+from desim.campaign.design.plan import Plan, new_levels
 from desim.campaign.design.rehearsal import Made, Rehearsal, here
 from desim.errors import InputError, did_you_mean
 from desim.monitor.monitor import StopReason
@@ -18,7 +18,7 @@ from desim.results.row import Row
 from desim.results.status import RunStatus
 from desim.scenario import expression
 
-_MOST_REHEARSALS = 16  # where all of these fail, more would only take longer to say so
+_MOST_REHEARSALS = 16  # where all of these fail, only other levels may tell more
 # Which reasons there are shows only in a run: what did not happen happened 0 times.
 _COUNTED = re.compile(r"(?:messages_dropped|packets_lost)_\w+")
 _INSTANTS = ("exploration_time_s", "union_time_s", "fleet_time_s")
@@ -122,10 +122,13 @@ class Metrics:
 
 
 def _rehearsed(plan: Plan, functions: tuple[str, ...], made: Made) -> Row:
-    """The row of a rehearsal of the first vector that can be run, of a few spread over the design.
-    If none can, raises ``InputError`` with the errors of the first."""
+    """The row of a rehearsal of the first vector that can be run, of a few spread over the design
+    and one of each other level. If none can, raises ``InputError`` with the errors of the first.
+    """
     wrong: list[InputError] = []
-    for vector in plan.vectors[::math.ceil(len(plan.vectors) / _MOST_REHEARSALS)]:
+    few = plan.vectors[::math.ceil(len(plan.vectors) / _MOST_REHEARSALS)]
+    for vector in {vector.number: vector
+                   for vector in (*few, *new_levels([*few, *plan.vectors]))}.values():
         try:
             row = made(Rehearsal(plan.run_id(vector, 0), plan.scenario(vector, 0), functions))
         except InputError as error:

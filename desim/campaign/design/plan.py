@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
@@ -49,6 +49,16 @@ class Vector(NamedTuple):
             name, _, label = text.partition("=")
             wanted.setdefault(name.strip(), set()).add(label.strip())
         return all(self.levels[name].label in labels for name, labels in wanted.items())
+
+
+def new_levels(vectors: list[Vector]) -> Iterator[Vector]:
+    """The vectors that have a level which none before them has."""
+    seen: set[tuple[str, str]] = set()
+    for vector in vectors:
+        levels = {(name, level.label) for name, level in vector.levels.items()}
+        if levels - seen:
+            yield vector
+        seen |= levels
 
 
 class Plan:

@@ -7,6 +7,7 @@ another state than it found (directory, environment, signals, children) is repla
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -27,18 +28,19 @@ class _Job(NamedTuple, Generic[T]):
     worker: WorkerProcess
     task: T
     tries: int
-    begun_s: float
+    begun_s: float  # infinity while its worker starts
 
 
 class Crew(Generic[T]):
     """``jobs`` worker processes. Use it as a context; leaving it ends them, at work or not. A task
-    may take ``wall_ns`` of clock time (None: without a limit). What a run prints is kept, cut, in
-    the folder ``logs``. ``slow`` is called with a run's id and its seconds, once a minute."""
+    may take ``wall_ns`` of clock time once its worker is ready (None: without a limit). What a run
+    prints is kept, cut, in the folder ``logs``. ``slow`` is called with a run's id and its seconds,
+    once a minute."""
 
     def __init__(self, jobs: int, wall_ns: int | None = None, logs: Path | None = None,
                  slow: Callable[[str, float], object] = lambda run_id, seconds: None) -> None:
         self._idle = [WorkerProcess() for _ in range(jobs)]
-        self._busy: list[_Job[T]] = []  # in the order in which they are due
+        self._busy: list[_Job[T]] = []
         self._wall_ns, self._logs, self._slow = wall_ns, logs, slow
         self._mentioned_s = monotonic()
 
@@ -68,7 +70,7 @@ class Crew(Generic[T]):
             worker.end()
             worker = WorkerProcess()
             worker.connection.send(task)
-        self._busy.append(_Job(worker, task, tries, monotonic()))
+        self._busy.append(_Job(worker, task, tries, monotonic() if worker.is_ready else math.inf))
 
     def made(self, task: T) -> Row:
         """Have a task done, and nothing beside. Raises the error that makes more of it pointless.
@@ -95,7 +97,12 @@ class Crew(Generic[T]):
             try:
                 if job.worker.connection not in life:
                     raise EOFError
-                outcome, is_clean = job.worker.connection.recv()
+                answer = job.worker.connection.recv()
+                if answer is None:
+                    job.worker.is_ready = True
+                    self._busy.append(job._replace(begun_s=monotonic()))
+                    continue
+                outcome, is_clean = answer
                 done.append((job.task, outcome))
                 self._free(job, is_clean)
             except Exception:  # dead, or no answer: a plug-in has closed or used the connection
@@ -122,7 +129,7 @@ class Crew(Generic[T]):
         """Seconds until the first run is due, or is to be mentioned."""
         if self._wall_ns is None or not self._busy:
             return _SLOW_S
-        due_s = self._busy[0].begun_s + self._wall_ns / NS_PER_S
+        due_s = min(job.begun_s for job in self._busy) + self._wall_ns / NS_PER_S
         return min(max(due_s - monotonic(), 0.0), _SLOW_S)
 
     def _mention(self) -> None:
@@ -138,7 +145,8 @@ class Crew(Generic[T]):
         """Kill the workers whose runs take too long: one that computes answers nobody."""
         done: list[tuple[T, Row | Exception]] = []
         while self._wall_ns is not None and self._busy and self._left_s() == 0.0:
-            job = self._busy.pop(0)
+            job = min(self._busy, key=lambda job: job.begun_s)
+            self._busy.remove(job)
             self._free(job, False)
             done.append((job.task, failure(job.task.run_id, "ended after "
                          f"{DURATION.format(self._wall_ns)} of clock time (limits.wall)")))

@@ -22,14 +22,14 @@ _FORECAST_EVERY_S = 3.0  # it takes up to 0.1 s for a campaign of thousands of r
 
 
 def predicted(plan: Plan, agenda: Agenda, probing: Callable[[int, int], object],
-              failed: dict[str, str], made: Made = here,
+              tried: dict[int, str | None], made: Made = here,
               ) -> tuple[Forecast | None, list[Cost], bool]:
     """The cost of the remaining runs, the costs of the runs that this rests on, and whether these
     are probes: they are where no run has finished yet. None where every probe has failed.
-    ``probing`` is called with the number of probes that are done and of all; ``failed`` gets the
-    errors of those that failed, by vector. ``made`` does a probe, as ``Metrics`` says."""
+    ``probing`` is called with the number of probes that are done and of all; ``tried`` gets the
+    errors of probes, as ``probed`` says. ``made`` does a probe, as ``Metrics`` says."""
     finished = finished_costs(agenda)
-    costs = finished or probes.probed(plan, agenda, probes.BUDGET_S, probing, failed, made)
+    costs = finished or probes.probed(plan, agenda, probes.BUDGET_S, probing, tried, made)
     return (forecast(plan, agenda, costs) if costs else None,
             [cost for own in costs.values() for cost in own], not finished)
 

@@ -33,11 +33,12 @@ _EXPLORED = {"any": "explored", "union": "explored_union", "all": "explored_all"
 
 def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
            probing: Callable[[int, int], object] = lambda done, total: None,
-           failed: dict[str, str] | None = None, made: Made = here) -> dict[int, list[Cost]]:
+           tried: dict[int, str | None] | None = None, made: Made = here,
+           ) -> dict[int, list[Cost]]:
     """The costs, by vector number, of probes: one for each ten missing runs, of vectors that are
     spread over the design, small fleets first. Together they take ``budget_s``: each is stopped
-    when its share of the rest is used up. A probe that fails has no cost; ``failed`` gets its
-    error, by the vector's levels. ``made`` does it, as ``Metrics`` says."""
+    when its share of the rest is used up. A probe that fails has no cost. ``tried`` gets its
+    error, or None, by vector number. ``made`` does it, as ``Metrics`` says."""
     left = [vector.number for vector, _, run_id in agenda.runs if run_id not in agenda.rows]
     vectors = _spread([plan.vectors[number] for number in dict.fromkeys(left)],
                       min(_MOST_PROBES, max(len(left) // _SHARE, 1)))
@@ -46,10 +47,9 @@ def probed(plan: Plan, agenda: Agenda, budget_s: float = BUDGET_S,
         probing(done, len(vectors))
         row = made(Probe(plan.run_id(vector, 0), plan.scenario(vector, 0),
                          budget_s / (len(vectors) - done)))
+        if tried is not None:
+            tried[vector.number] = row.get("error")
         if row["status"] == RunStatus.FAILED:  # a run that fails is a result, but none of these
-            if failed is not None:
-                levels = ", ".join(f"{name}={level.label}" for name, level in vector.levels.items())
-                failed[levels] = row["error"]
             continue
         cost = Cost(*row["cost"])
         costs[vector.number] = [cost]

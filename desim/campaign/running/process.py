@@ -19,7 +19,8 @@ _CHUNK_BYTES = 1 << 20
 
 class WorkerProcess:
     """A process of ``desim.campaign.running.worker``, which leads a group of its own. ``signs`` are
-    what to wait for: an answer, its death, more output."""
+    what to wait for: an answer, its death, more output. ``is_ready``: it has said that its start is
+    over, with an answer of None."""
 
     def __init__(self) -> None:
         ours, theirs = socket.socketpair()
@@ -35,6 +36,7 @@ class WorkerProcess:
         # Not the connection's end, which a child that lives on may hold open.
         self._life = os.pidfd_open(self._process.pid)
         self._printed, self._printed_bytes = b"", 0
+        self.is_ready = False
         self._silent = False  # nobody has the other end of its output
 
     @property
@@ -59,12 +61,13 @@ class WorkerProcess:
         """Write what it has printed since the last time into ``log``, and forget it."""
         self.drain()
         if log is not None and self._printed_bytes:
-            log.parent.mkdir(exist_ok=True)
-            refuse_link(log.parent)
-            refuse_link(log)
             cut = self._printed_bytes - len(self._printed)
-            log.write_bytes(self._printed + (f"\n[cut: {cut} bytes more]\n".encode() if cut
-                                             else b""))
+            with suppress(OSError):  # a full disk ends a campaign by its results
+                log.parent.mkdir(exist_ok=True)
+                refuse_link(log.parent)
+                refuse_link(log)
+                log.write_bytes(self._printed + (f"\n[cut: {cut} bytes more]\n".encode() if cut
+                                                 else b""))
         self._printed, self._printed_bytes = b"", 0
 
     def end(self) -> str:

@@ -36,6 +36,7 @@ def main(descriptor: int) -> None:
     from desim.errors import InputError
 
     before = ProcessState()
+    connection.send(None)  # it is ready
     for number in count():
         if number < 2:  # the first run imports the rest
             freeze_present_objects()
