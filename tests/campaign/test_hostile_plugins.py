@@ -135,7 +135,7 @@ def test_a_sweep_of_which_the_sample_fails_makes_the_others(tmp_path):
     """17 vectors or more are sampled: each second one, all of which fail."""
     (tmp_path / "half.py").write_text(FEW)
     (tmp_path / "o").mkdir()
-    text = ("parameters:\n  seed: {key: robot.laser.beams, values: "
+    text = ("parameters:\n  beams: {key: robot.laser.beams, values: "
             f"{[*range(20, 30)]}}}\n  s: {{key: coordination.strategy, values: "
             "['half:Never', nearest_frontier]}\niterations: 1\n")
     done = CliRunner().invoke(app, ["sweep", str(written(tmp_path, text)), "--out",

@@ -55,10 +55,10 @@ def new_levels(vectors: list[Vector]) -> Iterator[Vector]:
     """The vectors that have a level which none before them has."""
     seen: set[tuple[str, str]] = set()
     for vector in vectors:
-        levels = {(name, level.label) for name, level in vector.levels.items()}
-        if levels - seen:
+        own = {(name, level.label) for name, level in vector.levels.items()}
+        if own - seen:
             yield vector
-        seen |= levels
+        seen |= own
 
 
 class Plan:
