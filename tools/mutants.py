@@ -8,9 +8,8 @@ that fails kills it. The tests are those nearest to the changed module by import
 out, as many as take ``--seconds`` (``tools/quick.py``). A mutant that survives shows what no test
 holds, or is equivalent: it does the same. All happens in a copy of the checkout.
 
-mutmut and cosmic-ray run one set of tests for all modules. Here each module has its own, and what
-they would add beside that is the list of changes, which is short. Compiled code is left out: each
-change would be compiled anew.
+The list of changes is our own, as it is short; what matters is that each module has its own tests.
+Compiled code is left out: each change would be compiled anew.
 """
 
 from __future__ import annotations
