@@ -91,8 +91,9 @@ class ItemizedMedium(Medium):
             ledger.forget()
             self._due = 2 * len(ledger.open) + (1 << 10)
         ledger.open[self.frames + 1] = passage
-        due_ns = super().transmit(source, receivers, size_bytes, segments, broadcast,
-                                  ItemizedCarrier(passage, carrier, self._passages), token, at_once)
+        itemized = ItemizedCarrier(passage, carrier, self._passages, self._kernel)
+        due_ns = super().transmit(source, receivers, size_bytes, segments, broadcast, itemized,
+                                  token, at_once)
         if at_once and due_ns is not None:
             passage.left = 0
         return due_ns

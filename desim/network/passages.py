@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from desim.engine.kernel import Kernel
 from desim.network.carrier import BroadcastCarrier, Carrier
 from desim.ports import TimePart
 
@@ -90,13 +91,23 @@ class Passage:
         return self._lost_at.get(receiver, self._lost_at.get(None, self.source))
 
 
+class FrameLoss(NamedTuple):
+    """A frame, or packets of it, that did not come from ``source`` to ``receiver`` (indices)."""
+
+    time_ns: int
+    source: int
+    receiver: int
+    reason: str
+
+
 class Passages:
     """The passages of all itemized media of a run, and what transports add to them.
 
     ``arriving`` and ``losing``: the passage of whose arrival or loss a carrier is being notified.
     ``expected``, by token and receiver: passages of ``Carrier.expected``, which end without a call.
     ``relays``, by message and host that passes it on: the passage with which the message came
-    there, and when; of the last ``RELAYED`` messages.
+    there, and when; of the last ``RELAYED`` messages. ``losses``: of frames, in order of time;
+    those that a broadcast missed are not among them.
     """
 
     def __init__(self) -> None:
@@ -105,6 +116,7 @@ class Passages:
         self.losing: Passage | None = None
         self.expected: dict[tuple[object, int], Passage] = {}
         self.relays: dict[tuple[object, int], tuple[Passage, int]] = {}
+        self.losses: list[FrameLoss] = []
         self._wait: tuple[TimePart, int] | None = None
 
     def waited(self, part: TimePart, since_ns: int) -> None:
@@ -132,11 +144,12 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
     """The carrier of a frame on an ``ItemizedMedium``. It passes each fate on to the frame's own
     ``carrier``; meanwhile ``passages`` has this frame's ``passage`` as arriving or losing."""
 
-    __slots__ = ("passage", "carrier", "_passages")
+    __slots__ = ("passage", "carrier", "_passages", "_kernel")
 
-    def __init__(self, passage: Passage, carrier: Carrier[Any], passages: Passages) -> None:
+    def __init__(self, passage: Passage, carrier: Carrier[Any], passages: Passages, kernel: Kernel
+                 ) -> None:
         self.passage, self.carrier = passage, carrier
-        self._passages = passages
+        self._passages, self._kernel = passages, kernel
 
     @property
     def ahead(self) -> bool:  # type: ignore[override] # read once, at the settlement
@@ -171,6 +184,8 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
         passages = self._passages
         before = passages.arriving, passages.losing
         passages.arriving = passages.losing = self.passage
+        for reason in sorted(set(lost.values())):
+            self._lose(receiver, reason)
         self.carrier.arrived_in_part(token, receiver, lost)
         passages.arriving, passages.losing = before
 
@@ -178,6 +193,7 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
         self.passage.left -= 1
         passages = self._passages
         before, passages.losing = passages.losing, self.passage
+        self._lose(receiver, reason)
         self.carrier.lost(token, receiver, reason)
         passages.losing = before
 
@@ -191,6 +207,10 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
 
     def repeated(self, token: object, receiver: int) -> None:
         self.carrier.repeated(token, receiver)
+
+    def _lose(self, receiver: int, reason: str) -> None:
+        self._passages.losses.append(FrameLoss(self._kernel.now_ns, self.passage.source, receiver,
+                                               reason))
 
     def _broadcasting(self) -> BroadcastCarrier[Any]:
         assert isinstance(self.carrier, BroadcastCarrier)

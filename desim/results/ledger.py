@@ -15,6 +15,7 @@ from desim.middleware.graph import OnFate
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
 from desim.network.passages import Passages
 from desim.results.file_names import LEDGER, TRACE
+from desim.results.frames_lost import frames_lost
 from desim.results.message_log import DELIVERED, DROPPED
 from desim.results.parquet import read_table
 from desim.results.run import Run, readable
@@ -31,6 +32,8 @@ SCHEMA = pa.schema([
     ("end_ns", _INT), ("latency_ns", _INT), ("read_ns", _INT),
     ("node", _TEXT), ("called_ns", _INT), ("node_queue_ns", _INT), ("run_queue_ns", _INT),
     ("computing_ns", _INT), ("by_callback", pa.bool_()),
+    ("frames_lost", _INT), ("frames_lost_for", _TEXT), ("frames_lost_from_ns", _INT),
+    ("frames_lost_until_ns", _INT),
     ("parts", pa.list_(_TEXT)), ("places", pa.list_(_TEXT)), ("times_ns", pa.list_(_INT))])
 
 
@@ -68,6 +71,7 @@ class LedgerRecorder:
             pa.array(read_ns, mask=read_ns < 0),
             *_births(rows["number"], ledger.callbacks),
             pa.array(by_callback, mask=read_ns < 0),
+            *frames_lost(rows, ledger.passages.losses),
             pa.ListArray.from_arrays(offsets, _words(stamps["part"], PARTS)),
             pa.ListArray.from_arrays(offsets, places.words(stamps["medium"], stamps["host"])),
             pa.ListArray.from_arrays(offsets, pa.array(stamps["time_ns"])),

@@ -25,6 +25,7 @@ BEFORE = ("node's queue", "run queue", "computing")
 # it, which had to wait for its node or for a processor.
 READ, BUSY = "receiver's queue", "busy receiver"
 _BEFORE = ("node_queue_ns", "run_queue_ns", "computing_ns")  # columns
+_FRAMES_LOST = ("frames_lost", "frames_lost_for", "frames_lost_from_ns", "frames_lost_until_ns")
 _NAMED = 12  # topics in a complaint
 
 
@@ -51,6 +52,16 @@ class MessagePart(NamedTuple):
     time_ns: int
 
 
+class FramesLost(NamedTuple):
+    """Frames between a message's hosts, lost while it was under way: how many for the most frequent
+    ``reason``, and when the first and the last of them."""
+
+    frames: int
+    reason: str
+    from_ns: int
+    until_ns: int
+
+
 class MessageFate(NamedTuple):
     """One message at one receiver: delivered, or dropped for a ``reason`` at a ``place``.
     ``before``: what the callback that published it did before its birth (of ``BEFORE``; nothing on
@@ -70,6 +81,7 @@ class MessageFate(NamedTuple):
     parts: tuple[MessagePart, ...]
     waited_ns: int | None
     waited_in: str
+    frames_lost: FramesLost | None = None
 
     @property
     def latency_ns(self) -> int:
@@ -208,4 +220,6 @@ def _fate(row: dict[str, Any]) -> MessageFate:
     return MessageFate(row["number"], row["topic"], row["source"], row["destination"],
                        row["size_bytes"], row["born_ns"], row["end_ns"], row["reason"],
                        row["place"], before, spent, waited_ns,
-                       BUSY if waited_ns and row["by_callback"] else READ)
+                       BUSY if waited_ns and row["by_callback"] else READ,
+                       None if row["frames_lost"] is None else
+                       FramesLost(*(row[column] for column in _FRAMES_LOST)))

@@ -132,7 +132,7 @@ def test_a_run_that_does_not_repeat_itself_says_so(made, monkeypatch):
 
 def test_the_command_prints_waterfalls(made):
     text = why(made[1].path, "--late", 1, "--topic", "/robot_?/scan")
-    assert text.startswith("message ") and "/scan, workstation -> robot_" in text
+    assert text.startswith("1 of ") and "/scan, workstation -> robot_" in text
     assert "\nqueue            lan at workstation" in text and " █" in text
     assert "delivered messages that match: mean of each part" in text
     assert " dropped messages that match\n" in text and "outbox_full      at workstation" in text
@@ -150,7 +150,7 @@ def test_the_command_prints_waterfalls(made):
 def test_bars_begin_where_the_one_before_ends(ledger, width):
     out = Console(file=StringIO(), width=width)
     show(breakdown(ledger, Query(late=1)), {}, out)
-    drawn = [line[36:] for line in out.file.getvalue().partition("\n\n")[0].splitlines()
+    drawn = [line[36:] for line in out.file.getvalue().partition("\n\n")[2].splitlines()
              if "█" in line]
     begins = [len(line) - len(line.lstrip()) for line in drawn]
     assert begins == sorted(begins) and len(drawn) > 2
@@ -200,9 +200,10 @@ def test_commands_were_computed_before_their_birth(busy):
 
 def test_the_command_prints_what_was_before_the_birth(busy):
     text = why(busy.path, "--topic", "/*/cmd_vel", "--late", 1, "--since", "/*/scan")
-    before, born, behind = text.partition("\nborn at ")
+    summary, _, story = text.partition("\nmessage ")
+    before = story.partition("\nborn at ")[0]
     assert "\ncomputing        robot_" in before and " move_base" in before and " █" not in before
-    assert "\nsince the reading on which they are based: " in behind and "\nkept  " in behind
+    assert "\nsince the reading on which they are based: " in summary and "\nkept  " in summary
     found = json.loads(why(busy.path, "--topic", "/*/cmd_vel", "--since", "/*/scan", "--json"))
     assert found["messages"][0]["before"][-1]["part"] == "computing"
     assert set(found["age"]) == {"messages", "blind", "mean_ns", "longest_ns", "parts_ns"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -13,6 +13,7 @@ from desim.ports import TimePart
 from desim.results.data_age import DataAge
 from desim.results.latency_by_topic import as_json
 from desim.results.why import READ, LatencyBreakdown, MessageFate
+from desim.results.why_causes import CauseGroup, grouped
 
 _BESIDE = 58  # characters of a line beside its bar
 _LEAST, _MOST = 20, 60  # of a bar
@@ -27,11 +28,11 @@ _COLOURS: dict[str, str] = {
 
 
 def show(found: LatencyBreakdown, metrics: Mapping[str, Any], console: Console) -> None:
-    """Print the waterfalls, the shares of the parts and what was lost, and what late maps cost the
-    fleet, of the run's ``metrics``."""
-    for message in found.messages:
-        show_message(message, console)
-        _print(console)
+    """Print the causes, the shares of the parts and what was lost, and what late maps cost the
+    fleet, of the run's ``metrics``; then a waterfall of each cause."""
+    causes = grouped(found.messages)
+    if causes:
+        _print_causes(causes, found, console)
     if not found.messages and not found.dropped:
         _print(console, f"none of {found.delivered} messages that match was dropped")
     if found.times_ns:
@@ -49,6 +50,33 @@ def show(found: LatencyBreakdown, metrics: Mapping[str, Any], console: Console) 
         _print(console, f"{metrics['outdated_goal_m']:.0f} of {metrics['exploration_cost_m']:.0f} "
                         f"m, in {metrics['outdated_goal_s']:.0f} s, robots drove towards places "
                         "that a teammate had explored", style="bold")
+    for group in causes:
+        _print(console)
+        show_message(group.messages[0], console)
+        if len(group.messages) > 1:
+            _print(console, f"and {len(group.messages) - 1} more: {group.cause}", style="dim")
+
+
+def _print_causes(causes: Sequence[CauseGroup], found: LatencyBreakdown, console: Console) -> None:
+    """A line for each cause of the messages that were chosen."""
+    lost = all(message.reason is not None for message in found.messages)
+    _print(console, f"{len(found.messages)} of {found.dropped if lost else found.delivered} "
+                    f"{'dropped' if lost else 'delivered'} messages that match, by cause",
+           style="bold")
+    for group in causes:
+        first_ns, last_ns = group.born_ns
+        born = f"at {first_ns / 1e9:.3f} s" if first_ns == last_ns else (
+            f"from {first_ns / 1e9:.3f} s until {last_ns / 1e9:.3f} s")
+        least, most = map(duration, group.latency_ns)
+        _print(console, f"{len(group.messages):>8}  {group.cause}{_lost_frames(group)}; born {born}"
+                        f", {'dropped' if group.messages[0].reason else 'delivered'} after "
+                        f"{most if least == most else f'{least} to {most}'}")
+
+
+def _lost_frames(group: CauseGroup) -> str:
+    if group.from_ns is None or group.until_ns is None:
+        return ""
+    return f" from {group.from_ns / 1e9:.3f} s until {group.until_ns / 1e9:.3f} s"
 
 
 def show_message(message: MessageFate, console: Console) -> None:
@@ -170,6 +198,10 @@ def duration(time_ns: float) -> str:
 def json_object(found: LatencyBreakdown, metrics: Mapping[str, Any]) -> Mapping[str, object]:
     """The breakdown as an object for ``--json``."""
     return {
+        "causes": [{"cause": group.cause, "messages": len(group.messages),
+                    "from_ns": group.from_ns, "until_ns": group.until_ns,
+                    "born_ns": group.born_ns, "latency_ns": group.latency_ns}
+                   for group in grouped(found.messages)],
         **{name: metrics.get(name) for name in ("outdated_goal_s", "outdated_goal_m")},
         "messages": [{**message._asdict(), **{
             name: [part._asdict() for part in getattr(message, name)] for name in
