@@ -52,13 +52,13 @@ def _page(kind: str, names: list[str]) -> str:
 
 def _plugin(kind: str, name: str) -> str:
     cls = plugins.load(kind, name)
-    block = plugins.parameters(kind, name)
+    block = plugins.block_of(cls) and plugins.parameters(kind, name)
     reasons = getattr(cls, "reasons", ())
     parts = [f"({kind}-{name})=\n## {name}", code(f"{cls.__module__}:{cls.__qualname__}"),
              prose(inspect.getdoc(cls) or "")]
     if reasons:
         parts.append(f"Drops for: {', '.join(map(code, reasons))}.")
-    if block.model_fields:
+    if block is not None and block.model_fields:
         parts.append(parameter_table(block))
     return "\n\n".join(parts)
 
