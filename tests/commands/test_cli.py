@@ -203,7 +203,7 @@ def test_the_story_of_a_message_is_the_same_kept_or_run_again(hello, run_path, t
     rows, times = of_kept.split("\n\n")
     steps = [line.split()[4] for line in rows.splitlines()]
     assert steps[0] == "sent" and set(steps[1:]) >= {"frame", "delivered", "read"}
-    assert times == desim_("why", run_path, "--message", number).split("\n\n")[0] + "\n"
+    assert times.strip() in desim_("why", run_path, "--message", number)
     assert times.splitlines()[-1].startswith("receiver's queue workstation ")
 
 
