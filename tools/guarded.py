@@ -2,8 +2,8 @@
 
     python tools/guarded.py FOLDER COMMAND...
 
-The hook ends the process with exit code 99 if code in FOLDER is run, a program is started, or a
-file is written or removed outside of FOLDER's ``out`` and runs, and of the folders for temporary
+The hook ends the process with exit code 99 if code in FOLDER is run, another program is started, or
+a file is written or removed outside of FOLDER's ``out`` and runs, and of the folders for temporary
 files and for compiled kernels. CPU time and address space are limited, too. ``measured`` also tells
 the largest resident memory; a child's begins with its caller's, so that one must be small.
 """
@@ -78,7 +78,8 @@ def _watch(folder: Path) -> None:
 
     def hook(event: str, arguments: tuple[Any, ...]) -> None:
         why = ""
-        if event in _STARTS and arguments[0] != "uname":  # by platform.platform()
+        # A sweep's workers are this interpreter; platform.platform() asks uname.
+        if event in _STARTS and arguments[0] not in (sys.executable, "uname"):
             why = f"starts {arguments[0]!r}"
         elif event == "exec" and str(arguments[0].co_filename).startswith(inside + os.sep):
             why = f"runs {arguments[0].co_filename}"

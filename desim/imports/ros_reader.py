@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Collection, Iterator
-from dataclasses import replace
+import struct
+import zlib
+from collections.abc import Callable, Collection, Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO
 
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import EndOfFile, RecordLengthLimitExceeded
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Schema
 from mcap.records import Message as McapMessage
-from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -28,7 +32,7 @@ _MCAP, _BAG = b"\x89MCAP0\r\n", b"#ROSBAG V"
 _BAD_INDEX = re.compile("Bag is not indexed|Bag index looks damaged")  # rosbags says so
 _ALLOWED = "allowed: an .mcap file, a .bag file of ROS 1, the folder of a bag of ROS 2"
 _NOTHING = "structure_needs_at_least_one_member"  # as rosbags calls that of an empty type
-_LARGEST_RECORD_BYTES = 256_000_000  # attachments are records, too
+_LARGEST_RECORD_BYTES = 128_000_000
 _ENCODINGS = {"cdr": "ros2msg", "ros1": "ros1msg"}  # of messages, and of their definitions
 
 
@@ -107,16 +111,18 @@ class RosRecording:
     def _records(self, file: BinaryIO) -> Iterator[McapRecord]:
         """All records. A chunk with wrong bytes is left out."""
         unpacking = Unpacking(self.path, self.path.stat().st_size)
-        for record in StreamReader(file, emit_chunks=True,
-                                   record_size_limit=_LARGEST_RECORD_BYTES).records:
+        file.seek(len(_MCAP))
+        for record in _records_of(file, ends=True):
             if not isinstance(record, Chunk):
                 yield record
                 continue
             try:
-                if record.compression in DECOMPRESSORS:
-                    record = replace(record, compression="", data=unpacking.whole(
-                        record.data, DECOMPRESSORS[record.compression]))
-                yield from _inside(record)
+                data, make = record.data, DECOMPRESSORS.get(record.compression)
+                if make is not None:
+                    data = unpacking.whole(data, make)
+                if record.uncompressed_crc not in (0, zlib.crc32(data)):
+                    raise ValueError("a chunk has another checksum than it says")
+                yield from _records_of(BytesIO(data), ends=False)
             except InputError:
                 raise
             except Exception as error:  # of zstd, lz4, struct, and whatever they call
@@ -136,19 +142,34 @@ class RosRecording:
                                    reader.deserialize(data, one.msgtype))
 
 
-def _inside(chunk: Chunk) -> Iterator[McapRecord]:
-    """The records of a chunk that is unpacked, one by one. Raises whatever is wrong with it."""
-    stream, length = get_chunk_data_stream(chunk, validate_crc=True)
-    while stream.count < length:
-        opcode, size = stream.read1(), stream.read8()
-        if opcode == Opcode.CHANNEL:
-            yield Channel.read(stream)
-        elif opcode == Opcode.MESSAGE:
-            yield McapMessage.read(stream, size)
-        elif opcode == Opcode.SCHEMA:
-            yield Schema.read(stream)
-        else:
-            stream.read(size)
+def _records_of(file: BinaryIO, ends: bool) -> Iterator[McapRecord]:
+    """The records of a file, which ends with a footer, or of a chunk, which ends anywhere. Only
+    those that desim reads are in memory, one by one, and nothing is read beyond its record."""
+    while head := file.read(_HEAD.size):
+        if len(head) < _HEAD.size:
+            raise EndOfFile
+        opcode, size = _HEAD.unpack(head)
+        if opcode == Opcode.FOOTER:
+            return
+        if opcode not in _READ:
+            file.seek(size, os.SEEK_CUR)
+            continue
+        if size > _LARGEST_RECORD_BYTES:
+            raise RecordLengthLimitExceeded(opcode, size, _LARGEST_RECORD_BYTES)
+        data = file.read(size)
+        if len(data) < size:
+            raise EndOfFile
+        yield _READ[opcode](ReadDataStream(BytesIO(data)), size)
+    if ends:
+        raise EndOfFile
+
+
+_HEAD = struct.Struct("<BQ")  # of a record: its kind, its size
+_READ: dict[int, Callable[[ReadDataStream, int], McapRecord]] = {
+    Opcode.SCHEMA: lambda stream, _: Schema.read(stream),
+    Opcode.CHANNEL: lambda stream, _: Channel.read(stream),
+    Opcode.CHUNK: lambda stream, _: Chunk.read(stream),
+    Opcode.MESSAGE: McapMessage.read}
 
 
 def _refuse_endless(store: Typestore, kind: str) -> None:

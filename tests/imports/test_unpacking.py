@@ -144,3 +144,23 @@ def test_metadata_of_brackets_is_refused(tmp_path):
     with pytest.raises(InputError, match="metadata.yaml: damaged: ValueError: nested too deeply; "
                                          "at most 100 lists and mappings"):
         bag_folder.checked_bytes(tmp_path)
+
+
+def test_a_length_in_a_record_reaches_no_further_than_the_record(tmp_path):
+    """Else the text of 4 GB that a topic says it has would be the rest of a large file."""
+    channel = b"\4" + (12).to_bytes(8, "little") + b"\1\0\0\0" + b"\xff" * 4 + b"abcd"
+    (tmp_path / "a.mcap").write_bytes(b"\x89MCAP0\r\n" + channel + b"\xfe" * 100)
+    recording = RosRecording(tmp_path / "a.mcap")
+    with pytest.raises(InputError, match=r"a\.mcap: damaged: EndOfFile"):
+        list(recording.messages([]))
+
+
+def test_attachments_of_any_size_are_passed_over(tmp_path):
+    skipped = b"\x09" + (1 << 33).to_bytes(8, "little")
+    with (tmp_path / "a.mcap").open("wb") as file:
+        file.write(b"\x89MCAP0\r\n" + skipped)
+        file.truncate(file.tell() + (1 << 33))  # takes no room on the disk
+        file.seek(0, 2)
+        file.write(b"\2" + bytes(8))
+    recording = RosRecording(tmp_path / "a.mcap")
+    assert list(recording.messages([])) == [] and recording.broken is None
