@@ -40,6 +40,7 @@ def measured(folder: Path, words: list[str], base_bytes: int) -> Outcome:
     """Run ``desim WORDS`` in ``folder``; ``base_bytes`` is the memory of a command at rest."""
     with tempfile.TemporaryFile() as output:
         process = subprocess.Popen([sys.executable, __file__, str(folder), *words], cwd=folder,
+                                   env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
                                    stdin=subprocess.DEVNULL, stdout=output, stderr=output)
         timer = subprocess.Popen(["sleep", str(WALL_S)])
         while True:
