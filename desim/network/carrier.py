@@ -73,6 +73,29 @@ class Carrier(Generic[T_contra]):
 AnyCarrier: TypeAlias = Carrier[Any]  # its tokens are its own
 
 
+class WrappedCarrier(Carrier[T_contra]):
+    """A carrier around another one, whose protocol, connection and socket its frames have."""
+
+    __slots__ = ("_carrier",)
+
+    _carrier: AnyCarrier
+
+    @property
+    def protocol(self) -> str:  # type: ignore[override] # that of the carrier inside
+        return self._carrier.protocol
+
+    @property
+    def conversation(self) -> object:
+        return self._carrier.conversation
+
+    @property
+    def socket(self) -> object:
+        return self._carrier.socket
+
+    def first_sent(self, token: T_contra, now_ns: int) -> int:
+        return self._carrier.first_sent(token, now_ns)
+
+
 class Carriers(Protocol[T_contra]):
     """The senders of frames that set out together, one each."""
 

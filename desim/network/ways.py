@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from desim.network.carrier import AnyCarrier, Carrier
+from desim.network.carrier import AnyCarrier, WrappedCarrier
 from desim.network.medium import Medium
 from desim.ports import packet_sizes
 
@@ -52,7 +52,7 @@ class Way:
         return None
 
 
-class ForwardedFrame(Carrier[Any]):
+class ForwardedFrame(WrappedCarrier[Any]):
     """The carrier of one frame that other hosts pass on, on each leg of its ``path``. It is stored
     and forwarded, without a time of its own, as IP does. Packets that one leg has lost do not go
     over the next. What rules copy on the way to a forwarding host ends there.
@@ -61,7 +61,7 @@ class ForwardedFrame(Carrier[Any]):
     """
 
     __slots__ = ("_path", "_leg", "_source", "_receiver", "_from", "_size_bytes", "_packets",
-                 "_lost", "_carrier", "_token", "_on_forward")
+                 "_lost", "_token", "_on_forward")
 
     def __init__(self, path: Path, source: int, size_bytes: int, segments: int,
                  carrier: AnyCarrier, token: Any, on_forward: OnForward) -> None:
@@ -79,23 +79,8 @@ class ForwardedFrame(Carrier[Any]):
                         self._token)
 
     @property
-    def protocol(self) -> str:  # type: ignore[override] # that of its sender
-        return self._carrier.protocol
-
-    @property
-    def conversation(self) -> object:
-        return self._carrier.conversation
-
-    @property
-    def socket(self) -> object:
-        return self._carrier.socket
-
-    @property
     def continues(self) -> bool:  # type: ignore[override] # from the second leg on
         return self._leg > 0
-
-    def first_sent(self, token: Any, now_ns: int) -> int:
-        return self._carrier.first_sent(token, now_ns)
 
     def arrived(self, token: Any, host: int) -> None:
         if self._leg + 1 < len(self._path):

@@ -5,33 +5,21 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from desim.middleware.arp import AddressedCarrier
-from desim.network.carrier import AnyCarrier, BroadcastCarrier
+from desim.network.carrier import AnyCarrier, BroadcastCarrier, WrappedCarrier
 from desim.ports import packet_sizes
 
 
-class CutTrain(AddressedCarrier[range], BroadcastCarrier[range]):
+class CutTrain(WrappedCarrier[range], AddressedCarrier[range], BroadcastCarrier[range]):
     """The carrier of the parts of a train; the token of each is its packets, by their numbers. The
     train's own ``carrier`` hears of its fate at a receiver when all parts have one there."""
 
-    __slots__ = ("_carrier", "_token", "_packets", "_left", "_lost")
+    __slots__ = ("_token", "_packets", "_left", "_lost")
 
     def __init__(self, carrier: AnyCarrier, token: object, receivers: Collection[int], packets: int,
                  parts: int) -> None:
         self._carrier, self._token, self._packets = carrier, token, packets
         self._left = dict.fromkeys(receivers, parts)
         self._lost: dict[int, dict[int, str]] = {receiver: {} for receiver in receivers}
-
-    @property
-    def protocol(self) -> str:  # type: ignore[override] # that of the train
-        return self._carrier.protocol
-
-    @property
-    def conversation(self) -> object:
-        return self._carrier.conversation
-
-    @property
-    def socket(self) -> object:
-        return self._carrier.socket
 
     def first_sent(self, token: range, now_ns: int) -> int:
         return self._carrier.first_sent(self._token, now_ns)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
 from desim.middleware.arp import AddressedCarrier
 from desim.middleware.udp.reassembly import Reassembly
 from desim.middleware.udp.skb import truesize_bytes
-from desim.network.carrier import AnyCarrier, BroadcastCarrier
+from desim.network.carrier import AnyCarrier, BroadcastCarrier, WrappedCarrier
 from desim.ports import TimePart
 
 if TYPE_CHECKING:
@@ -78,31 +78,16 @@ class UdpReception:
         return self._buffers[socket]
 
 
-class ReceivedTrain(AddressedCarrier[object], BroadcastCarrier[object]):
+class ReceivedTrain(WrappedCarrier[object], AddressedCarrier[object], BroadcastCarrier[object]):
     """The carrier of one train of datagrams that need reassembly, or time to be read. The train's
     own ``carrier`` hears what its receivers make of it."""
 
-    __slots__ = ("_graph", "_carrier", "_size_bytes", "_packets", "_each")
+    __slots__ = ("_graph", "_size_bytes", "_packets", "_each")
 
     def __init__(self, graph: Graph, carrier: AnyCarrier, size_bytes: int, packets: int, each: int
                  ) -> None:
         self._graph, self._carrier = graph, carrier
         self._size_bytes, self._packets, self._each = size_bytes, packets, each
-
-    @property
-    def protocol(self) -> str:  # type: ignore[override] # that of the train
-        return self._carrier.protocol
-
-    @property
-    def conversation(self) -> object:
-        return self._carrier.conversation
-
-    @property
-    def socket(self) -> object:
-        return self._carrier.socket
-
-    def first_sent(self, token: object, now_ns: int) -> int:
-        return self._carrier.first_sent(token, now_ns)
 
     def unresolved(self, token: object) -> None:
         if isinstance(self._carrier, AddressedCarrier):
@@ -139,10 +124,6 @@ class ReceivedTrain(AddressedCarrier[object], BroadcastCarrier[object]):
 
     def lost(self, token: object, receiver: int, reason: str) -> None:
         self._carrier.lost(token, receiver, reason)
-
-    def arrived_many(self, token: object, receivers: Sequence[int]) -> None:
-        for receiver in receivers:
-            self.arrived(token, receiver)
 
     def missed(self, token: object, receivers: Collection[int], reason: str, medium: Medium
                ) -> None:
