@@ -6,15 +6,19 @@ BIN := $(VENV)/bin
 # Python keeps the bytecode of what it imports: the tests start hundreds of processes.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: install run test quick check lint types validate bench dist schema docs
+.PHONY: install run test tests quick check lint types validate bench dist schema docs
 
 install: $(VENV)/.installed
 
 run: $(VENV)/.installed
 	$(BIN)/desim run scenarios/maze_30.yaml
 
+# The type checker runs beside the tests: it has one core's work for a minute.
+test: lint
+	$(MAKE) --no-print-directory -j 2 types tests
+
 # worksteal: a worker takes a row of tests, so that what they share is made once.
-test: lint types
+tests: $(VENV)/.installed-test
 	$(BIN)/pytest -n 2 --dist worksteal -m "not validation"
 
 # The linter, the type checker, the words of the code and of the pages, and the rules of the design.

@@ -191,23 +191,23 @@ class Repairs:
         return repaired(play, "ideal", 1)
 
 
-# Group, how many of its comparisons are quick, what is made wrong.
+# Group, how many of its comparisons it takes to see what is made wrong, and that.
 TWINS = [
-    (SaturationOfOfdm, 2, longer_symbols), (SaturationOf11b, 1, longer_preambles),
+    (SaturationOfOfdm, 1, longer_symbols), (SaturationOf11b, 1, longer_preambles),
     (WaitingTimes, 1, slower_rates), (FiniteQueue, 1, slower_rates),
     (PeriodicSenders, 4, slower_rates),
-    (CarrierSenseOfNs3, 6, slower_bus), (CollisionsOfEthernet, 3, longer_slots),
-    (RandomAccess, 2, longer_frames), (TwoPairsOfNs3, 8, less_loss),
+    (CarrierSenseOfNs3, 6, slower_bus), (CollisionsOfEthernet, 1, longer_slots),
+    (RandomAccess, 1, longer_frames), (TwoPairsOfNs3, 8, less_loss),
     (HiddenTerminals, 6, less_loss),
-    (Heartbeats, 1, longer_symbols), (Chains, 6, shorter_interference),
+    (Heartbeats, 1, longer_symbols), (Chains, 3, shorter_interference),
     (Propagation, 27, less_loss), (Propagation, 27, less_indoor_loss),
     (SinglePair, 6, noisier_receivers), (SinglePair, 6, better_receivers),
-    (Repairs, 2, nobody_leaves), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
+    (Repairs, 1, nobody_leaves), (PacketErrors, 12, more_signal), (RoundTrip, 2, more_latency),
     (RadioOfGazebo, 36, more_loss_in_gazebo), (RadioOfGazebo, 36, more_noise_in_gazebo),
     (DiskOfRadio, 4, longer_disks), (Bursts, 1, more_bursts),
     (FlappingAvailability, 1, longer_spells),
     (Delays, 8, more_jitter), (FadingOutage, 1, deafer_receivers),
-    (FallbackOfRates, 2, longer_symbols), (ManyPairs, 2, carrier_sense_of_the_standard),
+    (FallbackOfRates, 1, longer_symbols), (ManyPairs, 1, carrier_sense_of_the_standard),
     (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
     (DelaysOfRadio, 4, no_pause),
 ]
