@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache, partial
-from typing import Literal
 
 from pydantic import Field
 
@@ -19,7 +18,7 @@ from netmodels.partial_trains import settle_without
 from netmodels.queues import SenderQueues
 from netmodels.radio.delivery import delivery
 from netmodels.radio.rate_control import RateControl
-from netmodels.radio.standards import STANDARDS, chosen_rates, psdu_bytes
+from netmodels.radio.standards import STANDARDS, StandardName, chosen_rates, psdu_bytes
 from netmodels.radio.thresholds import Thresholds
 from netmodels.random_loss import REASONS, PairStreams, RandomLoss
 
@@ -67,7 +66,7 @@ class Replay(Itemized):
             "do; null: always rate, and no repetitions)"))
         latency_ns: Duration = Field("0 ns", description="one way, after the last bit was sent "
                                                          "(none)")
-        standard: Literal["11a", "11b", "11g"] = Field("11g", description="whose errors make a "
+        standard: StandardName = Field("11g", description="whose errors make a "
                                                        "chance of an RSSI (as the radio)")
         reception: Thresholds = Field(Thresholds(), description="of receivers, for an RSSI "
                                                                 "(802.11-2016)")

@@ -1,41 +1,39 @@
 """Plays a network case: sources send over one medium, and the fates of their frames are counted.
 
-There are no robots, transports or topics in between; a frame is one packet.
+There are no robots, nodes or topics in between; a frame is one packet, or TCP's.
 """
 
 from __future__ import annotations
 
-from array import array
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator
-from itertools import pairwise
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from desim import ports
-from desim.engine.kernel import Kernel, Phase
+from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.monitor.utilisation import busy_ns, utilisation
-from desim.network.carrier import BroadcastCarrier
+from desim.netcases.setup_places import SetupPlaces
+from desim.netcases.sources import PacketSource, Source
+from desim.netcases.tcp_source import TcpSource, stack_on
 from desim.network.medium import Medium
-from desim.network.surroundings import Still
-from desim.ports.cases import Flow, Setup
+from desim.ports.cases import Setup
 from desim.units import NS_PER_S, PERIOD
 
 Watch = Callable[[Kernel, int], None]
 Measures: TypeAlias = dict[str, Any]  # numbers, and mappings of numbers, by name
 
 _BATCHES = 20  # of the delays, for the standard error of their mean
-_DRAWN = 1024  # gaps at a time
 
 
 def play(setup: Setup, seed: int = 1, watch: Watch | None = None) -> Measures:
     """Play ``setup`` and measure. Every key is there in every case; None: it has no meaning there.
     Raises ``InputError`` for a setup that cannot be played. ``watch`` is called with each kernel
-    and the time until which it will run.
+    and the time until which it will run. Of a flow over TCP, its messages count as frames.
 
     ``goodput_mbps``, ``throughput_mbps``: payloads, and frames with their headers, that arrived,
     each copy of a broadcast | ``offered_mbps``: payloads sent, for each receiver (None: saturated)
@@ -65,12 +63,17 @@ def _play(setup: Setup, seed: int, watch: Watch | None) -> Measures:
         watch(kernel, setup.duration_ns)
     medium = Medium("case", setup.model, setup.rules, kernel=kernel, names=names,
                     streams=Streams(seed), hosts=hosts,
-                    place=Still(np.array([setup.places[host] for host in hosts])))
-    streams, sources = Streams(seed), []
+                    place=SetupPlaces(setup, hosts))
+    streams = Streams(seed)
+    sources: list[Source] = []
+    tcp = stack_on(medium, hosts, kernel, names, streams) if any(
+        flow.protocol == "tcp" for flow in setup.flows) else None
     for number, flow in enumerate(setup.flows):
-        source = Source(flow, hosts, kernel, medium, names.id(f"{flow.source} {number}"))
-        source.begin(streams("case", "flow", number))
-        sources.append(source)
+        entity = names.id(f"{flow.source} {number}")
+        sources.append(PacketSource(flow, hosts, kernel, entity, medium)
+                       if tcp is None or flow.protocol == "udp"
+                       else TcpSource(flow, hosts, kernel, entity, tcp))
+        sources[-1].begin(streams("case", "flow", number))
     before: dict[str, tuple[int, int]] = {}
     before_ns: np.ndarray | None = None
     if setup.warm_up_ns:
@@ -94,79 +97,6 @@ def _check(setup: Setup) -> None:
         if flow.arrivals != "saturated" and flow.every_ns < 1:
             raise InputError(f"{flow.source} would send a frame every {flow.every_ns} ns; at most "
                              "one each ns")
-
-
-class Source(BroadcastCarrier[int]):
-    """Sends one flow and counts its fates, as the medium's ``Carrier``. The token of a frame is the
-    time when it was sent. A copy counts as no further arrival."""
-
-    def __init__(self, flow: Flow, hosts: tuple[str, ...], kernel: Kernel, medium: Medium,
-                 entity: int) -> None:
-        self.flow, self._kernel, self._medium, self._entity = flow, kernel, medium, entity
-        self._saturated = flow.arrivals == "saturated"
-        self._host = hosts.index(flow.source)
-        legs = tuple(map(hosts.index, (flow.source, *flow.via, *flow.receivers)))
-        self._receivers = legs[1:2] if flow.via else tuple(sorted(legs[1:]))
-        # By receiver, the host to which the frame goes on from there.
-        self._next_host = dict.fromkeys(self._receivers, self._host) if flow.echo else dict(
-            pairwise(legs[1:])) if flow.via else {}
-        self.forget()
-
-    def forget(self) -> None:
-        """Count anew."""
-        self.sent = 0
-        self.arrivals_ns = array("q")
-        self.delays_ns = array("q")
-        self.losses: Counter[str] = Counter()
-
-    def begin(self, stream: np.random.Generator) -> None:
-        after, flow = self._kernel.after, self.flow
-        for _ in range(flow.backlog + 2 * self._saturated):
-            after(flow.begin_ns, Phase.CONTROL, self._entity, self._send)
-        if not self._saturated:
-            self._gaps = _gaps(flow, stream)
-            after(flow.begin_ns + next(self._gaps), Phase.CONTROL, self._entity, self._next)
-
-    def _next(self, _: object) -> None:
-        self._send(None)
-        self._kernel.after(next(self._gaps), Phase.CONTROL, self._entity, self._next)
-
-    def _send(self, _: object) -> None:
-        flow = self.flow
-        self.sent += 1
-        self._medium.transmit(self._host, self._receivers, flow.size_bytes, 1, flow.broadcast,
-                              self, self._kernel.now_ns)
-
-    def arrived(self, sent_ns: int, receiver: int) -> None:
-        now_ns = self._kernel.now_ns
-        if receiver in self._next_host:
-            self._medium.transmit(receiver, (self._next_host[receiver],), self.flow.size_bytes, 1,
-                                  False, self, sent_ns)
-            return
-        self.arrivals_ns.append(now_ns)
-        self.delays_ns.append(now_ns - sent_ns)
-        if self._saturated:
-            self._send(None)
-
-    def lost(self, sent_ns: int, receiver: int, reason: str) -> None:
-        self.losses[reason] += 1
-        if self._saturated and sent_ns < self._kernel.now_ns:  # else refused: so it would be again
-            self._send(None)
-
-    def missed(self, sent_ns: int, receivers: Collection[int], reason: str,
-               medium: Medium) -> None:
-        self.losses[reason] += len(receivers)
-
-
-def _gaps(flow: Flow, stream: np.random.Generator) -> Iterator[int]:
-    """The times in ns from 0 to the first frame, from there to the second one, and so on."""
-    if flow.arrivals == "poisson":
-        while True:
-            drawn_ns = np.minimum(stream.exponential(flow.every_ns, _DRAWN), PERIOD.maximum)
-            yield from np.rint(drawn_ns).astype(np.int64).tolist()
-    yield int(stream.integers(flow.every_ns)) if flow.arrivals == "periodic" else 0
-    while True:
-        yield flow.every_ns
 
 
 def _counted(model: ports.NetworkModel) -> dict[str, tuple[int, int]]:

@@ -53,6 +53,7 @@ from desim.ports.parameters import (
     Params,
     Preset,
     natural_key,
+    tuples,
     with_preset,
     yaml_key,
 )
@@ -88,6 +89,7 @@ __all__ = [
     "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany",
     "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage",
     "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Verdict", "World",
-    "function_rule", "natural_key", "packet_sizes", "rule_of", "scope_beside", "with_preset",
+    "function_rule", "natural_key", "packet_sizes", "rule_of", "scope_beside", "tuples",
+    "with_preset",
     "with_scope", "yaml_key",
 ]

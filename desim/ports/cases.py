@@ -10,11 +10,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, Protocol
 
 from desim.ports import parameters
+from desim.ports.antenna import Antenna
 from desim.ports.networks import NetworkModel, Rule
+from desim.ports.terrain import Walled
 
 NOWHERE = (float("nan"), float("nan"))
 
 Arrivals = Literal["saturated", "poisson", "periodic", "zero"]
+Waypoint = tuple[int, float, float]  # ns, x m, y m
 
 
 class Flow(NamedTuple):
@@ -27,6 +30,11 @@ class Flow(NamedTuple):
     addition. ``echo``: the receiver sends each frame back; it counts as arrived when it is back at
     the sender. Unicast frames go over the hosts ``via`` in their order, each of which sends them
     anew. The beginning is ``begin_ns``.
+
+    A flow over ``tcp`` has a connection of its own, which is opened again when it ends, from its
+    source to its one receiver. It writes messages of ``payload_bytes`` into it: saturated, as many
+    as the socket takes; else one that it does not take is lost (``queue_full``). ``size_bytes`` is
+    a message with its headers, in segments of its own.
     """
 
     source: str
@@ -40,12 +48,16 @@ class Flow(NamedTuple):
     echo: bool = False
     begin_ns: int = 0
     via: tuple[str, ...] = ()
+    protocol: Literal["udp", "tcp"] = "udp"
 
 
 class Setup(NamedTuple):
     """A network without robots. ``places``: host to x, y in m (``NOWHERE``: it has none). Fates of
     frames in the first ``warm_up_ns`` are not counted. ``compared``: another network; this one's
-    goodput is given as a share of that one's."""
+    goodput is given as a share of that one's.
+
+    A host with ``motion`` goes straight from its place to each way point in turn, to be there at
+    its time, and stays at the last one. ``antennas``: of hosts that have not the usual one."""
 
     model: NetworkModel
     places: Mapping[str, tuple[float, float]]
@@ -54,6 +66,9 @@ class Setup(NamedTuple):
     warm_up_ns: int = 0
     rules: Sequence[Rule] = ()
     compared: Setup | None = None
+    terrain: Walled = Walled()
+    motion: Mapping[str, Sequence[Waypoint]] = {}
+    antennas: Mapping[str, Antenna] = {}
 
 
 class Case(Protocol):

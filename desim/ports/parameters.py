@@ -28,6 +28,14 @@ class Params(BaseModel):
                               alias_generator=yaml_key, protected_namespaces=())
 
 
+def tuples(given: object) -> object:
+    """``given`` with tuples in place of its lists: pydantic, which is strict, takes no list for a
+    tuple in what a validator of the whole block returns."""
+    if isinstance(given, dict):
+        return {key: tuples(value) for key, value in given.items()}
+    return tuple(map(tuples, given)) if isinstance(given, list) else given
+
+
 Preset: TypeAlias = Mapping[str, object]  # parameters as a scenario gives them
 
 

@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 from desim.errors import InputError
 from desim.ports import natural_key
+from desim.ports.antenna import Antenna
 from desim.scenario.cluster_nodes import cluster_nodes
 from desim.scenario.names import WORKSTATION, robot_names
 from desim.scenario.robot_types import equipment_of, types_of
-from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import StrategyChoice
 from desim.scenario.schema.computer import ComputerParams

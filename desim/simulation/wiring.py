@@ -32,10 +32,9 @@ from desim.network.medium import Medium
 from desim.network.passages import Passages
 from desim.network.scope import scoped
 from desim.network.surroundings import Surroundings
-from desim.ports import Antennas, Obstacles, Snapshot, World
+from desim.ports import Obstacles, Snapshot, World, antenna
 from desim.ports.middleware import SharesLinks
 from desim.scenario.recipients import carrying_software
-from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.communication import MediumChoice, Network, OtherHost, PluginChoice
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.deployment import HostPlan
@@ -52,8 +51,8 @@ class HostPlaces:
                                 *(other.at_m or (nan, nan) for other in others)]).reshape(-1, 2)
         carried = [(i, host.robot) for i, host in enumerate(hosts) if host.robot is not None]
         self._carried, self._bodies = map(_rows, np.array(carried, np.int64).reshape(-1, 2).T)
-        self.antennas = _antennas([*(host.antenna for host in hosts),
-                                   *(other.antenna for other in others)])
+        self.antennas = antenna.table([*(host.antenna for host in hosts),
+                                       *(other.antenna for other in others)])
         self._seen: Snapshot | None = None
         self._positions = self._fixed
 
@@ -70,13 +69,6 @@ class HostPlaces:
             self._positions[self._carried] = snapshot.poses[self._bodies, :2]
             self._positions.flags.writeable = False
         return self._positions
-
-
-def _antennas(own: list[Antenna]) -> Antennas:
-    table = np.array([(one.height_m, one.gain_db, nan if one.power_dbm is None else one.power_dbm)
-                      for one in own]).reshape(-1, 3).T.copy()
-    table.flags.writeable = False
-    return Antennas(*table)
 
 
 def _rows(indices: np.ndarray) -> slice | np.ndarray:

@@ -22,8 +22,8 @@ import numpy as np
 from desim import outside_yaml
 from desim.errors import InputError, did_you_mean
 from desim.files import content, opened, opened_below
+from desim.ports import materials
 from desim.scenario.schema.environment import MapFile
-from desim.world import materials
 from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
 
 IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")

@@ -11,13 +11,13 @@ import numpy as np
 
 from desim.engine.streams import Streams
 from desim.errors import ModelError
-from desim.ports import GridSpec, Obstacles, Snapshot, natural_key
+from desim.ports import GridSpec, Obstacles, Snapshot, materials, natural_key
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import SCAN
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
-from desim.world import bodies, lidar, materials, odometry, placement, scenery, sources
+from desim.world import bodies, lidar, odometry, placement, scenery, sources
 from desim.world.fleet import RobotSpec, place_fleet
 from desim.world.obstacles import Matter, crossing, toll
 from desim.world.scene import Scene

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from desim.errors import InputError
+from desim.ports import materials
 from desim.scenario.schema.environment import Door, MovingObstacle
 from desim.units import SPEED
-from desim.world import materials
 from desim.world.geometry import TOUCH_M, point_distance, segments
 from desim.world.obstacles import crossing
 from desim.world.sources import line

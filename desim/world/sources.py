@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from desim.errors import InputError
+from desim.ports import materials
+from desim.ports.terrain import Wall
 from desim.scenario.schema.environment import MapFile, Shape
 from desim.scenario.schema.generated import Generated
-from desim.world import map_files, materials, paper_terrains
+from desim.world import map_files, paper_terrains
 from desim.world.drawn_terrain import draw
 from desim.world.generated import generator
 from desim.world.geometry import TOUCH_M, Row, merge_collinear, rectangle, segments
@@ -81,12 +84,9 @@ def from_shape(name: str, shape: Shape) -> Terrain:
         solid_tops_m.append(block.height_m)
         kind, faces = _of_block(kind, *solids[-1])
         matter.setdefault(kind, []).extend(faces)
-    for i, wall in enumerate(shape.walls):
-        what = f"{WHERE}.walls.{i}"
-        kind = Kind(materials.index(wall.material, f"{what}.material"), wall.thickness_m,
-                    wall.height_m)
+    for kind, rows in by_kind(shape.walls, f"{WHERE}.walls", bounds).items():
         for kinds in walls, matter:
-            kinds.setdefault(kind, []).append(line(what, bounds, wall.start_m, wall.end_m))
+            kinds.setdefault(kind, []).extend(rows)
     if shape.drawing is not None:
         what = f"{WHERE}.drawing"
         drawn, blocks, blocked = draw(shape.drawing, shape.size_m, what)
@@ -102,7 +102,7 @@ def from_shape(name: str, shape: Shape) -> Terrain:
                              kind.height_m)
     of_what, lines = _merged(walls)
     tops_m = np.where(_on_bounds(lines, bounds), np.inf, [kind.height_m for kind in of_what])
-    return Terrain(name=name, walls=lines, matter=partial(_matter, matter, cells), tops_m=tops_m,
+    return Terrain(name=name, walls=lines, matter=partial(matter_of, matter, cells), tops_m=tops_m,
                    solids=segments(solids), solid_tops_m=np.array(solid_tops_m), bounds=bounds)
 
 
@@ -121,6 +121,18 @@ def _of_block(kind: Kind, x0: float, y0: float, x1: float, y1: float) -> tuple[K
     x, y = (x0 + x1) / 2, (y0 + y1) / 2
     along = (x, y0, x, y1) if abs(x1 - x0) == thin_m else (x0, y, x1, y)
     return kind._replace(thickness_m=thin_m), [along]
+
+
+def by_kind(walls: Sequence[Wall], where: str, bounds: Row) -> dict[Kind, list[Row]]:
+    """Drawn walls that stand at the path ``where``. Raises ``InputError`` as ``line`` does, and for
+    unknown materials."""
+    kinds: dict[Kind, list[Row]] = {}
+    for i, wall in enumerate(walls):
+        what = f"{where}.{i}"
+        kind = Kind(materials.index(wall.material, f"{what}.material"), wall.thickness_m,
+                    wall.height_m)
+        kinds.setdefault(kind, []).append(line(what, bounds, wall.start_m, wall.end_m))
+    return kinds
 
 
 def line(what: str, bounds: Row, start: tuple[float, float], end: tuple[float, float]) -> Row:
@@ -148,7 +160,7 @@ def _merged(kinds: dict[Kind, list[Row]]) -> tuple[list[Kind], np.ndarray]:
             np.concatenate([rows for _, rows in walls]))
 
 
-def _matter(kinds: dict[Kind, list[Row]], cells: Matter | None) -> Matter:
+def matter_of(kinds: dict[Kind, list[Row]], cells: Matter | None) -> Matter:
     """The matter of a shape: its blocks that are drawn in cells, then all the rest."""
     of_what, walls = _merged(kinds)
     material, thickness_m, height_m, block = (np.array(column)

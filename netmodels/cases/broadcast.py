@@ -15,6 +15,7 @@ from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import NS_PER_S, BitRate, ByteSize, Frequency, Length, Period
 from netmodels.cases.traffic import MOST_RADIO_BYTES, SAME_POWER, numbered, udp_bytes
 from netmodels.radio.dcf.radio import DcfRadio
+from netmodels.radio.standards import StandardName
 
 _TURN_RAD = math.pi * (3 - math.sqrt(5))  # the golden angle
 
@@ -26,7 +27,7 @@ class HeartbeatBroadcast:
     their frames are lost; those who send in the same instant collide with certainty."""
 
     class Params(ports.Params):
-        standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
+        standard: StandardName = Field("11a", description="timing and rates (ns-3 "
                                                                           "reference)")
         rate_bps: BitRate = Field("6 Mb/s", description="of broadcasts (the lowest basic one)")
         stations: int = Field(30, ge=2, le=1000, description="that send and listen (the paper's "

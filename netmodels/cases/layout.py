@@ -6,14 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from desim.errors import InputError
+from desim.ports.antenna import Antenna
 from desim.ports.cases import Flow, Setup
-from desim.units import BitRate, ByteSize, Period
+from desim.ports.terrain import Walled
+from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.cases.traffic import MOST_RADIO_BYTES, udp_bytes
-from netmodels.radio.dcf.radio import DcfRadio
+from netmodels.radio.radio import Radio
+from netmodels.radio.standards import StandardName
 
 _FAR_M = 1e6  # the farthest place: floats resolve 1e-9 m there
 
@@ -27,11 +30,14 @@ class FlowParams(ports.Params):
     via: tuple[int, ...] = Field((), description=(
         "hosts that pass the packets on, in their order; without to, the last one receives (none)"))
     broadcast: bool = Field(False, description="to all that hear it, not acknowledged (no)")
-    payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
-        "of UDP (ns-3 reference)"))
+    protocol: Literal["udp", "tcp"] = Field("udp", description=(
+        "tcp: messages over a connection, as Linux's TCP carries them (ns-3 reference)"))
+    payload_bytes: ByteSize = Field("1000 B", ge=1, le=10**9, description=(
+        "of a packet of UDP, or of a message over TCP (ns-3 reference)"))
     arrivals: Literal["saturated", "periodic", "poisson"] = Field("saturated", description=(
-        "two packets for each hop are on the way at any time, or one every period, from a random "
-        "phase on or at random times (the most that it can carry)"))
+        "two packets for each hop are on the way at any time (tcp: whatever the socket takes), or "
+        "one every period, from a random phase on or at random times (the most that it can "
+        "carry)"))
     period_ns: Period | None = Field(None, description="between packets, on the average (none)")
 
     def path(self) -> tuple[int, ...]:
@@ -41,50 +47,60 @@ class FlowParams(ports.Params):
 
 @dataclass(frozen=True)
 class Layout:
-    """Hosts with radios at given places in the open (log-distance), with given flows: who shares
-    the air with whom, who is hidden from whom, what is relayed."""
+    """Hosts with radios at given places or on given ways, in the open or between walls, with given
+    flows: who shares the air with whom, who is hidden from whom, what is relayed. Hosts are called
+    ``host_0``, ``host_1``, ... in the order of their places. The file has all keys of the radio,
+    too."""
 
-    class Params(ports.Params):
-        standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
-                                                                          "reference)")
+    class Params(Radio.Params):
+        standard: StandardName = Field("11a", description="timing and rates (ns-3 reference)")
         rate_bps: BitRate = Field("12 Mb/s", description="of unicast packets (ns-3 reference)")
-        broadcast_rate_bps: BitRate | None = Field(None, description=(
-            "of broadcasts (the radio's own: the lowest)"))
-        preset: Literal["ns3_3_44"] | None = Field(None, description=(
-            "ns3_3_44: as ns-3 3.44 (802.11-2016)"))
-        rts: bool = Field(False, description="ask before each packet (ns-3: off)")
         places: tuple[tuple[float, float], ...] = Field(min_length=2, max_length=1000, description=(
             "of the hosts, [x, y] in m"))
         flows: tuple[FlowParams, ...] = Field(min_length=1, max_length=10_000, description=(
             "who sends what to whom"))
+        terrain: Walled = Field(Walled(), description="what stands between the hosts (nothing)")
+        motion: dict[str, tuple[tuple[Duration, float, float], ...]] = Field({}, description=(
+            "by host, way points [time, x, y] in m: from its place it goes straight to each in "
+            "turn, to be there at its time, and stays at the last (none)"))
+        antennas: dict[str, Antenna] = Field({}, description="by host (as a robot's)")
         warm_up_ns: Period = Field("1 s", description="that is not measured (ns-3 reference)")
         duration_ns: Period = Field("10 s", description="that is measured, after the warm-up "
                                                         "(ns-3 reference)")
+
+        @model_validator(mode="before")
+        @classmethod
+        def _spelled_out(cls, given: object) -> object:
+            """The radio's presets see the standard, and ``rts`` may be true or false."""
+            if not isinstance(given, dict):
+                return given
+            rts = given.get("rts")
+            return {"standard": "11a", **given,
+                    **({"rts": "0 B" if rts else None} if isinstance(rts, bool) else {})}
 
     params: Params
 
     def setup(self) -> Setup:
         p = self.params
         wrong = [*self._misplaced(), *(f".flows.{k}{line}" for k, flow in enumerate(p.flows)
-                                       for line in _complaints(flow, len(p.places)))]
+                                       for line in _complaints(flow, len(p.places), p.fidelity))]
         if wrong:
             raise InputError(*wrong)
-        radio = {"preset": p.preset, "standard": p.standard, "rate": f"{p.rate_bps} b/s",
-                 "rts": "0 B" if p.rts else None}
-        if p.broadcast_rate_bps is not None:
-            radio["broadcast_rate"] = f"{p.broadcast_rate_bps} b/s"
         hosts = tuple(f"host_{k}" for k in range(len(p.places)))
-        return Setup(DcfRadio(DcfRadio.Params(**radio)), dict(zip(hosts, p.places, strict=True)),
-                     [_flow(flow, hosts) for flow in p.flows],
-                     p.warm_up_ns + p.duration_ns, p.warm_up_ns)
+        return Setup(Radio(p), dict(zip(hosts, p.places, strict=True)),
+                     [_flow(flow, hosts) for flow in p.flows], p.warm_up_ns + p.duration_ns,
+                     p.warm_up_ns, terrain=p.terrain, motion=p.motion, antennas=p.antennas)
 
     def _misplaced(self) -> Iterator[str]:
-        for k, place in enumerate(self.params.places):
+        places = [(f"places.{k}", place) for k, place in enumerate(self.params.places)]
+        stops = [(f"motion.{host}.{k}", way_point[1:])
+                 for host, way in self.params.motion.items() for k, way_point in enumerate(way)]
+        for key, place in places + stops:
             if not all(abs(x) <= _FAR_M for x in place):
-                yield f".places.{k}: allowed: -{_FAR_M:g} to {_FAR_M:g} m"
+                yield f".{key}: allowed: -{_FAR_M:g} to {_FAR_M:g} m"
 
 
-def _complaints(flow: FlowParams, hosts: int) -> Iterator[str]:
+def _complaints(flow: FlowParams, hosts: int, fidelity: str) -> Iterator[str]:
     """The reasons why a flow cannot be played; a line begins with its key, or is about the
     whole."""
     for key, numbers in (("from", [flow.source]), ("via", flow.via),
@@ -92,6 +108,14 @@ def _complaints(flow: FlowParams, hosts: int) -> Iterator[str]:
         for number in numbers:
             if not 0 <= number < hosts:
                 yield f".{key}: there is no host {number}; allowed: 0 to {hosts - 1}"
+    if flow.protocol == "tcp":
+        for key in "via", "broadcast":
+            if getattr(flow, key):
+                yield (f".{key}: TCP goes from one host to another one; allowed: protocol: udp, or "
+                       "fidelity: multihop, in which hosts relay")
+    elif flow.payload_bytes > MOST_RADIO_BYTES:
+        yield (f".payload: a packet of UDP has at most {MOST_RADIO_BYTES} B, got "
+               f"{flow.payload_bytes} B; allowed: less, or protocol: tcp")
     path = flow.path()
     if flow.broadcast and len(path) > 1:
         yield ".broadcast: it goes to all, so there is neither to nor via"
@@ -100,6 +124,9 @@ def _complaints(flow: FlowParams, hosts: int) -> Iterator[str]:
     if len(set(path)) < len(path):
         yield f": it comes to a host twice: {', '.join(map(str, path))}"
     if flow.arrivals == "saturated":
+        if fidelity == "ideal":
+            yield (".arrivals: where all arrives at once a saturated flow has no end; allowed: "
+                   "periodic, poisson")
         if flow.broadcast:
             yield ".arrivals: broadcasts have a period; allowed: periodic, poisson"
         if flow.period_ns is not None:
@@ -116,4 +143,4 @@ def _flow(flow: FlowParams, hosts: tuple[str, ...]) -> Flow:
     return Flow(source, receivers, udp_bytes(flow.payload_bytes),
                 flow.payload_bytes, flow.arrivals, flow.period_ns or 0,
                 backlog=2 * len(others) - 2 if saturated else 0, broadcast=flow.broadcast,
-                via=tuple(others[:-1]))
+                via=tuple(others[:-1]), protocol=flow.protocol)

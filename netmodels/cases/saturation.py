@@ -14,7 +14,7 @@ from desim.units import BitRate, ByteSize, Period, airtime_ns
 from netmodels.cases.traffic import MOST_80211_BYTES, SAME_POWER, UDP_IP_BYTES, numbered
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio.dcf.radio import DcfRadio
-from netmodels.radio.standards import STANDARDS, chosen_standard
+from netmodels.radio.standards import STANDARDS, StandardName, chosen_standard
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
 _WARM_UP = 0.1  # of that time
@@ -27,7 +27,7 @@ class Saturation:
     begin together both are lost."""
 
     class Params(ports.Params):
-        standard: Literal["11a", "11b", "11g"] = Field("11g", description="timing and rates (as "
+        standard: StandardName = Field("11g", description="timing and rates (as "
                                                                           "the radio)")
         rate_bps: BitRate | None = Field(None, examples=["54 Mb/s"], description=(
             "of data (the standard's highest)"))

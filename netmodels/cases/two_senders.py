@@ -13,6 +13,7 @@ from desim.ports.cases import Arrivals, Flow, Setup
 from desim.units import BitRate, ByteSize, Length, Period
 from netmodels.cases.traffic import MOST_RADIO_BYTES, flows, udp_bytes
 from netmodels.radio.dcf.radio import DcfRadio
+from netmodels.radio.standards import StandardName
 
 _WARM_UP_NS = 500_000_000  # some hundred packets at 6 Mb/s
 
@@ -29,7 +30,7 @@ class Hidden:
         rts: bool = Field(False, description="ask before each packet (ns-3: off)")
         load_bps: BitRate | None = Field(None, examples=["1 Mb/s"], description=(
             "of payload from each sender, at random times (saturated)"))
-        standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
+        standard: StandardName = Field("11a", description="timing and rates (ns-3 "
                                                                           "reference)")
         rate_bps: BitRate = Field("6 Mb/s", description="of data (ns-3 reference)")
         payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(
@@ -67,7 +68,7 @@ class TwoPairs:
         distance_m: Length = Field("40 m", description="between the pairs (within carrier sense)")
         length_m: Length = Field("10 m", description="from a sender to its receiver (ns-3 "
                                                      "reference)")
-        standard: Literal["11a", "11b", "11g"] = Field("11a", description="timing and rates (ns-3 "
+        standard: StandardName = Field("11a", description="timing and rates (ns-3 "
                                                                           "reference)")
         rate_bps: BitRate = Field("6 Mb/s", description="of data (ns-3 reference)")
         payload_bytes: ByteSize = Field("1000 B", ge=1, le=MOST_RADIO_BYTES, description=(

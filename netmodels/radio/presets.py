@@ -68,6 +68,7 @@ _IF_ASKED_FOR = {"ns3_3_44": {"rate_control": {"model": "arf_ns3"}}}  # none by 
 def filled(given: object) -> object:
     """Parameters with the values of their preset where ``given`` has none; inside of a parameter
     key by key, unless it names another model."""
+    given = ports.tuples(given)
     if not isinstance(given, dict) or (name := str(given.get("preset"))) not in PRESETS:
         return given
     inside = PRESETS[name] | _IF_ASKED_FOR.get(name, {})

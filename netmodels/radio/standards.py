@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -135,6 +135,7 @@ G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
              basic_mbps=(1, 2, 5.5, 11, 6, 12, 24), channels_apart=5,
              band_hz=2.407e9, last_channel=14, extension_ns=6_000)
 
+StandardName = Literal["11a", "11b", "11g"]
 STANDARDS = {"11a": A, "11b": B, "11g": G}
 
 

@@ -10,7 +10,7 @@ from stations import rows
 
 from desim.errors import InputError
 from desim.ports import Obstacles
-from desim.world.materials import NAMES
+from desim.ports.materials import NAMES
 from desim.world.scenery import crossing
 from netmodels.radio.path_loss import (
     Fixed,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
-from typing import Any, get_args
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, get_args, get_origin
 
 from rich.table import Table
 from rich.text import Text
@@ -43,25 +43,46 @@ def usage(case: str) -> str:
 
 
 def _layout_usage(block: type[Params], about: type) -> str:
-    keys = list(_keys(block))
-    width = max(len(key) for key, _ in keys)
+    own, radio = ([*_keys(block, chosen)] for chosen in _own_and_other(block))
+    width = max(len(key) for key, _ in own + radio)
     return "\n".join([f"Usage: desim net {LAYOUT} FILE [--seed N] [--json]", "",
                       inspect.getdoc(about) or "", "",
                       "The keys of the file, which is YAML:", "",
-                      *(f"  {key:<{width}}  {description}" for key, description in keys), "",
+                      *(f"  {key:<{width}}  {description}" for key, description in own), "",
+                      "and those of the radio (desim describe radio has the keys inside):", "",
+                      *(f"  {key:<{width}}  {description}" for key, description in radio), "",
                       "  --seed N  of all random numbers; default 1",
                       "  --json    one JSON object"])
 
 
-def _keys(block: type[Params], lead: str = "") -> Iterator[tuple[str, str]]:
-    """Each key of a file with its description; the keys of a list of blocks stand below it."""
-    for name, info in block.model_fields.items():
-        default = "" if info.is_required() or info.default in (None, ()) else (
-            f"; default {_word(info.default)}")
-        key, (inside, *_) = info.alias or name, (*get_args(info.annotation), None)
-        yield f"{lead}{key}", f"{info.description}{default}"
-        if isinstance(inside, type) and issubclass(inside, Params):
-            yield from _keys(inside, f"{lead}{key}[].")
+def _own_and_other(block: type[Params]) -> tuple[list[str], list[str]]:
+    """The fields that a block declares itself, and those that it inherits."""
+    own = [name for name in block.model_fields if name in block.__annotations__]
+    return own, [name for name in block.model_fields if name not in own]
+
+
+def _keys(block: type[Params], chosen: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Each ``chosen`` field of a file with its description; the keys of a block, or of a list or
+    mapping of blocks, stand below it if they are of the file's own."""
+    for name in chosen:
+        info = block.model_fields[name]
+        plain = info.is_required() or isinstance(info.default, Params) or info.default in (
+            None, (), {})
+        key = info.alias or name
+        yield key, f"{info.description}" + ("" if plain else f"; default {_word(info.default)}")
+        inside, lead = _inside(info.annotation)
+        if name in block.__annotations__ and inside is not None:
+            for below, about in _keys(inside, inside.model_fields):
+                yield f"{key}{lead}.{below}", about
+
+
+def _inside(annotation: object) -> tuple[type[Params] | None, str]:
+    """The block that a field has, and what stands between its key and those of the block."""
+    between = ".HOST" if get_origin(annotation) is dict else "[]"
+    for shape, lead in ((annotation, ""), *((one, between) for one in get_args(annotation))):
+        if isinstance(shape, type) and issubclass(shape, Params):
+            return shape, lead
+    return None, ""
 
 
 def _usage(words: str, block: type[Params], about: type, seed: str) -> str:
@@ -76,11 +97,15 @@ def _usage(words: str, block: type[Params], about: type, seed: str) -> str:
 
 def title(case: str, seed: int, params: Params) -> str:
     """A line about the case that was played, with its options; of a layout, the numbers of its
-    hosts and flows."""
+    hosts and flows, and what the radio is given."""
     settings = params.model_dump(mode="json", by_alias=True)
     if case == LAYOUT:
+        _, radio = _own_and_other(type(params))
+        unsaid = {type(params).model_fields[name].alias or name
+                  for name in radio if name not in params.model_fields_set}
         settings = {"hosts": len(settings.pop("places")), "flows": len(settings.pop("flows")),
-                    **settings}
+                    **{key: value for key, value in settings.items()
+                       if key not in unsaid and not isinstance(value, (dict, list))}}
     given = (f"{key} {_word(value)}" for key, value in settings.items() if value is not None)
     return f"{case}: {', '.join((*given, f'seed {seed}'))}"
 

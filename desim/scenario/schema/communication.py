@@ -15,8 +15,8 @@ from pydantic import (
 )
 
 from desim.ports import Params
+from desim.ports.antenna import Antenna
 from desim.scenario.plugin_parameters import parse_parameters
-from desim.scenario.schema.antenna import Antenna
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.computer import ComputerParams
 from desim.scenario.schema.shapes import BY_SHAPE

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from desim.ports import Params
+from desim.ports.terrain import Wall
 from desim.scenario.schema.generated import GeneratedMaze, GeneratedOffice, GeneratedWarehouse
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.units import Duration, Length, Position, Speed
@@ -37,17 +38,6 @@ class Rectangle(Params):
     y_m: tuple[Position, Position] = Field(description="from, to")
     material: str = Field("concrete", description="what it is made of, for the radio")
     height_m: Length = Field("2 m", gt=0, description="(the paper: obstacles 2 m high)")
-
-
-class Wall(Params):
-    """A straight thin wall. Its thickness matters to the radio alone; bodies and beams meet the
-    line itself."""
-
-    start_m: tuple[Position, Position] = Field(alias="from")
-    end_m: tuple[Position, Position] = Field(alias="to")
-    material: str = Field("concrete", description="what it is made of, for the radio")
-    thickness_m: Length = Field("0.2 m", description="(one cell of the published maps)")
-    height_m: Length = Field("2 m", gt=0, description="(the paper)")
 
 
 class Drawing(Params):

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from desim.ports import Params
-from desim.scenario.schema.antenna import Antenna
+from desim.ports.antenna import Antenna
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import Name, PluginChoice
 from desim.scenario.schema.computer import ComputerParams

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from desim.engine.streams import Streams
+from desim.ports import materials
 from desim.scenario.schema.environment import Shape
 from desim.scenario.schema.generated import FloorPlan, Generated, GeneratedMaze, GeneratedOffice
-from desim.world import materials
 from desim.world.generated import maze, office, warehouse
 
 

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.scenario.schema.environment import Shape, Wall
+from desim.ports.terrain import Wall
+from desim.scenario.schema.environment import Shape
 from desim.scenario.schema.generated import Office
 from desim.world.generated.walls import length, wall
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from desim.scenario.schema.environment import Wall
+from desim.ports.terrain import Wall
 from desim.scenario.schema.generated import Maze, Office
 
 Point = tuple[float, float]  # x m, y m

@@ -24,6 +24,7 @@ from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import (
     STANDARDS,
     Standard,
+    StandardName,
     channels_of,
     chosen_rates,
     chosen_standard,
@@ -72,7 +73,7 @@ class DcfRadio:
             "values for what is not given: indoor and outdoor, path loss in sight and shadowing as "
             "measured (docs/defaults.md); ns3_3_44, as in ns-3 3.44 with the error model of NIST "
             "(none: 802.11-2016, with ns-3's path loss)"))
-        standard: Literal["11a", "11b", "11g"] = Field("11g", description="timing and rates (2.4 "
+        standard: StandardName = Field("11g", description="timing and rates (2.4 "
                                                                           "GHz as most robots)")
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from math import nan
+
+import numpy as np
 from pydantic import Field
 
-from desim.ports import Params
+from desim.ports.networks import Antennas
+from desim.ports.parameters import Params
 from desim.units import Decibels, Length, Level
 
 
@@ -18,3 +23,11 @@ class Antenna(Params):
         "by which it sends and receives better than the medium's antennas (0: it is one of them)"))
     power_dbm: Level | None = Field(None, description=(
         "sent, without that gain (null: the medium's power)"))
+
+
+def table(antennas: Iterable[Antenna]) -> Antennas:
+    """The antennas of hosts, in their order, as network models see them."""
+    columns = np.array([(one.height_m, one.gain_db, nan if one.power_dbm is None else one.power_dbm)
+                        for one in antennas]).reshape(-1, 3).T.copy()
+    columns.flags.writeable = False
+    return Antennas(*columns)
