@@ -23,10 +23,11 @@ if TYPE_CHECKING:
 
 
 def warnings(monitor: Monitor) -> list[str]:
-    """Warnings of keys without effect, of networks that carry nothing, of names that match no topic
-    or node, of computers without memory for their software, of topics that nobody advertises, of
-    strategies that have nothing to do, of places out of reach, and of fleets that never move."""
-    said = without_effect(monitor)
+    """Warnings of doubtful files of the terrain, of keys without effect, of networks that carry
+    nothing, of names that match no topic or node, of computers without memory for their software,
+    of topics that nobody advertises, of strategies that have nothing to do, of places out of reach,
+    and of fleets that never move."""
+    said = [*monitor.ground.doubts, *without_effect(monitor)]
     said += unused_networks(monitor)
     said += [f"topics: no topic of the run has matched {pattern!r}"
              for pattern in monitor.graph.routes.unmatched()]

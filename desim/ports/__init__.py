@@ -76,13 +76,14 @@ from desim.ports.strategies import (
     TeamLink,
 )
 from desim.ports.time_parts import Ledger, TimePart
-from desim.ports.worlds import GridSpec, MovesObstacles, RandomStreams, Snapshot, World
+from desim.ports.worlds import GridSpec, HasDoubts, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
     "Antennas", "BesideScenario", "Context", "CountsAirtime", "CountsAttempts", "CountsBusyTime",
     "CountsControl", "CutsCarrier", "Deliver", "Drop", "Duplicate", "FULL_PACKET_BYTES", "File",
     "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier",
-    "GoalEnd", "GridSpec", "Handle", "HearsAntennas", "Itemizes", "JudgesTransmissions",
+    "GoalEnd", "GridSpec", "Handle", "HasDoubts", "HearsAntennas", "Itemizes",
+    "JudgesTransmissions",
     "KnowsDepartures", "KnowsLinks", "Ledger", "LimitsReach", "Mark", "MovesObstacles",
     "NetworkModel", "Obstacles", "PASS", "Params", "Pass", "PassesMany", "Peer", "Place", "Pose2D",
     "PredictsSignal", "Preset",

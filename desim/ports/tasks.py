@@ -22,12 +22,14 @@ class Ground:
     """The truth that maps are judged by, rows from the lowest y upwards.
 
     ``solid`` uint8 [height, width], 0 where a cell is free | ``reachable`` bool [height, width], G:
-    the free cells that lasers can come to see.
+    the free cells that lasers can come to see | ``doubts``: what is likely to be wrong with the
+    files that all this came from.
     """
 
     grid: GridSpec
     solid: np.ndarray
     reachable: np.ndarray
+    doubts: tuple[str, ...] = ()
 
     @property
     def cell_m2(self) -> float:

@@ -98,6 +98,15 @@ class MovesObstacles(Protocol):
         move."""
 
 
+@runtime_checkable
+class HasDoubts(Protocol):
+    """A world that was made from files that may mean something else than they say."""
+
+    def doubts(self) -> tuple[str, ...]:
+        """Sentences on what is likely to be wrong with them, which name the file. Runs show them
+        among their warnings."""
+
+
 class GridSpec(NamedTuple):
     """The raster that the fleet's maps and the ground truth share.
 

@@ -23,7 +23,7 @@ from desim.middleware.message_ledger import MessageLedger
 from desim.middleware.node import Node
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
-from desim.ports import Pose2D, World
+from desim.ports import HasDoubts, Pose2D, World
 from desim.ports.tasks import Briefs, GivesMap, Ground
 from desim.robot.declared_traffic import (
     Copied,
@@ -137,7 +137,8 @@ class Simulation:
             graph=self.graph, nodes=self._nodes,
             powers=[own.power if robot in self._controlled else None
                     for robot, own in enumerate(self._equipment)],
-            ground=Ground(self.grid, *self.world.ground(self.grid, explorers)),
+            ground=Ground(self.grid, *self.world.ground(self.grid, explorers),
+                          self.world.doubts() if isinstance(self.world, HasDoubts) else ()),
             poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m)
 
     def run(self, until_ns: int | None = None) -> Outcome:

@@ -14,8 +14,8 @@ Point = tuple[float, float]
 Drawn = tuple[np.ndarray, np.ndarray, np.ndarray | None]
 
 
-def draw(drawing: Drawing, size_m: Point, what: str) -> Drawn:
-    """The drawing in m, centred on the origin.
+def draw(drawing: Drawing, size_m: Point, centre_m: Point, what: str) -> Drawn:
+    """The drawing in m, around ``centre_m``.
 
     Raises ``InputError``, beginning with ``what``, for a ragged drawing, a wrong character and a
     size that is not ``size_m``.
@@ -28,8 +28,8 @@ def draw(drawing: Drawing, size_m: Point, what: str) -> Drawn:
         if abs(drawn_m - size) > 1e-6:
             raise InputError(f"{what}: it is {count} cells of {drawing.cell_m:g} m {name}, "
                              f"{drawn_m:g} m, but size[{axis}] is {size:g} m")
-    corner = np.array([size_m[0], size_m[1], size_m[0], size_m[1]]) / 2
-    return walls * drawing.cell_m - corner, solids * drawing.cell_m - corner, cells
+    corner = np.tile(np.array(centre_m) - np.array(size_m) / 2, 2)
+    return walls * drawing.cell_m + corner, solids * drawing.cell_m + corner, cells
 
 
 def _walls(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
@@ -67,7 +67,10 @@ def _expect(found: str, allowed: str | tuple[str, ...], what: str, column: int) 
 
 
 def _blocks(lines: tuple[str, ...], what: str) -> tuple[tuple[int, int], Drawn]:
-    """'#' solid, anything else free; short lines end free."""
+    """'#' solid, '.' and ' ' free; short lines end free."""
+    for i, line in enumerate(lines):
+        for column, char in enumerate(line):
+            _expect(char, "#. ", f"{what}.lines.{i}", column)
     width = max(len(line) for line in lines)
     solid = np.array([[char == "#" for char in line.ljust(width)] for line in reversed(lines)])
     return (width, len(lines)), (outline(solid).astype(float), rows_of(solid).astype(float), solid)

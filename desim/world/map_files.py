@@ -1,9 +1,11 @@
 """Maps in the format of ROS map_server: a YAML file beside a PGM or PNG image.
 
-Trinary mode (map_server's default): with p = (255 - value) / 255, or value / 255 if ``negate``,
-a cell is occupied above ``occupied_thresh``, free below ``free_thresh`` and unknown in between.
-Unknown cells are solid here: nothing has ever been seen in them. In a colour image the mean of
-the channels counts, without transparency.
+With p = (255 - value) / 255, or value / 255 if ``negate``, a cell is occupied above
+``occupied_thresh``, else free below ``free_thresh``, in this order, as nav2_map_server's map_io.cpp
+has it. What lies in between is unknown in the mode ``trinary`` (the default), and a probability in
+``scale``; ``raw`` has probabilities of 0 to 100 % as pixels. Here unknown cells are solid, as
+nothing has ever been seen in them, and a probability counts as what is nearer. In a colour image
+the mean of the channels counts, without transparency.
 
 ``materials`` is a key of ours, which ROS ignores: the material of occupied (and unknown) cells by
 grey value. All greys that count as occupied look alike to a laser, there as here.
@@ -11,8 +13,11 @@ grey value. All greys that count as occupied look alike to a laser, there as her
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Iterable
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from io import BufferedReader
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
@@ -30,6 +35,7 @@ IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
 _FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF")  # Pillow reads others by other programs
 _MOST_BYTES, _MOST_IMAGE_BYTES = 10_000_000, 400_000_000  # of the YAML file, of its image
 MATERIALS = "materials"
+_UNKNOWN = 205  # the grey of unknown ground, as map savers of ROS write it
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode",
         MATERIALS)
 
@@ -48,33 +54,94 @@ def load(map_file: MapFile, other: int) -> Terrain:
 
     Raises ``InputError`` for anything wrong with either file.
     """
-    path = Path(map_file.map)
+    # Installed by links, as colcon does, the map and its image are side by side at their origin.
+    path = Path(os.path.realpath(map_file.map))
     facts = _facts(path)
     if map_file.image is None:  # named by the map: not outside of its folder
         name = PurePosixPath(str(facts["image"])).as_posix()
         image = _read(path, path.parent / name, opened_below(path.parent, name, _MOST_IMAGE_BYTES))
     else:
         image = _read(path, file := path.parent / map_file.image, opened(file, _MOST_IMAGE_BYTES))
-    occupied, free = _number(path, facts, "occupied_thresh"), _number(path, facts, "free_thresh")
-    if not 0.0 <= free < occupied <= 1.0:
-        raise InputError(f"{path}: free_thresh must lie below occupied_thresh and both between 0 "
-                         f"and 1, got free_thresh {free:g} and occupied_thresh {occupied:g}")
-    negate = _number(path, facts, "negate")
-    if negate not in (0.0, 1.0):
-        raise InputError(f"{path}: negate must be 0 or 1, got {facts['negate']!r}")
-    p = image.values / 255.0 if negate else (255.0 - image.values) / 255.0
-    is_free = ((p < free) & ~(p > occupied))[image.cells]
-    if not is_free.any():
-        raise InputError(f"{image.path}: no free cell (free means p < {free:g}; see free_thresh "
-                         f"and negate in {path.name})")
+    is_free, is_occupied = _states(path, facts, image.values)
+    free = is_free[image.cells]
+    if not free.any():
+        raise InputError(f"{image.path}: no free cell (see free_thresh, negate and mode in "
+                         f"{path.name})")
     resolution = _number(path, facts, "resolution")
     if not 0.0 < resolution < np.inf:
         raise InputError(f"{path}: resolution must be above zero, got {facts['resolution']!r}")
-    x_m, y_m = _origin(path, facts)
-    material = _material(path, image, facts, other, is_free, p > occupied)
-    raster, material = _cropped(is_free[::-1], material[::-1], resolution,
-                                x_m + map_file.offset_m[0], y_m + map_file.offset_m[1])
-    return from_raster(path.stem, raster, material, map_file.height_m)
+    x_m, y_m, yaw_rad = _origin(path, facts)
+    material = _material(path, image, facts, other, free, is_occupied)
+    free, material, corner = _turned(free[::-1], material[::-1], yaw_rad)
+    raster, material = _cropped(free, material, resolution,
+                                x_m + map_file.offset_m[0] + corner[0] * resolution,
+                                y_m + map_file.offset_m[1] + corner[1] * resolution)
+    terrain = from_raster(path.stem, raster, material, map_file.height_m)
+    return replace(terrain, doubts=_doubts(path, image, is_free))
+
+
+class _States(NamedTuple):
+    """By grey number, [n] bool: whether such cells are free, and whether they are occupied."""
+
+    free: np.ndarray
+    occupied: np.ndarray
+
+
+def _states(path: Path, facts: dict[str, object], values: np.ndarray) -> _States:
+    """The states of greys ``values`` [n], 0 to 255. Raises ``InputError``."""
+    occupied, free = (_share(path, facts, key) for key in ("occupied_thresh", "free_thresh"))
+    negate = _number(path, facts, "negate")
+    if negate not in (0.0, 1.0):
+        raise InputError(f"{path}: negate must be 0 or 1, got {facts['negate']!r}")
+    mode = str(facts.get("mode", "trinary")).lower()
+    if mode == "raw":
+        is_known = values <= 100.0
+        return _States(is_known & (values < 50.0), is_known & (values >= 50.0))
+    p = values / 255.0 if negate else (255.0 - values) / 255.0
+    if mode == "trinary":
+        return _States((p < free) & ~(p > occupied), p > occupied)
+    if mode == "scale":
+        middle = (free + occupied) / 2
+        return _States((p < max(free, middle)) & ~(p > occupied), (p > occupied) | (p >= middle))
+    raise InputError(f"{path}: unknown mode {facts['mode']!r}; allowed: trinary, scale, raw")
+
+
+def _doubts(path: Path, image: _Image, is_free: np.ndarray) -> tuple[str, ...]:
+    """Sentences on what is likely to be wrong with a map that can be read."""
+    doubts = []
+    free = is_free[image.cells]
+    grey = np.flatnonzero(np.rint(image.values) == _UNKNOWN)
+    unknown = int(np.isin(image.cells, grey[is_free[grey]]).sum())
+    if unknown:
+        doubts.append(f"{path}: {unknown} of {int(free.sum())} free cells have the grey value "
+                      f"{_UNKNOWN}, which map savers write for unknown ground; mode trinary with "
+                      "free_thresh 0.196 leaves them unknown")
+    rim = int(free[[0, -1]].sum() + free[1:-1, [0, -1]].sum())
+    if rim:
+        doubts.append(f"{path}: {rim} free cells lie at the edge of {image.path.name}, which is "
+                      "closed by a wall there")
+    return tuple(doubts)
+
+
+def _turned(free: np.ndarray, material: np.ndarray, yaw_rad: float,
+            ) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
+    """Cells [rows, cols], row 0 lowest, turned anticlockwise around the corner of cell (0, 0), in
+    cells of the same size that take the state of the nearest one; and where the corner of the new
+    cell (0, 0) lies, in cells. Outside of the image nothing is free."""
+    if yaw_rad == 0.0:
+        return free, material, (0.0, 0.0)
+    rows, cols = free.shape
+    cos, sin = np.cos(yaw_rad), np.sin(yaw_rad)
+    corners = np.array([(0, 0), (cols, 0), (0, rows), (cols, rows)])
+    x, y = corners @ (cos, -sin), corners @ (sin, cos)
+    low_x, low_y = math.floor(x.min()), math.floor(y.min())
+    new_x = low_x + np.arange(math.ceil(x.max()) - low_x) + 0.5
+    new_y = low_y + np.arange(math.ceil(y.max()) - low_y)[:, None] + 0.5
+    col = np.floor(new_x * cos + new_y * sin).astype(int)
+    row = np.floor(new_y * cos - new_x * sin).astype(int)
+    inside = (col >= 0) & (col < cols) & (row >= 0) & (row < rows)
+    at = row.clip(0, rows - 1), col.clip(0, cols - 1)
+    return free[at] & inside, material[at], (low_x, low_y)
 
 
 def _material(path: Path, image: _Image, facts: dict[str, object], other: int,
@@ -123,8 +190,6 @@ def _facts(path: Path) -> dict[str, object]:
         if key not in facts:
             near = did_you_mean(key, [str(k) for k in facts if k not in KEYS])
             raise InputError(f"{path}: {key!r} is missing{near}")
-    if facts.get("mode", "trinary") != "trinary":
-        raise InputError(f"{path}: mode {facts['mode']!r} is not supported; allowed: trinary")
     return facts
 
 
@@ -174,18 +239,23 @@ def _float(value: object) -> float:
     return float(value)
 
 
-def _origin(path: Path, facts: dict[str, object]) -> tuple[float, float]:
+def _share(path: Path, facts: dict[str, object], key: str) -> float:
+    share = _number(path, facts, key)
+    if not 0.0 <= share <= 1.0:
+        raise InputError(f"{path}: {key} must lie between 0 and 1, got {facts[key]!r}")
+    return share
+
+
+def _origin(path: Path, facts: dict[str, object]) -> tuple[float, float, float]:
+    """x and y in m, and the yaw in rad, for which some map savers write NaN: they mean 0."""
     origin = facts["origin"]
     try:
         x_m, y_m, yaw_rad = map(_float, origin if isinstance(origin, Iterable) else ())
     except (TypeError, ValueError):
         raise InputError(f"{path}: origin must be [x, y, yaw], got {facts['origin']!r}") from None
-    if not (np.isfinite(x_m) and np.isfinite(y_m)):
+    if not np.isfinite([x_m, y_m]).all() or np.isinf(yaw_rad):
         raise InputError(f"{path}: origin must be finite, got {facts['origin']!r}")
-    if yaw_rad != 0.0:
-        raise InputError(f"{path}: origin has a yaw of {yaw_rad:g} rad; only maps that are not "
-                         "rotated (yaw 0) are supported")
-    return x_m, y_m
+    return x_m, y_m, 0.0 if np.isnan(yaw_rad) else yaw_rad
 
 
 def _cropped(free: np.ndarray, material: np.ndarray, resolution_m: float, x_m: float, y_m: float

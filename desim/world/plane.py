@@ -62,6 +62,10 @@ class Plane:
         self._walls, self._tops_m = self._standing_walls()
         self._scene = self._present_scene()
 
+    def doubts(self) -> tuple[str, ...]:
+        """Sentences on what is likely to be wrong with the file of the terrain."""
+        return self.terrain.doubts
+
     def _lidars(self, specs: list[RobotSpec], streams: Streams) -> list[list[lidar.Lidar]]:
         """The lasers of each robot, and then its sonar's transducers; those of one kind and height
         with noise of one name share one ``Lidar``."""

@@ -11,9 +11,9 @@ import numpy as np
 from desim.errors import InputError
 from desim.ports import materials
 from desim.ports.terrain import Wall
-from desim.scenario.schema.environment import MapFile, Shape
+from desim.scenario.schema.environment import Drawing, MapFile, Shape
 from desim.scenario.schema.generated import Generated
-from desim.world import map_files, paper_terrains
+from desim.world import map_files, paper_terrains, polygons
 from desim.world.drawn_terrain import draw
 from desim.world.generated import generator
 from desim.world.geometry import TOUCH_M, Row, merge_collinear, rectangle, segments
@@ -63,47 +63,67 @@ def load(source: str | MapFile | Shape | Generated) -> Terrain:
 
 
 def from_shape(name: str, shape: Shape) -> Terrain:
-    """Bounds, rectangles, walls and drawing of a shape; collinear touching walls of one kind
-    become one. Raises ``InputError`` for a part without extent or outside."""
-    width, depth = shape.size_m
-    bounds = (-width / 2, -depth / 2, width / 2, depth / 2)
+    """Bounds, rectangles, polygons, walls and drawing of a shape; collinear touching walls of one
+    kind become one. Raises ``InputError`` for a part without extent or outside."""
+    (width, depth), (x_m, y_m) = shape.size_m, shape.centre_m
+    bounds = (x_m - width / 2, y_m - depth / 2, x_m + width / 2, y_m + depth / 2)
     face = Kind(materials.NAMES.index(FACE_MATERIAL), FACE_M, FACE_HEIGHT_M)
-    walls: dict[Kind, list[Row]] = {face: rectangle(*bounds)}
-    matter: dict[Kind, list[Row]] = {face: rectangle(*bounds)}
-    solids: list[Row] = []
-    solid_tops_m: list[float] = []
-    cells = None
+    parts = Parts()
+    parts.add(face, rectangle(*bounds), face, rectangle(*bounds))
     for i, block in enumerate(shape.rectangles):
         what = f"{WHERE}.rectangles.{i}"
         (x0, x1), (y0, y1) = block.x_m, block.y_m
         inside(what, bounds, [(x0, y0), (x1, y1)])
-        kind = Kind(materials.index(block.material, f"{what}.material"), FACE_M,
-                    block.height_m)
-        walls.setdefault(kind, []).extend(rectangle(x0, y0, x1, y1))
-        solids.append((x0, y0, x1, y1))
-        solid_tops_m.append(block.height_m)
-        kind, faces = _of_block(kind, *solids[-1])
-        matter.setdefault(kind, []).extend(faces)
+        kind = Kind(materials.index(block.material, f"{what}.material"), FACE_M, block.height_m)
+        parts.add(kind, rectangle(x0, y0, x1, y1), *_of_block(kind, x0, y0, x1, y1))
+        parts.fill([(x0, y0, x1, y1)], block.height_m)
+    for i, polygon in enumerate(shape.polygons):
+        what = f"{WHERE}.polygons.{i}"
+        inside(what, bounds, list(polygon.points_m))
+        kind = Kind(materials.index(polygon.material, f"{what}.material"), FACE_M,
+                    polygon.height_m)
+        points = _corners(what, polygon.points_m)
+        parts.add(kind, polygons.sides(points), *_of_polygon(kind, points))
+        parts.fill(polygons.strips(points), polygon.height_m)
     for kind, rows in by_kind(shape.walls, f"{WHERE}.walls", bounds).items():
-        for kinds in walls, matter:
-            kinds.setdefault(kind, []).extend(rows)
-    if shape.drawing is not None:
-        what = f"{WHERE}.drawing"
-        drawn, blocks, blocked = draw(shape.drawing, shape.size_m, what)
-        kind = Kind(materials.index(shape.drawing.material, f"{what}.material"), FACE_M,
-                    shape.drawing.height_m)
-        walls.setdefault(kind, []).extend(drawn.tolist())
-        solids.extend(blocks.tolist())
-        solid_tops_m += [shape.drawing.height_m] * len(blocks)
-        if blocked is None:
-            matter.setdefault(kind, []).extend(drawn.tolist())
-        else:
-            cells = of_cells(blocked, kind.material, shape.drawing.cell_m, bounds[:2],
-                             kind.height_m)
-    of_what, lines = _merged(walls)
+        parts.add(kind, rows, kind, rows)
+    cells = None if shape.drawing is None else _add_drawing(parts, shape, shape.drawing, bounds)
+    of_what, lines = _merged(parts.walls)
     tops_m = np.where(_on_bounds(lines, bounds), np.inf, [kind.height_m for kind in of_what])
-    return Terrain(name=name, walls=lines, matter=partial(matter_of, matter, cells), tops_m=tops_m,
-                   solids=segments(solids), solid_tops_m=np.array(solid_tops_m), bounds=bounds)
+    return Terrain(name=name, walls=lines, matter=partial(matter_of, parts.matter, cells),
+                   tops_m=tops_m, solids=segments(parts.solids),
+                   solid_tops_m=np.array(parts.solid_tops_m), bounds=bounds)
+
+
+class Parts:
+    """The parts of a shape so far: ``walls`` that bodies meet and ``matter`` that the radio meets,
+    both by kind, and what is solid, rectangles with their heights."""
+
+    def __init__(self) -> None:
+        self.walls: dict[Kind, list[Row]] = {}
+        self.matter: dict[Kind, list[Row]] = {}
+        self.solids: list[Row] = []
+        self.solid_tops_m: list[float] = []
+
+    def add(self, kind: Kind, walls: list[Row], of_matter: Kind, matter: list[Row]) -> None:
+        self.walls.setdefault(kind, []).extend(walls)
+        self.matter.setdefault(of_matter, []).extend(matter)
+
+    def fill(self, solids: list[Row], height_m: float) -> None:
+        self.solids += solids
+        self.solid_tops_m += [height_m] * len(solids)
+
+
+def _add_drawing(parts: Parts, shape: Shape, drawing: Drawing, bounds: Row) -> Matter | None:
+    """Add the walls of a drawing, and return the matter of its blocks."""
+    what = f"{WHERE}.drawing"
+    drawn, blocks, blocked = draw(drawing, shape.size_m, shape.centre_m, what)
+    kind = Kind(materials.index(drawing.material, f"{what}.material"), FACE_M, drawing.height_m)
+    parts.add(kind, drawn.tolist(), kind, drawn.tolist() if blocked is None else [])
+    parts.fill(blocks.tolist(), drawing.height_m)
+    if blocked is None:
+        return None
+    return of_cells(blocked, kind.material, drawing.cell_m, bounds[:2], kind.height_m)
 
 
 def _on_bounds(lines: np.ndarray, bounds: Row) -> np.ndarray:
@@ -133,6 +153,27 @@ def by_kind(walls: Sequence[Wall], where: str, bounds: Row) -> dict[Kind, list[R
                     wall.height_m)
         kinds.setdefault(kind, []).append(line(what, bounds, wall.start_m, wall.end_m))
     return kinds
+
+
+def _of_polygon(kind: Kind, points: np.ndarray) -> tuple[Kind, list[Row]]:
+    """The matter of a polygon: its sides, or if it is thin a wall along its middle."""
+    if (wall := polygons.middle(points)) is None:
+        return kind._replace(block=True), polygons.sides(points)
+    along, thickness_m = wall
+    return kind._replace(thickness_m=thickness_m), [along]
+
+
+def _corners(what: str, points_m: tuple[tuple[float, float], ...]) -> np.ndarray:
+    """[n, 2] m. Raises ``InputError`` for two corners in a row at one place, and for a polygon
+    without extent."""
+    points = np.array(points_m)
+    apart = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
+    if (again := np.flatnonzero(apart <= TOUCH_M)).size:
+        x, y = points[again[0]]
+        raise InputError(f"{what}.points: two corners in a row lie at ({x:g}, {y:g}) m")
+    if min(np.ptp(points, axis=0)) <= TOUCH_M:
+        raise InputError(f"{what}.points: all corners lie on one line")
+    return points
 
 
 def line(what: str, bounds: Row, start: tuple[float, float], end: tuple[float, float]) -> Row:

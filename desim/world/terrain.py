@@ -38,7 +38,8 @@ class Terrain:
     ``walls`` [n, 4] x1 y1 x2 y2 in m, which bodies and beams meet | ``matter()`` for the radio,
     made at the first call for it | ``solids`` [k, 4] x0 y0 x1 y1 in m, solid rectangles |
     ``bounds`` x0 y0 x1 y1 | ``tops_m`` [n], ``solid_tops_m`` [k]: the heights of walls and solids;
-    bounds have no end | ``raster`` if the terrain came as one; ``walls`` are its outline then.
+    bounds have no end | ``raster`` if the terrain came as one; ``walls`` are its outline then |
+    ``doubts``: what is likely to be wrong with the file that it came from.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Terrain:
     tops_m: np.ndarray
     solid_tops_m: np.ndarray
     raster: Raster | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def lines(self) -> np.ndarray:

@@ -301,8 +301,9 @@ WRONG = {
             "2:25: environment.terrain.maz: unknown key (did you mean 'maze'?); allowed: maze"]),
     "a key of no terrain": ("environment: {terrain: {castle: {size: [9 m, 9 m]}}}", [
         "2:24: environment.terrain: must be text, or a mapping with map, image, offset, height, "
-        "material, or a mapping with size, rectangles, walls, drawing, or a mapping with maze, or "
-        "a mapping with office, or a mapping with warehouse, got a mapping with castle"]),
+        "material, or a mapping with size, centre, rectangles, polygons, walls, drawing, or "
+        "a mapping with maze, or a mapping with office, or a mapping with warehouse, got a "
+        "mapping with castle"]),
     "a warehouse without a size": ("environment: {terrain: {warehouse: {seed: 2}}}", [
         "2:25: environment.terrain.warehouse: the key 'size' is missing: width and depth, centred "
         "on the origin"]),
@@ -342,11 +343,11 @@ WRONG = {
         "2:30: environment.terrain.map: no such map: no.yaml"]),
     "no shape of terrain": ("environment: {terrain: 3}", [
         "2:24: environment.terrain: must be text, or a mapping with map, image, offset, height, "
-        "material, or a mapping with size, rectangles, walls, drawing, or a mapping with maze, or "
-        "a mapping with office, or a mapping with warehouse, got 3"]),
+        "material, or a mapping with size, centre, rectangles, polygons, walls, drawing, or "
+        "a mapping with maze, or a mapping with office, or a mapping with warehouse, got 3"]),
     "one complaint for a union": ("environment: {terrain: {size: [1 m, 1 m], wals: []}}", [
         "2:43: environment.terrain.wals: unknown key (did you mean 'walls'?); allowed: size, "
-        "rectangles, walls, drawing"]),
+        "centre, rectangles, polygons, walls, drawing"]),
     "rectangle inside out": (
         "environment: {terrain: {size: [9 m, 9 m], rectangles: [{x: [3 m, 1 m], y: [0 m, 1 m]}]}}",
         ["2:60: environment.terrain.rectangles.0.x: must go from a lower to a higher value, got "

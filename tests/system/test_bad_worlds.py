@@ -140,20 +140,17 @@ MAPS = {
     "empty image": (
         "image: empty.pgm", "empty.pgm: cannot be read as an image: cannot identify image file "
                             "'{here}/empty.pgm'"),
-    "nothing free": ("image: grey.pgm", "grey.pgm: no free cell (free means p < 0.196; see "
-                                        "free_thresh and negate in map.yaml)"),
-    "thresholds out of order": (
-        "occupied_thresh: 0.1", ": free_thresh must lie below occupied_thresh and both between 0 "
-                                "and 1, got free_thresh 0.196 and occupied_thresh 0.1"),
+    "nothing free": ("image: grey.pgm", "grey.pgm: no free cell (see free_thresh, negate and "
+                                        "mode in map.yaml)"),
+    "a threshold in percent": (
+        "occupied_thresh: 65", ": occupied_thresh must lie between 0 and 1, got 65"),
     "negative resolution": ("resolution: -0.05", ": resolution must be above zero, got -0.05"),
     "resolution that is no number": (
         "resolution: fine", ": resolution must be a number, got 'fine'"),
     "NaN": ("resolution: .nan", ": resolution must be above zero, got nan"),
-    "rotated": ("origin: [0, 0, 0.5]", ": origin has a yaw of 0.5 rad; only maps that are not "
-                                       "rotated (yaw 0) are supported"),
     "half an origin": ("origin: [0, 0]", ": origin must be [x, y, yaw], got [0, 0]"),
     "negate": ("negate: maybe", ": negate must be a number, got 'maybe'"),
-    "another mode": ("mode: scale", ": mode 'scale' is not supported; allowed: trinary"),
+    "another mode": ("mode: cooked", ": unknown mode 'cooked'; allowed: trinary, scale, raw"),
 }
 GOOD_MAP = {"image": "room.pgm", "resolution": "0.5", "origin": "[-5, -5, 0]", "negate": "0",
             "occupied_thresh": "0.65", "free_thresh": "0.196"}

@@ -1,6 +1,7 @@
 """Terrain sources and the ground truth made of them."""
 
 import shutil
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -188,6 +189,64 @@ def test_wrong_drawings(lines, complaint):
         load(Shape(size=("8 m", "8 m"), drawing=Drawing(lines=lines)))
 
 
+def test_letters_of_another_format_are_no_free_ground():
+    drawing = Drawing(style="blocks", lines=["##", "@."])
+    with pytest.raises(InputError, match=r"drawing\.lines\.1: column 1 has '@' where only '#', "
+                                         r"'\.', ' ' can stand"):
+        load(Shape(size=("16 m", "16 m"), drawing=drawing))
+
+
+# ---------------------------------------------------------------------------------------- polygons
+
+
+def turned(angle, width_m, depth_m, x_m=0.0, y_m=0.0):
+    """The corners of a rectangle that is turned around its middle."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    return [(f"{x_m + cos * x - sin * y:.9f} m", f"{y_m + sin * x + cos * y:.9f} m")
+            for x, y in ((-width_m / 2, -depth_m / 2), (width_m / 2, -depth_m / 2),
+                         (width_m / 2, depth_m / 2), (-width_m / 2, depth_m / 2))]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-3.2, 3.2), st.floats(1.5, 6), st.floats(1.5, 6))
+def test_a_turned_block_is_solid_inside_and_free_outside(angle, width_m, depth_m):
+    terrain = load(Shape(size=("20 m", "20 m"), polygons=[
+        {"points": turned(angle, width_m, depth_m)}]))
+    x0, y0, x1, y1 = terrain.solids.T
+    area_m2 = ((x1 - x0) * (y1 - y0)).sum()
+    assert width_m * depth_m - 0.15 * (width_m + depth_m) < area_m2 <= width_m * depth_m + 1e-3
+    assert len(terrain.walls) == 8 and terrain.matter().block.sum() == 4
+    assert terrain.clearance(np.array([[0.0, 0.0], [9.0, 9.0]]), 2.0)[0] == -1.0
+
+
+def test_a_turned_rectangle_is_the_rectangle():
+    upright = load(Shape(size=("20 m", "20 m"), rectangles=[{"x": ("-2 m", "2 m"),
+                                                             "y": ("-1 m", "1 m")}]))
+    polygon = load(Shape(size=("20 m", "20 m"), polygons=[{"points": turned(0.0, 4.0, 2.0)}]))
+    assert (polygon.walls == upright.walls).all()
+    spec = upright.grid(0.2)
+    assert (polygon.truth(spec) == upright.truth(spec)).all()
+
+
+def test_a_thin_polygon_is_one_wall_to_the_radio():
+    wall = load(Shape(size=("20 m", "20 m"), polygons=[
+        {"points": turned(0.5, 6.0, 0.15), "material": "brick"}])).matter()
+    along, = np.flatnonzero(np.isclose(wall.thickness_m, 0.15))
+    assert not wall.block.any()
+    x1, y1, x2, y2 = wall.segments[along]
+    assert np.hypot(x2 - x1, y2 - y1) == pytest.approx(6.0)
+    assert np.arctan2(y2 - y1, x2 - x1) % np.pi == pytest.approx(0.5)
+
+
+def test_a_notch_of_a_polygon_stays_free():
+    terrain = load(Shape(size=("20 m", "20 m"), centre=("5 m", "0 m"), polygons=[{"points": [
+        ("0 m", "0 m"), ("4 m", "0 m"), ("4 m", "4 m"), ("3 m", "4 m"), ("3 m", "1 m"),
+        ("1 m", "1 m"), ("1 m", "4 m"), ("0 m", "4 m")]}]))
+    assert terrain.bounds == (-5.0, -10.0, 15.0, 10.0)
+    assert terrain.clearance(np.array([[2.0, 3.0], [2.0, 0.5], [0.5, 3.0]]), 0.5).tolist() == [
+        0.5, -1.0, -1.0]
+
+
 @pytest.mark.parametrize("shape, complaint", [
     ({"walls": [{"from": ("0 m", "0 m"), "to": ("6 m", "0 m")}]},
      r"walls.0: \(6, 0\) m lies outside the terrain; allowed: x from -5 to 5 m, y from -5 to 5 m"),
@@ -197,6 +256,12 @@ def test_wrong_drawings(lines, complaint):
      r"rectangles.0: \(1, 9\) m lies outside the terrain"),
     ({"rectangles": [{"x": ("0 m", "1 m"), "y": ("0 m", "1 m"), "material": "concret"}]},
      r"rectangles.0.material: unknown material 'concret' \(did you mean 'concrete'\?\); allowed: "),
+    ({"polygons": [{"points": [("0 m", "0 m"), ("9 m", "0 m"), ("0 m", "1 m")]}]},
+     r"polygons.0: \(9, 0\) m lies outside the terrain"),
+    ({"polygons": [{"points": [("0 m", "0 m"), ("0 m", "0 m"), ("0 m", "1 m")]}]},
+     r"polygons.0.points: two corners in a row lie at \(0, 0\) m"),
+    ({"polygons": [{"points": [("0 m", "0 m"), ("2 m", "0 m"), ("1 m", "0 m")]}]},
+     "polygons.0.points: all corners lie on one line"),
 ])
 def test_wrong_shapes(shape, complaint):
     with pytest.raises(InputError, match=f"^environment.terrain.{complaint}"):
@@ -245,17 +310,85 @@ def test_offset_negate_and_formats(tmp_path):
     assert (load(written(tmp_path, None)).raster.solid == plain.raster.solid).all()
 
 
+@pytest.mark.parametrize("facts", [
+    {"origin": "[-1.0, 2.0, .nan]"}, {"origin": "[-1.0, 2.0, -nan]"}, {"mode": "Trinary"},
+    {"free_thresh": "0.9", "occupied_thresh": "0.1"}, {"negate": "false"}])
+def test_forms_that_ros_loads(tmp_path, facts):
+    plain, other = load(written(tmp_path)), load(written(tmp_path, **facts))
+    assert (other.raster.solid == plain.raster.solid).all() and other.bounds == plain.bounds
+
+
+def test_raw_pixels_are_probabilities(tmp_path):
+    """Of 0 to 100 %; all else is unknown."""
+    raw = np.array([[0, 49, 50], [100, 101, 254]], dtype=np.uint8)
+    solid = load(written(tmp_path, raw, mode="raw")).raster.solid
+    assert solid.tolist() == [[True] * 4, [True, False, False, True], [True] * 4]
+
+
+def test_in_scale_mode_a_grey_is_what_is_nearer(tmp_path):
+    greys = np.array([[254, 150, 149, 146, 145, 0]], dtype=np.uint8)  # 0.41, 0.42 | 0.43, 0.43
+    solid = load(written(tmp_path, greys, mode="scale")).raster.solid
+    assert solid[1].tolist() == [True, False, False, False, True]
+
+
+@pytest.mark.parametrize("turns, yaw", [(1, "1.5707963267948966"), (2, "3.141592653589793"),
+                                        (3, "-1.5707963267948966")])
+def test_a_quarter_turn_moves_each_cell(tmp_path, turns, yaw):
+    plain = load(written(tmp_path, origin="[0, 0, 0]"))
+    turned = load(written(tmp_path, origin=f"[0, 0, {yaw}]"))
+    assert (turned.raster.solid == np.rot90(plain.raster.solid[::-1], turns)[::-1]).all()
+    x0, y0, x1, y1 = plain.bounds
+    corners = np.array([(x0, y0), (x1, y1)]) @ np.linalg.matrix_power([[0, 1], [-1, 0]], turns)
+    assert turned.bounds == pytest.approx((*corners.min(axis=0), *corners.max(axis=0)))
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(-3.2, 3.2))
+def test_a_turned_map_keeps_its_area_and_its_place(yaw):
+    with tempfile.TemporaryDirectory() as name:
+        pixels = np.zeros((80, 120), np.uint8)
+        pixels[20:60, 30:90] = 254
+        terrain = load(written(Path(name), pixels, resolution="0.1", origin=f"[3, -2, {yaw}]"))
+    free = ~terrain.raster.solid
+    assert free.sum() * 0.01 == pytest.approx(24.0, rel=0.02)
+    rows, cols = np.nonzero(free)
+    middle = (terrain.raster.x_m + 0.1 * (cols.mean() + 0.5),
+              terrain.raster.y_m + 0.1 * (rows.mean() + 0.5))
+    at = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]) @ (6.0, 4.0)
+    assert middle == pytest.approx((3 + at[0], at[1] - 2), abs=0.02)
+
+
+def test_what_looks_wrong_is_said(tmp_path):
+    doubtful = load(written(tmp_path, free_thresh="0.25"))
+    assert doubtful.doubts == (
+        f"{tmp_path}/map.yaml: 1 of 4 free cells have the grey value 205, which map savers write "
+        "for unknown ground; mode trinary with free_thresh 0.196 leaves them unknown",
+        f"{tmp_path}/map.yaml: 2 free cells lie at the edge of map.pgm, which is closed by a wall "
+        "there")
+    sealed = np.pad(PIXELS[1:, :3], 1)
+    assert load(written(tmp_path, sealed)).doubts == ()
+
+
+def test_links_of_an_installed_map_are_followed(tmp_path):
+    """As ``colcon build --symlink-install`` makes them."""
+    (source := tmp_path / "source").mkdir()
+    (share := tmp_path / "share").mkdir()
+    written(source)
+    for name in ("map.yaml", "map.pgm"):
+        (share / name).symlink_to(source / name)
+    assert load(MapFile(map=str(share / "map.yaml"))).raster.solid.shape == (4, 4)
+
+
 @pytest.mark.parametrize("facts, complaint", [
-    ({"origin": "[0.0, 0.0, 0.1]"}, "origin has a yaw of 0.1 rad; only maps that are not rotated"),
     ({"origin": "[0.0, 0.0]"}, r"origin must be \[x, y, yaw\]"),
     ({"origin": "[.nan, 0.0, 0.0]"}, "origin must be finite"),
-    ({"free_thresh": "0.7"}, "free_thresh must lie below occupied_thresh and both between 0 and 1"),
-    ({"occupied_thresh": "1.5"}, "free_thresh must lie below occupied_thresh"),
+    ({"origin": "[0.0, 0.0, .inf]"}, "origin must be finite"),
+    ({"occupied_thresh": "1.5"}, "occupied_thresh must lie between 0 and 1, got 1.5"),
     ({"occupied_thresh": "high"}, "occupied_thresh must be a number, got 'high'"),
     ({"resolution": "0"}, "resolution must be above zero"),
     ({"resolution": None}, "'resolution' is missing"),
     ({"negate": "2"}, "negate must be 0 or 1"),
-    ({"mode": "raw"}, "mode 'raw' is not supported; allowed: trinary"),
+    ({"mode": "cooked"}, "unknown mode 'cooked'; allowed: trinary, scale, raw"),
     ({"free_thresh": "0.001"}, "no free cell"),
 ])
 def test_wrong_map_files(tmp_path, facts, complaint):

@@ -40,9 +40,18 @@ class Rectangle(Params):
     height_m: Length = Field("2 m", gt=0, description="(the paper: obstacles 2 m high)")
 
 
+class Polygon(Params):
+    """A solid block of any outline, whose sides do not cross each other."""
+
+    points_m: tuple[tuple[Position, Position], ...] = Field(
+        min_length=3, max_length=1000, description="its corners, in order around it")
+    material: str = Field("concrete", description="what it is made of, for the radio")
+    height_m: Length = Field("2 m", gt=0, description="(the paper: obstacles 2 m high)")
+
+
 class Drawing(Params):
     """Terrain drawn with characters, rows from the top. ``walls``: posts '+', walls '--' and '|'
-    between cells of ``cell`` size (as the paper's maze); or blocks: '#' solid, anything else free.
+    between cells of ``cell`` size (as the paper's maze); or blocks: '#' solid, '.' and space free.
     """
 
     lines: tuple[str, ...] = Field(min_length=1)
@@ -55,8 +64,10 @@ class Drawing(Params):
 class Shape(Params):
     """A terrain written out in the scenario. Its bounds are walls."""
 
-    size_m: tuple[Length, Length] = Field(description="width and depth, centred on the origin")
+    size_m: tuple[Length, Length] = Field(description="width and depth")
+    centre_m: tuple[Position, Position] = Field(("0 m", "0 m"), description="of the bounds")
     rectangles: tuple[Rectangle, ...] = ()
+    polygons: tuple[Polygon, ...] = ()
     walls: tuple[Wall, ...] = ()
     drawing: Drawing | None = None
 
