@@ -1,65 +1,44 @@
-"""No file of a stranger runs code, takes much, or ends a command with a traceback.
-
-    python tools/hostile.py [--count 200] [--first 0]
+"""No file or folder of a stranger runs code, takes much, changes others, or ends in a traceback.
 
 Each hostile file or folder (``hostile_files.py``) meets commands that read it, each in a process
-with limits and an audit hook (``guarded.py``). A table of the outcomes is printed; the exit code is
-1 if one is wrong.
+with limits and an audit hook (``guarded.py``). ``tools/fuzz.py hostile`` plays them.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import subprocess
-import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
 
-from guarded import CPU_S, MEMORY_BYTES, measured
+from guarded import CPU_S, MEMORY_BYTES, Guard
+from hostile_files import KINDS as _KINDS
 
-HERE = Path(__file__).parent
+KINDS = [*_KINDS]
 
 
-def play(numbers: range) -> tuple[Counter[tuple[str, str]], list[str]]:
-    """Outcomes by kind, and a line for each that is wrong."""
+def play(kinds: list[str], numbers: range) -> int:
+    """Play these cases and print those that are wrong, the outcomes by kind, and what was most;
+    returns the number of wrong ones. A number stands for one kind."""
     counts: Counter[tuple[str, str]] = Counter()
-    wrong, most_bytes, most_s = [], 0, 0.0
-    with tempfile.TemporaryDirectory(prefix="desim_hostile_") as top:
-        base_bytes = measured(Path(top), ["--version"], 0).memory_bytes
+    most: dict[str, tuple[float, int]] = dict.fromkeys(kinds, (0.0, 0))
+    with tempfile.TemporaryDirectory(prefix="desim_hostile_") as top, Guard() as guard:
         for number in numbers:
-            with tempfile.TemporaryDirectory(dir=top) as name:
-                folder = Path(name)
-                (folder / "out").mkdir()
-                kind, commands = json.loads(subprocess.run(
-                    [sys.executable, str(HERE / "hostile_files.py"), name, str(number)],
-                    stdout=subprocess.PIPE, check=True).stdout)
-                for words in commands:
-                    end = measured(folder, words, base_bytes)
-                    most_bytes = max(most_bytes, end.memory_bytes)
-                    most_s = max(most_s, end.cpu_s)
-                    counts[kind, end.wrong or f"exit {end.code}"] += 1
-                    if end.wrong:
-                        wrong.append(
-                            f"{number} {kind}: {end.wrong}, exit {end.code}, {end.cpu_s:.1f} s, "
-                            f"{end.memory_bytes / 1e6:.0f} MB: {end.said[-300:].strip()}")
-                        print(wrong[-1], flush=True)
-    print(f"at most {most_s:.1f} s of CPU (limit {CPU_S}), {most_bytes / 1e6:.0f} MB above a "
-          f"command at rest (limit {MEMORY_BYTES / 1e6:.0f})")
-    return counts, wrong
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--first", type=int, default=0)
-    arguments = parser.parse_args()
-    counts, wrong = play(range(arguments.first, arguments.first + arguments.count))
+            kind = kinds[number % len(kinds)]
+            folder = Path(top) / "case"
+            for words in guard.made(folder, kind, number):
+                end = guard.measured(folder, words)
+                most[kind] = (max(most[kind][0], end.cpu_s), max(most[kind][1], end.memory_bytes))
+                counts[kind, end.wrong or f"exit {end.code}"] += 1
+                if end.wrong:
+                    print(f"--only {kind} --first {number} --count 1: {' '.join(words)}: "
+                          f"{end.wrong}, exit {end.code}, {end.cpu_s:.1f} s, "
+                          f"{end.memory_bytes / 1e6:.0f} MB: {end.said[-500:].strip()}", flush=True)
+            subprocess.run(["rm", "-rf", str(folder)], check=True)  # it may be too deep for Python
     for (kind, end), count in sorted(counts.items()):
-        print(f"{kind:12} {end:12} {count:4}")
-    return 1 if wrong else 0
+        print(f"{kind:16} {end:12} {count:4}")
+    for kind, (cpu_s, memory_bytes) in most.items():
+        print(f"{kind:16} at most {cpu_s:4.1f} s of CPU (limit {CPU_S}), {memory_bytes / 1e6:3.0f} "
+              f"MB above a command at rest (limit {MEMORY_BYTES / 1e6:.0f})")
+    return sum(count for (_, end), count in counts.items() if not end.startswith("exit "))
 
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -1,30 +1,48 @@
 """Single files as an attacker would make them: recordings, logs, traces, maps, images and YAML.
 
 ``hostile`` makes one of them by its number, in the same way each time, in an empty folder, and
-returns its name and the commands that read it. As a program it does so and prints these as JSON:
-the memory that making it takes is then not the caller's. Every tenth is the folder of a run
-(``hostile_folders.py``).
+returns the commands that read it. Some are folders of runs
+(``hostile_folders.py``) and campaigns (``hostile_campaigns.py``): copies of good ones, which are
+made once, beside the folder.
 """
 
 from __future__ import annotations
 
 import bz2
 import gzip
-import json
 import random
+import shutil
 import sqlite3
 import struct
-import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
 
-import lz4.frame
-from mcap.writer import CompressionType, Writer
-from rosbags.rosbag2.reader import zstd
+from guarded import MINE
 
 Commands = list[list[str]]
 SCENARIO = "name: x\nfleet: {size: 1}\nstop: {elapsed: 20 ms}\n"
+SMALL = """\
+name: small
+environment: {terrain: {size: [12 m, 12 m]}}
+fleet: {size: 2, start: {from: [-4 m, 4 m], step: [2 m, 0 m]}}
+robot: {laser: {beams: 20}}
+network: {media: {lan: {model: switch, rate: 10 Mb/s, rules: [{rule: loss, probability: 1 %}]}}}
+stop: {elapsed: 50 ms}
+trace: {keep: all, ledger: true}
+"""
+DESIGN = """\
+name: d
+base: small.yaml
+question: Why?
+parameters:
+  robots: {key: fleet.size, values: [1, 2]}
+  rate: {key: network.media.lan.rate, from: 1 Mb/s, to: 2 Mb/s, count: 2}
+vectors: all
+iterations: 2
+metrics: {half: explored / 2}
+report: {metrics: [explored], against: robots}
+"""
 IMPORT = ["import", "--out", "out"]
 RUN = ["run", "--quiet", "--out", "out", "s.yaml"]
 MAP = {"image": "map.pgm", "resolution": "0.1", "origin": "[0, 0, 0]", "negate": "0",
@@ -42,10 +60,9 @@ BOMBS = [lambda: "[" * 300_000, lambda: "[\n" * 200_000, lambda: "{a: " * 100_00
          lambda: "# " + "x" * 9_900_000, lambda: "\n" * 9_900_000, lambda: "x" * 11_000_000]
 
 
-def hostile(folder: Path, number: int) -> tuple[str, Commands]:
-    """Make the file of this number in ``folder``."""
-    kind = KINDS[number % len(KINDS)]
-    return kind.__name__, kind(folder, random.Random(f"hostile file {number}"))
+def hostile(folder: Path, kind: str, number: int) -> Commands:
+    """Make the file of this kind and number in ``folder``."""
+    return KINDS[kind](folder, random.Random(f"hostile {kind} {number}"))
 
 
 def scenario(folder: Path, stream: random.Random) -> Commands:
@@ -128,6 +145,8 @@ def trace(folder: Path, stream: random.Random) -> Commands:
 
 
 def mcap(folder: Path, stream: random.Random) -> Commands:
+    from mcap.writer import CompressionType, Writer
+
     kind, text = stream.choice([
         ("nav_msgs/msg/OccupancyGrid", "uint8[0] a"), ("std_msgs/msg/Float64", "float64 data"),
         ("nav_msgs/msg/Path", "std_msgs/Empty[] poses\n" + "=" * 80 + "\nMSG: std_msgs/Empty\n"),
@@ -167,6 +186,9 @@ def bag(folder: Path, stream: random.Random) -> Commands:
 
 
 def bag_folder(folder: Path, stream: random.Random) -> Commands:
+    import lz4.frame
+    from rosbags.rosbag2.reader import zstd
+
     (folder / "b").mkdir()
     name = stream.choice(["a.db3", "a.mcap", "a.db3.zstd", "..", "../../victim", "\\e[31m"])
     mode = stream.choice(["", "file", "message"])
@@ -191,17 +213,56 @@ def bag_folder(folder: Path, stream: random.Random) -> Commands:
 def run_folder(folder: Path, stream: random.Random) -> Commands:
     from hostile_folders import hostile as harm
 
-    import desim
-
-    (folder / "s.yaml").write_text(SCENARIO)
-    run = desim.run(folder / "s.yaml", out=folder / "results").path
+    shutil.copytree(good(folder) / "results", folder / "results")
+    run, = (folder / "results" / "small").iterdir()
+    (run / MINE).write_text("precious")
     harm(run, stream.randrange(10**6))
     name = str(run.relative_to(folder))
     return stream.sample([
-        ["why", name], ["trace", name], ["diff", name, name], ["compare", name, name],
+        ["why", name], ["why", name, "--dropped", "--json"], ["trace", name],
+        ["trace", name, "--message", "1"], ["diff", name, name], ["compare", name, name],
         ["ls", "results"], ["check", name], ["figure", name], ["view", name, "--no-open"],
+        ["view", name, name, "--no-open", "--to", "out/v.html"],
+        ["figure", name, "--to", "out/figure.pdf"],
         ["export", name, "--csv", "out/csv"], ["export", name, "--mcap", "out/m.mcap"],
-        ["export", name, "--pcap", "out/p.pcap"], ["graph", name]], 2)
+        ["export", name, "--bag", "out/b.bag"], ["export", name, "--graphml", "out/g.graphml"],
+        ["export", name, "--pcap", "out/p.pcap"], ["graph", name, "--json"],
+        ["graph", name, "--to", "out/g.png"]], 2)
+
+
+def campaign_folder(folder: Path, stream: random.Random) -> Commands:
+    from hostile_campaigns import hostile as harm
+
+    for name in ("campaign", "small.yaml", "design.yaml"):
+        source = good(folder) / name
+        (shutil.copytree if source.is_dir() else shutil.copy)(source, folder / name)
+    for place in (folder, folder / "campaign", next((folder / "campaign/runs/small").iterdir())):
+        (place / MINE).write_text("precious")
+    harm(folder / "campaign", stream.randrange(10**6))
+    return stream.sample([
+        ["check", "campaign"], ["ls", "campaign"], ["ls", ".", "--json"],
+        ["compare", "campaign", "campaign"], ["compare", "campaign", "campaign", "--json"],
+        ["report", "campaign"], ["report", "campaign", "--quiet", "--out", "out/report"],
+        ["report", "campaign", "--design", "design.yaml", "--out", "out/report"],
+        ["report", "campaign", "--leaderboard", "out/board.md"],
+        ["sweep", "design.yaml", "--dry-run", "--out", "campaign"],
+        ["sweep", "design.yaml", "--quiet", "--jobs", "1", "--out", "campaign"]], 3)
+
+
+def good(folder: Path) -> Path:
+    """A folder with a run and a campaign, made once, beside ``folder``."""
+    import desim
+    from desim.cli import app
+
+    place = folder.parent / "good"
+    if not place.exists():
+        place.mkdir()
+        (place / "small.yaml").write_text(SMALL)
+        (place / "design.yaml").write_text(DESIGN)
+        desim.run(place / "small.yaml", out=place / "results")
+        app(["sweep", str(place / "design.yaml"), "--quiet", "--jobs", "1", "--out",
+             str(place / "campaign")], standalone_mode=False)
+    return place
 
 
 def _damaged(path: Path, stream: random.Random) -> str:
@@ -220,9 +281,6 @@ def _damaged(path: Path, stream: random.Random) -> str:
     return path.name
 
 
-KINDS: list[Callable[[Path, random.Random], Commands]] = [
-    scenario, design, map_yaml, image, carmen, trace, mcap, bag, bag_folder, run_folder]
-
-
-if __name__ == "__main__":
-    print(json.dumps(hostile(Path(sys.argv[1]), int(sys.argv[2]))))
+KINDS: dict[str, Callable[[Path, random.Random], Commands]] = {kind.__name__: kind for kind in (
+    scenario, design, map_yaml, image, carmen, trace, mcap, bag, bag_folder, run_folder,
+    campaign_folder)}

@@ -9,13 +9,14 @@ import re
 import unicodedata
 from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import numpy as np
 import yaml
 
 from desim.errors import InputError
-from desim.files import opened, writing
+from desim.files import opened, refuse_link, writing
 from desim.imports.recording_content import RecordingContent
 from desim.imports.run_tables import LOGGED_DROP, ReplayedFleet, Tables, tables
 from desim.imports.trajectories import Trajectory, together, tracks
@@ -127,22 +128,25 @@ def _summary(source: str, fleet: ReplayedFleet) -> Json:
 
 
 def _written(folder: Path, about: Json, made: Tables, scenario: Json, summary: Json) -> Path:
-    """Write the folder beside its place, and its files then into it, the manifest last."""
-    partial = folder.with_name(f"{folder.name}.partial")
+    """Write the files in a new folder beside its place, and move them into it, the manifest last:
+    whatever somebody has put there, nothing is written through a link."""
     with writing(folder, "--out"):
-        partial.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        refuse_link(folder)
+    with writing(folder, "--out"), TemporaryDirectory(
+            dir=folder.parent, prefix=f".{folder.name}.") as temporary:
+        partial = Path(temporary)
         for name, table in made.items():
             parquet.write(partial / f"{name}.parquet", table)
         (partial / NAMES).write_text("{}\n")
         (partial / SCENARIO).write_text(
             yaml.safe_dump({"name": about["name"], "seed": 0, **scenario}, sort_keys=False))
         (partial / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n")
-        names = sorted(file.name for file in partial.iterdir() if file.name != MANIFEST)
+        names = sorted(file.name for file in partial.iterdir())
         seal(partial, about, names)
         folder.mkdir(exist_ok=True)
         for name in [*names, MANIFEST]:
             os.replace(partial / name, folder / name)
-        partial.rmdir()
     return folder
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
@@ -14,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
+from desim.report.drawing import drawing
 from desim.report.picture_file import save
 from desim.results.beliefs import BeliefSnapshot, PairBelief
 
@@ -28,7 +28,7 @@ _MARKS = {"known": ("o", "#2b2f36", "#2b2f36", "all matches known"),
           "ghosts": ("X", _MISTAKEN, _MISTAKEN, "a ghost")}
 
 
-@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 10})
+@drawing({"font.size": 9, "axes.titlesize": 10})
 def draw(beliefs: BeliefSnapshot, path: Path) -> None:
     """Write the picture to ``path``; its ending says the format (png, pdf, svg)."""
     save(drawn(beliefs), path)

@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
@@ -18,6 +17,7 @@ from desim.errors import InputError, did_you_mean
 from desim.network.medium import Medium
 from desim.ports import GridSpec, PredictsSignal
 from desim.ports.tasks import Ground
+from desim.report.drawing import drawing
 from desim.report.picture_file import save
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
@@ -29,7 +29,7 @@ MOST_POINTS = 250_000  # of more cells, only every second one is drawn, or fewer
 _WALL = ListedColormap(["#2b2f36"])
 
 
-@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11})
+@drawing({"font.size": 9, "axes.titlesize": 11})
 def draw(scenario: Scenario, at: str | None, medium: str | None, path: Path) -> str:
     """Write the picture to ``path``; its ending says the format (png, pdf, svg).
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib import colormaps, rc_context
+from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
@@ -20,6 +20,7 @@ from matplotlib.patches import Circle, Patch
 from desim.colours import ROBOTS, of_robot
 from desim.monitor.coverage import EXPLORED
 from desim.report import load_panels
+from desim.report.drawing import drawing
 from desim.report.log_axis import plain
 from desim.report.picture_file import save
 from desim.results.maps import OccupancyMap
@@ -27,32 +28,31 @@ from desim.results.run import Run
 from desim.results.samples import measured
 from desim.results.status import RunStatus
 
+if TYPE_CHECKING:  # the name is new in matplotlib 3.10
+    from matplotlib.typing import RcKeyType
+
 NAMED = len(ROBOTS)  # up to so many have a line each in the legend, more share a colour bar
 
 _UNKNOWN, _FREE, _SOLID, _WRONG = "#c9cdd2", "#ffffff", "#2b2f36", "#d62728"
 _DOOR, _MOVER, _APART = "#f2b705", "#000000", "#b8a3d9"
 _BENDS = 12  # straight pieces that a robot's way of one second is drawn with
+_STYLE: dict[RcKeyType, object] = {"font.size": 9, "axes.titlesize": 11, "legend.fontsize": 8.5}
 _PREFIX = "bytes_per_s:"
 _DASHES = ("-", "--", ":", "-.")  # of each ten lines, whose colours come again
 
 
 def draw(run: Run, path: Path) -> None:
     """Write the picture of ``run`` to ``path``; its ending says the format (png, pdf, svg)."""
-    with _style():
+    with drawing(_STYLE):
         save(_figure(run), path)
 
 
 def png(run: Run, dpi: int) -> bytes:
     """The picture of ``run``, 11 x 10 inches, as a PNG."""
     file = BytesIO()
-    with _style():
+    with drawing(_STYLE):
         _figure(run).savefig(file, format="png", dpi=dpi)
     return file.getvalue()
-
-
-def _style() -> AbstractContextManager[None]:
-    return rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11,
-                       "legend.fontsize": 8.5})
 
 
 def _figure(run: Run) -> Figure:

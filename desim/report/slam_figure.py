@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from desim.imports.slam_logs.slam_trial import SlamTrial
+from desim.report.drawing import drawing
 from desim.report.picture_file import save
 
 _UNKNOWN = 205.0 / 255.0  # the grey of ROS's map_server
@@ -16,7 +16,7 @@ _MARGIN_M = 1.0
 _MOST_CELLS = 2000  # along a side: more than pictures of 8 inches have points
 
 
-@rc_context({"text.parse_math": False, "font.size": 9, "axes.titlesize": 11})
+@drawing({"font.size": 9, "axes.titlesize": 11})
 def draw_slam(trial: SlamTrial, title: str, path: Path) -> None:
     """Write the map with the path over it; the file's ending says the format (png, pdf, svg)."""
     grid = trial.map

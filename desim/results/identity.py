@@ -60,7 +60,8 @@ def plugin_references(scenario: Scenario) -> dict[str, str]:
 def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
     chosen = {("task", scenario.task.model),
               ("strategy", scenario.coordination.strategy), ("world", scenario.physics.model),
-              ("middleware", scenario.middleware.model)}
+              ("middleware", scenario.middleware.model),
+              ("computers", scenario.computers.model)}
     own = [*(host.strategy for host in scenario.hosts.values()),
            *(kind.strategy for kind in scenario.fleet.types.values())]
     chosen.update(("strategy", choice.strategy) for choice in own if choice is not None)

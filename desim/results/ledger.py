@@ -20,6 +20,7 @@ from desim.results.message_log import DELIVERED, DROPPED
 from desim.results.parquet import read_table
 from desim.results.run import Run, readable
 from desim.results.status import RunStatus
+from desim.results.tables import full
 from desim.results.traces import Rows, Spool, refuse_failed, repeatable, trace_of
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
@@ -35,6 +36,10 @@ SCHEMA = pa.schema([
     ("frames_lost", _INT), ("frames_lost_for", _TEXT), ("frames_lost_from_ns", _INT),
     ("frames_lost_until_ns", _INT),
     ("parts", pa.list_(_TEXT)), ("places", pa.list_(_TEXT)), ("times_ns", pa.list_(_INT))])
+
+_FULL = full(SCHEMA, "reason", "place", "latency_ns", "read_ns", "node", "called_ns",
+             "node_queue_ns", "run_queue_ns", "computing_ns", "by_callback", "frames_lost",
+             "frames_lost_for", "frames_lost_from_ns", "frames_lost_until_ns")
 
 
 class LedgerRecorder:
@@ -110,7 +115,7 @@ def ledger_of(run: Run) -> pa.Table:
 def read_ledger(file: Path) -> pa.Table:
     """A ledger's file, of schema ``SCHEMA``. Columns that older ones have not are null."""
     kept = read_table(file)
-    return pa.concat_tables([SCHEMA.empty_table(), kept], promote_options="permissive").cast(SCHEMA)
+    return pa.concat_tables([SCHEMA.empty_table(), kept], promote_options="permissive").cast(_FULL)
 
 
 def trace_and_ledger(run: Run, spool: Path, until_ns: int | None,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -14,7 +15,7 @@ from desim.engine.trace import real
 from desim.monitor.map_growth import Life, MapGrowth
 from desim.monitor.recorder import ShownPlan, StandingWall
 from desim.ports import GridSpec
-from desim.results.parquet import read_table
+from desim.results import tables
 from desim.results.run import Run, readable
 from desim.results.seal import Json
 from desim.results.trace_words import values
@@ -84,7 +85,8 @@ class Recording:
     @cached_property
     def robots(self) -> tuple[str, ...]:
         """The robots, in the order of ``poses``."""
-        return tuple(self._table("poses")["robot"].combine_chunks().dictionary.to_pylist())
+        with self._table("poses") as table:
+            return tuple(table["robot"].combine_chunks().dictionary.to_pylist())
 
     @cached_property
     def end_ns(self) -> int:
@@ -94,19 +96,21 @@ class Recording:
     @cached_property
     def poses(self) -> Poses:
         """The poses of all robots."""
-        table, robots = self._table("poses"), max(len(self.robots), 1)
-        by_robot = {name: table[name].to_numpy().reshape(robots, -1)
-                    for name in ("time_ns", "x_mm", "y_mm", "yaw_mrad")}
-        return Poses(by_robot["time_ns"][0],
-                     np.stack([by_robot["x_mm"].T, by_robot["y_mm"].T], axis=-1),
-                     by_robot["yaw_mrad"].T)
+        with self._table("poses") as table:
+            by_robot = {name: table[name].to_numpy().reshape(max(len(self.robots), 1), -1)
+                        for name in ("time_ns", "x_mm", "y_mm", "yaw_mrad")}
+            self._refuse_other_times(by_robot["time_ns"][0])
+            return Poses(by_robot["time_ns"][0],
+                         np.stack([by_robot["x_mm"].T, by_robot["y_mm"].T], axis=-1),
+                         by_robot["yaw_mrad"].T)
 
     @cached_property
     def moving_obstacles(self) -> np.ndarray:
         """int32 [n, obstacles, 3] x mm, y mm, radius mm, at the instants of ``poses``."""
-        table, count = self._table("moving_obstacles"), len(self.poses.times_ns)
-        columns = [table[name].to_numpy() for name in ("x_mm", "y_mm", "radius_mm")]
-        return np.stack(columns, axis=-1).reshape(-1, count, 3).swapaxes(0, 1)
+        with self._table("moving_obstacles") as table:
+            columns = [table[name].to_numpy() for name in ("x_mm", "y_mm", "radius_mm")]
+            return np.stack(columns, axis=-1).reshape(
+                -1, len(self.poses.times_ns), 3).swapaxes(0, 1)
 
     @property
     def lives(self) -> list[Life]:
@@ -116,25 +120,30 @@ class Recording:
     @cached_property
     def growths(self) -> tuple[MapGrowth, ...]:
         """The growth of each map, in the order in which robots' software started."""
-        table = self._table("growth")
-        return tuple(_growth({name: table[name][i] for name in table.column_names})
-                     for i in range(len(table)))
+        with self._table("growth") as table:
+            self._refuse_strangers(table["robot"])
+            for name in ("started_ns", "until_ns"):
+                self._refuse_other_times(table[name].to_numpy())
+            return tuple(_growth({name: table[name][i] for name in table.column_names})
+                         for i in range(len(table)))
 
     @cached_property
     def walls(self) -> tuple[StandingWall, ...]:
         """The terrain: its walls, and closed doors as long as they were closed."""
-        return tuple(StandingWall(**row) for row in self._table("walls").to_pylist())
+        with self._table("walls") as table:
+            return tuple(StandingWall(**row) for row in table.to_pylist())
 
     @cached_property
     def plans(self) -> tuple[ShownPlan, ...]:
         """All that hosts have shown, and the robots' goals and poses by SLAM, by time."""
-        table = self._table("plans")
-        places = [np.column_stack([x, y]).astype(np.int32) for x, y in
-                  zip(table["x_mm"].to_pylist(), table["y_mm"].to_pylist(), strict=True)]
-        texts = map(tuple, table["texts"].to_pylist() if "texts" in table.column_names
-                    else [()] * len(table))  # recordings of before there were texts
-        shown = list(map(ShownPlan, table["time_ns"].to_pylist(), table["robot"].to_pylist(),
-                         table["kind"].to_pylist(), places, texts))
+        with self._table("plans") as table:
+            places = [np.column_stack([x, y]).astype(np.int32) for x, y in
+                      zip(table["x_mm"].to_pylist(), table["y_mm"].to_pylist(), strict=True)]
+            texts = map(tuple, table["texts"].to_pylist() if "texts" in table.column_names
+                        else [()] * len(table))  # recordings of before there were texts
+            self._refuse_other_times(table["time_ns"].to_numpy())
+            shown = list(map(ShownPlan, table["time_ns"].to_pylist(), table["robot"].to_pylist(),
+                             table["kind"].to_pylist(), places, texts))
         return tuple(sorted(shown + shown_in(self._rows), key=lambda plan: plan.time_ns))
 
     @cached_property
@@ -153,16 +162,28 @@ class Recording:
     @cached_property
     def messages(self) -> pa.Table:
         """One row a message and receiver."""
-        return self._table("messages")
+        with self._table("messages") as table:
+            return table
 
     @cached_property
     def _rows(self) -> list[Json]:
-        return rows_of(self._table("events"))
+        with self._table("events") as table:
+            self._refuse_other_times(table["t_ns"].to_numpy())
+            return rows_of(table)
 
-    def _table(self, name: str) -> pa.Table:
-        file = self.run.file(f"{name}.parquet")
-        with readable(file):
-            return read_table(file)
+    @contextmanager
+    def _table(self, name: str) -> Iterator[pa.Table]:
+        with readable(self.run.file(f"{name}.parquet")) as file:
+            yield tables.read(file)
+
+    def _refuse_other_times(self, times_ns: np.ndarray) -> None:
+        if len(times_ns) and not 0 <= times_ns.min() <= times_ns.max() <= self.end_ns:
+            raise ValueError("a time is not in the run")
+
+    def _refuse_strangers(self, names: pa.ChunkedArray) -> None:
+        strangers = set(names.to_pylist()).difference(host.name for host in self.hosts)
+        if strangers:
+            raise ValueError(f"{min(strangers)!r} is none of the run's hosts")
 
 
 def rows_of(events: pa.Table) -> list[Json]:

@@ -13,9 +13,8 @@ import pyarrow as pa
 
 from desim.errors import InputError, first_line
 from desim.files import content_below
-from desim.results import maps
+from desim.results import maps, tables
 from desim.results.file_names import MANIFEST, MAPS, NAMES, SCENARIO, SUMMARY
-from desim.results.parquet import read_table
 from desim.results.seal import MOST_BYTES, Json, manifest_of, parsed, wrong_with
 from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
@@ -87,7 +86,8 @@ class Run(InNotebooks):
     def table(self, name: str, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
         """``samples``, ``robots``, ``latency``, ``messages`` or ``trace`` by column (``names``:
         these only). A missing value is None among words and NaN among numbers."""
-        return columns(self.file(f"{name}.parquet"), names)
+        with readable(self.file(f"{name}.parquet")) as file:
+            return arrays(tables.read(file, names))
 
     def has(self, name: str) -> bool:
         """Whether the run has left this file. If it has gone since, ``file`` says so: a missing
@@ -100,7 +100,11 @@ class Run(InNotebooks):
         return self.has(name) and os.path.lexists(self.path / name)
 
     def file(self, name: str) -> Path:
-        """One of its files, as desim wrote it. Raises ``InputError`` where it is not so."""
+        """One of its files, as desim wrote it. Raises ``InputError`` where it is not so.
+
+        Whoever changes it after this look could as well change it while it is read: the digest
+        shows damage, no origin. So readers open it anew, without following a link, and check what
+        they find."""
         if name not in self.manifest["files"]:
             raise InputError(f"{self.path}: has no {name} (its status is "
                              f"{self.manifest['status']!r})")
@@ -154,11 +158,9 @@ def readable(file: Path) -> Iterator[Path]:
         raise InputError(f"{file}: damaged: {first_line(error)}") from error
 
 
-def columns(file: Path, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-    """The columns of a table (``names``: these only). Raises ``InputError``."""
-    with readable(file):
-        table = read_table(file, names)
-        return {column: _array(table[column]) for column in table.column_names}
+def arrays(table: pa.Table) -> dict[str, np.ndarray]:
+    """The columns of a table."""
+    return {column: _array(table[column]) for column in table.column_names}
 
 
 def _array(column: pa.ChunkedArray) -> np.ndarray:

@@ -20,6 +20,7 @@ from desim.results.parquet import opened
 from desim.results.run import Run, readable
 from desim.results.seal import Json
 from desim.results.status import RunStatus, refuse_imported
+from desim.results.tables import TRACE_ROWS, conform
 from desim.scenario.load import load
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
@@ -71,21 +72,22 @@ def kept(run: Run, spool: Path) -> Rows | None:
     if not run.keeps(TRACE):
         return None
     names, sink = Names(), Spool(spool)
-    for batch in _batches(run.file(TRACE)):
-        rows = np.empty(len(batch), ROW)
+    for table in _parts(run.file(TRACE)):
+        rows = np.empty(len(table), ROW)
         for name in ("t_ns", "a", "b", "c"):
-            rows[name] = batch[name].to_numpy()
+            rows[name] = table[name].to_numpy()
         for name in ("kind", "entity"):
-            words = batch[name].dictionary_encode()
+            words = table[name].combine_chunks().dictionary_encode()
             ids = np.array([names.id(word) for word in words.dictionary.to_pylist()], "<u4")
             rows[name] = ids[words.indices.to_numpy()]
         sink.add(rows)
     return Rows(sink.rows(), run.names | names.items())
 
 
-def _batches(path: Path) -> Iterator[pa.RecordBatch]:
+def _parts(path: Path) -> Iterator[pa.Table]:
     with readable(path), opened(path) as file:
-        yield from file.iter_batches()
+        for batch in file.iter_batches():
+            yield conform(pa.Table.from_batches([batch]), TRACE_ROWS)
 
 
 def refuse_failed(run: Run) -> None:

@@ -112,6 +112,20 @@ def test_a_run_that_takes_too_long_has_failed_and_its_worker_is_replaced(tmp_pat
         assert workers.made(good)["status"] == "finished"
 
 
+def test_a_module_in_the_current_folder_is_not_the_workers(tmp_path, monkeypatch):
+    """Whoever has made the folder in which a sweep is started."""
+    plan = planned(tmp_path, ONE)
+    task = RunTask(plan.run_id(plan.vectors[0], 0), plan.scenario(plan.vectors[0], 0),
+                   str(tmp_path), ())
+    (tmp_path / "foreign").mkdir()
+    for name in ("desim", "numpy"):
+        (tmp_path / "foreign" / f"{name}.py").write_text("open('mark', 'w')\n")
+    monkeypatch.chdir(tmp_path / "foreign")
+    with Crew(1) as workers:
+        assert workers.made(task)["status"] == "finished"
+    assert not (tmp_path / "foreign" / "mark").exists()
+
+
 def test_the_clock_of_a_run_starts_when_its_worker_is_ready(tmp_path, monkeypatch):
     plan = planned(tmp_path, ONE)
     vector = plan.vectors[0]

@@ -3,6 +3,7 @@
 A few of those that ``tools/hostile.py`` plays, and what the hook must see.
 """
 
+import os
 import sys
 from pathlib import Path
 
@@ -10,28 +11,44 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
 
-from guarded import measured
-from hostile_files import KINDS, bag_folder, carmen, design, hostile
+from guarded import Guard, _is_evil
 
 
-@pytest.mark.parametrize("kind", [design, carmen, bag_folder])
-def test_a_hostile_file_is_refused_in_words(tmp_path, kind):
-    (tmp_path / "out").mkdir()
-    name, commands = hostile(tmp_path, KINDS.index(kind))
-    assert name == kind.__name__
-    for words in commands:
-        end = measured(tmp_path, words, 10**9)  # memory is not judged here
+@pytest.fixture(scope="module")
+def guard():
+    with Guard() as guard:
+        yield guard
+
+
+@pytest.mark.parametrize("kind", ["design", "carmen", "bag_folder"])
+def test_a_hostile_file_is_refused_in_words(guard, tmp_path, kind):
+    for words in guard.made(tmp_path / "case", kind, 0):
+        end = guard.measured(tmp_path / "case", words)
         assert not end.wrong and end.code == 2, end
 
 
-def test_the_hook_sees_code_in_the_folder(tmp_path):
+@pytest.mark.parametrize("number", range(int(os.environ.get("HOSTILE_FOLDERS", "4"))))
+def test_a_hostile_campaign_is_read_as_data(guard, tmp_path, number):
+    for words in guard.made(tmp_path / "case", "campaign_folder", number):
+        end = guard.measured(tmp_path / "case", words)
+        assert not end.wrong, (words, end)
+
+
+def test_the_hook_sees_code_in_the_folder(guard, tmp_path):
     (tmp_path / "evil.py").write_text("class Evil: pass\n")
     (tmp_path / "s.yaml").write_text(
         f"name: x\nstop: {{elapsed: 1 s}}\ncoordination: {{strategy: '{tmp_path}/evil:Evil'}}\n")
-    end = measured(tmp_path, ["run", "s.yaml", "--quiet", "--out", "out"], 0)
+    end = guard.measured(tmp_path, ["run", "s.yaml", "--quiet", "--out", "out"])
     assert end.wrong == "forbidden" and "runs" in end.said
 
 
-def test_the_hook_sees_what_is_written_elsewhere(tmp_path):
-    end = measured(tmp_path, ["new", "hello", "--to", "."], 0)
+def test_the_hook_sees_what_is_written_elsewhere(guard, tmp_path):
+    end = guard.measured(tmp_path, ["new", "hello", "--to", "."])
     assert end.wrong == "forbidden" and "forbidden: " in end.said
+
+
+def test_markup_that_a_page_takes_for_its_own_is_seen(tmp_path):
+    for text, evil in (("<p onclick=x>", True), ("<script> evil()</script>", True),
+                       ("<evil>", True), ("&lt;evil&gt; <script>a = 'evil()'</script>", False)):
+        (tmp_path / "page.html").write_text(text)
+        assert _is_evil(tmp_path / "page.html") == evil

@@ -464,6 +464,26 @@ def test_a_chunk_with_wrong_bytes_is_left_out(long, tmp_path):
         assert np.array_equal(poses.xy_mm[k], recording.poses.xy_mm[k])
 
 
+def test_nothing_is_written_through_links_that_lie_in_the_place(bag, tmp_path):
+    done = import_recording(bag, tmp_path)
+    folder, victim = done.run.path, tmp_path / "victim.txt"
+    partial = folder.with_name(f"{folder.name}.partial")
+    victim.write_text("precious")
+    partial.mkdir()
+    for place in (folder, partial):
+        for name in ("summary.json", "poses.parquet"):
+            (place / name).unlink(missing_ok=True)
+            (place / name).symlink_to(victim)
+    again = import_recording(bag, tmp_path).run
+    assert victim.read_text() == "precious" and again.metrics == done.run.metrics
+    folder.rename(tmp_path / "elsewhere")
+    folder.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError) as caught:
+        import_recording(bag, tmp_path)
+    assert str(caught.value) == (f"--out: {folder} cannot be written: is a symbolic link, which "
+                                 "desim does not write through")
+
+
 @pytest.mark.parametrize("content, text", [
     (b"", "is empty"),
     (b"hello", "is neither an MCAP file nor a bag of ROS; allowed: an .mcap file, a .bag file of "

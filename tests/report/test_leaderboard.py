@@ -85,6 +85,16 @@ def test_a_new_page(tmp_path):
     assert page.read_text() == f"# Leaderboard\n\n{BLOCK}"
 
 
+def test_a_question_is_text(tmp_path):
+    page = tmp_path / "board.md"
+    found = study(tmp_path / "c", question="<!-- end of leaderboard --> <script>evil()</script>")
+    for _ in range(2):
+        enter(found, page)
+    text = page.read_text()
+    assert "&lt;script>evil()" in text and "<script" not in text
+    assert text.count("<!-- end of leaderboard -->") == 1
+
+
 def test_entering_again_changes_nothing(tmp_path):
     page, found = tmp_path / "board.md", study(tmp_path / "c")
     enter(found, page)

@@ -10,6 +10,7 @@ from packages import LAYERS
 
 from desim.results import identity
 from desim.scenario.load import load
+from desim.scenario.schema.communication import PluginChoice
 
 ASK = "from desim.results.identity import source; print(source(()))"
 
@@ -107,3 +108,17 @@ def test_a_function_that_was_installed_stands_by_itself(tmp_path, function):
     plain, ends = (len(identity._files(identity.modules(
         load(tmp_path / f"{name}.yaml").scenario))) for name in ("plain", "ends"))
     assert ends - plain <= 2  # where it is named, and where it is defined
+
+
+def test_every_kind_of_plug_in_that_a_scenario_chooses_is_part_of_the_name(tmp_path):
+    (tmp_path / "s.yaml").write_text(
+        "name: s\ncoordination: {exchange: {content: full}}\n"
+        "network: {media: {lan: {model: ideal, rules: [{rule: loss, probability: 1 %}]}}}\n")
+
+    def kinds(choice):
+        own = {choice.kind} if "kind" in vars(choice) else set()
+        return own.union(*map(kinds, choice.__subclasses__()))
+
+    named = {name.partition(" ")[0]
+             for name in identity.plugin_references(load(tmp_path / "s.yaml").scenario)}
+    assert named == kinds(PluginChoice) | {"world"}

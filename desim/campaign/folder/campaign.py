@@ -12,7 +12,8 @@ from desim.campaign.design.design import Design, read_design
 from desim.campaign.folder.design_copy import kept_design
 from desim.campaign.folder.run_folders import run_folders
 from desim.errors import InputError
-from desim.results.run import Run, columns
+from desim.results.parquet import read_table
+from desim.results.run import Run, arrays, readable
 from desim.results.shown import InNotebooks
 from desim.results.status import RunStatus
 
@@ -35,7 +36,8 @@ class Campaign(InNotebooks):
     @cached_property
     def runs(self) -> dict[str, np.ndarray]:
         """The table of all runs that are done, failed ones too, by column."""
-        return columns(self.path / "runs.parquet")
+        with readable(self.path / "runs.parquet") as file:
+            return arrays(read_table(file))
 
     def run(self, run_id: str) -> Run:
         """One of its runs. Raises ``InputError`` where there is no folder of it."""

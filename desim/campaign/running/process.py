@@ -28,7 +28,9 @@ class WorkerProcess:
         os.set_blocking(self._output, False)
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "desim.campaign.running.worker", str(theirs.fileno())],
+                # -P: without the current folder in sys.path, where anybody's desim.py may lie.
+                [sys.executable, "-P", "-m", "desim.campaign.running.worker",
+                 str(theirs.fileno())],
                 pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=output, stderr=output,
                 start_new_session=True)  # Ctrl-C is for the campaign, which ends its workers
         os.close(output)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import importlib
 import logging
+import os
 import shutil
 import signal
 import socket
@@ -74,6 +75,7 @@ def _local(workers: int) -> LocalCluster:
     # Ctrl-C is for the campaign, which ends its workers. They would print where it has met them.
     # What the threads that begin now block is blocked in every process that these start, unless one
     # of them has to start multiprocessing's tracker, which unblocks it.
+    os.environ["PYTHONSAFEPATH"] = "1"  # they take no module from the current folder
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

@@ -13,10 +13,10 @@ from desim.commands.views.message_rows import story
 from desim.commands.views.why import show_message
 from desim.engine.trace import Names
 from desim.errors import InputError
+from desim.results import tables
 from desim.results.file_names import MESSAGES
 from desim.results.ledger import trace_and_ledger
 from desim.results.message_log import DELIVERED
-from desim.results.parquet import MESSAGE_SCHEMA, read_table
 from desim.results.run import Run, readable
 from desim.results.traces import spools
 from desim.results.why import fates
@@ -74,7 +74,7 @@ def message_list(path: Path, topic: str | None, dropped: bool, at_ns: int | None
     if not run.has(MESSAGES):
         raise InputError(f"{path}: its messages were not kept; run it with trace.keep: messages")
     with readable(run.file(MESSAGES)) as file:
-        rows = read_table(file, MESSAGE_SCHEMA.names).to_pylist()
+        rows = tables.read(file).to_pylist()
     asked = [row for row in rows
              if (topic is None or fnmatchcase(row["topic"], topic))
              and (at_ns is None or row["born_ns"] <= at_ns <= row["end_ns"])]

@@ -21,6 +21,7 @@ from desim.report.campaign.page import page
 from desim.report.campaign.page.page import Section
 from desim.report.campaign.tables import latency, overview, resources
 from desim.report.campaign.tables.table import Cell, ReportTable, as_csv, as_html, as_latex
+from desim.report.drawing import drawing
 
 _PAGE = "report.html"
 _OPEN = 15  # up to so many comparisons of a metric are not folded away
@@ -41,7 +42,7 @@ def write(folder: Path, design: Design, out: Path | None = None) -> Path:
             new = Path(temporary)
             for below in ("figures", "tables"):
                 (new / below).mkdir()
-            with style.drawing():
+            with drawing(style.RC):
                 (new / _PAGE).write_text(_Report(study, new).page(), encoding="utf-8")
             _move(new, out)
     except OSError as error:
@@ -177,7 +178,8 @@ class _Report:
             f"{max(shares):.1%}, depending on the vector.", "warn") + page.folded(
             "Measured coverage", self._written(
                 warnings.coverage_table(study, estimates, metric, covered))))
-        return Section(f"metric-{metric}", formatting.titled(metric), "\n".join(parts), 3)
+        return Section(f"metric-{formatting.plain(metric)}", formatting.titled(metric),
+                       "\n".join(parts), 3)
 
     def _sampled(self, metric: str) -> list[str]:
         study = self._study
@@ -206,7 +208,7 @@ class _Report:
         table, said = self._onsets[group]
         body = self._figure(drawn, group.name, f"{group.common} by {self._study.axis.name}: means "
                             "with their 95 % intervals. ")
-        return Section(group.name, f"{group.common}: which falls first",
+        return Section(formatting.plain(group.name), f"{group.common}: which falls first",
                        body + page.items(said) + self._written(table), 3)
 
     def _explored(self) -> list[Section]:
@@ -271,11 +273,13 @@ class _Report:
             formatting.counted(len(names), "file"), f"<ul>{links}</ul>"))
 
     def _figure(self, drawn: Figure, name: str, caption: str) -> str:
+        name = formatting.plain(name)
         svg = style.save(drawn, self._out / "figures", name, caption.partition(". ")[0])
         return page.figure(svg, name, caption)
 
     def _written(self, table: ReportTable, wide: bool = False, stacked: bool = False) -> str:
         """Write a table into files, a ``wide`` one not for LaTeX; returns it for the page."""
+        table = table._replace(name=formatting.plain(table.name))
         as_csv(table, self._out / "tables")
         if not wide:
             as_latex(table, self._out / "tables")

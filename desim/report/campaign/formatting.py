@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+import re
 from collections.abc import Sequence
 
 # Endings of metrics' names, with what an axis says.
 _UNITS = {"_s": "s", "_m": "m", "_m2": "m²", "_kBps": "kB/s", "_bytes": "B", "_m2_per_m": "m²/m",
           "_bps": "b/s", "_percent": "%", "_mb": "MB"}
+_LONGEST = 80  # letters of a file's name, before its ending
+_PLAIN = re.compile(r"[a-zA-Z0-9_-]{1,80}")
 _WORDS = {"cpu": "CPU", "ram": "RAM", "rx": "received", "tx": "sent"}  # of names, as on an axis
 
 
@@ -64,6 +68,15 @@ def titled(metric: str) -> str:
         if metric.endswith(ending):
             return f"{_words(metric.removesuffix(ending))} [{_UNITS[ending]}]"
     return _words(metric)
+
+
+def plain(name: str) -> str:
+    """A name as files and anchors may be called: a metric's may have been made up by anybody, and
+    one by topic has slashes. Names of letters, digits, ``_`` and ``-`` stay."""
+    if _PLAIN.fullmatch(name):
+        return name
+    digest = hashlib.sha256(name.encode(errors="surrogatepass")).hexdigest()[:8]
+    return f"{re.sub(r'[^a-zA-Z0-9_-]+', '_', name)[:_LONGEST]}_{digest}"
 
 
 def _words(name: str) -> str:

@@ -130,7 +130,8 @@ def _written(reference: ReferenceDesign, question: str, ordered: list[Leaderboar
     title = f"{reference.name}, version {reference.version}"
     return "\n".join([
         f"<!-- leaderboard: {title}; desim report --leaderboard writes this block -->",
-        f"## {title}\n", *([f"{' '.join(question.split())}\n"] if question else []),
+        f"## {title}\n",
+        *([f"{' '.join(question.split()).translate(_ESCAPES)}\n"] if question else []),
         "The fastest:\n", _fastest(ordered), "All:\n", _table(_COLUMNS, ordered)]) + _END
 
 

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import html
 import re
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from desim import colours
@@ -23,7 +19,7 @@ MARKERS = ("o", "s", "D", "^", "v", "P", "X", "p")
 INK = "#16181d"
 WIDTH_IN = 7.4
 _GRID_ALPHA = 0.15
-_RC: dict[RcKeyType, object] = {
+RC: dict[RcKeyType, object] = {
        "font.size": 9.5, "axes.titlesize": 10, "axes.labelsize": 9.5, "legend.fontsize": 8.5,
        "xtick.labelsize": 8.5, "ytick.labelsize": 8.5, "font.family": "sans-serif",
        "text.color": INK, "axes.edgecolor": INK, "axes.labelcolor": INK, "xtick.color": INK,
@@ -31,7 +27,7 @@ _RC: dict[RcKeyType, object] = {
        "axes.spines.top": False, "axes.spines.right": False, "axes.linewidth": 0.7,
        "axes.facecolor": "none",
        "axes.grid": True, "axes.axisbelow": True, "legend.frameon": False, "axes.titlelocation":
-       "left", "text.parse_math": False,  # a label with $ is text
+       "left",
        "svg.fonttype": "none", "svg.hashsalt": "desim", "pdf.fonttype": 42}
 _UNDATED = {"svg": {"Date": None}, "pdf": {"CreationDate": None}, "png": {}}
 
@@ -44,15 +40,6 @@ def colour(style: int) -> str:
 def marker(style: int) -> str:
     """The symbol of a line. When the colours repeat, the symbol changes."""
     return MARKERS[(style + style // len(PALETTE)) % len(MARKERS)]
-
-
-@contextmanager
-def drawing() -> Iterator[None]:
-    """Give all figures that are made and saved inside the report's style. Letters that matplotlib's
-    font lacks are boxes in PNG and PDF; SVG and the page show them."""
-    with rc_context(rc=_RC), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", r"Glyph .* missing from font")
-        yield
 
 
 def save(figure: Figure, folder: Path, name: str, title: str) -> str:
