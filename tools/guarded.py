@@ -139,7 +139,7 @@ def _watch(folder: Path) -> None:
     inside = str(folder)
     allowed = [str(folder / "out"), "/dev/null", *map(str, folder.glob("results/*/*")),
                f"{folder}/campaign",
-               tempfile.gettempdir() + "/tmp",
+               *(f"{tempfile.gettempdir()}/{name}" for name in ("tmp", "desim-")),
                f"/proc/{os.getpid()}/clear_refs",  # resets the peak of memory
                *(str(Path.home() / name) for name in (".cache", ".config/matplotlib"))]
 

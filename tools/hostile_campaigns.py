@@ -256,7 +256,7 @@ def evil_runs(campaign: Path, stream: random.Random) -> None:
 
 
 def evil_texts(campaign: Path, stream: random.Random) -> None:
-    """What a report prints has markup, or what a terminal obeys: with right seals."""
+    """Texts that a report prints have markup, or what a terminal obeys: with right seals."""
     text = stream.choice(TEXTS)
     run = _run(campaign, stream)
     for name in (SUMMARY, "ledger_topics.json"):

@@ -102,9 +102,9 @@ class Run(InNotebooks):
     def file(self, name: str) -> Path:
         """One of its files, as desim wrote it. Raises ``InputError`` where it is not so.
 
-        Whoever changes it after this look could as well change it while it is read: the digest
-        shows damage, no origin. So readers open it anew, without following a link, and check what
-        they find."""
+        One that changes it after this look could as well change it while it is read: the digest
+        shows damage, no origin. So readers open it anew, without following a link, and check
+        what they find."""
         if name not in self.manifest["files"]:
             raise InputError(f"{self.path}: has no {name} (its status is "
                              f"{self.manifest['status']!r})")

@@ -1,4 +1,4 @@
-"""The tables of a run's folder, with the columns that desim writes, whoever made the file."""
+"""The tables of a run's folder, with the columns that desim writes: anybody may have made one."""
 
 from __future__ import annotations
 
@@ -53,7 +53,8 @@ def read(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     if path.name in _WITH_OTHERS:
         for name in table.column_names:
             if name not in known.column_names:
-                known = known.append_column(name, _numbers(name, table[name]))
+                known = known.append_column(name, (
+                    words_or_numbers if name in _WORDS else numbers)(name, table[name]))
     return known
 
 
@@ -69,10 +70,14 @@ def conform(table: pa.Table, schema: pa.Schema) -> pa.Table:
     return table.select(there.names).cast(there)
 
 
-def _numbers(name: str, column: pa.ChunkedArray) -> pa.ChunkedArray:
+def words_or_numbers(name: str, column: pa.ChunkedArray) -> pa.ChunkedArray:
+    """The column, if it has texts or numbers. Raises ``ValueError``."""
+    return column if pa.types.is_string(column.type) else numbers(name, column)
+
+
+def numbers(name: str, column: pa.ChunkedArray) -> pa.ChunkedArray:
+    """The column, if it has numbers. Raises ``ValueError``."""
     kind = column.type
-    if name in _WORDS:
-        return column.cast(pa.string())
     if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)
             or pa.types.is_null(kind)):
         raise ValueError(f"its column {name} has no numbers")

@@ -113,7 +113,7 @@ def test_a_run_that_takes_too_long_has_failed_and_its_worker_is_replaced(tmp_pat
 
 
 def test_a_module_in_the_current_folder_is_not_the_workers(tmp_path, monkeypatch):
-    """Whoever has made the folder in which a sweep is started."""
+    """The folder in which a sweep is started may be anybody's."""
     plan = planned(tmp_path, ONE)
     task = RunTask(plan.run_id(plan.vectors[0], 0), plan.scenario(plan.vectors[0], 0),
                    str(tmp_path), ())

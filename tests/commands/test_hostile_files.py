@@ -1,6 +1,6 @@
 """Commands that read hostile files, in processes under limits and an audit hook.
 
-A few of those that ``tools/hostile.py`` plays, and what the hook must see.
+A few of those that ``tools/fuzz.py hostile`` plays, and what the hook must see.
 """
 
 import os

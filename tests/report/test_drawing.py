@@ -9,7 +9,7 @@ from desim.report.drawing import drawing
 
 @pytest.fixture
 def from_the_folder(monkeypatch):
-    """What a matplotlibrc in the current folder, or the user's own, has set."""
+    """Settings of a matplotlibrc in the current folder, or of the user's own."""
     monkeypatch.setitem(matplotlib.rcParams, "text.usetex", True)
     monkeypatch.setitem(matplotlib.rcParams, "font.size", 40.0)
 

@@ -39,7 +39,7 @@ WRONG = [
     ("samples", "distance_m", ["far"], "its column distance_m has no numbers"),
     ("samples", "distance_m", [[1]], "its column distance_m has no numbers"),
     ("robots", "x_m", ["far"], "Failed to parse string: 'far' as a scalar of type double"),
-    ("links", "linked", [b"\xff"], "Failed to parse value: \\xff"),
+    ("links", "linked", [b"\xff"], "Failed to parse value: \ufffd"),
 ]
 
 

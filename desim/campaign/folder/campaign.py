@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from desim.campaign.design.design import Design, read_design
+from desim.campaign.folder import table
 from desim.campaign.folder.design_copy import kept_design
 from desim.campaign.folder.run_folders import run_folders
 from desim.errors import InputError
-from desim.results.parquet import read_table
-from desim.results.run import Run, arrays, readable
+from desim.results.run import Run, arrays
 from desim.results.shown import InNotebooks
 from desim.results.status import RunStatus
 
@@ -36,8 +36,7 @@ class Campaign(InNotebooks):
     @cached_property
     def runs(self) -> dict[str, np.ndarray]:
         """The table of all runs that are done, failed ones too, by column."""
-        with readable(self.path / "runs.parquet") as file:
-            return arrays(read_table(file))
+        return arrays(table.read(self.path / "runs.parquet"))
 
     def run(self, run_id: str) -> Run:
         """One of its runs. Raises ``InputError`` where there is no folder of it."""

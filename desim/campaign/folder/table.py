@@ -17,11 +17,14 @@ import pyarrow.parquet as pq
 from desim.campaign.design.columns import DESIM, FIXED, labelled
 from desim.campaign.design.metrics import Metrics
 from desim.campaign.design.plan import Plan, Vector
-from desim.errors import printable
+from desim.errors import InputError, printable
 from desim.files import replacing
 from desim.results.identity import versions
+from desim.results.parquet import read_table
 from desim.results.row import Row, Rows
+from desim.results.run import readable
 from desim.results.status import RunStatus
+from desim.results.tables import conform, full, words_or_numbers
 
 # Of the metadata.
 RAISED = "desim.raised"  # by metric, in how many runs, and the first error
@@ -57,6 +60,27 @@ def write_table(path: Path, plan: Plan, metrics: Metrics, rows: Rows,
     table = table.replace_schema_metadata(metadata)
     with replacing(path) as beside:
         pq.write_table(table, beside, compression="zstd")
+
+
+_TEXT, _INT = pa.string(), pa.int64()
+_OURS = full(pa.schema([("run_id", _TEXT), ("vector", _INT), ("iteration", _INT), ("seed", _INT),
+                        ("status", _TEXT), ("error", _TEXT), ("digest", _TEXT)]),
+             "error", "digest")
+
+
+def read(path: Path) -> pa.Table:
+    """The table that somebody else may have made. Raises ``InputError`` where it is none of a
+    campaign, or has other values than texts and numbers."""
+    with readable(path):
+        table = read_table(path)
+        missing = [name for name in _OURS.names if name not in table.column_names]
+        if missing:
+            raise InputError(f"{path}: not the table of a campaign: it has no {missing[0]}")
+        known = conform(table, _OURS)
+        for name in table.column_names:
+            if name not in known.column_names:
+                known = known.append_column(name, words_or_numbers(name, table[name]))
+    return known.select(table.column_names).replace_schema_metadata(table.schema.metadata)
 
 
 def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, tuple[int, str]]:

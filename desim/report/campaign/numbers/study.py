@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from functools import cache, cached_property
 from pathlib import Path
@@ -11,16 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
+from pydantic import TypeAdapter
 
-from desim.campaign.design.columns import DESIM, FIXED
+from desim.campaign.design.columns import FIXED
 from desim.campaign.design.design import Design, LatinHypercube, Saltelli, Sobol, led_by
 from desim.campaign.design.quantities import SUFFIXES
 from desim.campaign.design.reference import ReferenceDesign
 from desim.campaign.folder.run_folders import run_folders
-from desim.campaign.folder.table import RAISED, REFERENCE
+from desim.campaign.folder.table import RAISED, REFERENCE, read
 from desim.errors import InputError, did_you_mean, printable
-from desim.results.parquet import read_table
 from desim.results.run import readable
+from desim.results.seal import parsed
 from desim.results.status import RunStatus
 
 # Instants that a run may be stopped before: null is later than ``simulated_s``.
@@ -79,18 +79,13 @@ class Study:
     """The runs of the campaign in ``folder``. Raises ``InputError`` where there are none."""
 
     def __init__(self, folder: Path, design: Design) -> None:
-        self.folder = folder
-        file = folder / "runs.parquet"
+        self.folder, file = folder, folder / "runs.parquet"
         if not file.is_file():
             raise InputError(f"{folder}: not a campaign's folder: there is no runs.parquet (desim "
                              "sweep DESIGN writes it when it ends)")
-        with readable(file):
-            self._table = read_table(file)
+        self._file, self._table = file, read(file)
         if not self._table.num_rows:
             raise InputError(f"{folder}: no run has ended yet")
-        missing = [name for name in FIXED if name not in (DESIM, *self._table.column_names)]
-        if missing:
-            raise InputError(f"{file}: not the table of a campaign: it has no {missing[0]}")
         self.design = led_by(design, self._tasks())
         found = {name: self._axis(name) for name in design.parameters}
         self.axes = {name: axis for name, (axis, _) in found.items()}
@@ -142,13 +137,16 @@ class Study:
     @cached_property
     def raised(self) -> dict[str, tuple[int, str]]:
         """The metrics whose function raised: in how many runs, and the first error."""
-        return {name: (runs, error) for name, (runs, error) in self._said(RAISED).items()}
+        with readable(self._file):
+            return {name: (int(runs), str(error))
+                    for name, (runs, error) in self._said(RAISED).items()}
 
     @property
     def reference(self) -> ReferenceDesign | None:
         """The reference design of which these are runs, None if of none."""
-        said = self._said(REFERENCE)
-        return ReferenceDesign(**said) if said else None
+        with readable(self._file):
+            said = self._said(REFERENCE)
+            return TypeAdapter(ReferenceDesign).validate_python(said) if said else None
 
     @property
     def has_aim(self) -> bool:
@@ -235,7 +233,7 @@ class Study:
 
     def _said(self, key: str) -> dict[str, Any]:
         """An entry of the table's metadata; empty where there is none."""
-        return json.loads((self._table.schema.metadata or {}).get(key.encode(), b"{}"))
+        return parsed((self._table.schema.metadata or {}).get(key.encode(), b"{}"))
 
     def _tasks(self) -> list[str]:
         """The tasks of the runs that have finished."""
