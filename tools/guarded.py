@@ -94,7 +94,8 @@ class Guard:
 
 def _wrong(code: int, cpu_s: float, memory_bytes: int, said: str) -> str:
     return ("forbidden" if code == _FORBIDDEN else
-            "time" if code < 0 or cpu_s > CPU_S else
+            "time" if -code in (signal.SIGALRM, signal.SIGXCPU) or cpu_s > CPU_S else
+            "died" if code < 0 else
             "memory" if memory_bytes > MEMORY_BYTES else
             "traceback" if "Traceback" in said or "desim failed" in said else
             "exit code" if code not in (0, 1, 2) else
@@ -188,7 +189,12 @@ def _command(name: str, *words: str) -> None:
     from desim.cli import app
 
     _watch(folder)
-    app(words)  # which ends the process
+    try:
+        app(words)
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
+    sys.stdout.flush()
+    os._exit(code)  # threads of the process that was forked are not here to be ended
 
 
 def main() -> None:

@@ -104,7 +104,7 @@ class Study:
         column = self._table[name]
         if pa.types.is_string(column.type):  # all of it is null
             return np.full(len(column), np.nan)
-        return pc.cast(column, pa.float64()).to_numpy().copy()  # Arrow's own is read-only
+        return pc.cast(column, pa.float64(), safe=False).to_numpy().copy()  # Arrow's is read-only
 
     def _metric(self, name: str) -> np.ndarray:
         """A metric [runs]. Reasons of drops that a run does not list count 0."""
