@@ -14,6 +14,7 @@ from desim.commands import (
     campaigns,
     communication,
     exports,
+    maps,
     networks,
     pictures,
     plugins,
@@ -52,7 +53,8 @@ def desim(version: Annotated[bool, typer.Option(
 _UNREAD = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
 
 # In the order of the help.
-for command in (scenarios.new, runs.run, pictures.view, communication.trace, communication.why,
+for command in (scenarios.new, maps.map_, runs.run, pictures.view,
+                communication.trace, communication.why,
                 results.diff, pictures.figure, communication.graph, results.ls, results.check,
                 results.compare,
                 exports.export, exports.import_,

@@ -41,6 +41,7 @@ reference/commands
 
 docs/scenarios
 reference/keys
+docs/maps
 docs/network-models
 docs/several-networks
 docs/sockets

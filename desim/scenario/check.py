@@ -14,6 +14,7 @@ from desim.scenario import (
     clock_checks,
     coordination_checks,
     expression,
+    file_kinds,
     generated_terrain,
     network_checks,
     remote_slam_checks,
@@ -65,6 +66,10 @@ def _terrain(scenario: Scenario, folder: Folder) -> Found:
         if not os.path.isfile(file):
             yield (*path, "map") if is_map else path, f"no such map: {file}"
     elif name not in BUILT_IN_TERRAINS:
+        file = os.path.normpath(os.path.join(folder(path), name))
+        if advice := file_kinds.advice(file):
+            yield path, f"{file}: no map_server file; {advice}"
+            return
         yield path, (f"unknown terrain {name!r}{did_you_mean(name, BUILT_IN_TERRAINS)}; "
                      f"allowed: {', '.join(BUILT_IN_TERRAINS)}, a map_server file (*.yaml), a "
                      "shape, or a generated maze, office or warehouse")

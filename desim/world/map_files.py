@@ -28,6 +28,7 @@ from desim import outside_yaml
 from desim.errors import InputError, did_you_mean
 from desim.files import content, opened, opened_below
 from desim.ports import materials
+from desim.scenario import file_kinds
 from desim.scenario.schema.environment import MapFile
 from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
 
@@ -186,6 +187,8 @@ def _facts(path: Path) -> dict[str, object]:
         raise InputError(f"{path}: cannot be read as YAML: {reason}") from None
     if not isinstance(facts, dict):
         raise InputError(f"{path}: not a map_server file; its keys are {', '.join(KEYS)}")
+    if "image" not in facts and (advice := file_kinds.advice(path)):
+        raise InputError(f"{path}: no map_server file; {advice}")
     for key in KEYS[:6]:
         if key not in facts:
             near = did_you_mean(key, [str(k) for k in facts if k not in KEYS])

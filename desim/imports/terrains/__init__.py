@@ -1,0 +1,1 @@
+"""Terrains in the formats of other programs, one module a format."""

@@ -1,0 +1,103 @@
+"""A terrain that was found in a file, and the choices that the file leaves open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from desim.errors import InputError
+from desim.ports.terrain import Wall
+from desim.scenario.schema.environment import Door, MapFile, Polygon, Shape
+from desim.units import LENGTH, POSITION
+from desim.world.terrain import Terrain
+
+Point = tuple[float, float]
+
+
+class Choices(NamedTuple):
+    """Facts that a file may leave open; None: as the file says, or as is usual for its format.
+
+    ``scale`` is the length of a unit of a drawing in m.
+    """
+
+    level: str | None = None
+    resolution_m: float | None = None
+    scale: float | None = None
+    height_m: float | None = None
+    material: str | None = None
+
+
+class FoundTerrain(NamedTuple):
+    """A terrain, and how a scenario names it: ``source``, None where it is a raster that has to be
+    written as a map first. ``doors`` stand open where they are left out. ``notes`` say what was
+    taken for granted or left out."""
+
+    terrain: Terrain
+    source: MapFile | Shape | None
+    doors: tuple[Door, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class ImportedPlan:
+    """The walls and blocks of a drawing, collected one by one in m, in the file's own frame."""
+
+    MARGIN_M = 1.0  # of free ground around what stands outermost, where nothing else bounds it
+
+    def __init__(self) -> None:
+        self.walls: list[Wall] = []
+        self.polygons: list[Polygon] = []
+        self.doors: list[Door] = []
+        self.notes: list[str] = []
+        self._corners: list[Point] = []
+
+    def wall(self, start: Point, end: Point, thickness_m: float, height_m: float,
+             material: str) -> None:
+        """Add a straight wall, unless it has no length."""
+        if math.dist(start, end) > _SHORTEST_M:
+            self._corners += [start, end]
+            self.walls.append(Wall(**{"from": written(start), "to": written(end)},
+                                   thickness=LENGTH.format(thickness_m),
+                                   height=LENGTH.format(height_m), material=material))
+
+    def block(self, points: Iterable[Point], height_m: float, material: str) -> None:
+        """Add a solid polygon, without corners that repeat the one before."""
+        corners: list[Point] = []
+        for point in points:
+            if not corners or math.dist(point, corners[-1]) > _SHORTEST_M:
+                corners.append(point)
+        if len(corners) > 1 and math.dist(corners[0], corners[-1]) <= _SHORTEST_M:
+            corners.pop()
+        if len(corners) == 2:
+            self.wall(corners[0], corners[1], _SHORTEST_M, height_m, material)
+        elif len(corners) > 2:
+            self._corners += corners
+            self.polygons.append(Polygon(points=tuple(map(written, corners)), material=material,
+                                         height=LENGTH.format(height_m)))
+
+    def door(self, start: Point, end: Point) -> None:
+        """Add a door that stands open."""
+        if math.dist(start, end) > _SHORTEST_M:
+            self._corners += [start, end]
+            self.doors.append(Door(**{"from": written(start), "to": written(end)},
+                                   open=(("0 s", "1000 h"),)))
+
+    def shape(self, path: object) -> Shape:
+        """All of it, with bounds that leave a margin. Raises ``InputError`` for an empty plan."""
+        if not self.walls and not self.polygons:
+            raise InputError(f"{path}: no wall and no block found")
+        xs, ys = zip(*self._corners, strict=True)
+        x0, y0, x1, y1 = min(xs), min(ys), max(xs), max(ys)
+        size = [LENGTH.format(round(high - low + 2 * self.MARGIN_M, 6))
+                for low, high in ((x0, x1), (y0, y1))]
+        return Shape(size=tuple(size), centre=written(((x0 + x1) / 2, (y0 + y1) / 2)),
+                     walls=tuple(self.walls), polygons=tuple(self.polygons))
+
+
+_SHORTEST_M = 0.001  # what is shorter is a point
+
+
+def written(point: Point) -> tuple[str, str]:
+    """A point as a scenario has it, to a micrometre."""
+    x_m, y_m = (POSITION.format(round(float(value), 6)) for value in point)
+    return x_m, y_m

@@ -1,0 +1,67 @@
+"""Recognizes files of other programs by their content, and names the command that reads each."""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import NamedTuple
+
+from desim.files import opened
+
+_HEAD_BYTES = 65_536  # enough to get past comments and licences
+
+MAP, ROBOT, RECORDING = "desim map", "desim robot", "desim import"
+
+
+class FileKind(NamedTuple):
+    """A format: its name in a sentence, and the command that reads it."""
+
+    name: str
+    command: str
+
+
+MAP_SERVER = FileKind("a map of ROS (map_server)", MAP)
+IMAGE = FileKind("an image", MAP)
+BUILDING = FileKind("a building of the traffic editor", MAP)
+SDF = FileKind("a Gazebo world (SDF)", MAP)
+STAGE = FileKind("a Stage world", MAP)
+MOVING_AI = FileKind("a MovingAI grid map", MAP)
+SVG = FileKind("an SVG drawing", MAP)
+DXF = FileKind("a DXF drawing", MAP)
+URDF = FileKind("a robot description (URDF)", ROBOT)
+ROS_PARAMETERS = FileKind("a file of ROS parameters", ROBOT)
+
+# In this order, each by what its first bytes have.
+_BY_BYTES = [(IMAGE, rb"P[1-6]\s|\x89PNG|BM.{4}\0\0\0\0|\xff\xd8\xff|II\*\0|MM\0\*"),
+             (DXF, rb"AutoCAD Binary DXF|(?:\s*999\r?\n[^\n]*\n)*\s*0\r?\n\s*SECTION"),
+             (MOVING_AI, rb"type\s+\w+\s+height\s+\d+\s+width\s+\d+\s+map\b")]
+_BY_ROOT = {b"sdf": SDF, b"gazebo": SDF, b"world": SDF, b"svg": SVG, b"robot": URDF}
+_ROOT = re.compile(rb"\s*(?:<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>|\s)*"
+                   rb"<(?:\w+:)?(\w+)", re.DOTALL)
+_BY_LINE = [(MAP_SERVER, rb"^image\s*:.*^resolution\s*:|^resolution\s*:.*^image\s*:"),
+            (BUILDING, rb"^levels\s*:"),
+            (ROS_PARAMETERS, rb"^\s+ros__parameters\s*:|^\w*costmap\w*\s*:|^footprint\s*:"),
+            (STAGE, rb"^\s*(?:define\s+\w+\s+\w+|floorplan|include\s+\"|\w+)\s*\(")]
+
+
+def kind_of(path: str | os.PathLike) -> FileKind | None:
+    """The format of a file, None for another one. Raises ``OSError``."""
+    with opened(path) as file:
+        head = file.read(_HEAD_BYTES).removeprefix(b"\xef\xbb\xbf")
+    for kind, pattern in _BY_BYTES:
+        if re.match(pattern, head, re.DOTALL):
+            return kind
+    if root := _ROOT.match(head):
+        return _BY_ROOT.get(root[1])
+    return next((kind for kind, pattern in _BY_LINE
+                 if re.search(pattern, head, re.MULTILINE | re.DOTALL)), None)
+
+
+def advice(path: str | os.PathLike) -> str:
+    """A clause that names a file's format and the command that reads it; empty for other files,
+    and for one that cannot be read."""
+    try:
+        kind = kind_of(path)
+    except (OSError, ValueError):
+        return ""
+    return "" if kind is None else f"it looks like {kind.name}, which {kind.command} reads"

@@ -1,0 +1,123 @@
+"""``desim map``: terrains of other programs, looked at and made into scenarios."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+from typer.testing import CliRunner
+
+from desim.cli import app
+from desim.scenario.load import load
+from desim.world import sources
+
+BUILDING = """\
+levels:
+  L1:
+    vertices: [[0, 0], [400, 0], [400, 300], [0, 300], [200, 0], [200, 120], [200, 180], [200, 300]]
+    walls: [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [6, 7]]
+    doors: [[5, 6]]
+    measurements: [[0, 1, {distance: [3, 20]}]]
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "house.building.yaml").write_text(BUILDING)
+    return tmp_path
+
+
+def done(*words):
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def refused(*words):
+    result = CliRunner().invoke(app, list(map(str, words)))
+    assert (result.exit_code, result.stdout) == (2, "")
+    return result.stderr
+
+
+def test_what_it_prints():
+    assert done("map", "house.building.yaml") == """\
+house.building.yaml: a building of the traffic editor
+  size   22 m x 17 m, from x = -1 m, y = -16 m
+  walls  10, 160 m in all
+  doors  1, which stand open
+  free   361.9 m2, in 2 parts that no way connects: 295.3, 66.6 m2
+note: walls count as plasterboard, transparent ones as glass (--material)
+"""
+
+
+def test_a_scenario_stands_on_it():
+    """Its robots start inside of the house, and the door between its rooms is open."""
+    done("map", "house.building.yaml", "--to", "house.yaml")
+    scenario = load("house.yaml").scenario
+    inside = [0.0 < pose.x_m < 20.0 and -15.0 < pose.y_m < 0.0
+              for pose in scenario.fleet.start.poses]
+    assert inside == [True, True] and len(scenario.environment.doors) == 1
+    end, = done("run", "house.yaml", "--until", "1s", "--quiet").splitlines()[-1:] or [""]
+    assert "error" not in end
+
+
+def test_a_map_of_ros_has_the_same_walls():
+    done("map", "house.building.yaml", "--to", "house.pgm")
+    facts = yaml.safe_load(Path("house.yaml").read_text())
+    assert facts["image"] == "house.pgm" and facts["resolution"] == 0.05
+    known = json.loads(done("map", "house.yaml", "--json"))
+    assert known["free_parts_m2"] == pytest.approx([295.3, 66.6], rel=0.06)
+
+
+def test_a_raster_is_written_as_it_is():
+    pixels = np.full((30, 40), 254, np.uint8)
+    pixels[[0, -1]] = pixels[:, [0, -1]] = 0
+    Image.fromarray(pixels).save("hall.pgm")
+    Path("hall.yaml").write_text(yaml.safe_dump({
+        "image": "hall.pgm", "resolution": 0.1, "origin": [1.0, 2.0, 0.0], "negate": 0,
+        "occupied_thresh": 0.65, "free_thresh": 0.196}))
+    done("map", "hall.yaml", "--to", "again.pgm")
+    done("map", "hall.yaml", "--to", "scenario.yaml")
+    first, again = (sources.load(load(*given).scenario.environment.terrain) for given in (
+        ("scenario.yaml",), ("scenario.yaml", ["environment.terrain.map=again.yaml"])))
+    assert (first.raster.solid == again.raster.solid).all() and first.bounds == again.bounds
+
+
+def test_a_picture():
+    assert done("map", "house.building.yaml", "--figure", "house.png").endswith(
+        "written: house.png\n")
+    with Image.open("house.png") as picture:
+        assert picture.width == 1280
+
+
+@pytest.mark.parametrize("words, complaint", [
+    (["house.building.yaml", "--to", "house.txt"],
+     "--to: house.txt ends neither like a scenario nor like a map; allowed: .yaml (a scenario), "
+     ".pgm (a map of ROS, with a .yaml beside it)\n"),
+    (["hall.yaml", "--level", "L1"],
+     "--level: hall.yaml is a map of ROS (map_server), which leaves no such choice\n"),
+    (["house.building.yaml", "--material", "wod"],
+     "--material: unknown material 'wod' (did you mean 'wood'?); allowed: brick, "),
+    (["nowhere.yaml"], "nowhere.yaml: cannot be read: No such file or directory\n"),
+    (["notes.txt"], "notes.txt: no terrain; allowed: a map of ROS (map_server), a building of "),
+    (["robot.urdf"], "robot.urdf: no terrain; it looks like a robot description (URDF), which "
+                     "desim robot reads; allowed: "),
+])
+def test_refusals(here, words, complaint):
+    (here / "notes.txt").write_text("Dear diary\n")
+    (here / "hall.yaml").write_text("image: hall.pgm\nresolution: 0.1\n")
+    (here / "robot.urdf").write_text("<?xml version='1.0'?>\n<!-- mine -->\n<robot name='r'/>\n")
+    assert refused("map", *words).startswith(complaint)
+
+
+@pytest.mark.parametrize("name", ["house.building.yaml", "world.sdf"])
+def test_a_scenario_names_the_command(here, name):
+    (here / "world.sdf").write_text("<sdf version='1.7'><world name='w'/></sdf>")
+    (here / "case.yaml").write_text(f"name: x\nenvironment: {{terrain: {name}}}\n")
+    kind = {"house.building.yaml": "a building of the traffic editor",
+             "world.sdf": "a Gazebo world (SDF)"}[name]
+    assert refused("run", "case.yaml", "--quiet").endswith(
+        f"{name}: no map_server file; it looks like {kind}, which desim map reads\n")
