@@ -14,7 +14,7 @@ from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period, airtime_ns
 from netmodels.cases.traffic import MOST_RADIO_BYTES, numbered, udp_bytes
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
-from netmodels.multihop.batman import BatmanParams
+from netmodels.multihop.batman import HEADER_BYTES, BatmanParams
 from netmodels.multihop.static import StaticParams
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import delivery
@@ -106,7 +106,7 @@ class RelayChain:
         size_bytes = udp_bytes(p.payload_bytes)
         batman = BatmanParams()
         if p.mac == "dcf":  # a short message would get farther than the packets
-            batman = BatmanParams(message=f"{size_bytes} B")
+            batman = BatmanParams(message=f"{size_bytes - HEADER_BYTES} B")
         params = Multihop.Params(routing=p.routing, batman=batman,
                                  hop_limit=max(p.hops, _HOP_LIMIT),
                                  **self._hop(hosts, size_bytes, leave_ns))

@@ -16,6 +16,7 @@ from netmodels.cases import chain
 from netmodels.cases.chain import RelayChain
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
+from netmodels.multihop.batman import Bundle
 from netmodels.multihop.routes import LinkQuality, Routes
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.tdma import Tdma
@@ -232,10 +233,53 @@ def test_everybody_finds_the_way_to_everybody():
 
 
 def test_an_isolated_host_speaks_once_a_second():
-    model = multihop("batman", batman={"message": "42 B"})
+    model = multihop("batman")
     Bench(model, {"a": (0, 0), "b": (100, 0)}).run(100 * S)
     frames, size_bytes = model.control()
     assert 2 * 98 <= frames <= 2 * 102 and size_bytes == 42 * frames
+
+
+def sent(places, until_s, **batman):
+    """Frames and messages of a second without losses, after twenty seconds."""
+    model = multihop("batman", "disk", range="11 m", batman=batman)
+    bench, counts = Bench(model, places, seed=1), []
+    bench.book(20 * S, lambda _: counts.append(model.control()), None)
+    bench.run(until_s * S)
+    frames, size_bytes = (now - then for now, then in zip(model.control(), counts[0], strict=True))
+    return tuple(count / (until_s - 20) for count in (frames, (size_bytes - 18 * frames) / 24))
+
+
+GRID = {f"h{6 * y + x}": (10.0 * x, 10.0 * y) for x in range(6) for y in range(6)}
+
+
+def most_frames(places):
+    """Of a second: a host's own, its neighbours' one by one, and a bundle each 100 ms at most."""
+    return sum(1 + sum(0 < abs(x - u) + abs(y - v) <= 11 for u, v in places.values()) + 10
+               for x, y in places.values())
+
+
+def test_a_grid_passes_every_message_on_once_and_in_bundles():
+    frames, messages = sent(GRID, 30, jitter="0 s")
+    assert messages == pytest.approx(len(GRID) ** 2, rel=0.01)
+    assert frames < most_frames(GRID) < 0.5 * messages
+
+
+def test_twin_grid_whose_messages_do_not_wait():
+    frames, messages = sent(GRID, 30, jitter="0 s", wait="0 s")
+    assert frames == messages > most_frames(GRID)
+
+
+def test_what_comes_straight_from_its_originator_leaves_alone():
+    """All are neighbours: n^2 frames of one message."""
+    places = {f"h{k}": (float(k), 0.0) for k in range(8)}
+    frames, messages = sent(places, 30, jitter="0 s")
+    assert frames == messages == 8 ** 2
+
+
+@pytest.mark.parametrize(("due_ms", "most", "joins"), [
+    (99, 2, False), (100, 2, True), (199, 2, True), (200, 2, False), (150, 1, False)])
+def test_a_message_joins_a_frame_that_leaves_soon_and_has_room(due_ms, most, joins):
+    assert Bundle(200 * MS, None, most).takes(due_ms * MS, 100 * MS) == joins
 
 
 def recovery(leaves_s=15, **batman):
@@ -257,7 +301,6 @@ def test_routes_are_repaired_when_a_host_leaves():
     assert lost_s and min(lost_s) >= 15 and max(lost_s) <= 15 + 3 * 1.02
     assert {fate for *_, fate in log} == {"arrived", "out_of_range"}
     assert model.routing.next_hop(0, 3) == 2
-    assert model.control()[1] == 42 * model.control()[0] > 0
 
 
 def test_twin_repair_takes_longer_with_a_longer_memory():
@@ -352,7 +395,8 @@ def test_after_a_host_has_left_a_chain_recovers(mac):
                                     duration="20 s")).setup())
     intact = share(4, mac, routing="batman")
     assert found["control_frames"] > 100
-    assert found["control_bytes"] == found["control_frames"] * (1046 if mac == "dcf" else 42)
+    if mac == "dcf":  # messages as long as packets are not bundled
+        assert found["control_bytes"] == found["control_frames"] * 1046
     assert found["goodput_share"] > 0.5 * intact["goodput_share"]
     assert sum(found["lost"].values()) > 0
 
