@@ -111,12 +111,18 @@ def losses(rows: Sequence[LossyPath] = LOSSES, length_s: int = 1000) -> Iterator
 
 # Loss of a packet: of runs of 150 s with 100 kB at 1 Hz, depth 10, the share of the samples that
 # arrived, and their mean delay in ms. (With 64 MB for reassembly 96 % arrived, 3.0 s late at 3 %.)
-BLOCKED = {0.02: ((0.533, 4928), (0.540, 5735), (0.607, 4935)),
-           0.03: ((0.313, 6913), (0.260, 6464), (0.253, 7725)),
-           0.05: ((0.133, 8886),)}
+BLOCKED = {
+    0.02: ((0.533, 4928), (0.540, 5735), (0.607, 4935), (0.627, 5058), (0.473, 5460),
+           (0.593, 4997), (0.640, 5877), (0.567, 6345), (0.653, 6160)),
+    0.03: ((0.313, 6913), (0.260, 6464), (0.253, 7725), (0.193, 6783), (0.353, 6616),
+           (0.267, 3923), (0.267, 6346), (0.293, 7584), (0.260, 7419), (0.347, 6943),
+           (0.387, 5676), (0.260, 7432), (0.327, 7500), (0.267, 6486), (0.307, 6893),
+           (0.273, 6932)),
+    0.05: ((0.133, 8886), (0.107, 9039), (0.060, 9391), (0.067, 9331), (0.060, 10_305),
+           (0.073, 9560), (0.047, 10_386), (0.040, 6369))}
 
 
-def blocked(rows: Mapping[float, Sequence[tuple[float, float]]] = BLOCKED, runs: int = 9
+def blocked(rows: Mapping[float, Sequence[tuple[float, float]]] = BLOCKED, runs: int = 20
             ) -> Iterator[Check]:
     """Fast DDS where incomplete UDP messages fill the memory for reassembly (4 MiB, 30 s): then all
     large ones are lost. Shares scatter from run to run."""
@@ -124,11 +130,9 @@ def blocked(rows: Mapping[float, Sequence[tuple[float, float]]] = BLOCKED, runs:
         what = f"fastdds_2_9: 100000 B at 1 Hz, depth 10, {loss:.0%} lost"
         delays = [_delays_ms("fastdds_2_9", 100_000, 1, 10, loss, 150, seed)
                   for seed in range(runs)]
-        simulated, real = [len(late_ms) / 150 for late_ms in delays], [one[0] for one in measured]
-        apart = max(min(simulated) - max(real), min(real) - max(simulated), 0.0)
-        yield Check(f"{what}: shares that arrive, medians {median(simulated):.2f} and "
-                    f"{median(real):.2f}: between the ranges", apart, 0.0, 0.02)
-        yield within(0.2, f"{what}: mean", median(map(mean, delays)),
+        yield within(0.2, f"{what}: share that arrives, mean", mean(map(len, delays)) / 150,
+                     mean(share for share, _ in measured))
+        yield within(0.2, f"{what}: mean delay, median", median(map(mean, delays)),
                      median(late_ms for _, late_ms in measured), "ms")
 
 

@@ -10,6 +10,7 @@ from ledgers import stamps_of, sums, with_ledger
 
 from desim.middleware.contents import Filler
 from desim.middleware.dds.dds import Dds
+from desim.middleware.udp.reassembly import Reassembly
 from desim.network.carrier import Carrier
 from desim.ports import FULL_PACKET_BYTES, PASS, Drop
 from desim.scenario.schema.sockets import Sockets
@@ -87,6 +88,21 @@ def test_incomplete_datagrams_fill_the_memory_for_thirty_seconds():
 def test_other_memories_lose_other_datagrams(how, lost):
     fates, _ = fragmented(45, 40 * S, [Unlucky()], **how)
     assert sum(fate == "reassembly_full" for _, fate in fates) == pytest.approx(lost, abs=30)
+
+
+def test_a_datagram_that_crosses_the_limit_is_cut_and_fills_the_memory():
+    """Room for 50 full packets. 44 of 45 have come of a datagram; seven of the next one end above
+    the limit. Then there is none, also for a datagram that misses nothing, until both are gone."""
+    memory, size_bytes = Reassembly(50 * 2304, 30 * S), 45 * FULL_PACKET_BYTES
+
+    def refused(now_ns, lost):
+        return list(memory.take(now_ns, size_bytes, 45, 45, lost))
+
+    assert refused(0, {3: "unlucky"}) == [3]
+    assert refused(1 * S, {}) == list(range(7, 45))
+    assert refused(2 * S, {}) == list(range(45))
+    assert refused(33 * S, {}) == []
+    assert memory.at_rest
 
 
 def test_single_packets_need_no_reassembly():

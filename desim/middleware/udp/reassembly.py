@@ -13,8 +13,9 @@ class Reassembly:
     """The fragments of a host that wait for others of their datagrams.
 
     Those of a datagram that misses one keep their memory for ``time_ns`` as Linux's timers count it
-    (30 to 32 s). While more than ``limit_bytes`` are kept, no datagram of several fragments begins
-    (Linux: ``inet_frag_find``).
+    (30 to 32 s). While more than ``limit_bytes`` are kept no fragment is taken, be its datagram new
+    or half there (``inet_frag_find``). So a datagram that crosses the limit is cut, and what has
+    come of it fills the memory up to the limit.
     """
 
     __slots__ = ("_limit_bytes", "_time_ns", "_kept_bytes", "_expiring")
@@ -32,7 +33,7 @@ class Reassembly:
     def take(self, now_ns: int, size_bytes: int, packets: int, each: int, lost: dict[int, str]
              ) -> dict[int, str]:
         """A train of datagrams of ``each`` packets arrives without the packets ``lost``. Returns
-        those, and the packets of datagrams that cannot begin."""
+        those, and the packets that are not taken."""
         expiring = self._expiring
         while expiring and expiring[0][0] <= now_ns:
             self._kept_bytes -= expiring.popleft()[1]
@@ -40,13 +41,19 @@ class Reassembly:
         sizes = packet_sizes(size_bytes, packets)
         for start in range(0, packets, each):
             datagram = range(start, min(packets, start + each))
-            there = [number for number in datagram if number not in lost]
-            if len(datagram) == 1 or not there:
+            if len(datagram) == 1:
                 continue
-            if self._kept_bytes > self._limit_bytes:
-                refused |= dict.fromkeys(there, "reassembly_full")
-            elif len(there) < len(datagram):
-                memory = sum(truesize_bytes(sizes[number], 1) for number in there)
+            room_bytes = self._limit_bytes - self._kept_bytes
+            taken = memory = 0
+            for number in datagram:
+                if number in lost:
+                    continue
+                if memory > room_bytes:
+                    refused[number] = "reassembly_full"
+                else:
+                    taken += 1
+                    memory += truesize_bytes(sizes[number], 1)
+            if 0 < taken < len(datagram):
                 self._kept_bytes += memory
                 expiring.append((fires_ns(now_ns, self._time_ns, TICK_NS), memory))
         return dict(sorted((lost | refused).items())) if refused else lost
