@@ -19,6 +19,12 @@ from desim.monitor.warnings import warnings
 from desim.robot.mapping.tiles import raster
 from desim.units import NS_PER_S
 
+# The metrics of a map and of ways: None without robots.
+OF_ROBOTS = (
+    "explored", "explored_union", "explored_all", "reachable_area_m2", "explored_area_m2",
+    "exploration_cost_m", "exploration_cost", "safety", "map_completeness", "map_quality",
+    "map_error_cells")
+
 
 def summarize(monitor: Monitor, now_ns: int) -> Sample:
     """The summary of a run that ended at ``now_ns``, after ``monitor.finish``."""
@@ -27,7 +33,7 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
     last, robots = monitor.latest, _robots(monitor, now_ns)
     traffic = totals(monitor.graph)
     own = _of_task(monitor)
-    general = {
+    general: Sample = {
         "stop_reason": monitor.stop_reason,
         "simulated_s": now_ns / NS_PER_S,
         "task": monitor.task_name,
@@ -75,6 +81,8 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         "hosts": monitor.stationary_hosts.summary(now_ns),
         "warnings": warnings(monitor),
     }
+    if not monitor.robots:
+        general |= dict.fromkeys(OF_ROBOTS)
     twice = sorted(own.keys() & general.keys())
     if twice:
         raise ModelError(f"{class_of(monitor.task)} has metrics that every run has: "
@@ -131,7 +139,8 @@ def samples_table(monitor: Monitor) -> dict[str, list]:
     What was not due is null, and so is a rate over less than ``LEAST_WINDOW_NS``, but for that of
     time 0, which is 0."""
     rows = monitor.samples
-    table = {name: [row[name] for row in rows] for name in rows[0] if name != BYTES}
+    table = {name: [row[name] if monitor.robots or name not in OF_ROBOTS else None for row in rows]
+             for name in rows[0] if name != BYTES}
     taken, times_ns = [], [0]  # the rows with rates, and the ends of their windows
     for i, row in enumerate(rows):
         now_ns = round(row["time_s"] * NS_PER_S)

@@ -183,7 +183,7 @@ def play(scenario: Scenario, params: FleetLoad) -> Measures:
     for what does not fit together."""
     parts = Simulation(scenario)
     map_bytes, maps = params.map_bytes, own_maps(scenario)
-    if map_bytes is None and maps is not None:
+    if map_bytes is None and maps is not None and parts.world.robots:
         map_bytes = whole_map_bytes(parts, maps, Streams(scenario.seed))
     advertised, left_out = talks(parts, paces(scenario, parts.grid, map_bytes))
     longest_ns = max((round(NS_PER_S / talk.pace.rate_hz) for talk in advertised), default=0)

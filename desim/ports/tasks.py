@@ -129,7 +129,8 @@ class Task(Protocol):
 
     @property
     def leads(self) -> tuple[str, ...]:
-        """The names of its metrics that reports show first; of its class, at least one."""
+        """The names of its metrics, or of quantities of every run, that reports show first; of its
+        class, at least one."""
 
     def start(self, context: TaskContext) -> None:
         """The run is put together; no software has started. Raises ``InputError`` for parameters

@@ -43,6 +43,8 @@ def imported_figures(metrics: Summary) -> list[tuple[str, str]]:
 def _task(m: Summary) -> list[tuple[str, str, str]]:
     if "exploration_time_s" in m:
         return _exploration(m)
+    if not m["robots"]:
+        return []
     return [("task", m["task"], ""), *(
         (f"  {name}", value, "") for name, value in task_figures(m))]
 
@@ -74,6 +76,8 @@ def _exploration(m: Summary) -> list[tuple[str, str, str]]:
 
 
 def _map_and_way(m: Summary) -> list[tuple[str, str, str]]:
+    if not m["robots"]:
+        return []
     efficiency = m["exploration_efficiency_m2_per_m"]
     return [
         ("explored area", f"{m['explored_area_m2']:.0f} m2", f"of {m['reachable_area_m2']:.0f} m2"),
@@ -103,6 +107,9 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
         *(("", f"{share['mean']:.1%} busy", f"{medium}, on average; at most {share['max']:.1%}")
           for medium, share in m.get("utilisation", {}).items() if share is not None),
     ]
+    rows += [("background", f"{flow['sent']} packets",
+              f"{' to '.join(flow['between'])}, {flow['delivered']} delivered")
+             for flow in m.get("background", ())]
     if m.get("control_bytes"):
         rows.append(("", f"{m['control_bytes'] / 1e6:.1f} MB", "of routing protocols, beside"))
     apart = m["partitions"]

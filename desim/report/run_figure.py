@@ -61,13 +61,16 @@ def _figure(run: Run) -> Figure:
     upper: FigureBase = figure
     if loads:
         (upper,), (lower,) = figure.subfigures(2, 1, squeeze=False, height_ratios=(4, 1))
-    (where, what), (when, said) = upper.subplots(2, 2)
     robots = list(dict.fromkeys(run.robots["robot"].tolist()))
     palette = _palette(len(robots))
     colours = dict(zip(robots, palette, strict=True))
+    if robots:
+        where, what, when, said = upper.subplots(2, 2).flat
+        _knowledge(what, run)
+        _explored(when, run, colours)
+    else:
+        where, said = upper.subplots(1, 2)
     _terrain(where, run, colours)
-    _knowledge(what, run)
-    _explored(when, run, colours)
     _traffic(said, run)
     if loads:
         load_panels.draw(lower, run, colours)
@@ -77,7 +80,7 @@ def _figure(run: Run) -> Figure:
                         location="left", shrink=0.7)
     metrics, manifest = run.metrics, run.manifest
     status = "" if manifest["status"] == RunStatus.FINISHED else f", {manifest['status']}"
-    figure.suptitle(f"{manifest['name']}, seed {manifest['seed']}: {len(robots)} robots, "
+    figure.suptitle(f"{manifest['name']}, seed {manifest['seed']}: {len(robots) or 'no'} robots, "
                     f"{metrics['simulated_s']:.1f} s, {metrics['stop_reason']}{status}",
                     fontsize=13)
     return figure
@@ -97,14 +100,14 @@ def _terrain(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> None:
     if (run.truth.cells < 0).any():
         keys.append(Patch(color=_UNKNOWN, label="out of reach"))
     keys += _doors(axes, run) + _movers(axes, run) + _ways(axes, run, colours)
-    axes.set_title("(a) Terrain and true ways of the robots")
+    axes.set_title("(a) Terrain" + " and true ways of the robots" * bool(colours))
     _legend_below(axes, handles=keys, ncols=4)
 
 
 def _ways(axes: Axes, run: Run, colours: dict[str, np.ndarray]) -> list[Artist]:
     rows = run.robots
     keys: list[Artist] = []
-    ends = {"start": ("o", 4.0), "end": ("s", 4.5)}
+    ends = {"start": ("o", 4.0), "end": ("s", 4.5)} if colours else {}
     for name, colour in colours.items():
         own = rows["robot"] == name
         x_m, y_m = rows["x_m"][own], rows["y_m"][own]
@@ -219,7 +222,8 @@ def _traffic(axes: Axes, run: Run) -> None:
         # A row has the mean since the row before.
         axes.plot(times_s, 1e-3 * values, linewidth=1.3, drawstyle="steps-pre", label=family,
                   color=f"C{number % 10}", linestyle=_DASHES[number // 10 % len(_DASHES)])
-    axes.set(title="(d) Delivered between hosts, by topic (* is any robot)",
+    panel = "d" if len(run.robots["robot"]) else "b"
+    axes.set(title=f"({panel}) Delivered between hosts, by topic (* is any robot)",
              xlabel="simulated time [s]", ylabel="contents [kB/s], 1 kB = 1000 bytes",
              xlim=(0.0, max(run.metrics["simulated_s"], 1e-9)))
     axes.grid(alpha=0.3)

@@ -95,9 +95,16 @@ class Recording:
 
     @cached_property
     def poses(self) -> Poses:
-        """The poses of all robots."""
+        """The poses of all robots; where there is none, the instants of moving obstacles, or the
+        run's first and last."""
+        if not self.robots:
+            with self._table("moving_obstacles") as table:
+                seen_ns = np.unique(table["time_ns"].to_numpy())
+            times_ns = seen_ns if len(seen_ns) else np.array([0, self.end_ns])
+            nobody = np.empty((len(times_ns), 0, 2), np.int32)
+            return Poses(times_ns, nobody, nobody[..., 0])
         with self._table("poses") as table:
-            by_robot = {name: table[name].to_numpy().reshape(max(len(self.robots), 1), -1)
+            by_robot = {name: table[name].to_numpy().reshape(len(self.robots), -1)
                         for name in ("time_ns", "x_mm", "y_mm", "yaw_mrad")}
             self._refuse_other_times(by_robot["time_ns"][0])
             return Poses(by_robot["time_ns"][0],

@@ -138,6 +138,9 @@ def _fleet(scenario: Scenario, _: Folder) -> Found:
         yield from body_checks.clearance(("fleet", "types", name), kind)
     if isinstance(fleet.start, StartList):
         yield from _start_list(fleet.start, count or fleet.size)
+    if fleet.size == 0 and "model" in scenario.task.model_fields_set \
+            and plugins.bare(scenario.task.model) != "none":
+        yield ("task", "model"), "there is nobody to do it (fleet.size is 0); allowed: none"
 
 
 def _start_list(start: StartList, size: int | None) -> Found:

@@ -19,6 +19,7 @@ from desim.scenario.schema.communication import (
     TeamStateParams,
 )
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
+from desim.scenario.schema.experiment import TaskChoice
 from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType, StartList
 from desim.scenario.schema.footprint import radii_m
 from desim.scenario.schema.robot import Equipment, laser_of
@@ -52,9 +53,13 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         hosts={name: host.parsed() for name, host in _sorted(scenario.hosts).items()},
         middleware=scenario.middleware.parsed(),
         computers=scenario.computers.parsed(),
-        task=scenario.task.parsed(),
+        task=_task(scenario).parsed(),
         coordination=_coordination(scenario).parsed(),
     )
+
+
+def _task(scenario: Scenario) -> TaskChoice:
+    return scenario.task if fleet_size(scenario.fleet) else TaskChoice(model="none")
 
 
 def _environment(environment: Environment, folder: Folder) -> Environment:

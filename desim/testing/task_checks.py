@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 
 from desim.ports.tasks import Briefs, JudgesMap, Measures, Task
+from desim.scenario.schema.experiment import QUANTITIES
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 from desim.testing.task_bench import TaskBench
@@ -56,8 +57,10 @@ def _looked(cls: PluginClass[Task], task: Task) -> str:
     except (TypeError, ValueError) as error:
         need(False, cls, "return metrics that JSON can hold: finite numbers, words, None, lists "
                          f"and mappings of them, not {metrics!r} ({error})")
-    need(isinstance(metrics, Mapping) and metrics, cls, "return some metrics by their names")
-    need(set(task.leads) <= set(metrics), cls,
+    general = set(task.leads) <= {*QUANTITIES}
+    need(isinstance(metrics, Mapping) and (metrics or general), cls,
+         "return some metrics by their names")
+    need(general or set(task.leads) <= set(metrics), cls,
          f"lead with some of its metrics, {', '.join(metrics)}, not with {', '.join(task.leads)}")
     if not isinstance(task, Measures):
         return text

@@ -47,7 +47,8 @@ class Bodies:
                 raise InputError(f"environment.terrain.height: {spec.name} would get over all "
                                  f"that the map shows; allowed: more than its clearance or "
                                  f"altitude, {body.passes_m:g} m")
-        self.poses = np.array([(s.x_m, s.y_m, s.yaw_rad) for s in specs], dtype=np.float64)
+        self.poses = np.array([(s.x_m, s.y_m, s.yaw_rad) for s in specs],
+                              dtype=np.float64).reshape(-1, 3)
         self.poses[:, 2] -= 2.0 * np.pi * np.floor((self.poses[:, 2] + np.pi) / (2.0 * np.pi))
         self.velocities = np.zeros((n, 3))
         self.travelled_m = np.zeros(n)
@@ -57,7 +58,8 @@ class Bodies:
                                   b.acceleration_mps2, b.turn_acceleration_radps2,
                                   float(b.drive != "differential"), b.passes_m,
                                   b.altitude_m, spec.top_m)
-                                 for spec, b in ((spec, spec.body) for spec in specs)])
+                                 for spec, b in ((spec, spec.body) for spec in specs)],
+                                dtype=np.float64).reshape(n, 9)
         self._clocks = np.full((n, 3), _NEVER_NS, dtype=np.int64)
         self._clocks[:, kernels.TIMEOUT] = [spec.body.command_timeout_ns for spec in specs]
         self._order = np.arange(n)
@@ -65,7 +67,7 @@ class Bodies:
         self._before = np.zeros((n, 4))
         self._last = np.full((n, n), _NEVER_NS, dtype=np.int64)
         self._episodes = np.zeros((n + n * (n - 1) // 2, 2), dtype=np.int64)
-        widest = float(self.radii_m.max())
+        widest = float(self.radii_m.max(initial=0.0))
         self.outlines = Outlines([spec.body for spec in specs])
         # Discs alone have a kernel of their own, which is faster.
         discs_only = bool(self.outlines.is_disc.all())

@@ -106,7 +106,10 @@ class Plane:
     def ground(self, spec: GridSpec, robots: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """[height, width] uint8, 0 where a cell is free, and bool, the free cells that lasers can
         come to see from where ``robots`` stand now. A wall that no laser of the fleet sees is free;
-        one that some look over hides nothing."""
+        one that some look over hides nothing. Without robots all free cells count."""
+        if not self._planes_m:
+            truth = self.terrain.truth(spec)
+            return truth, truth == 0
         starts = self._bodies.poses[list(robots), :2]
         truth = self.terrain.above(min(self._planes_m)).truth(spec)
         return truth, self.terrain.above(max(self._planes_m)).reachable(spec, starts) & (truth == 0)

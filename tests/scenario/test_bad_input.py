@@ -29,7 +29,7 @@ WRONG = {
         "2:9: fleet.siz: unknown key (did you mean 'size'?); allowed: size, robots, types, start"]),
     "unknown task": ("task: patroling", [
         "2:7: task.model: unknown task 'patroling' (did you mean 'patrolling'?); known: "
-        f"exploration, patrolling, {DOTTED}"]),
+        f"exploration, none, patrolling, {DOTTED}"]),
     "no task": ("task: 5", ["2:7: task: must be a plug-in's name, or a mapping with model, got 5"]),
     "no places": ("task: {model: patrolling, places: [[1 m]]}", [
         "2:36: task.places.0: must be a list of 2, got a list of 1"]),
@@ -240,7 +240,7 @@ WRONG = {
     "zero period": ("measure: {every: 0 s}", ["2:18: measure.every: '0 s' must be above zero"]),
     "zero extent": ("robot: {mapping: {resolution: 0 m}}", [
         "2:31: robot.mapping.resolution: must be above 0 m, got '0 m'"]),
-    "fleet of 0": ("fleet: {size: 0}", ["2:15: fleet.size: must be at least 1, got 0"]),
+    "fleet of -1": ("fleet: {size: -1}", ["2:15: fleet.size: must be at least 0, got -1"]),
     "half a robot": ("fleet: {size: 2.5}", [
         "2:15: fleet.size: must be a whole number, got 2.5"]),
     "text for a number": ("seed: one", ["2:7: seed: must be a whole number, got 'one'"]),
@@ -844,7 +844,7 @@ def test_a_circle_is_named(here):
 
 
 @pytest.mark.parametrize("override, complaint", [
-    ("fleet.size=0", "fleet.size: must be at least 1, got 0"),
+    ("fleet.size=-1", "fleet.size: must be at least 0, got -1"),
     ("fleet.siz=3", "fleet.siz: unknown key (did you mean 'size'?); allowed: size, robots, types, "
                     "start"),
     ("fleet", "must look like a.b.c=value, e.g. fleet.size=8"),

@@ -11,7 +11,7 @@ from desim.ports import Place
 from desim.ports.tasks import Patrol
 from desim.testing import check_task
 
-TASKS = sorted({*plugins.available("task"), "exploration", "patrolling"})
+TASKS = sorted({*plugins.available("task"), "exploration", "none", "patrolling"})
 
 
 @pytest.mark.parametrize("name", TASKS)

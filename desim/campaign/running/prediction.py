@@ -83,7 +83,7 @@ class BySize:
 
     def _usual(self, robots: int) -> float:
         mean = float(np.interp(robots, self._sizes, self._means))
-        return max(mean * max(robots / self._sizes[-1], 1.0) ** self._power, 1e-9)
+        return max(mean * max(robots / max(self._sizes[-1], 1), 1.0) ** self._power, 1e-9)
 
 
 class Model:

@@ -16,21 +16,22 @@ def facts(scenario: Scenario, metrics: Json, robots: int) -> list[tuple[str, str
         return [source, ("robots", str(robots)), *rest]
     media = ", ".join(f"{name} ({bare(medium.model)})"
                       for name, medium in scenario.network.media.items() if medium is not None)
-    size = ("robots", str(robots))
-    return [*([*_measured(metrics)[:1], size, *_measured(metrics)[1:]] if metrics else [size]),
+    size = ("robots", str(robots)) if robots else ("hosts", str(len(scenario.hosts)))
+    first, *rest = _measured(metrics, robots) if metrics else [size]
+    return [first, *([size, *rest] if metrics else []),
             ("medium", media), ("middleware", bare(scenario.middleware.model)),
-            ("strategy", bare(scenario.coordination.strategy))]
+            *([("strategy", bare(scenario.coordination.strategy))] if robots else [])]
 
 
-def _measured(metrics: Json) -> list[tuple[str, str]]:
+def _measured(metrics: Json, robots: int) -> list[tuple[str, str]]:
     if "exploration_time_s" in metrics:
         done = [(f"{EXPLORED:.0%} explored",
                  time_or_limit(metrics["exploration_time_s"], metrics["simulated_s"]))]
     else:
         done = task_figures(metrics)
-    found = [*done, ("driven", f"{metrics['exploration_cost_m']:,.0f} m"),
-             ("collisions", str(metrics["collisions"])),
-             ("messages", f"{metrics['messages_delivered']:,} delivered")]
+    driven = [("driven", f"{metrics['exploration_cost_m']:,.0f} m"),
+              ("collisions", str(metrics["collisions"]))] if robots else []
+    found = [*done, *driven, ("messages", f"{metrics['messages_delivered']:,} delivered")]
     for name, count in (("lost", sum(metrics["messages_dropped"].values())),
                         ("late", metrics["messages_late"])):
         if count:

@@ -25,8 +25,8 @@ def seconds_of(recording: ReplaySource) -> Seconds:
 def add_seconds(columns: Columns, seconds: Seconds, robots: int) -> None:
     """Add each robot's explored share (1e-4, -1: it has no software), and its way [mm] and the
     bytes that it received and sent until then, once a second; the share that all together know."""
-    columns.add("second.us", np.rint(seconds["time_s"][::robots] * 1e6).astype(np.int64))
-    columns.add("second.union", _by_robot(seconds["explored_union"] * 1e4, robots)[:1])
+    columns.add("second.us", np.rint(seconds["time_s"][::max(robots, 1)] * 1e6).astype(np.int64))
+    columns.add("second.union", _by_robot(seconds["explored_union"] * 1e4, max(robots, 1))[:1])
     for name, scale in (("explored", 1e4), ("distance_m", MM_PER_M), ("rx_bytes", 1.0),
                         ("tx_bytes", 1.0)):
         columns.add(f"second.{name}", _by_robot(seconds[name] * scale, robots))
@@ -53,4 +53,4 @@ def add_computers(columns: Columns, seconds: Seconds, recording: ReplaySource) -
 def _by_robot(values: np.ndarray, robots: int) -> np.ndarray:
     """[robots, seconds] whole numbers; -1 for NaN."""
     whole = np.rint(np.nan_to_num(values.astype(float), nan=-1.0)).astype(np.int64)
-    return whole.reshape(-1, robots).T
+    return whole.reshape(-1, robots).T if robots else whole.reshape(0, 0)

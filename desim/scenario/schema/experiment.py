@@ -30,7 +30,8 @@ class TaskChoice(PluginChoice):
     kind, name_key = "task", "model"
 
     model: str = Field("exploration", description=(
-        "a task plug-in: exploration, patrolling (the paper: exploration)"))
+        "a task plug-in: exploration, patrolling, none (the paper: exploration; without robots: "
+        "none)"))
 
 
 class Stop(Params):

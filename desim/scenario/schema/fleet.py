@@ -159,9 +159,9 @@ class StartFile(Params):
 class FleetParams(Params):
     """The robots."""
 
-    size: int | None = Field(None, ge=1, le=MAX_ROBOTS, description=(
-        "number of robots (default: the groups' counts together, or as many as there are start "
-        "poses, or 1)"))
+    size: int | None = Field(None, ge=0, le=MAX_ROBOTS, description=(
+        "number of robots, 0: hosts alone (default: the groups' counts together, or as many as "
+        "there are start poses, or 1)"))
     robots: Annotated[str | tuple[Group, ...], BY_SHAPE] = Field(
         "pioneer3dx", description="a type, or groups of types: the first robots are of the first")
     types: dict[Name, RobotType] = Field({}, description=(

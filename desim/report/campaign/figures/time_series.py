@@ -64,7 +64,7 @@ def _read(study: Study, vector: VectorRuns) -> Iterator[tuple[np.ndarray, np.nda
             samples = Run(study.run_folders[ids[row]]).table("samples", ("time_s", "explored"))
         except (KeyError, InputError):  # gone, or damaged: it is left out, and counted
             continue
-        if len(samples["time_s"]):
-            times_s, shares = measured(samples, "explored")
+        times_s, shares = measured(samples, "explored")
+        if len(times_s):
             yield times_s, 100.0 * shares
 
