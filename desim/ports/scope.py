@@ -5,7 +5,9 @@ Every rule has these parameters beside its own (``with_scope``), and its medium 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fnmatch import fnmatchcase
+from typing import ClassVar
 
 from pydantic import Field, model_validator
 
@@ -26,6 +28,10 @@ def matching(pattern: str, hosts: tuple[str, ...], path: str) -> list[int]:
 
 class Targets(Params):
     """Hosts, with all that they send and receive, and links, in both directions."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"topics": (
+        "a medium does not see the topics of what it carries; give these topics a medium of their "
+        "own (network.topics), and the rule to that medium")}
 
     hosts: list[str] = Field([], description=(
         "names or patterns with * and ?: all that these send and receive"))
