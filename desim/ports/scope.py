@@ -31,7 +31,7 @@ class Targets(Params):
 
     elsewhere: ClassVar[Mapping[str, str]] = {"topics": (
         "a medium does not see the topics of what it carries; give these topics a medium of their "
-        "own (network.topics), and the rule to that medium")}
+        "own (topics: {/map: {medium: ...}}), and the rule to that")}
 
     hosts: list[str] = Field([], description=(
         "names or patterns with * and ?: all that these send and receive"))
