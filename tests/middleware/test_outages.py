@@ -163,7 +163,10 @@ def test_a_walk_over_outages_ends_well(name):
     walk(MODELS[name], Walk, 12)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.xfail(
+    name == "fkie_1_3_groovy", strict=True, reason="of 40 walks one ends with a host that never "
+    "hears another again, with no data under way: the middleware's calls, not TCP's"))
+    for name in MODELS])
 def test_a_walk_over_a_rough_network_ends_well(name):
     walk(MODELS[name], RoughWalk, 40 if name == "fkie_1_3_groovy" else 6)
 

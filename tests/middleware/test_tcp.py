@@ -4,6 +4,11 @@ import pytest
 from graphs import MS, S
 from tcp_hosts import Losing, Pair, Takes, Word, link, partition
 
+from desim.middleware.tcp.cubic import Cubic
+from desim.middleware.tcp.receiver import Receiver
+from desim.middleware.tcp.repair import Repair
+from desim.middleware.tcp.retransmission import RetransmissionTimer
+
 OPENED = [(0, "opened"), (0, "accepted")]  # where the network takes no time
 
 
@@ -140,14 +145,75 @@ def test_a_third_of_the_window_is_worth_sending(first, trains):
 
 
 def test_a_window_that_is_lost_is_found_by_a_probe():
-    """A round trip of 2 ms: ten segments are one train. Two round trips and 8 ms later, on the
+    """A round trip of 2 ms: ten segments are one train. Two round trips and 2 ms later, on the
     ticks of 4 ms, the last segment goes again; its acknowledgement shows that all before it is
     lost, and the window opens from one segment on, by one more a round trip (PRR)."""
     pair = Pair(wire(), [Losing(1, least_bytes=1000)])
     pair.call()
     pair.at(100 * MS, pair.say, 1, 10 * 1448).run(S)
     assert [(row[0] // MS, row[5] // 1518) for row in pair.rows("frame")] == [
-        (100, 10), (120, 1), (122, 1), (124, 2), (126, 3), (128, 3)]
+        (100, 10), (112, 1), (114, 1), (116, 2), (118, 3), (120, 3)]
+
+
+def nothing(*_):
+    """A mechanism that is missing."""
+
+
+@pytest.mark.parametrize(("known", "window", "threshold"), [(True, 11, None), (False, 2, 7)])
+def test_a_timeout_is_taken_back_if_only_its_first_segment_was_lost(monkeypatch, known, window,
+                                                                    threshold):
+    """Of four messages the first is lost, and so are the acknowledgements of the others and the
+    probe. The timeout's repetition is acknowledged with two that went once: all but the first had
+    arrived (F-RTO, RFC 5682, 3.1, step 3b). Without F-RTO the window starts from one segment."""
+    if not known:
+        monkeypatch.setattr(Repair, "_doubt", nothing)
+    pair = Pair(wire(), [Losing(3, 7), Losing(2, 3, 4, source=1)])
+    pair.call(nodelay=True)
+    for k in range(4):
+        pair.at(100 * MS + k * MS // 10, pair.say, k)
+    sender = pair.connection.sender(0)
+    pair.run(S)
+    assert [row[4] for row in pair.rows("frame")] == [0, 1, 2, 3, 3, 0]
+    assert (sender.cwnd // 1448, sender.ssthresh // 1448) == (
+        window, threshold or sender.params.window_bytes // 1448)
+
+
+@pytest.mark.parametrize(("known", "window"), [(True, 10), (False, 7)])
+def test_a_probe_that_arrives_twice_was_not_needed(monkeypatch, known, window):
+    """The acknowledgement of a message is lost. The probe's answer says that its bytes have come
+    twice (D-SACK), so the window stays; without that it would shrink at the next message."""
+    if not known:
+        monkeypatch.setattr(RetransmissionTimer, "copied", nothing)
+    pair = Pair(wire(), [Losing(2, source=1)])
+    pair.call()
+    pair.at(100 * MS, pair.say, 1).at(S, pair.say, 2).run(2 * S)
+    assert [row[4] for row in pair.rows("frame")] == [1, 1, 2]
+    assert pair.connection.sender(0).cwnd == window * 1448
+
+
+@pytest.mark.parametrize(("waits", "again_ms"), [(True, 212), (False, 408)])
+def test_one_segment_amid_a_message_waits_for_its_acknowledgement(monkeypatch, waits, again_ms):
+    """The second of two segments is lost. The first is not the end of what was written, so its
+    acknowledgement waits, and two are on their way: a probe goes after two round trips and 2 ms. If
+    the first is acknowledged at once, one is, and it goes after 200 ms."""
+    if not waits:
+        monkeypatch.setattr(Receiver, "_deliver", lambda receiver: True)
+    takes = Takes((1,), trains=[])
+    pair = Pair(wire(), [takes])
+    pair.call()
+    pair.at(100 * MS, pair.say, 1, 40 * 1448).at(200 * MS, pair.say, 2, 2 * 1448)
+    pair.at(150 * MS, lambda: takes._trains.append(len(takes.seen) + 1)).run(S)
+    assert [row[0] // MS for row in pair.rows("frame") if row[4] == 2] == [200, again_ms]
+
+
+def test_cubic_keeps_its_pace_within_a_tick():
+    """A window of 10 shrinks to 7. By the curve 10 + 0.4 (t - K)^3, K = (3 / 0.4)^(1/3) s, whose
+    distance from 10 counts in whole segments, it aims at 8: a segment more for each 7. That stays
+    so for the tick, though 8 is reached; later it would take 800 (Linux bictcp_update)."""
+    cubic = Cubic()
+    assert cubic.less(10) == 7
+    assert [cubic.more(window, 7, 0, 300_000) for window in (7, 8, 9)] == [1, 1, 1]
+    assert [cubic.more(10, 7, k * 4 * MS, 300_000) for k in range(1, 8)] == [0] * 7
 
 
 @pytest.mark.parametrize(("latency", "params", "trains"), [

@@ -63,13 +63,22 @@ def nagle_anyway(monkeypatch):
                                                     lambda sender, nodelay: None))
 
 
+def no_nagle(monkeypatch):
+    """Small messages wait for none before them."""
+    monkeypatch.setattr(Sender, "nodelay", property(lambda sender: True,
+                                                    lambda sender, nodelay: None))
+
+
 TWINS = [
     Twin(tcp.nagle, delayed_acknowledgements),
     Twin(lambda: tcp.cuts(tcp.CUTS[1:2]), longer_timeouts),
     Twin(lambda: tcp.cuts(tcp.CUTS[11:12]), no_word_of_addresses),
-    Twin(lambda: tcp.bulk(tcp.BUSY[1:2], seeds=1, seconds=60), half_the_window),
+    Twin(lambda: tcp.bulk(tcp.BUSY[1:2], seeds=2, seconds=60), half_the_window),
     Twin(lambda: tcp.lossy(tcp.PROMPT[1:2], seeds=3), nagle_anyway),
     Twin(lambda: tcp.lossy(tcp.LOSSY[2:3], seeds=1), no_selective_acknowledgements),
+    Twin(lambda: tcp.lossy(tcp.LOSSY[6:7], seeds=9), no_nagle),
+    Twin(lambda: tcp.lossy(tcp.PROMPT[6:7], seeds=5), no_selective_acknowledgements),
+    Twin(lambda: tcp.lossy(tcp.PROMPT[7:8], seeds=9), half_the_window),
 ]
 
 

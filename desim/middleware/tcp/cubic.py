@@ -50,8 +50,10 @@ class Cubic:
         self._acked += acked
         tick = now_ns // _MS // _TICK_MS
         if window != self._seen or tick - self._seen_tick > _FRESH_TICKS:
-            self._set_pace(window, acked, now_ns // _MS, rtt_ns // _MS)
-            self._seen, self._seen_tick = window, tick
+            if self._epoch_ms < 0 or tick != self._seen_tick:
+                self._seen, self._seen_tick = window, tick
+                self._set_pace(window, acked, now_ns // _MS, rtt_ns)
+            self._befriend(window)
         pace = self._pace
         if self._credit >= pace:
             self._credit = 0
@@ -64,18 +66,24 @@ class Cubic:
             self._credit %= pace
         return more
 
-    def _set_pace(self, window: int, acked: int, now_ms: int, rtt_ms: int) -> None:
-        """Linux bictcp_update."""
+    def _set_pace(self, window: int, acked: int, now_ms: int, rtt_ns: int) -> None:
+        """Compute the pace from the curve (Linux bictcp_update)."""
         if self._epoch_ms < 0:
             self._epoch_ms = now_ms
             self._acked, self._reno = acked, window
             self._origin = max(self._most, window)
             self._k_ms = _root((self._origin - window) * 10**10 // _C_TENTHS)
+        rtt_ms = -(-rtt_ns // (_TICK_MS * _MS)) * _TICK_MS
         off_ms = now_ms - self._epoch_ms + rtt_ms - self._k_ms
-        target = self._origin + _C_TENTHS * off_ms**3 // 10**10
-        pace = window // (target - window) if target > window else 100 * window
+        away = _C_TENTHS * abs(off_ms)**3 // 10**10  # in whole segments, below the origin as above
+        target = self._origin + (away if off_ms > 0 else -away)
+        self._pace = window // (target - window) if target > window else 100 * window
         if not self._most:
-            pace = min(pace, 20)
+            self._pace = min(self._pace, 20)
+
+    def _befriend(self, window: int) -> None:
+        """Grow as fast as Reno would."""
+        pace = self._pace
         each = window * _FRIENDLY_EIGHTHS >> 3  # as much as Reno's mean (RFC 9438, 4.3)
         if self._acked > each:
             grown = (self._acked - 1) // each

@@ -168,7 +168,7 @@ class Express(AddressedCarrier[Flight]):
         if self.more or flight[0] * 2 > sender.cwnd:
             flying = self.flying()
             if flying * 2 > sender.cwnd:
-                sender.grow(flight[0], flying, self._kernel.now_ns)
+                sender.grow(flight[0], flying + MSS_BYTES > sender.cwnd, self._kernel.now_ns)
         self.flight = self.more.pop(0) if self.more else None
         sender.transit.express_ns = self._since_ns = now_ns = self._kernel.now_ns
         self._way.confirmed_ns = now_ns
@@ -239,7 +239,9 @@ class ImpliedReceiver(Receiver):
         self.due_ns = 0
         self.acknowledged = self.nxt
         if self._up(self._peer):
-            self.transit.sender.arrived((self.nxt, self.echo_ns, tuple(self.ranges)), self._peer)
+            self.transit.sender.arrived((self.nxt, self.echo_ns, tuple(self.ranges), self._copy),
+                                        self._peer)
+        self._copy = None
 
     def express_for(self, sender: Sender) -> Express | None:
         return Express(sender)

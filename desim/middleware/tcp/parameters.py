@@ -12,6 +12,7 @@ from desim import ports
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
 from desim.units import DURATION, ByteSize, Duration, Pace, Period
 
+TIMEOUT_MIN_NS = 2_000_000  # Linux 6.7 TCP_TIMEOUT_MIN_US; two ticks before
 SYN_BYTES = SEGMENT_HEADER_BYTES + 8  # 20 B of options: MSS, SACK, timestamps, window scale
 
 
@@ -58,7 +59,8 @@ class TcpParams(ports.Params):
         "without a frame, for long studies on networks that have room (sent: TCP)"))
     ack_every: int = Field(2, ge=1, description=(
         "full segments of a train that have one acknowledgement; with 44 a train has one, as where "
-        "the receiver's GRO puts it together (RFC 1122)"))
+        "the receiver's GRO puts it together; behind a gap each has one, or where it is above 2 so "
+        "many (RFC 1122, Linux tcp_comp_sack_nr)"))
     duplicate_acks: int = Field(3, ge=1, description=(
         "segments that arrived behind a gap that show at once that it is lost; fewer have to "
         "wait for a quarter of a round trip (Linux tcp_reordering, RFC 8985)"))

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _CONTROL = Phase.CONTROL  # of an instant, after what comes in it
 _NEVER_NS = -1 << 62
+_QUICK_BYTES = 16 * MSS_BYTES  # Linux TCP_MAX_QUICKACKS
 _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
 
@@ -31,17 +32,17 @@ class Receiver(AddressedCarrier[Train]):
 
     All before byte ``nxt`` has arrived; ``ranges`` are the bytes behind a gap, sorted and disjoint.
     All before ``acknowledged`` was acknowledged; the rest will be with the next data of this end,
-    or at ``due_ns`` (0: there is no rest). Acknowledgements are delayed only in ``pingpong`` mode
-    (this end answers each message), and for a full segment at most. Otherwise data is acknowledged
-    at once, because the reader is always waiting (Linux tcp_cleanup_rbuf). A ``prompt`` receiver
-    acknowledges a whole message even before it hands it over.
+    or at ``due_ns`` (0: there is no rest). At most a full segment waits: in ``pingpong`` mode (this
+    end answers each message) any, else one amid a message. The end of a message is acknowledged at
+    once, because the reader is always waiting (Linux tcp_cleanup_rbuf, ICSK_ACK_PUSHED). A
+    ``prompt`` receiver acknowledges a whole message even before it hands it over.
     """
 
     protocol = "tcp"
     __slots__ = ("end", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",
-                 "received_ns", "acknowledged", "pingpong", "prompt", "_full", "_every",
-                 "_delay_ns", "_tick_ns", "_timer", "_kernel", "_transmit", "_counts", "_frames",
-                 "_host", "_to", "_entity")
+                 "received_ns", "acknowledged", "pingpong", "prompt", "_full", "_every", "_behind",
+                 "_copy", "_quick", "_delay_ns", "_tick_ns", "_timer", "_kernel", "_transmit",
+                 "_counts", "_frames", "_host", "_to", "_entity")
 
     transit: Transit
 
@@ -53,9 +54,12 @@ class Receiver(AddressedCarrier[Train]):
         self.ranges: list[tuple[int, int]] = []
         self.due_ns = self.echo_ns = 0
         self.received_ns = _NEVER_NS
+        self._copy: tuple[int, int] | None = None  # bytes that have come twice (D-SACK, RFC 2883)
+        self._quick = _QUICK_BYTES  # up to there data is acknowledged at once
         self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
         params = connection.tcp.params
-        self._every = params.ack_every
+        self._every = every = params.ack_every
+        self._behind = every if every > 2 else 1  # of them, where they come behind a gap
         self._delay_ns, self._tick_ns = params.delayed_ack_ns, params.tick_ns
         self._timer: Handle | None = None
         self._kernel = context.kernel
@@ -76,7 +80,8 @@ class Receiver(AddressedCarrier[Train]):
         if not self.open:
             self.end.stray(self, train)
             return
-        self.received_ns = now_ns = self._kernel.now_ns
+        now_ns, heard_ns = self._kernel.now_ns, self.received_ns
+        self.received_ns = now_ns
         if ack > self.back.una:
             self.back.acked(ack, echo_ns)
         if start != self.nxt or self.ranges:
@@ -94,8 +99,11 @@ class Receiver(AddressedCarrier[Train]):
             if self.prompt:
                 self.acknowledge(1)
             arrived(token)
+            pushed = True
         else:
-            self._deliver()
+            if now_ns - heard_ns > self.back.rto_ns:
+                self._be_quick()
+            pushed = self._deliver() or end <= self._quick
             if self.prompt and self.open:
                 self.acknowledge(1)
         if not self.due_ns:  # it was acknowledged, maybe by an answer, or all is over
@@ -103,7 +111,7 @@ class Receiver(AddressedCarrier[Train]):
         if end - start > self._full:
             self._full = min(end - start, MSS_BYTES)
         pending = self.nxt - self.acknowledged
-        if pending > self._full or not self.pingpong:
+        if pending > self._full or pushed and not self.pingpong:
             self.acknowledge(pending // MSS_BYTES // self._every or 1)
         elif self._timer is None:
             self._wait()
@@ -116,9 +124,9 @@ class Receiver(AddressedCarrier[Train]):
         self.transit.lose([(bounds[number], bounds[number + 1], reason)
                            for number, reason in lost.items()], end)
         pieces = [(bounds[first], bounds[last]) for first, last in runs(len(bounds) - 1, lost)]
-        if not self.open:
+        if not self.open or len(pieces) == 1:
             fin = fin and pieces[0][1] == end
-            self.end.stray(self, (*pieces[0], ack, sent_ns, echo_ns, fin, 0))
+            self.arrived((*pieces[0], ack, sent_ns, echo_ns, fin, 0), receiver)
             return
         self.received_ns = self._kernel.now_ns
         if ack > self.back.una:
@@ -141,7 +149,8 @@ class Receiver(AddressedCarrier[Train]):
         """Send so many acknowledgements as one train of them."""
         self.due_ns = 0
         self.acknowledged = nxt = self.nxt
-        ack = nxt, self.echo_ns, tuple(self.ranges)
+        ack = nxt, self.echo_ns, tuple(self.ranges), self._copy
+        self._copy = None
         size_bytes = segments * SEGMENT_HEADER_BYTES
         self._counts[ACKS] += size_bytes
         self._frames[ACKS] += 1
@@ -185,17 +194,24 @@ class Receiver(AddressedCarrier[Train]):
             self.pingpong = False  # there was no answer (Linux tcp_delack_timer_handler)
             self.acknowledge(1)
 
-    def _deliver(self) -> None:
-        """Hand over each message that is complete now."""
+    def _deliver(self) -> bool:
+        """Hand over each message that is complete now. Returns whether that is all: the reader has
+        emptied the socket after the end of what was written, which is marked (PSH)."""
         transit, nxt = self.transit, self.nxt
         messages = transit.messages
+        end = 0
         while len(messages) > (delivered := transit.delivered) and messages[delivered][0] <= nxt:
             end, arrived, token, _ = messages[delivered]
             transit.delivered = delivered + 1
             arrived(token)
             if not self.open:  # closed by this message: the rest is refused
                 self.nxt = end
-                return
+                break
+        return end == self.nxt
+
+    def _be_quick(self) -> None:
+        """Acknowledge some segments at once (Linux tcp_enter_quickack_mode)."""
+        self._quick = self.nxt + _QUICK_BYTES
 
     def _take(self, pieces: list[tuple[int, int]], sent_ns: int) -> None:
         """Take data that is not simply the next: behind a gap, before data that has arrived, or a
@@ -208,12 +224,14 @@ class Receiver(AddressedCarrier[Train]):
                 self.echo_ns = sent_ns
             if end <= self.nxt:
                 answers += 1
+                self._copy = start, end
+                self._be_quick()
                 continue
             self._add(max(start, self.nxt), end)
             if self.ranges[0][0] == self.nxt:
                 self.nxt = self.ranges.pop(0)[1]
             else:
-                answers += on_wire(end - start)[1]
+                answers += -(-on_wire(end - start)[1] // self._behind)
         answers += (self.nxt - before) // MSS_BYTES // self._every
         if self.nxt > before:
             self._deliver()

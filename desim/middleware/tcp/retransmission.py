@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.jiffies import fires_ns, whole_ticks
+from desim.middleware.tcp.parameters import TIMEOUT_MIN_NS
 from desim.middleware.tcp.repair import DISORDER
 from desim.middleware.tcp.scoreboard import ARRIVED
 from desim.middleware.timers import Timer, Timers
@@ -73,10 +74,13 @@ class RetransmissionTimer:
         if self._probed:
             self._probe_soon(self._sender.now_ns)
 
-    def acknowledged_twice(self) -> None:
-        """A second acknowledgement of a byte: both copies of a probe have arrived, so that nothing
-        had been lost."""
-        self._probed = 0
+    def copied(self, start: int, end: int) -> None:
+        """The peer has had these bytes twice (D-SACK, RFC 3708): where they were a probe, nothing
+        had been lost (Linux FLAG_DSACK_TLP)."""
+        if end == self._probed:
+            self._probed = 0
+        if self._sender.repair is not None:
+            self._sender.repair.copied(end - start)
 
     def unresolved(self, start: int) -> None:
         """Data from ``start`` on could not leave for lack of an address. That is no sign of
@@ -107,7 +111,7 @@ class RetransmissionTimer:
         if sender.srtt_ns < 0 or not self._orderly():
             return
         delay_ns = 2 * sender.srtt_ns + (
-            params.rto_min_ns if sender.nxt - sender.una <= MSS_BYTES else 2 * params.tick_ns)
+            params.rto_min_ns if sender.nxt - sender.una <= MSS_BYTES else TIMEOUT_MIN_NS)
         left_ns = self._left_ns(since_ns)
         self._aim_at(PROBE, left_ns if 0 < left_ns < delay_ns else delay_ns, since_ns)
 
@@ -173,12 +177,13 @@ class RetransmissionTimer:
     def _time_out(self, now_ns: int) -> None:
         """The retransmission timeout: double it, and send the first segment again."""
         sender = self._sender
-        if self._silent_ns < 0:
+        first = self._silent_ns < 0
+        if first:
             self._silent_ns = now_ns
         elif now_ns - self._silent_ns >= self._params.silence_ns:
             sender.end.fail("timeout")
             return
         repair = sender.repair or sender.begin_repair()
-        repair.time_out(now_ns)
+        repair.time_out(now_ns, first)
         self._backoff += 1
         sender.push()

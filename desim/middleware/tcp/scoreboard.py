@@ -23,13 +23,19 @@ class SentRange:
 
 class Scoreboard:
     """The runs between the first byte that is not acknowledged and the last one that was sent
-    (RFC 6675), and which of those that arrived was sent last (RFC 8985)."""
+    (RFC 6675), and which of those that arrived was sent last (RFC 8985).
+
+    Of the last acknowledgement: ``selected`` bytes behind its number are new in it; ``measured_ns``
+    is when the first bytes that it is the first to cover were sent, if they show the round trip
+    (-1: none do); ``original``: some of its news went once, before the last timeout.
+    """
 
     def __init__(self, una: int, trains: Iterable[tuple[int, int]]) -> None:
         self.runs: list[SentRange] = []
         self.bytes = [0, 0, 0]  # by state
         self.newest = -1, -1  # when the last of them was sent, and where it ends
         self.newest_rtt_ns = 0
+        self.selected, self.measured_ns, self.original = 0, -1, False
         for end, sent_ns in trains:
             self.send(una, end, sent_ns)
             una = end
@@ -52,18 +58,26 @@ class Scoreboard:
         run.again = True
 
     def acknowledge(self, una: int, ranges: Iterable[tuple[int, int]], now_ns: int,
-             least_rtt_ns: int) -> int:
+                    least_rtt_ns: int, high: int) -> int:
         """Take an acknowledgement: all before ``una`` has arrived, and ``ranges``. Returns the
-        number of bytes that were not known to have arrived."""
+        number of bytes that were not known to have arrived. ``high``: what had been sent at the
+        last timeout."""
         runs, news, done = self.runs, 0, 0
+        self.selected, self.original, again = 0, False, False
+        measured_ns = selected_ns = -1
         for run in runs:
             if run.start >= una:
                 break
             if run.end > una:
                 self._cut(done, una)
+            again |= run.again
             if run.state != ARRIVED:
                 news += run.end - run.start
                 self._mark_newest(run, now_ns, least_rtt_ns)
+                if not run.again:
+                    self.original |= run.end <= high
+                    if measured_ns < 0:
+                        measured_ns = run.sent_ns
             self.bytes[run.state] -= run.end - run.start
             done += 1
         del runs[:done]
@@ -80,11 +94,16 @@ class Scoreboard:
                         run = runs[at]
                     if run.end > end:
                         self._cut(at, end)
-                    news += run.end - run.start
+                    self.selected += run.end - run.start
                     self._mark_newest(run, now_ns, least_rtt_ns)
                     self._set_state(run, ARRIVED)
+                    if not run.again:
+                        self.original |= run.end <= high
+                        if selected_ns < 0:
+                            selected_ns = run.sent_ns
                 at += 1
-        return news
+        self.measured_ns = selected_ns if again or measured_ns < 0 else measured_ns
+        return news + self.selected
 
     def tail(self, most: int, now_ns: int) -> SentRange:
         """The last segment, of ``most`` bytes at most, goes again."""
@@ -96,20 +115,21 @@ class Scoreboard:
         self.send_again(run, run.end, now_ns)
         return run
 
-    def overtaken(self, patience_ns: int, now_ns: int) -> tuple[int, int]:
+    def overtaken(self, patience_ns: int, now_ns: int) -> tuple[int, int, int]:
         """Mark ranges as lost that were sent before one that has arrived, and are ``patience_ns``
-        later than that was. Returns the number of their bytes, and how long (ns) to wait for ranges
-        that are not that late yet."""
-        lost = wait_ns = 0
+        later than that was. Returns the number of their bytes, how many of them had gone again, and
+        how long (ns) to wait for ranges that are not that late yet."""
+        lost = again = wait_ns = 0
         late_ns = now_ns - self.newest_rtt_ns - patience_ns
         for run in self.runs:
             if run.state == FLYING and (run.sent_ns, run.end) < self.newest:
                 if run.sent_ns <= late_ns:
                     lost += run.end - run.start
+                    again += run.again * (run.end - run.start)
                     self._set_state(run, LOST)
                 else:
                     wait_ns = max(wait_ns, run.sent_ns - late_ns)
-        return lost, wait_ns
+        return lost, again, wait_ns
 
     def mark_lost(self, late_ns: int) -> None:
         """Mark ranges as lost that were sent up to ``late_ns``, and the first one in any case."""

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.receiver import Receiver
 
 # An acknowledgement: all before this byte has arrived; when the segment was sent that it answers;
-# the ranges behind that byte that have arrived, too.
-Ack = tuple[int, int, tuple[tuple[int, int], ...]]
+# the ranges behind that byte that have arrived, too; bytes that have come twice (D-SACK).
+Ack = tuple[int, int, tuple[tuple[int, int], ...], "tuple[int, int] | None"]
 
 _BATCH_BYTES = 26 * MSS_BYTES  # half of the window that a peer offers at first (measured)
 _WORTH = 3  # of the window at least this part (Linux tcp_tso_should_defer, tcp_tso_win_divisor)
@@ -38,9 +38,9 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
 
     back: Receiver
     protocol = "tcp"
-    __slots__ = ("end", "back", "open", "nodelay", "transit", "_messages", "una", "nxt",
-                 "written", "finishing", "received_ns", "repair", "retransmission", "timer",
-                 "_waiters", "_small", "_trains", "sent_ns", "_context", "_kernel", "_way",
+    __slots__ = ("end", "back", "open", "nodelay", "transit", "_messages", "una", "nxt", "written",
+                 "finishing", "received_ns", "repair", "retransmission", "timer", "_waiters",
+                 "_small", "_full_end", "_trains", "sent_ns", "_context", "_kernel", "_way",
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_record_frame", "express")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
@@ -56,6 +56,7 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         self._waiters: list[Callable[[], object]] = []
         self.received_ns = self.sent_ns = 0
         self._small = 0  # end of the last segment that was not full
+        self._full_end = 0  # what had been sent when the window was full last (cwnd_usage_seq)
         self._trains: deque[tuple[int, int]] = deque()  # end, sent_ns of all but the last one
         self._context = context = connection.tcp.context
         self._kernel = context.kernel
@@ -78,9 +79,9 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
     @property
     def head_ns(self) -> int:
         """The time when the first bytes in flight were sent."""
-        if self.repair is not None:
-            return self.repair.board.runs[0].sent_ns
-        return self._trains[0][1] if self._trains else self.sent_ns
+        if self.repair is None:
+            return self._trains[0][1] if self._trains else self.sent_ns
+        return self.repair.board.runs[0].sent_ns
 
     # The socket.
 
@@ -195,11 +196,11 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             self.end.stray(self, ack)
             return
         self.received_ns = self._kernel.now_ns
-        number, echo_ns, ranges = ack
+        number, echo_ns, ranges, copy = ack
+        if copy is not None:
+            self.retransmission.copied(*copy)
         if number > self.una or ranges and number == self.una:
             self.acked(number, echo_ns, ranges)
-        elif number == self.una:
-            self.retransmission.acknowledged_twice()
 
     def arrived_in_part(self, ack: Ack, receiver: int, lost: dict[int, str]) -> None:
         """Acknowledgements are cumulative: those that arrive stand for those that do not."""
@@ -218,12 +219,15 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         if repair is None:
             if ranges:
                 repair = self.begin_repair()
-            elif (nxt - una) * 2 > self.cwnd:
-                self.grow(number - una, nxt - una, now_ns)
-        if repair is not None:
-            repair.acknowledge(number, ranges, now_ns)
+            elif una < self._full_end or (nxt - una) * 2 > self.cwnd:
+                self.grow(number - una, una < self._full_end, now_ns)
+        since_ns = self.head_ns if repair is None else repair.acknowledge(number, ranges, now_ns)
+        if since_ns < 0 and number > una:
+            since_ns = echo_ns  # bytes that went twice do not tell (Linux tcp_ack_update_rtt)
+        if since_ns >= 0:
+            self.sample(now_ns - since_ns, now_ns)
         if number > una:
-            self._advance(number, echo_ns, now_ns)
+            self._advance(number, now_ns)
         if repair is not None:
             repair.react(number > una, echo_ns, now_ns)
         messages, left = self._messages, self.written - number
@@ -239,15 +243,13 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         elif self.express is not None:
             self.express.ready = (self.transit.receiver.open and self.repair is None
                                   and not self.retransmission.uneasy)
-        if self._waiters:
-            self._notify_waiters()
+        while self._waiters and self.writable:
+            self._waiters.pop(0)()
 
-    def _advance(self, number: int, echo_ns: int, now_ns: int) -> None:
+    def _advance(self, number: int, now_ns: int) -> None:
         """All before ``number`` has arrived."""
         self.una = number
         self._way.confirmed_ns = now_ns
-        if echo_ns >= 0:
-            self.sample(now_ns - echo_ns, now_ns)
         if number < self.nxt:
             self.timer.expect(now_ns + self.rto_ns)
             trains = self._trains
@@ -295,13 +297,15 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
                        self.una + params.window_bytes - start, most)
             if size <= 0 or size < most and size < enough and size < self.written - start \
                     and start > self.una:  # it is worth waiting for more acknowledgements
-                return
+                break
             part = size % MSS_BYTES
-            if part and (start + size < self.written or not self._small_may_go()):
+            if part and (start + size < self.written or not self.small_may_go()):
                 size -= part
-                if not size:
-                    return
+            if not size:
+                break
             self._train(start, start + size)
+        if size > 0 or flying + MSS_BYTES > cwnd:
+            self._full_end = start
 
     def send_again(self, start: int, end: int) -> None:
         """Send bytes again that seem to be lost."""
@@ -328,13 +332,9 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         self.repair = repair = Repair(self, Scoreboard(self.una, trains))
         return repair
 
-    def _small_may_go(self) -> bool:
+    def small_may_go(self) -> bool:
         """Nagle's algorithm as Linux has it: one segment that is not full may be on its way."""
         return self._small <= self.una or self.nodelay or self.finishing
-
-    def _notify_waiters(self) -> None:
-        while self._waiters and self.writable:
-            self._waiters.pop(0)()
 
     # Frames.
 
@@ -348,6 +348,8 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             self.timer.expect(now_ns + self.rto_ns)
         else:
             self._trains.append((start, self.sent_ns))
+            if end - self.una + MSS_BYTES > self.cwnd:
+                self._full_end = end
             if self.retransmission.uneasy:
                 self.retransmission.postpone()
         self.sent_ns = now_ns

@@ -74,15 +74,17 @@ class CongestionWindow:
         rto_ns = srtt_ns + self._variance_ns
         self.rto_ns = rto_ns if rto_ns < self._most_ns else self._most_ns
 
-    def grow(self, acked: int, flying: int, now_ns: int) -> None:
-        """``acked`` of ``flying`` bytes arrived. In slow start the window grows by ``acked``; later
-        it grows as CUBIC says, but only if the sender was using it (except for data held back to
-        fill a train)."""
-        if self.cwnd < self.ssthresh:
-            self.cwnd += acked
-        elif flying + max(MSS_BYTES, min(self.burst_bytes(), self.cwnd // 3)) > self.cwnd:
+    def grow(self, acked: int, limited: bool, now_ns: int) -> None:
+        """``acked`` bytes arrived. In slow start the window grows by their segments up to the
+        threshold; beyond it, where the window has ``limited`` the sender, as CUBIC says (Linux
+        cubictcp_cong_avoid)."""
+        segments, cwnd = -(-acked // MSS_BYTES), self.cwnd
+        if cwnd < self.ssthresh:
+            self.cwnd = min(cwnd + segments * MSS_BYTES, self.ssthresh)
+            segments -= (self.cwnd - cwnd) // MSS_BYTES
+        if limited and segments:
             self.cwnd += MSS_BYTES * self._cubic.more(
-                self.cwnd // MSS_BYTES or 1, -(-acked // MSS_BYTES), now_ns, self.least_rtt_ns)
+                self.cwnd // MSS_BYTES or 1, segments, now_ns, self.least_rtt_ns)
         params = self.params
         self.memory_bytes = min(max(self.memory_bytes, 2 * self.cwnd // MSS_BYTES
                                     * params.segment_bytes), params.buffer_bytes)
