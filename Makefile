@@ -6,6 +6,9 @@ BIN := $(VENV)/bin
 # Python keeps the bytecode of what it imports: the tests start hundreds of processes.
 unexport PYTHONDONTWRITEBYTECODE
 
+# pip is silent: 43 s of CPU, and the downloads.
+INSTALLS = @echo "pip installs desim in $(VENV), once: a minute, or as long as the downloads take"
+
 .PHONY: install run test tests quick check lint types validate bench dist schema docs
 
 install: $(VENV)/.installed
@@ -59,16 +62,19 @@ schema: $(VENV)/.installed
 	$(BIN)/desim schema > .vscode/scenario.schema.json
 
 $(VENV)/.installed: pyproject.toml
-	test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --editable .
-	touch $@
+	$(INSTALLS)
+	@test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
+	@$(BIN)/pip install --quiet --editable .
+	@touch $@
 
 $(VENV)/.installed-test: pyproject.toml
-	test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --editable '.[test]'
-	touch $(VENV)/.installed $@
+	$(INSTALLS)
+	@test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
+	@$(BIN)/pip install --quiet --editable '.[test]'
+	@touch $(VENV)/.installed $@
 
 $(VENV)/.installed-docs: pyproject.toml
-	test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --editable '.[docs]'
-	touch $(VENV)/.installed $@
+	$(INSTALLS)
+	@test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV)
+	@$(BIN)/pip install --quiet --editable '.[docs]'
+	@touch $(VENV)/.installed $@

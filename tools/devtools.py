@@ -6,6 +6,8 @@ import json
 import os
 import shutil
 import subprocess
+import sys
+from contextlib import contextmanager
 
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
          "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -16,6 +18,18 @@ FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-
 def chromium():
     """The browser's path, or None."""
     return shutil.which("chromium") or shutil.which("google-chrome")
+
+
+@contextmanager
+def load(count=2):
+    """Processes that take all of a small computer."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for each in busy:
+            each.kill()
+            each.wait()
 
 
 class Browser:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
-from desim.statistics.intervals import Interval, t_interval
+from desim.statistics.intervals import FEWEST, Interval, t_interval
 from desim.statistics.samples import sample
 
 
@@ -44,7 +44,7 @@ class Median(NamedTuple):
 
 class RestrictedMean(NamedTuple):
     """The mean of min(time, ``limit``) of ``n`` runs, its standard error and interval. No error for
-    a single run, and no bounds where no run got there."""
+    a single run, and no bounds for fewer than three or where no run got there."""
 
     mean: float
     error: float | None
@@ -116,7 +116,7 @@ def restricted_mean(times: ArrayLike, reached: ArrayLike, limit: float,
     # Where the last run gets there no area is left: 0 / 0 stands for 0.
     hazards = events / np.maximum(at_risk * (at_risk - events), 1)
     error = float(np.sqrt(n / (n - 1) * (later**2 * hazards).sum()))
-    if not curve.events[curve.times <= limit].any():
+    if n < FEWEST or not curve.events[curve.times <= limit].any():
         return RestrictedMean(mean, error, None, None, limit, n)
     half = float(stats.t.ppf((1 + level) / 2, n - 1)) * error
     return RestrictedMean(mean, error, mean - half, mean + half, limit, n)

@@ -13,14 +13,16 @@ from desim.statistics.samples import sample, spread
 
 # Below, the bootstrap knows too little of the distribution; above, it is slow and agrees with t.
 BOOTSTRAP_FROM, BOOTSTRAP_TO = 30, 1000
+# Of two values t is 12.7 standard errors: their interval says less than the values themselves.
+FEWEST = 3
 RESAMPLES = 9999
 
 
 class Interval(NamedTuple):
     """A mean (or share) of ``n`` values and the bounds of its interval, in the values' unit.
 
-    None where it does not exist: the mean of no value, the bounds for fewer than two. ``method`` is
-    ``t``, ``bca`` or ``wilson``; ``equal`` if all values are the same, with both bounds on them,
+    None where it does not exist: the mean of no value, the bounds of fewer than three. ``method``
+    is ``t``, ``bca`` or ``wilson``; ``equal`` if all values are the same, with both bounds on them,
     which is no proof that the next one will be; ``none`` where there are no bounds.
     """
 
@@ -113,9 +115,9 @@ def proportion(successes: int, n: int, level: float = 0.95) -> Interval:
 
 
 def _degenerate(data: np.ndarray) -> Interval | None:
-    """The interval of values that do not spread, None if they do."""
-    if len(data) < 2:
-        return Interval(float(data[0]) if len(data) else None, None, None, len(data), "none")
+    """The interval of values that are too few or do not spread, None for all others."""
+    if len(data) < FEWEST:
+        return Interval(float(data.mean()) if len(data) else None, None, None, len(data), "none")
     if spread(data, np.abs(data).max()) == 0.0:
         return Interval(float(data[0]), float(data[0]), float(data[0]), len(data), "equal")
     return None

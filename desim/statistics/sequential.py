@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from desim.engine.streams import Streams
-from desim.statistics.intervals import t_interval
+from desim.statistics.intervals import FEWEST, t_interval
 
 _MOST_DRAWS = 10_000_000  # about half a second
 
@@ -89,7 +89,7 @@ def _played(rule: StoppingRule, mean: float, draws: np.ndarray) -> tuple[int, in
     half = student * np.sqrt(np.maximum(variances, 0.0) / n)
     allowed = rule.width * (np.abs(means + mean) if rule.relative else 1.0)
     stops = half <= allowed
-    stops[:, :rule.at_least - 1] = False
+    stops[:, :max(rule.at_least, FEWEST) - 1] = False
     narrow = stops.any(axis=1)
     last = np.where(narrow, stops.argmax(axis=1), rule.at_most - 1)
     there = np.arange(len(draws)), last

@@ -5,6 +5,7 @@ import shutil
 import subprocess
 
 import pytest
+from devtools import Browser, load
 from synthetic import campaign, design, timed
 
 from desim.report.campaign.campaign_report import write
@@ -77,5 +78,40 @@ def test_a_browser_shows_it(tmp_path, scheme):
                            "--dump-dom", probe.as_uri()], capture_output=True, text=True,
                           timeout=120)
     found = re.search(r'data-probe="([^"]*)"', done.stdout)[1].replace("&quot;", '"')
-    assert found == '[["10","2","1"],"descending",[true]]'
+    assert found == '[["10","2","1"],"descending",[true,true]]'
     assert "CONSOLE" not in done.stderr
+
+
+FIRST = """new Promise((resolve) => { const wait = () => {
+    if (!document.querySelector(".lead figure") || document.readyState !== "complete") {
+      setTimeout(wait, 10); return; }
+    const box = (what) => document.querySelector(what).getBoundingClientRect();
+    const root = document.documentElement, svg = document.querySelector(".lead svg");
+    resolve({ heading: document.querySelector("h1").textContent,
+      sentences: document.querySelectorAll(".answer li").length,
+      figures: document.querySelectorAll("header figure").length,
+      seen: box("header").bottom <= innerHeight, sideways: root.scrollWidth - root.clientWidth,
+      beside: box(".lead figure").left > box(".answer").right,
+      letters_px: Math.min(...[...svg.querySelectorAll("text")].map(
+        (text) => parseFloat(getComputedStyle(text).fontSize)))
+        * svg.getBoundingClientRect().width / svg.viewBox.baseVal.width }); };
+    wait(); })"""
+
+
+@pytest.mark.parametrize("width, height", [(1280, 800), (1920, 1080), (390, 844)])
+def test_the_first_screen_answers_the_question(browser_here, tmp_path, width, height):
+    """On a busy computer: the question, its answer and one figure, which can be read."""
+    axes = {"robots": [1, 2, 4, 8], "strategy": ["near", "far"]}
+    campaign(tmp_path, axes, 3, lambda levels, k: timed(
+        None if levels["robots"] == 1 and k == 0 else 100.0 / levels["robots"] + k,
+        map_age_s=1.0 + k))
+    page = write(tmp_path, design(axes, iterations=3, report={
+        "metrics": ["exploration_time_s", "map_age_s"]}))
+    with load(), Browser(tmp_path / "profile", width, height, touch=width < 400) as browser:
+        browser("Page.navigate", url=page.as_uri())
+        seen = browser.value(FIRST)
+        assert browser.complaints == []
+    assert seen.pop("letters_px") > 8
+    wide = width > 400
+    assert seen == {"heading": "Does <it> pay off & when?", "sentences": 4, "figures": 1,
+                    "seen": wide, "sideways": 0, "beside": wide}

@@ -84,8 +84,9 @@ def watching(console: Console) -> Watch:
 def _lines(console: Console, gauge: Gauge, over: threading.Event) -> None:
     while not over.wait(LINE_EVERY_S):
         now = gauge.read()
-        console.print(f"{now['time_s']:7.1f} s simulated, {now['factor']:.1f} x real time, "
-                      f"explored {now['explored']:.1%}, {now['messages_per_s']:.0f} messages/s, "
+        console.print(f"{now['time_s']:7.1f} s simulated, {now['factor']:.1f} times real time "
+                      f"(wall), explored {now['explored']:.1%}, "
+                      f"{now['messages_per_s']:.0f} messages/s, "
                       f"{now['bytes_per_s'] / 1e6:.2f} MB/s, {now['links']} links",
                       highlight=False, soft_wrap=True)
 
@@ -93,7 +94,7 @@ def _lines(console: Console, gauge: Gauge, over: threading.Event) -> None:
 def _panel(now: dict[str, float]) -> Text:
     # Plain text: a rich table would cost seven times as much at every refresh.
     return Text("\n".join((
-        f"simulated      {now['time_s']:8.1f} s   {now['factor']:.1f} x real time",
+        f"simulated      {now['time_s']:8.1f} s   {now['factor']:.1f} times real time (wall)",
         f"explored       {now['explored']:8.1%}     {_bar(now['explored'])}",
         f"by the union   {now['explored_union']:8.1%}     {_bar(now['explored_union'])}",
         f"network        {now['messages_per_s']:8.0f} messages/s, "

@@ -12,7 +12,7 @@ from desim.errors import unwritable
 from desim.files import refuse_link
 from desim.report.campaign import formatting
 from desim.report.campaign.answers import findings, groups, methods, rungs, sensitivity, warnings
-from desim.report.campaign.answers.answer import answer_of
+from desim.report.campaign.answers.answer import answer_of, runs_of
 from desim.report.campaign.figures import style, time_series
 from desim.report.campaign.figures.latency import latency_figure
 from desim.report.campaign.figures.metric import caption, metric_figure, reading
@@ -24,6 +24,7 @@ from desim.report.campaign.tables.table import Cell, ReportTable, as_csv, as_htm
 from desim.report.drawing import drawing
 
 _PAGE = "report.html"
+_LEADING = 4  # panels in the figure of the first screen
 _OPEN = 15  # up to so many comparisons of a metric are not folded away
 
 
@@ -86,35 +87,31 @@ class _Report:
         """The document."""
         study = self._study
         how = "" if study.is_sampled else page.paragraph(reading(study), "note")
-        return page.page(study.design.name, self._lead(), [
+        return page.page(study.design.name, study.design.question, self._lead(), [
             self._findings(), self._run(), Section("metrics", "Metrics", how),
             *map(self._metric, self._single), *map(self._group, self._groups), *self._explored(),
             *self._latency(), *self._resources(), self._table(), self._methods(),
             self._files()])  # the list of files is last
 
     def _lead(self) -> str:
-        study = self._study
-        most = max(len(vector.rows) for vector in study.vectors)
-        failed, finished, censored = (int((study.once & which).sum()) for which in (
-            study.failed, ~study.failed, study.censored & ~study.failed))
-        question = page.paragraph(study.design.question, "question") if study.design.question \
-            else ""
-        return question + page.items(
-            answer_of(study, self._estimates, self._single[0], self._drawn)
-            if self._single else [], "answer") + page.facts([
-            (formatting.number(len(study.vectors), 9), "vectors" if len(study.vectors) > 1
-             else "vector"),
-            (formatting.number(most, 9), "iterations" if most > 1 else "iteration"),
-            (formatting.number(finished, 9), "runs finished"),
-            (formatting.number(failed, 9), "failed"),
-            *([(formatting.number(censored, 9), "censored (stopped before the aim)")]
-              if study.has_aim else [])])
+        study, estimates = self._study, self._estimates
+        metrics = list(self._single)
+        said = [*answer_of(study, estimates, metrics, self._bends[metrics[0]] if metrics else []),
+                *(sentence for group in self._groups for sentence in self._onsets[group][1])]
+        seen = ""
+        if metrics and not study.is_sampled:
+            few = self._drawn[:_LEADING]
+            more = "" if len(few) == len(self._drawn) else \
+                f"{len(few)} of {len(self._drawn)} panels; the others are below. "
+            seen = self._figure(metric_figure(study, estimates, metrics[0], few, []), "answer",
+                                f"{formatting.titled(metrics[0])}: means, their 95 % intervals "
+                                f"(bars) and single runs (dots). {more}")
+        return page.lead(said, runs_of(study), seen)
 
     def _findings(self) -> Section:
         study, table = self._study, findings.glance(self._study, self._estimates, self._bends)
         said = [sentence for metric in self._single if rungs.is_ladder(study)
                 for sentence in rungs.sentences(study, metric, self._rungs(metric))]
-        said += [sentence for group in self._groups for sentence in self._onsets[group][1]]
         said += [*findings.failed(study), *findings.unreached(study), *resources.sentences(study),
                  *findings.significant(self._found)]
         if study.is_sampled:

@@ -8,9 +8,8 @@ import pty
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager
 
-from devtools import Browser
+from devtools import Browser, load
 
 
 def command(repository, out, *words):
@@ -24,18 +23,6 @@ SEEN = """new Promise((resolve) => { const wait = () => {
     if (timeS < AT) { setTimeout(wait, 10); return; }
     resolve([[...run.upAt(timeS).robots], run.plan.length > 0, run.growth !== null]);
     }; wait(); })"""
-
-
-@contextmanager
-def load(count=2):
-    """Processes that take all of a small computer."""
-    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
-    try:
-        yield
-    finally:
-        for each in busy:
-            each.kill()
-            each.wait()
 
 
 def test_robots_are_up_on_a_busy_machine(browser_here, repository, tmp_path):

@@ -140,5 +140,4 @@ class _Onsets:
                 f"{', then ' + formatting.listed(rest) if rest else ''}."]
 
     def _falls(self, metric: str, vector: VectorRuns) -> str:
-        return (f"{self._group.of(metric)} (at {self._axis.label(vector)}, mean "
-                f"{formatting.number(self._estimates.of(metric, vector).mean, 3)})")
+        return f"{self._group.of(metric)} (at {self._axis.label(vector)})"

@@ -12,7 +12,14 @@ from scipy import stats
 from desim.report.campaign.numbers import bounds
 from desim.report.campaign.numbers.study import TIMES, Study, VectorRuns
 from desim.statistics import censoring
-from desim.statistics.intervals import BOOTSTRAP_FROM, RESAMPLES, Interval, interval, t_interval
+from desim.statistics.intervals import (
+    BOOTSTRAP_FROM,
+    FEWEST,
+    RESAMPLES,
+    Interval,
+    interval,
+    t_interval,
+)
 
 # Drawing so many values takes about ten seconds; what needs more gets fewer resamples, or t.
 _MOST_DRAWS = 400_000_000
@@ -108,7 +115,7 @@ class Estimates:
             mean = np.add.reduceat(np.where(there, values, 0.0), begins) / n
             off = np.where(there, values - np.repeat(mean, sizes), 0.0)
             error = np.sqrt(np.add.reduceat(off**2, begins) / (n - 1) / n)
-        bounded = (n >= 2) & (late < n)
+        bounded = (n >= FEWEST) & (late < n)
         half = np.where(bounded, stats.t.ppf(0.975, np.maximum(n - 1, 1)) * error, np.nan)
         least, greatest = self.bounds(metric)
         return Means(mean, np.maximum(mean - half, least), np.minimum(mean + half, greatest), n,

@@ -18,16 +18,28 @@ class Section(NamedTuple):
     level: int = 2
 
 
-def page(title: str, lead: str, sections: Sequence[Section]) -> str:
-    """The whole document."""
+def page(title: str, question: str, lead: str, sections: Sequence[Section]) -> str:
+    """The whole document. Its heading is the first of the ``question``'s sentences that asks; what
+    the design says besides stands below it."""
+    asked, mark, more = question.partition("?")
+    heading = paragraph(title, "name") + f"<h1>{html.escape(asked + mark)}</h1>" + (
+        paragraph(more, "question") if more.strip() else "") if asked \
+        else f"<h1>{html.escape(title)}</h1>"
     links = "".join(f'<li class="level{one.level}"><a href="#{one.anchor}">'
                     f"{html.escape(one.title)}</a></li>" for one in sections)
     body = "\n".join(f'<section id="{one.anchor}" class="level{one.level}"><h{one.level}>'
                      f'<a class="anchor" href="#{one.anchor}">{html.escape(one.title)}</a>'
                      f"</h{one.level}>\n{one.body}\n</section>" for one in sections)
     return Template(_asset("page.html")).substitute(
-        title=html.escape(title), style=_asset("page.css"), script=_asset("page.js"), lead=lead,
-        links=links, body=body)
+        title=html.escape(title), style=_asset("page.css"), script=_asset("page.js"),
+        heading=heading, lead=lead, links=links, body=body)
+
+
+def lead(answer: Sequence[str], runs: str, seen: str) -> str:
+    """The first screen below the question: the answer, what runs it rests on, and the figure
+    ``seen``, beside them where there is room."""
+    return (f'<div class="lead"><div>{items(answer, "answer")}{paragraph(runs, "note")}</div>'
+            f"{seen}</div>")
 
 
 def paragraph(text: str, kind: str = "") -> str:
@@ -58,13 +70,6 @@ def folded(title: str, body: str, opened: bool = False) -> str:
 def verbatim(text: str) -> str:
     """The text of a file."""
     return f'<pre tabindex="0">{html.escape(text)}</pre>'
-
-
-def facts(pairs: Sequence[tuple[str, str]]) -> str:
-    """Large numbers with what they count."""
-    return '<ul class="facts">' + "".join(
-        f"<li><strong>{html.escape(value)}</strong> {html.escape(name)}</li>"
-        for value, name in pairs) + "</ul>"
 
 
 def _asset(name: str) -> str:
