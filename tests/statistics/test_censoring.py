@@ -128,7 +128,8 @@ def test_few_runs():
     assert restricted_mean([5.0], [True], 9.0)[:4] == (5.0, None, None, None)
     nobody = restricted_mean([9.0, 9.0, 9.0], [False] * 3, 9.0)
     assert nobody[:4] == (9.0, 0.0, None, None)
-    assert restricted_mean([5.0, 5.0], [True, True], 9.0)[:4] == (5.0, 0.0, 5.0, 5.0)
+    assert restricted_mean([5.0, 5.0], [True, True], 9.0)[:4] == (5.0, 0.0, None, None)
+    assert restricted_mean([5.0] * 3, [True] * 3, 9.0)[:4] == (5.0, 0.0, 5.0, 5.0)
 
 
 def test_what_nobody_watched_is_refused():

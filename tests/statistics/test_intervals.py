@@ -85,14 +85,15 @@ def test_the_same_values_and_seed_give_the_same_interval_in_any_order():
 
 def test_which_method_for_how_many():
     values = np.random.default_rng(4).normal(size=1001)
-    assert [interval(values[:n]).method for n in (2, 29, 30, 1000, 1001)] \
-        == ["t", "t", "bca", "bca", "t"]
+    assert [interval(values[:n]).method for n in (2, 3, 29, 30, 1000, 1001)] \
+        == ["none", "t", "t", "bca", "bca", "t"]
 
 
 def test_what_does_not_spread():
     assert interval([]) == Interval(None, None, None, 0, "none")
     assert interval([7.0]) == Interval(7.0, None, None, 1, "none")
-    for n in (2, 30):
+    assert interval([7.0, 8.0]) == Interval(7.5, None, None, 2, "none")
+    for n in (3, 30):
         assert interval([0.1] * n) == Interval(0.1, 0.1, 0.1, n, "equal")
     assert interval([]).half_width is None
 
@@ -137,7 +138,7 @@ def test_a_mean_as_text_has_its_half_width():
 
 def test_logarithms_of_quotients_read_as_their_geometric_mean_and_its_bounds():
     # Half of ln 2 with bounds 12.7 standard errors away, each half of ln 2: Student's table.
-    assert t_interval([0.0, np.log(2.0)]).quotient_text() == "1.41 (0.02 to 115.61)"
+    assert t_interval(np.log([1.0, 2.0, 4.0])).quotient_text() == "2.00 (0.36 to 11.19)"
     assert t_interval([np.log(0.5)] * 3).quotient_text(1) == "0.5 (0.5 to 0.5)"
     assert t_interval([np.log(3.0)]).quotient_text() == "3.00"
     assert t_interval([]).quotient_text() == ""

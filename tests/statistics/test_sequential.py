@@ -10,9 +10,9 @@ from desim.statistics.sequential import StoppingRule, coverage_of, enough
 def test_the_rule_step_by_step():
     """The half width of 1, 2, 3, ... values 0, 1, 0, 1: t_{n-1} s / sqrt(n)."""
     values = [0.0, 1.0] * 10
-    halves = [t_interval(values[:n]).half_width for n in range(2, 21)]
+    halves = {n: t_interval(values[:n]).half_width for n in range(3, 21)}
     stops = [n for n in range(21) if enough(values[:n], 0.3, at_least=2, at_most=18)]
-    assert stops == [n for n in range(2, 18) if halves[n - 2] <= 0.3] + [18, 19, 20]
+    assert stops == [n for n in range(3, 18) if halves[n] <= 0.3] + [18, 19, 20]
     assert 2 < stops[0] < 18
 
 
