@@ -64,13 +64,11 @@ def _figure(run: Run) -> Figure:
     robots = list(dict.fromkeys(run.robots["robot"].tolist()))
     palette = _palette(len(robots))
     colours = dict(zip(robots, palette, strict=True))
-    if robots:
-        where, what, when, said = upper.subplots(2, 2).flat
-        _knowledge(what, run)
-        _explored(when, run, colours)
-    else:
-        where, said = upper.subplots(1, 2)
+    where, *known, said = (upper.subplots(2, 2) if robots else upper.subplots(1, 2)).flat
     _terrain(where, run, colours)
+    if robots:
+        _knowledge(known[0], run)
+        _explored(known[1], run, colours)
     _traffic(said, run)
     if loads:
         load_panels.draw(lower, run, colours)
