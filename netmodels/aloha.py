@@ -13,18 +13,18 @@ from netmodels.itemized import FrameTimes, Itemized
 
 
 class _Transmission:
-    """A frame on the air: the ends of its packets, and those that others have spoilt."""
+    """A frame on the air: the ends of its packets, and those that others have corrupted."""
 
     def __init__(self, frame: ports.Frame, begin_ns: int, rate_bps: int) -> None:
         self.frame, self.begin_ns = frame, begin_ns
         sizes = accumulate(ports.packet_sizes(frame.size_bytes, frame.segments))
         self.ends_ns = [begin_ns + airtime_ns(size_bytes, rate_bps) for size_bytes in sizes]
-        self.spoilt: set[int] = set()
+        self.corrupted: set[int] = set()
 
     def spoil(self, begin_ns: int, end_ns: int) -> None:
         """Another host sends from ``begin_ns`` to ``end_ns``."""
         begins_ns = [self.begin_ns, *self.ends_ns[:-1]]
-        self.spoilt.update(range(bisect_right(self.ends_ns, begin_ns),
+        self.corrupted.update(range(bisect_right(self.ends_ns, begin_ns),
                                  bisect_left(begins_ns, end_ns)))
 
 
@@ -80,10 +80,10 @@ class Aloha(Itemized):
         if self._times is not None:
             self._times.until(frame, ports.TimePart.AIRTIME, self._context.now_ns)
             self._times.end(frame)
-        if len(own.spoilt) == frame.segments:
+        if len(own.corrupted) == frame.segments:
             self._context.settle_many(frame, frame.receivers, ports.Drop("collision"))
             return
-        if own.spoilt:
+        if own.corrupted:
             self._context.settle_many(frame, frame.receivers,
-                                      ports.Drop("collision", tuple(sorted(own.spoilt))))
+                                      ports.Drop("collision", tuple(sorted(own.corrupted))))
         self._context.settle_many(frame, frame.receivers, ports.Deliver(0))

@@ -60,14 +60,14 @@ def mask(hosts: Iterable[int]) -> int:
     return sum(1 << host for host in hosts)
 
 
-def settle(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) -> None:
-    """Settle ``frame``: it has arrived at the hosts in ``got``, and was spoilt at ``spoilt``."""
+def settle(context: ports.Context, frame: ports.Frame, got: int, corrupted: int) -> None:
+    """Settle ``frame``: it has arrived at the hosts in ``got``, and was lost at ``corrupted``."""
     if not frame.broadcast:
         (receiver,) = frame.receivers
         context.settle(frame, receiver, _ARRIVED if got else ports.Drop(
-            "collision" if spoilt else "out_of_range"))
+            "collision" if corrupted else "out_of_range"))
         return
-    for hosts, fate in (got, _ARRIVED), (spoilt, ports.Drop("collision")):
+    for hosts, fate in (got, _ARRIVED), (corrupted, ports.Drop("collision")):
         receivers = [receiver for receiver in frame.receivers if hosts >> receiver & 1]
         if receivers:
             context.settle_many(frame, receivers, fate)
@@ -77,10 +77,10 @@ def settle(context: ports.Context, frame: ports.Frame, got: int, spoilt: int) ->
 def settle_train(context: ports.Context, frame: ports.Frame, sent: Sequence[tuple[int, int]]
                  ) -> None:
     """Settle a train. ``sent``: of each packet that was sent, the hosts that got it and those where
-    it was spoilt."""
-    got, spoilt = sent[0]
-    if all(packet == (got, spoilt) for packet in sent):
-        settle(context, frame, got, spoilt)
+    it was corrupted."""
+    got, corrupted = sent[0]
+    if all(packet == (got, corrupted) for packet in sent):
+        settle(context, frame, got, corrupted)
         return
     always = ever = got
     for own, broken in sent:

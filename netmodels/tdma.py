@@ -18,7 +18,7 @@ from netmodels.shared_disk import UnitDiskRadio, check_reaches, mask, settle_tra
 
 class _SlottedTrain(NamedTuple):
     """The first ``packets`` of a frame in a queue; of each that was sent, who got it and where it
-    was spoilt."""
+    was corrupted."""
 
     frame: ports.Frame
     packets: int
@@ -111,14 +111,14 @@ class Tdma(Itemized, UnitDiskRadio):
         senders, over = sorted(self._senders.pop(number)), []
         for host in senders:
             queue = self._queues[host]
-            waiting, spoilt = queue[0], 0
+            waiting, corrupted = queue[0], 0
             for other in senders:
                 if other != host:
-                    spoilt |= disturbed[other]
+                    corrupted |= disturbed[other]
             near = reached[host] & mask(waiting.frame.receivers)
             if self._times is not None:
                 self._stamp(self._times, waiting, number)
-            waiting.sent.append((near & ~spoilt, near & spoilt))
+            waiting.sent.append((near & ~corrupted, near & corrupted))
             if len(waiting.sent) == waiting.packets:
                 queue.popleft()
                 over.append(waiting)

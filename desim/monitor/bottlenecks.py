@@ -1,10 +1,10 @@
-"""The resource of a run that gives in (saturates) first.
+"""The resource of a run that saturates first.
 
 Resources are processors of hosts and of cluster nodes, threads of programs, memory, media, sockets
-and queues. Their loads are measured every 5 s, as in the paper's testbed. A resource gives in at
+and queues. Their loads are measured every 5 s, as in the paper's testbed. A resource saturates at
 the end of the first such window in which 90 % of it were in use (the paper chose its processors so
-that they stayed below that). Queues give in if 10 % of what was sent in a window was lost because a
-queue was full.
+that they stayed below that). Queues saturate if 10 % of what was sent in a window was lost in
+full queues.
 """
 
 from __future__ import annotations
@@ -74,9 +74,9 @@ class Bottlenecks:
             (("max_cpu_percent", "processor"), ("max_ram_percent", "memory"))}
 
     def summary(self) -> Sample:
-        """The resource that gave in first, None if none did (of several in one window the first in
-        the module's order); of each the largest share that was in use, and when it gave in."""
-        return {"gives_in_first": min(self._from_s, key=self._from_s.__getitem__, default=None),
+        """The resource that saturated first, None if none did (of several in one window the first
+        in the module's order); of each the largest share that was in use, and when it saturated."""
+        return {"saturated_first": min(self._from_s, key=self._from_s.__getitem__, default=None),
                 "saturation": {
                     resource: {"peak": peak, "from_s": self._from_s.get(resource),
                                **({"lost": sum(lost for lost, _ in self._lost_and_sent())}

@@ -1,4 +1,4 @@
-"""Drives in vain: towards places that a teammate has explored, because its map comes late."""
+"""Wasted drives: towards places that a teammate has explored, because its map comes late."""
 
 from __future__ import annotations
 

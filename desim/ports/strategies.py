@@ -106,12 +106,12 @@ class Mark(NamedTuple):
 
 
 class GoalEnd(StrEnum):
-    """The end of the drive to a goal. ``spoilt``: the goal is no frontier any more, or is blocked;
-    ``replaced``: the strategy set another goal, or none."""
+    """The end of the drive to a goal. ``obsolete``: the goal is no frontier any more, or is
+    blocked; ``replaced``: the strategy set another goal, or none."""
 
     REACHED = "reached"
     FAILED = "failed"
-    SPOILT = "spoilt"
+    OBSOLETE = "obsolete"
     REPLACED = "replaced"
 
 
@@ -251,7 +251,7 @@ class Strategy(Protocol):
 
     def choose(self, context: StrategyContext) -> Frontier | Place | None:
         """The place to drive to, or None when there is nothing to do. Asked when the robot has no
-        goal and its map has changed, and when its goal is spoilt. Never asked on a host without a
+        goal and its map has changed, and when its goal is obsolete. Never asked on a host without a
         body. A ``Place`` where the robot cannot be by its own map counts as None, and ``choose`` is
         asked again some seconds later; one off the map is an error."""
 

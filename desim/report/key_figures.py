@@ -20,7 +20,7 @@ def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str
              f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
              f"{manifest['peak_memory_mb']:.0f} MB")
     return [*_task(metrics), *_map_and_way(metrics), *_network(metrics), *_processors(metrics),
-            *_gives_in(metrics), *_energy(metrics), speed]
+            *_saturated(metrics), *_energy(metrics), speed]
 
 
 def headline(metrics: Summary, manifest: Summary) -> str:
@@ -82,7 +82,7 @@ def _map_and_way(m: Summary) -> list[tuple[str, str, str]]:
     return [
         ("explored area", f"{m['explored_area_m2']:.0f} m2", f"of {m['reachable_area_m2']:.0f} m2"),
         ("cost", f"{m['exploration_cost_m']:.0f} m", "driven by all robots"),
-        *([("  in vain", f"{m['outdated_goal_m']:.0f} m",
+        *([("  wasted", f"{m['outdated_goal_m']:.0f} m",
             f"{m['outdated_goal_s']:.0f} s, towards what a teammate had explored")]
           if "outdated_goal_m" in m else []),
         ("efficiency", "-" if efficiency is None else f"{efficiency:.2f} m2/m", "area / cost"),
@@ -149,11 +149,11 @@ def _memory(m: Summary) -> list[tuple[str, str, str]]:
                    for name, host in m.get("hosts", {}).items() if host["killed"]]
 
 
-def _gives_in(m: Summary) -> list[tuple[str, str, str]]:
-    first = m.get("gives_in_first")
+def _saturated(m: Summary) -> list[tuple[str, str, str]]:
+    first = m.get("saturated_first")
     if first is None:
         return []
-    return [("gives in first", first, f"from {m['saturation'][first]['from_s']:.0f} s on")]
+    return [("saturates first", first, f"from {m['saturation'][first]['from_s']:.0f} s on")]
 
 
 def _energy(m: Summary) -> list[tuple[str, str, str]]:

@@ -3,8 +3,8 @@
     python scenarios/paper/table2_table.py results/table2 results/table2_speed
 
 Prints Markdown: for each number of processors of a machine the paper's time and ours, how busy
-machines and nodes are, and how often each resource gave in first; then the times against those with
-two processors, seed by seed. Of the second campaign, if it is given: for each speed how busy
+machines and nodes are, and how often each resource saturated first; then the times against those
+with two processors, seed by seed. Of the second campaign, if it is given: for each speed how busy
 machines are, and the times with one processor against those with two; last, those of all speeds
 together.
 """
@@ -34,7 +34,7 @@ def row(processors: int, runs) -> str:
     """A row of the table: the runs of one number of processors."""
     times = [time_s(run) for run in runs]
     late = sum(run["exploration_time_s"] is None for run in runs)
-    first = Counter(run["gives_in_first"] or "nothing" for run in runs)
+    first = Counter(run["saturated_first"] or "nothing" for run in runs)
     return " | ".join([
         f"| {processors}", f"{runs[0]['robots_per_node']}", f"{_PAPER_S[processors]}",
         t_interval(times).text() + (f" ({late} late)" if late else ""),
@@ -84,7 +84,7 @@ def main(campaign: Path, slower: Path | None = None) -> None:
     counts = sorted(levels(runs, "processors"))
     print("| processors | robots on a node | the paper, s | time, s | difference | machines' CPU, "
           "% | nodes' CPU, % | RAM, % | missed ticks | unread messages | a robot receives, kB/s | "
-          "gives in first |")
+          "saturates first |")
     print("|---" * 12 + "|")
     for processors in counts:
         print(row(processors, [run for run in runs if run["processors"] == processors]))

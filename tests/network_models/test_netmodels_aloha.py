@@ -46,12 +46,12 @@ def test_who_talks_across_its_own_words_is_not_understood():
     assert bench.parts == [("train", "host_2", {1: "collision"})]
 
 
-@pytest.mark.parametrize(("begin_ns", "spoilt"), [
+@pytest.mark.parametrize(("begin_ns", "corrupted"), [
     (MS - 1, {0: "collision", 1: "collision"}), (MS + 1, {1: "collision", 2: "collision"}),
     (-2 * MS, {}), (10 * MS, {})])
-def test_a_train_loses_the_packets_that_others_overlap(begin_ns, spoilt):
+def test_a_train_loses_the_packets_that_others_overlap(begin_ns, corrupted):
     bench = bench_of()
     bench.send(2 * MS, "host_1", "host_2", 1250, 10, label="train")
     bench.send(2 * MS + begin_ns, "host_3", "host_4", 125, label="packet")
     bench.run()
-    assert dict(bench.parts[0][2] if bench.parts else {}) == spoilt
+    assert dict(bench.parts[0][2] if bench.parts else {}) == corrupted

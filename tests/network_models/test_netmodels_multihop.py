@@ -364,7 +364,7 @@ def test_under_dcf_a_chain_carries_between_an_eighth_and_a_quarter(hops):
 
 
 def test_twin_chain_under_dcf_whose_hosts_hear_one_hop_only():
-    """5 % farther apart: beyond two hops nobody is heard, and every other frame is spoilt."""
+    """5 % farther apart: beyond two hops nobody is heard, and every other frame is corrupted."""
     assert not 1 / 8 <= share(8, "dcf", spacing="26.25 m")["goodput_share"] <= 1 / 4
 
 

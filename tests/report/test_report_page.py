@@ -310,7 +310,7 @@ def test_further_parameters_become_panels(tmp_path):
     assert "terrain = maze" in page.text
 
 
-def test_kinds_that_belong_together_say_which_gives_in_first(tmp_path):
+def test_kinds_that_belong_together_say_which_saturates_first(tmp_path):
     rates = {"rate": RATES}
 
     def outcome(levels, k):

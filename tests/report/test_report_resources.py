@@ -1,4 +1,4 @@
-"""The resource that gave in first, in the report of a campaign."""
+"""The resource that saturated first, in the report of a campaign."""
 
 import csv
 
@@ -15,7 +15,7 @@ PARAMETERS = {"speed": [1, 2]}
 def slow_fails_by_its_processor(levels, iteration):
     peak = 0.99 if levels["speed"] == 1 else 0.4
     first = "processor" if levels["speed"] == 1 else "lan" if iteration == 0 else None
-    return timed(100.0 + iteration, gives_in_first=first, saturation_processor_peak=peak,
+    return timed(100.0 + iteration, saturated_first=first, saturation_processor_peak=peak,
                  saturation_lan_peak=0.5, saturation_queue_lost=iteration)
 
 
@@ -23,10 +23,10 @@ def test_a_table_and_a_sentence_say_what_gave_in_first(tmp_path):
     folder, plan = campaign(tmp_path, PARAMETERS, 3, slow_fails_by_its_processor), design(
         PARAMETERS)
     assert resources.sentences(Study(folder, plan)) == [
-        "Resource that gave in first, of 6 runs: processor in 3 and lan in 1; none in 2."]
+        "Resource that saturated first, of 6 runs: processor in 3 and lan in 1; none in 2."]
     page = write(folder, plan)
-    assert "Which resource gives in first" in page.read_text()
-    with open(page.parent / "tables" / "gives_in_first.csv") as file:
+    assert "Which resource saturates first" in page.read_text()
+    with open(page.parent / "tables" / "saturated_first.csv") as file:
         rows = list(csv.DictReader(file))
     assert [(row["speed"], row["first"]) for row in rows] == [
         ("1", "processor 3"), ("2", "none 2, lan 1")]
@@ -35,7 +35,7 @@ def test_a_table_and_a_sentence_say_what_gave_in_first(tmp_path):
 
 def test_where_nothing_gave_in_nothing_is_said(tmp_path):
     folder = campaign(tmp_path, PARAMETERS, 2, lambda levels, iteration: timed(
-        9.0, gives_in_first=None, saturation_lan_peak=0.1, saturation_queue_lost=0))
+        9.0, saturated_first=None, saturation_lan_peak=0.1, saturation_queue_lost=0))
     study = Study(folder, design(PARAMETERS))
     assert resources.sentences(study) == []
     assert [row[-2] for row in resources.resources_table(study).rows] == ["none 2", "none 2"]

@@ -1,10 +1,10 @@
-"""The resource that gives in first, in whole runs of which it is known."""
+"""The resource that saturates first, in whole runs of which it is known."""
 
 import pytest
 from runs import HELLO, built
 
 from desim.monitor.summary import samples_table, summarize
-from desim.report.key_figures import _gives_in, _memory, _processors
+from desim.report.key_figures import _memory, _processors, _saturated
 
 SHORT = "stop.elapsed=12 s"
 NARROW = "network.media={lan: {model: switch, rate: 300 kb/s}}"
@@ -19,75 +19,75 @@ def summary(*overrides):
     return summarize(simulation.monitor, simulation.kernel.now_ns)
 
 
-def test_nothing_gives_in_where_all_is_ample():
+def test_nothing_saturates_where_all_is_ample():
     found = summary()
-    assert found["gives_in_first"] is None
+    assert found["saturated_first"] is None
     assert 0 < found["saturation"]["lan"]["peak"] < 0.01
     assert list(found["saturation"]) == ["lan", "queue"]
-    assert _gives_in(found) == []
+    assert _saturated(found) == []
 
 
 @pytest.mark.parametrize(("first", "overrides"), [
     ("lan", (NARROW,)),
     ("processor", (BUSY, "robot.computer.processors=1")),
     ("memory", (KEEPS, "robot.computer.memory=100 MB"))])
-def test_what_is_too_small_gives_in(first, overrides):
+def test_what_is_too_small_saturates(first, overrides):
     found = summary(*overrides)
-    assert found["gives_in_first"] == first
+    assert found["saturated_first"] == first
     own = found["saturation"][first]
     assert own["peak"] >= 0.9 and own["from_s"] in (5, 10)
-    assert _gives_in(found) == [("gives in first", first, f"from {own['from_s']:.0f} s on")]
+    assert _saturated(found) == [("saturates first", first, f"from {own['from_s']:.0f} s on")]
     ample = [override.replace("300 kb/s", "1 Gb/s").replace("200 ms", "1 ms").replace(
         "100 MB", "1 GB") for override in overrides]
-    assert summary(*ample)["gives_in_first"] is None  # the twin
+    assert summary(*ample)["saturated_first"] is None  # the twin
 
 
-def test_memory_that_is_full_between_two_looks_gives_in():
+def test_memory_that_is_full_between_two_looks_saturated():
     """Software that does not fit dies at its first callbacks; at the end of a window it is down."""
     found = summary(KEEPS, "robot.computer={memory: 71 MB, respawn_delay: 1 min}")
     assert found["memory_kills"] == 3
-    assert found["gives_in_first"] == "memory"
+    assert found["saturated_first"] == "memory"
     assert found["saturation"]["memory"] == {"peak": 1.0, "from_s": 5.0}
 
 
-def test_a_program_whose_thread_is_always_busy_gives_in_beside_an_idle_processor():
+def test_a_program_whose_thread_is_always_busy_saturates_beside_an_idle_processor():
     """SLAM that takes 3 s for each scan keeps one of four processors busy, and messages wait."""
     slow = "computers={model: table, callbacks: {localization: {any: {fixed: 3 s}}}}"
     four = "robot.computer.processors=4"
     found, twin = summary(slow, four), summary(slow.replace("3 s", "3 ms"), four)
     assert found["saturation"]["processor"]["peak"] < 0.4
-    assert (found["gives_in_first"], found["saturation"]["thread"]) == (
+    assert (found["saturated_first"], found["saturation"]["thread"]) == (
         "thread", {"peak": 1.0, "from_s": 5.0})
     assert found["messages_replaced"] > twin["messages_replaced"]
-    assert twin["gives_in_first"] is None
+    assert twin["saturated_first"] is None
     assert twin["saturation"]["thread"]["peak"] == pytest.approx(0.03, abs=0.02)
 
 
 @pytest.mark.parametrize(("physical", "first"), [(1, "cluster_node"), (8, None)])
-def test_a_cluster_s_node_gives_in_before_the_machines_on_it(physical, first):
+def test_a_cluster_s_node_saturates_before_the_machines_on_it(physical, first):
     """Three machines, each of whose two processors are busy for less than half of the time."""
     found = summary("computers={model: table, callbacks: {localization: {any: {fixed: 35 ms}}}}",
                     f"testbed.processors_per_node={physical}")
-    assert found["gives_in_first"] == first
+    assert found["saturated_first"] == first
     assert (found["saturation"]["cluster_node"]["peak"] > 0.9) == (physical == 1)
 
 
 @pytest.mark.parametrize(("rate", "first"), [("180 kb/s", "usb"), ("12 Mb/s", None)])
-def test_a_bus_inside_robots_gives_in(rate, first):
+def test_a_bus_inside_robots_saturated(rate, first):
     """A scan of 871 B, 25 times a second, is 174 kb/s."""
     found = summary(f"network.media.usb={{model: link, rate: {rate}, inside: true}}",
                     "deployment=field", "topics={scan: {medium: usb}}")
-    assert found["gives_in_first"] == first
+    assert found["saturated_first"] == first
     assert 0.174e6 / {"180 kb/s": 0.18e6, "12 Mb/s": 12e6}[rate] == pytest.approx(
         found["saturation"]["usb"]["peak"], rel=0.05)
 
 
-def test_a_few_lost_messages_are_no_queue_that_gives_in():
+def test_a_few_lost_messages_are_no_queue_that_saturated():
     """Outboxes fill while robot_1 is cut off for a second."""
     found = summary("network.media.lan={model: switch, rate: 1 Gb/s, rules: [{rule: outage, "
                     "links: [[robot_1, '*']], from: 6 s, until: 7 s}]}")
     assert 0 < found["saturation"]["queue"]["peak"] < 0.1 and found["saturation"]["queue"]["lost"]
-    assert found["gives_in_first"] is None
+    assert found["saturated_first"] is None
 
 
 def test_full_queues_are_counted():

@@ -25,7 +25,7 @@ def test_goals_are_announced_over_the_network_and_their_ends_are_reported():
     announced = {(host, source) for _, host, what, source, *_ in
             (entry for entry in log if entry[2] == "announced")}
     assert announced == {(f"robot_{a}", f"robot_{b}") for a in range(3) for b in range(3) if a != b}
-    assert {entry[3] for entry in log if entry[2] == "ended"} == {"spoilt"}  # seen from afar
+    assert {entry[3] for entry in log if entry[2] == "ended"} == {"obsolete"}  # seen from afar
     assert all(kind is list for *_, kind in (entry for entry in log if entry[2] == "announced"))
 
 

@@ -100,16 +100,16 @@ class Aloha:
 
     def __init__(self, params):
         self.rate_bps = params.rate_bps
-        self.on_air = {}  # frame id to whether it is spoilt
+        self.on_air = {}  # frame id to whether it is corrupted
 
     def start(self, context, hosts):
         self.context = context
 
     def send(self, frame):
-        spoilt = bool(self.on_air)
+        corrupted = bool(self.on_air)
         for other in self.on_air:
             self.on_air[other] = True
-        self.on_air[frame.id] = spoilt
+        self.on_air[frame.id] = corrupted
         end_ns = self.context.now_ns + airtime_ns(frame.size_bytes, self.rate_bps)
         self.context.at(end_ns, self.end, frame)
 

@@ -68,11 +68,16 @@ _OURS = full(pa.schema([("run_id", _TEXT), ("vector", _INT), ("iteration", _INT)
              "error", "digest")
 
 
+_OLD = {"gives_in_first": "saturated_first"}  # columns of 0.1; to be read until 0.3
+
+
 def read(path: Path) -> pa.Table:
     """The table that somebody else may have made. Raises ``InputError`` where it is none of a
     campaign, or has other values than texts and numbers."""
     with readable(path):
         table = read_table(path)
+        names = [_OLD.get(name, name) for name in table.column_names]
+        table = table.rename_columns(names).replace_schema_metadata(table.schema.metadata)
         missing = [name for name in _OURS.names if name not in table.column_names]
         if missing:
             raise InputError(f"{path}: not the table of a campaign: it has no {missing[0]}")

@@ -240,7 +240,7 @@ class _Report:
 
     def _resources(self) -> list[Section]:
         table = resources.resources_table(self._study)
-        return [] if table is None else [Section("resources", "Which resource gives in first",
+        return [] if table is None else [Section("resources", "Which resource saturates first",
                                                  self._written(table))]
 
     def _table(self) -> Section:

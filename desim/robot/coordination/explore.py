@@ -49,7 +49,7 @@ class Target(NamedTuple):
 
 
 class Explore(Node):
-    """Asks the strategy for a goal when there is none, or when the present one is spoilt.
+    """Asks the strategy for a goal when there is none, or when the present one is obsolete.
 
     It never stops for good, since maps may arrive later. The costmap of ``queries`` belongs to
     ``MoveBase`` on the same host, which announces on the topic ``costmap`` that it can be used.
@@ -168,9 +168,9 @@ class Explore(Node):
             if (changed and self.now_ns >= self._idle_until_ns) \
                     or self._blacklist.has_expired(self.now_ns):
                 self._choose()
-        elif self._is_spoilt(target):
+        elif self._is_obsolete(target):
             self._target = None
-            self._events.goal_ended(target.place, GoalEnd.SPOILT)
+            self._events.goal_ended(target.place, GoalEnd.OBSOLETE)
             if self._target is None:
                 self._choose()
         if self._publishes_cost:
@@ -230,7 +230,7 @@ class Explore(Node):
             return self._planner.edge_of(place)
         return self._costmap.cell(place[0], place[1]), 0
 
-    def _is_spoilt(self, target: Target) -> bool:
+    def _is_obsolete(self, target: Target) -> bool:
         """Whether the unknown cells beside the goal have become known, or the goal is blocked. This
         is cheap as long as nothing has changed nearby."""
         costmap = self._costmap

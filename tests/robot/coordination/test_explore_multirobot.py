@@ -52,7 +52,7 @@ def test_a_better_goal_replaces_the_present_one_when_the_map_changes():
     assert context.goals == [(10.0, 0.0), (-12.0, 0.0)]
 
 
-def test_a_goal_that_is_spoilt_while_frontiers_are_known_costs_no_second_search():
+def test_a_goal_that_is_obsolete_while_frontiers_are_known_costs_no_second_search():
     class Counting(StrategyBench):
         searches = 0
 

@@ -1,4 +1,4 @@
-"""The table of resources: what gave in first in the runs of each vector, and how full it was."""
+"""The table of resources: what saturated first in the runs of each vector, and how full it was."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from desim.report.campaign.tables.overview import (
 )
 from desim.report.campaign.tables.table import ReportTable, Shown
 
-_FIRST = "gives_in_first"
+_FIRST = "saturated_first"
 _PEAK = ("saturation_", "_peak")
 NONE = "none"
 
 
 def first_by_vector(study: Study) -> list[Counter[str]]:
-    """The runs of each vector by the resource that gave in first; ``NONE`` where none did. Empty if
-    no run has measured it."""
+    """The runs of each vector by the resource that saturated first; ``NONE`` where none did. Empty
+    if no run has measured it."""
     if not any(metric.startswith(_PEAK[0]) for metric in study.metrics):
         return []
     words = study.text(_FIRST)
@@ -32,18 +32,18 @@ def first_by_vector(study: Study) -> list[Counter[str]]:
 
 
 def sentences(study: Study) -> list[str]:
-    """A sentence: what gave in first, in how many runs. Empty if nothing did."""
+    """A sentence: what saturated first, in how many runs. Empty if nothing did."""
     total = sum(first_by_vector(study), Counter[str]())
     gave_in = total - Counter({NONE: total[NONE]})
     if not gave_in:
         return []
     often = [f"{name} in {count}" for name, count in gave_in.most_common()]
-    return [f"Resource that gave in first, of {total.total()} runs: {formatting.listed(often)}"
+    return [f"Resource that saturated first, of {total.total()} runs: {formatting.listed(often)}"
             f"{f'; none in {total[NONE]}' if total[NONE] else ''}."]
 
 
 def resources_table(study: Study) -> ReportTable | None:
-    """A table by vector: what gave in first, and the mean of each resource's peak. None if no run
+    """A table by vector: what saturated first, and the mean of each resource's peak. None if no run
     has measured them."""
     found = first_by_vector(study)
     if not found:
@@ -59,8 +59,8 @@ def resources_table(study: Study) -> ReportTable | None:
         exact.append([*exact_vector_cells(study, vector), often, *means])
     names = [metric.removeprefix(_PEAK[0]).removesuffix(_PEAK[1]) for metric in peaks]
     return ReportTable(
-        "gives_in_first", "The resource that gave in first and in how many runs, by vector; and of "
-        "each resource the largest share that was in use for 5 s, as a mean over the runs.",
+        "saturated_first", "The resource that saturated first and in how many runs, by vector; and "
+        "of each resource the largest share that was in use for 5 s, as a mean over the runs.",
         [*vector_head(study), "first", *names], rows,
         [*exact_vector_head(study), "first", *peaks], exact)
 

@@ -1,5 +1,5 @@
 // Robots whose processors are busy: a bar below each, as long as their share, from 90 % on (as many as
-// "gives in" means in the summary of a run).
+// "saturates" means in the summary of a run).
 
 const BUSY = 0.9;
 const BUSY_BAR = { wide: 18, high: 3.5 };

@@ -1,15 +1,15 @@
-"""A table and a map of the resource that gives in first, from the campaign of gives_in.yaml.
+"""A table and a map of the resource that saturates first, from the campaign of saturation.yaml.
 
-    python scenarios/studies/gives_in_table.py results/gives_in
+    python scenarios/studies/saturation_table.py results/saturation
 
 Prints Markdown: for each speed of processors (down) and rate of the network (across), the mean
-exploration time in s, and for each resource the number of runs in which it gave in first
+exploration time in s, and for each resource the number of runs in which it saturated first
 ("lan and processor": both in the same window of 5 s, so that neither was the first). A mean
 with runs that did not finish is a lower bound, marked by >. Then the times at each speed and at
 each rate as shares of those at the last one, by ``paired_times.print_shares``. The map,
-gives_in.png beside runs.parquet, has the times, coloured by the resource that gave in first, alone
-or with others, in most runs; a thick line, the knee, parts the cells that take more than 1.2 times
-as long as runs in which nothing gave in.
+saturation.png beside runs.parquet, has the times, coloured by the resource that saturated first,
+alone or with others, in most runs; a thick line, the knee, parts the cells that take more than 1.2
+times as long as runs in which nothing saturated.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _KNEE = 1.2  # times as long as without a bottleneck: the bound of "slower", a c
 
 
 def first_of(run) -> str:
-    """The resources that gave in first: more than one if they did so in the same window of 5 s."""
+    """The resources that saturated first: several if they did so in the same window of 5 s."""
     instants = {key.removeprefix("saturation_").removesuffix("_from_s"): from_s
                 for key, from_s in run.items()
                 if key.startswith("saturation_") and key.endswith("_from_s") and from_s is not None}
@@ -36,12 +36,12 @@ def first_of(run) -> str:
 
 
 def gave_in(runs) -> Counter:
-    """The count of runs by what gave in first ("nothing": no resource did)."""
+    """The count of runs by what saturated first ("nothing": no resource did)."""
     return Counter(map(first_of, runs))
 
 
 def most_often(first: Counter) -> str:
-    """The resource that gave in first, alone or with others, in most runs; several if they did in
+    """The resource that saturated first, alone or with others, in most runs; several if they did in
     as many."""
     runs: Counter = Counter()
     for names, count in first.items():
@@ -56,7 +56,7 @@ def mean_time(runs) -> str:
 
 
 def cell(runs) -> str:
-    """The mean time, and the number of runs by what gave in first."""
+    """The mean time, and the number of runs by what saturated first."""
     if not runs:
         return "–"
     return (f"{mean_time(runs)} ("
@@ -64,7 +64,7 @@ def cell(runs) -> str:
 
 
 def unhindered_s(runs) -> float:
-    """The mean time of the runs in which nothing gave in; the shortest one if there are none."""
+    """The mean time of the runs in which nothing saturated; the shortest one if there are none."""
     return float(np.mean([time_s(run) for run in runs if first_of(run) == "nothing"]
                          or min(map(time_s, runs))))
 
@@ -115,7 +115,7 @@ def draw(cells: dict, speeds: list, rates: list, path: Path) -> None:
     panel.set(xlim=(-0.5, len(rates) - 0.5), ylim=(-0.5, len(speeds) - 0.5),
               xticks=range(len(rates)), xticklabels=rates, xlabel="rate of the network",
               yticks=range(len(speeds)), yticklabels=speeds, ylabel="speed of the processors",
-              title="exploration time, s, and what gives in first")
+              title="exploration time, s, and what saturates first")
     panel.legend(handles=[patches.Patch(color=colour, label=name)
                           for name, colour in colours.items()],
                  loc="upper left", bbox_to_anchor=(1, 1))
@@ -134,10 +134,10 @@ def main(campaign: Path) -> None:
     for speed in speeds:
         print(f"| {speed} |", " | ".join(cell(cells.get((speed, rate), [])) for rate in rates),
               "|")
-    print(f"\nRuns in which nothing gave in took {unhindered_s(runs):.0f} s in the mean.")
+    print(f"\nRuns in which nothing saturated took {unhindered_s(runs):.0f} s in the mean.")
     shares(runs, "speed", "rate")
     shares(runs, "rate", "speed")
-    draw(cells, speeds, rates, campaign / "gives_in.png")
+    draw(cells, speeds, rates, campaign / "saturation.png")
 
 
 if __name__ == "__main__":
