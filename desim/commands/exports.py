@@ -116,7 +116,7 @@ def _export_ros(recording: Recording, mcap: Path | None, bag: Path | None) -> No
 
 
 def import_(path: Annotated[Path, typer.Argument(metavar="FILE", show_default=False, help=(
-                "an MCAP file, a bag of ROS 1, or the folder of a bag of ROS 2"))],
+                "an MCAP file, a bag of ROS 1, the folder of a bag of ROS 2, or a .db3 of it"))],
             out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
             name: Annotated[str | None, typer.Option(
                 help="the run's name (default: the file's)", show_default=False)] = None,

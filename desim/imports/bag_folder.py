@@ -43,14 +43,19 @@ def _checked_bytes(folder: Path, name: str) -> int:
         with opened_below(folder, name) as file:
             begins, size = file.read(len(_SQLITE)), file.seek(0, 2)
     if begins == _SQLITE:
-        address = f"file:{quote(str(path.absolute()))}?mode=ro&immutable=1"
-        try:
-            with closing(sqlite3.connect(address, uri=True)) as database:
-                for kind, table, made in database.execute(
-                        "SELECT type, name, sql FROM sqlite_master"):
-                    if kind not in ("table", "index") or _MADE.search(made or ""):
-                        raise InputError(f"{path}: {table!r} is a {kind} that makes up its rows; "
-                                         "allowed: plain tables")
-        except sqlite3.Error as error:
-            raise InputError(f"{path}: damaged: {error}") from None
+        refuse_made_rows(path)
     return size
+
+
+def refuse_made_rows(path: Path) -> None:
+    """Raise ``InputError`` for a database that makes up its rows."""
+    address = f"file:{quote(str(path.absolute()))}?mode=ro&immutable=1"
+    try:
+        with closing(sqlite3.connect(address, uri=True)) as database:
+            for kind, table, made in database.execute(
+                    "SELECT type, name, sql FROM sqlite_master"):
+                if kind not in ("table", "index") or _MADE.search(made or ""):
+                    raise InputError(f"{path}: {table!r} is a {kind} that makes up its rows; "
+                                     "allowed: plain tables")
+    except sqlite3.Error as error:
+        raise InputError(f"{path}: damaged: {error}") from None

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from desim.robot.transforms import compose
 
 _DEEPEST = 32  # frames from a robot to the root: more are a loop
+ALWAYS_NS = -(1 << 62)  # since when a static transform holds
 
 
 class FrameTree:
@@ -26,21 +29,37 @@ class FrameTree:
         """The frames that have a parent, in the order in which they came."""
         return list(self._parent)
 
-    def times_ns(self, child: str) -> np.ndarray:
-        """[n] when the pose of ``child`` is given, ascending."""
-        return np.array(sorted(row[0] for row in self._rows[child]), np.int64)
-
-    def in_root(self, frame: str, poses: np.ndarray, times_ns: np.ndarray) -> np.ndarray:
-        """[n, 3] ``poses`` at ``times_ns`` [n], which are in ``frame``, in the root of its tree."""
+    def ancestors(self, frame: str) -> Iterator[str]:
+        """The frames above ``frame``, the root last."""
         for _ in range(_DEEPEST):
             if frame not in self._parent:
+                return
+            frame = self._parent[frame]
+            yield frame
+
+    def times_ns(self, child: str) -> np.ndarray:
+        """[n] when ``child`` is known to move, ascending: by its own transforms, or by those of the
+        nearest frame above it whose transform is not static."""
+        for frame in (child, *self.ancestors(child)):
+            times_ns = sorted(row[0] for row in self._rows.get(frame, ()) if row[0] != ALWAYS_NS)
+            if times_ns:
+                return np.array(times_ns, np.int64)
+        return np.empty(0, np.int64)
+
+    def within(self, frame: str, poses: np.ndarray, times_ns: np.ndarray, top: str | None = None
+               ) -> np.ndarray:
+        """[n, 3] ``poses`` at ``times_ns`` [n], which are in ``frame``, in the root of its tree, or
+        in the frame ``top`` above it."""
+        for above in self.ancestors(frame):
+            if frame == top:
                 break
             poses = compose(self._at(frame, times_ns), poses)
-            frame = self._parent[frame]
+            frame = above
         return poses
 
     def _at(self, child: str, times_ns: np.ndarray) -> np.ndarray:
         """[n, 3] the last pose of ``child`` that was given by each time, or the first one."""
-        rows = np.array(sorted(self._rows[child]), float)
-        at = np.searchsorted(self.times_ns(child), times_ns, side="right") - 1
-        return rows[np.clip(at, 0, None), 1:]
+        rows = sorted(self._rows[child])
+        given_ns = np.array([row[0] for row in rows], np.int64)
+        at = np.searchsorted(given_ns, times_ns, side="right") - 1
+        return np.array(rows, float)[np.clip(at, 0, None), 1:]

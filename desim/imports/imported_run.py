@@ -7,7 +7,6 @@ import json
 import os
 import re
 import unicodedata
-from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -18,8 +17,8 @@ import yaml
 from desim.errors import InputError
 from desim.files import opened, refuse_link, writing
 from desim.imports.recording_content import RecordingContent
+from desim.imports.ros_content import read_ros
 from desim.imports.run_tables import LOGGED_DROP, ReplayedFleet, Tables, tables
-from desim.imports.trajectories import Trajectory, together, tracks
 from desim.results import identity, parquet
 from desim.results.file_names import MANIFEST, NAMES, SCENARIO, SUMMARY
 from desim.results.run import Run
@@ -51,18 +50,16 @@ def import_recording(path: Path, out: Path, name: str | None = None, topic: str 
     was cut short is read up to there, which the notes say. Raises ``InputError`` for a file that
     cannot be read or has no trajectories, and a folder that cannot be written.
     """
-    content = RecordingContent(path, topic)
-    found = tracks(content.trajectories, content.frames)
-    _check(path, content, found)
-    times_ns, poses = together(found, content.start_ns)
-    fleet = ReplayedFleet(content, found, times_ns, poses)
+    content = read_ros(path, topic)
+    _check(path, content)
+    fleet = ReplayedFleet(content)
     made = tables(fleet)
     source = path.resolve()
     about: Json = {
         "status": RunStatus.IMPORTED, "source": source.name, "digest": None, "seed": None,
         "name": _run_name(name or source.stem), "run_id": _digest(source), "events": 0,
         "simulated_s": fleet.end_ns / NS_PER_S, "desim_version": identity.versions()["desim"],
-        "broken": content.file.broken}
+        "broken": content.broken}
     folder = _written(out / about["name"] / about["run_id"], about, made, _scenario(fleet),
                       _summary(source.name, fleet))
     return Imported(Run(folder), _notes(fleet, made))
@@ -76,9 +73,10 @@ def _run_name(text: str) -> str:
     return name if name[:1].isalpha() else f"recording_{name}".rstrip("_")
 
 
-def _check(path: Path, content: RecordingContent, found: Mapping[str, Trajectory]) -> None:
+def _check(path: Path, content: RecordingContent) -> None:
     """Refuse what cannot be a recording of one fleet."""
-    days = (content.end_ns - content.start_ns) / (86_400 * NS_PER_S)
+    found, (start_ns, end_ns) = content.tracks, content.span_ns()
+    days = (end_ns - start_ns) / (86_400 * NS_PER_S)
     if days > _MOST_DAYS:
         raise InputError(f"{path}: its stamps are {days:.0f} days apart; at most {_MOST_DAYS}: "
                          "some may count from 0, and others from 1970; --topic takes some only")
@@ -153,7 +151,9 @@ def _written(folder: Path, about: Json, made: Tables, scenario: Json, summary: J
 def _notes(fleet: ReplayedFleet, made: Tables) -> list[str]:
     content, notes = fleet.content, []
     poses = made["poses"].num_rows // len(fleet.robots)
-    notes.append(f"{len(fleet.robots)} robots, {fleet.end_ns / NS_PER_S:.1f} s, {poses} poses each")
+    robots = len(fleet.robots)
+    notes.append(f"{robots} robot{'s' * (robots > 1)}, "
+                 f"{fleet.end_ns / NS_PER_S:.1f} s, {poses} poses each")
     listed = [f"  {robot}: {track.source}" for robot, track in fleet.tracks.items()]
     notes += listed if len(listed) <= _LISTED else [*listed[:_LISTED - 2], "  ...", listed[-1]]
     mapped, maps = made["growth"].num_rows, len(content.grids)
@@ -162,7 +162,7 @@ def _notes(fleet: ReplayedFleet, made: Tables) -> list[str]:
     if content.links:
         notes.append(f"{made['links'].num_rows} changes of links, "
                      f"{len(content.links)} entries of their log")
-    if content.file.broken:
-        notes.append("the file is damaged, and was read as far as it can be: "
-                     f"{content.file.broken}")
+    notes += content.notes
+    if content.broken:
+        notes.append(f"the file is damaged, and was read as far as it can be: {content.broken}")
     return notes

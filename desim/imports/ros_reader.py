@@ -7,8 +7,10 @@ import re
 import struct
 import zlib
 from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import BinaryIO
 
 from mcap.data_stream import ReadDataStream
@@ -26,11 +28,17 @@ from desim.export.ros.message_types import TopicMessage
 from desim.files import opened
 from desim.imports import bag_folder, unpacked_parts
 from desim.imports.unpacked_parts import DECOMPRESSORS
+from desim.scenario import file_kinds
+from desim.scenario.file_kinds import FileKind
 from desim.unpacking import Unpacking
 
-_MCAP, _BAG = b"\x89MCAP0\r\n", b"#ROSBAG V"
+_MCAP = b"\x89MCAP0\r\n"
 _BAD_INDEX = re.compile("Bag is not indexed|Bag index looks damaged")  # rosbags says so
-_ALLOWED = "allowed: an .mcap file, a .bag file of ROS 1, the folder of a bag of ROS 2"
+_ALLOWED = "allowed: an MCAP file, a bag of ROS 1, the folder of a bag of ROS 2, or a .db3 of it"
+# The names by which rosbags knows formats; ours are known by their content.
+_ENDINGS: dict[FileKind | None, str] = {file_kinds.ROS_1_BAG: ".bag",
+                                        file_kinds.ROS_2_DATABASE: ".db3"}
+_ODD = re.compile("[?#%]")
 _NOTHING = "structure_needs_at_least_one_member"  # as rosbags calls that of an empty type
 _LARGEST_RECORD_BYTES = 128_000_000
 _ENCODINGS = {"cdr": "ros2msg", "ros1": "ros1msg"}  # of messages, and of their definitions
@@ -51,13 +59,14 @@ class RosRecording:
         if path.is_dir() and not (path / bag_folder.METADATA).is_file():
             raise InputError(f"{path}: is no folder of a bag of ROS 2: it has no "
                              f"{bag_folder.METADATA}; {_ALLOWED}")
-        self._is_mcap = not path.is_dir() and self._begins() == _MCAP
+        self._kind = None if path.is_dir() else self._kind_of_file()
 
     def messages(self, kinds: Collection[str]) -> Iterator[TopicMessage]:
         """The messages of these types, in the order of the file. Raises ``InputError`` where there
         is none that can be read."""
         try:
-            for read in self._mcap(kinds) if self._is_mcap else self._bag(kinds):
+            for read in (self._mcap(kinds) if self._kind == file_kinds.MCAP else
+                         self._bag(kinds)):
                 self.count += 1
                 yield read
         except InputError:
@@ -68,18 +77,18 @@ class RosRecording:
             advice = "; rosbag reindex may mend it" if _BAD_INDEX.search(self.broken) else ""
             raise InputError(f"{self.path}: damaged: {self.broken}{advice}")
 
-    def _begins(self) -> bytes:
+    def _kind_of_file(self) -> FileKind:
         try:
-            with opened(self.path) as file:
-                start = file.read(16)
+            kind, empty = file_kinds.kind_of(self.path), self.path.stat().st_size == 0
         except OSError as error:
             raise InputError(f"{self.path}: {error.strerror or error}") from error
-        if not start:
+        if empty:
             raise InputError(f"{self.path}: is empty")
-        for magic in (_MCAP, _BAG):
-            if start.startswith(magic):
-                return magic
-        raise InputError(f"{self.path}: is neither an MCAP file nor a bag of ROS; {_ALLOWED}")
+        if kind is not None and (kind == file_kinds.MCAP or kind in _ENDINGS):
+            return kind
+        known = file_kinds.advice(self.path)
+        raise InputError(f"{self.path}: is no recording of ROS; "
+                         f"{known}{'; ' if known else ''}{_ALLOWED}")
 
     def _mcap(self, kinds: Collection[str]) -> Iterator[TopicMessage]:
         """Record by record, so that a file that was cut short is read up to there."""
@@ -129,10 +138,15 @@ class RosRecording:
                 self.broken = described(error)
 
     def _bag(self, kinds: Collection[str]) -> Iterator[TopicMessage]:
-        packed_bytes = (bag_folder.checked_bytes(self.path) if self.path.is_dir() else
-                        self.path.stat().st_size)
+        if self._kind is None:
+            packed_bytes = bag_folder.checked_bytes(self.path)
+        else:
+            packed_bytes = self.path.stat().st_size
+        if self._kind == file_kinds.ROS_2_DATABASE:
+            bag_folder.refuse_made_rows(self.path)
         with unpacked_parts.limited(Unpacking(self.path, packed_bytes)), \
-                AnyReader([self.path], default_typestore=get_typestore(Stores.LATEST)) as reader:
+                _named(self.path, _ENDINGS.get(self._kind, "")) as path, \
+                AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
             self.topics |= {one.topic: one.msgtype for one in reader.connections}
             wanted = [one for one in reader.connections if one.msgtype in kinds]
             for one in wanted:
@@ -140,6 +154,18 @@ class RosRecording:
             for one, time_ns, data in reader.messages(wanted) if wanted else ():
                 yield TopicMessage(time_ns, one.topic, one.msgtype,
                                    reader.deserialize(data, one.msgtype))
+
+
+@contextmanager
+def _named(path: Path, ending: str) -> Iterator[Path]:
+    """``path`` under a name that ends so and has nothing that an address of SQLite cannot have."""
+    if path.name.endswith(ending) and not _ODD.search(str(path)):
+        yield path
+        return
+    with TemporaryDirectory() as folder:
+        link = Path(folder) / f"recording{ending}"
+        link.symlink_to(path.absolute())
+        yield link
 
 
 def _records_of(file: BinaryIO, ends: bool) -> Iterator[McapRecord]:

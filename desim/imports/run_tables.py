@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pyarrow as pa
 
 from desim.imports.growing_maps import map_growths
 from desim.imports.recording_content import Corners, LinkEntry, RecordingContent
-from desim.imports.trajectories import Trajectory
+from desim.imports.trajectories import together
 from desim.monitor.recorder import ShownPlan, StandingWall
 from desim.results.message_log import DELIVERED, DROPPED
 from desim.results.parquet import MESSAGE_SCHEMA, TRACE_SCHEMA
@@ -33,18 +31,18 @@ class ReplayedFleet:
     """The robots of a recording, with their poses at common times from 0; the other hosts that its
     log of links names."""
 
-    def __init__(self, content: RecordingContent, found: Mapping[str, Trajectory],
-                 times_ns: np.ndarray, poses: np.ndarray) -> None:
-        self.content, self.tracks = content, found
-        self.times_ns, self.poses = times_ns, poses
-        self.robots = tuple(found)
+    def __init__(self, content: RecordingContent) -> None:
+        self.content, self.tracks = content, content.tracks
+        self.robots = tuple(content.tracks)
         named = {host: None for entry in content.links for host in (entry.host, entry.other)}
-        self.stations = [host for host in named if host not in found]
-        self.end_ns = max(int(times_ns[-1]), content.end_ns - content.start_ns)
+        self.stations = [host for host in named if host not in self.tracks]
+        self._start_ns, end_ns = content.span_ns()
+        self.end_ns = end_ns - self._start_ns
+        self.times_ns, self.poses = together(content.tracks, self._start_ns)
 
     def since(self, time_ns: int) -> int:
-        """The time from the beginning of the recording on."""
-        return time_ns - self.content.start_ns
+        """The time from the beginning of the recording on; 0 of what is older."""
+        return max(time_ns - self._start_ns, 0)
 
     def robot_of(self, topic: str) -> str | None:
         """The robot whose poses are recorded in the namespace of ``topic`` (``/robot_0`` of
@@ -167,8 +165,7 @@ def _robots(fleet: ReplayedFleet) -> pa.Table:
 
 def _explored(fleet: ReplayedFleet) -> tuple[np.ndarray, np.ndarray]:
     """The instants at which the explored share was recorded, and the shares."""
-    rows = [(fleet.since(time_ns), share) for time_ns, share in fleet.content.explored
-            if 0 <= fleet.since(time_ns) <= fleet.end_ns]
+    rows = [(fleet.since(time_ns), share) for time_ns, share in fleet.content.explored]
     return (np.array([row[0] for row in rows], np.int64), np.array([row[1] for row in rows], float))
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from desim.errors import InputError
 from desim.imports.frame_tree import FrameTree
 from desim.ports import natural_key
 from desim.units import NS_PER_S
 
 _STEP_NS = NS_PER_S // 10  # between poses, where robots do not have them at the same times
-_BASES = ("base_link", "base_footprint", "base")
+BASES = ("base_link", "base_footprint", "base")
 
 
 class Trajectory(NamedTuple):
@@ -32,33 +34,40 @@ class TopicPoses(NamedTuple):
     rows: list[tuple[int, float, float, float]]
 
 
-def tracks(topics: Mapping[str, TopicPoses], frames: FrameTree) -> dict[str, Trajectory]:
-    """The robots by name, in natural order: one for each of ``topics``; where there is none, one
-    for each frame that is called base_link or alike."""
-    if topics:
-        sources, names = list(topics), _names([topic.split("/")[1:] for topic in topics])
-    else:
-        sources = [frame for frame in frames.children() if frame.split("/")[-1] in _BASES]
-        names = _names([frame.split("/") for frame in sources])
+def tracks(path: Path, topics: Mapping[str, TopicPoses], frames: FrameTree, by_frames: bool
+           ) -> dict[str, Trajectory]:
+    """The robots of ``path`` by name, in natural order: one for each of ``topics``; where there is
+    none, and ``by_frames``, one for each frame that moves, is called base_link or alike, and has no
+    such frame above it. Raises ``InputError`` for two of one name."""
     found = {}
-    for name, source in zip(names, sources, strict=True):
-        if topics:
-            frame, rows = topics[source]
-            table = np.array(sorted(rows), float).reshape(-1, 4)
-            times_ns, poses = np.array(sorted(row[0] for row in rows), np.int64), table[:, 1:]
-        else:
-            frame, times_ns = source, np.sort(frames.times_ns(source))
-            poses = np.zeros((len(times_ns), 3))
-        times_ns, first = np.unique(times_ns, return_index=True)
-        found[name] = Trajectory(source, times_ns, frames.in_root(frame, poses[first], times_ns))
-    return dict(sorted(found.items(), key=lambda item: natural_key(item[0])))
+    for topic, (frame, rows) in topics.items():
+        table = sorted(rows)
+        times_ns, first = np.unique([row[0] for row in table], return_index=True)
+        poses = np.array(table, float)[first, 1:]
+        found[topic] = Trajectory(topic, times_ns, frames.within(frame, poses, times_ns))
+    for frame in frames.children() if by_frames and not topics else ():
+        times_ns = np.unique(frames.times_ns(frame))
+        if _is_base(frame) and len(times_ns) and not any(map(_is_base, frames.ancestors(frame))):
+            found[frame] = Trajectory(frame, times_ns, frames.within(
+                frame, np.zeros((len(times_ns), 3)), times_ns))
+    named: dict[str, Trajectory] = {}
+    for name, track in zip(_names([source.strip("/").split("/") for source in found]),
+                           found.values(), strict=True):
+        if name in named:
+            raise InputError(f"{path}: {named[name].source} and {track.source} would both be the "
+                             f"robot {name}; --topic takes one of them")
+        named[name] = track
+    return dict(sorted(named.items(), key=lambda item: natural_key(item[0])))
+
+
+def _is_base(frame: str) -> bool:
+    return frame.rpartition("/")[2] in BASES
 
 
 def _names(paths: list[list[str]]) -> list[str]:
-    """A name for each path: its first part, if they differ; else what differs between them."""
+    """A name for each path: its first part, if they differ; else what differs between them, or all
+    of it."""
     firsts = [path[0] if len(path) > 1 else "robot" for path in paths]
-    if len(set(firsts)) == len(firsts):
-        return list(map(plain_name, firsts))
     same = 0
     while len({path[same] for path in paths if len(path) > same}) == 1:
         same += 1
@@ -66,7 +75,11 @@ def _names(paths: list[list[str]]) -> list[str]:
     while len({path[-1] for path in rest if len(path) > 1}) == 1 and all(
             len(path) > 1 for path in rest):
         rest = [path[:-1] for path in rest]
-    return [plain_name("_".join(path)) for path in rest]
+    for choice in (firsts, map("_".join, rest)):
+        names = list(map(plain_name, choice))
+        if len(set(names)) == len(names):
+            return names
+    return [plain_name("_".join(path)) for path in paths]
 
 
 def plain_name(name: str) -> str:

@@ -10,7 +10,7 @@ from desim.files import opened
 
 _HEAD_BYTES = 65_536  # enough to get past comments and licences
 
-MAP, ROBOT, RECORDING = "desim map", "desim robot", "desim import"
+MAP, ROBOT, RECORDING, SLAM = "desim map", "desim robot", "desim import", "desim slam"
 
 
 class FileKind(NamedTuple):
@@ -30,15 +30,26 @@ SVG = FileKind("an SVG drawing", MAP)
 DXF = FileKind("a DXF drawing", MAP)
 URDF = FileKind("a robot description (URDF)", ROBOT)
 ROS_PARAMETERS = FileKind("a file of ROS parameters", ROBOT)
+MCAP = FileKind("an MCAP file", RECORDING)
+ROS_1_BAG = FileKind("a bag of ROS 1", RECORDING)
+ROS_2_DATABASE = FileKind("a database of ROS 2 (.db3)", RECORDING)
+TUM = FileKind("a TUM trajectory", RECORDING)
+CARMEN = FileKind("a log of CARMEN", SLAM)
+
+_NUMBER = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 
 # In this order, each by what its first bytes have.
-_BY_BYTES = [(IMAGE, rb"P[1-6]\s|\x89PNG|BM.{4}\0\0\0\0|\xff\xd8\xff|II\*\0|MM\0\*"),
+_BY_BYTES = [(MCAP, rb"\x89MCAP0\r\n"), (ROS_1_BAG, rb"#ROSBAG V"),
+             (ROS_2_DATABASE, rb"SQLite format 3\0"),
+             (IMAGE, rb"P[1-6]\s|\x89PNG|BM.{4}\0\0\0\0|\xff\xd8\xff|II\*\0|MM\0\*"),
              (DXF, rb"AutoCAD Binary DXF|(?:\s*999\r?\n[^\n]*\n)*\s*0\r?\n\s*SECTION"),
-             (MOVING_AI, rb"type\s+\w+\s+height\s+\d+\s+width\s+\d+\s+map\b")]
+             (MOVING_AI, rb"type\s+\w+\s+height\s+\d+\s+width\s+\d+\s+map\b"),
+             (TUM, rb"(?:\s*#[^\n]*\n)*\s*" + rb"[ \t]+".join([_NUMBER] * 8) + rb"\s*?(?:\n|\Z)")]
 _BY_ROOT = {b"sdf": SDF, b"gazebo": SDF, b"world": SDF, b"svg": SVG, b"robot": URDF}
 _ROOT = re.compile(rb"\s*(?:<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>|\s)*"
                    rb"<(?:\w+:)?(\w+)", re.DOTALL)
-_BY_LINE = [(MAP_SERVER, rb"^image\s*:.*^resolution\s*:|^resolution\s*:.*^image\s*:"),
+_BY_LINE = [(CARMEN, rb"^(?:FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM) "),
+            (MAP_SERVER, rb"^image\s*:.*^resolution\s*:|^resolution\s*:.*^image\s*:"),
             (BUILDING, rb"^levels\s*:"),
             (ROS_PARAMETERS, rb"^\s+ros__parameters\s*:|^\w*costmap\w*\s*:|^footprint\s*:"),
             (STAGE, rb"^\s*(?:define\s+\w+\s+\w+|floorplan|include\s+\"|\w+)\s*\(")]

@@ -486,8 +486,8 @@ def test_nothing_is_written_through_links_that_lie_in_the_place(bag, tmp_path):
 
 @pytest.mark.parametrize("content, text", [
     (b"", "is empty"),
-    (b"hello", "is neither an MCAP file nor a bag of ROS; allowed: an .mcap file, a .bag file of "
-               "ROS 1, the folder of a bag of ROS 2"),
+    (b"hello", "is no recording of ROS; allowed: an MCAP file, a bag of ROS 1, the folder of a bag "
+               "of ROS 2, or a .db3 of it"),
     (b"\x89MCAP0\r\n", "damaged: "),
     (b"#ROSBAG V2.0\n", "damaged: ")])
 def test_a_file_that_is_none_gets_one_line(tmp_path, content, text):
@@ -523,8 +523,8 @@ def test_a_folder_that_is_no_bag(tmp_path):
     with pytest.raises(InputError) as error:
         import_recording(tmp_path, tmp_path)
     assert str(error.value) == (
-        f"{tmp_path}: is no folder of a bag of ROS 2: it has no metadata.yaml; allowed: an .mcap "
-        "file, a .bag file of ROS 1, the folder of a bag of ROS 2")
+        f"{tmp_path}: is no folder of a bag of ROS 2: it has no metadata.yaml; allowed: an MCAP "
+        "file, a bag of ROS 1, the folder of a bag of ROS 2, or a .db3 of it")
 
 
 @pytest.mark.parametrize("text, name", [

@@ -100,7 +100,7 @@ def test_a_message_whose_parts_take_no_bytes_is_refused(fields, why):
 
 
 def test_all_types_of_ros_that_are_read_have_bytes():
-    from desim.imports.recording_content import _KINDS
+    from desim.imports.ros_content import _KINDS
 
     for name in (Stores.ROS1_NOETIC, Stores.LATEST):
         store = get_typestore(name)
