@@ -64,8 +64,8 @@ def test_slower_processors_show_when_one_is_too_few(table, tmp_path, capsys):
         "| speed, 1 processor, against 2 | time, s | share of time | p (Holm) | faster |",
         "|---|---|---|---|---|",
         "| 0.1 | 850 | 2.00 | 1 | 0 of 2 |",
-        "| 0.3 | 355 ± 318 | 1.00 (1.00 to 1.00) | 1 | 0 of 2 |",
+        "| 0.3 | 355 | 1.00 | 1 | 0 of 2 |",
         "",
         "| 1 processor, against 2 | time, s | share of time | p (Holm) | faster |",
         "|---|---|---|---|---|",
-        "| all speeds | 549 ± 451 | 1.41 (1.41 to 1.41) | 1 | 0 of 2 |"]
+        "| all speeds | 549 | 1.41 | 1 | 0 of 2 |"]
