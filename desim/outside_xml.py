@@ -37,8 +37,14 @@ class Element:
 
 
 def read(path: Path, most_bytes: int = _MOST_BYTES) -> Element:
-    """The root of a document. Raises ``InputError``, with the line, for a file that is no XML, or
-    that is too large or too deeply nested; and ``OSError``."""
+    """The root of a document in a file. Raises ``InputError`` as ``parse`` does, and ``OSError``.
+    """
+    return parse(path, content(path, most_bytes))
+
+
+def parse(path: object, document: bytes) -> Element:
+    """The root of a document, which ``path`` has. Raises ``InputError``, with the line, for what is
+    no XML, or too large or too deeply nested."""
     parser = expat.ParserCreate()
     top = Element("", {}, 0)
     open_elements, count = [top], 0
@@ -72,7 +78,7 @@ def read(path: Path, most_bytes: int = _MOST_BYTES) -> Element:
     parser.CharacterDataHandler, parser.EntityDeclHandler = text, entity
     parser.buffer_text = True
     try:
-        parser.Parse(content(path, most_bytes), True)
+        parser.Parse(document, True)
     except expat.ExpatError as error:
         raise InputError(f"{path}:{error.lineno}: cannot be read as XML: "
                          f"{expat.errors.messages[error.code]}") from None

@@ -85,7 +85,7 @@ class ImportedPlan:
     def shape(self, path: object) -> Shape:
         """All of it, with bounds that leave a margin. Raises ``InputError`` for an empty plan."""
         if not self.walls and not self.polygons:
-            raise InputError(f"{path}: no wall and no block found")
+            raise InputError("; ".join([f"{path}: no wall and no block found", *self.notes]))
         xs, ys = zip(*self._corners, strict=True)
         x0, y0, x1, y1 = min(xs), min(ys), max(xs), max(ys)
         size = [LENGTH.format(round(high - low + 2 * self.MARGIN_M, 6))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from desim.errors import InputError
 from desim.files import reading
-from desim.imports.terrains import building
+from desim.imports.terrains import building, gazebo
 from desim.imports.terrains.found import Choices, FoundTerrain, ImportedPlan
 from desim.scenario import file_kinds
 from desim.scenario.file_kinds import FileKind, kind_of
@@ -18,9 +18,11 @@ from desim.world import sources
 # A plan of walls and blocks, from a file.
 _PLANS: dict[FileKind, Callable[[Path, Choices], ImportedPlan]] = {
     file_kinds.BUILDING: building.read,
+    file_kinds.SDF: gazebo.read,
 }
 # The choices that a format leaves open, beside height and material.
-_OPEN = {file_kinds.BUILDING: {"level", "scale", "resolution_m"}}
+_OPEN = {file_kinds.BUILDING: {"level", "scale", "resolution_m"},
+         file_kinds.SDF: {"resolution_m"}}
 _OPTIONS = {"level": "--level", "resolution_m": "--resolution", "scale": "--scale"}
 
 
