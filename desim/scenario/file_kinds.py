@@ -42,8 +42,8 @@ _NUMBER = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _BY_BYTES = [(MCAP, rb"\x89MCAP0\r\n"), (ROS_1_BAG, rb"#ROSBAG V"),
              (ROS_2_DATABASE, rb"SQLite format 3\0"),
              (IMAGE, rb"P[1-6]\s|\x89PNG|BM.{4}\0\0\0\0|\xff\xd8\xff|II\*\0|MM\0\*"),
-             (DXF, rb"AutoCAD Binary DXF|(?:\s*999\r?\n[^\n]*\n)*\s*0\r?\n\s*SECTION"),
-             (MOVING_AI, rb"type\s+\w+\s+height\s+\d+\s+width\s+\d+\s+map\b"),
+             (DXF, rb"AutoCAD Binary DXF|AC10\d\d|(?:\s*999\r?\n[^\n]*\n)*\s*0\r?\n\s*SECTION"),
+             (MOVING_AI, rb"(?:type\s+\w+\s+)?height\s+\d+\s+width\s+\d+\s+map\b"),
              (TUM, rb"(?:\s*#[^\n]*\n)*\s*" + rb"[ \t]+".join([_NUMBER] * 8) + rb"\s*?(?:\n|\Z)")]
 _BY_ROOT = {b"sdf": SDF, b"gazebo": SDF, b"world": SDF, b"svg": SVG, b"robot": URDF}
 _ROOT = re.compile(rb"\s*(?:<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>|\s)*"

@@ -30,24 +30,16 @@ from desim.files import content, opened, opened_below
 from desim.ports import materials
 from desim.scenario import file_kinds
 from desim.scenario.schema.environment import MapFile
-from desim.world.terrain import MAX_CELLS, Raster, Terrain, from_raster
+from desim.world import map_images
+from desim.world.map_images import MOST_BYTES, MapImage
+from desim.world.terrain import Terrain, of_free_cells
 
 IMAGES = (".pgm", ".png", ".pnm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff")
-_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF")  # Pillow reads others by other programs
-_MOST_BYTES, _MOST_IMAGE_BYTES = 10_000_000, 400_000_000  # of the YAML file, of its image
+_MOST_BYTES = 10_000_000  # of the YAML file
 MATERIALS = "materials"
 _UNKNOWN = 205  # the grey of unknown ground, as map savers of ROS write it
 KEYS = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode",
         MATERIALS)
-
-
-class _Image(NamedTuple):
-    """An image: ``cells`` [rows, cols], top row first, of greys by number; ``values`` of all
-    greys, 0 to 255."""
-
-    path: Path
-    cells: np.ndarray
-    values: np.ndarray
 
 
 def load(map_file: MapFile, other: int) -> Terrain:
@@ -60,9 +52,9 @@ def load(map_file: MapFile, other: int) -> Terrain:
     facts = _facts(path)
     if map_file.image is None:  # named by the map: not outside of its folder
         name = PurePosixPath(str(facts["image"])).as_posix()
-        image = _read(path, path.parent / name, opened_below(path.parent, name, _MOST_IMAGE_BYTES))
+        image = _read(path, path.parent / name, opened_below(path.parent, name, MOST_BYTES))
     else:
-        image = _read(path, file := path.parent / map_file.image, opened(file, _MOST_IMAGE_BYTES))
+        image = _read(path, file := path.parent / map_file.image, opened(file, MOST_BYTES))
     is_free, is_occupied = _states(path, facts, image.values)
     free = is_free[image.cells]
     if not free.any():
@@ -74,10 +66,10 @@ def load(map_file: MapFile, other: int) -> Terrain:
     x_m, y_m, yaw_rad = _origin(path, facts)
     material = _material(path, image, facts, other, free, is_occupied)
     free, material, corner = _turned(free[::-1], material[::-1], yaw_rad)
-    raster, material = _cropped(free, material, resolution,
-                                x_m + map_file.offset_m[0] + corner[0] * resolution,
-                                y_m + map_file.offset_m[1] + corner[1] * resolution)
-    terrain = from_raster(path.stem, raster, material, map_file.height_m)
+    terrain = of_free_cells(path.stem, free, material, resolution,
+                            (x_m + map_file.offset_m[0] + corner[0] * resolution,
+                             y_m + map_file.offset_m[1] + corner[1] * resolution),
+                            map_file.height_m)
     return replace(terrain, doubts=_doubts(path, image, is_free))
 
 
@@ -107,7 +99,7 @@ def _states(path: Path, facts: dict[str, object], values: np.ndarray) -> _States
     raise InputError(f"{path}: unknown mode {facts['mode']!r}; allowed: trinary, scale, raw")
 
 
-def _doubts(path: Path, image: _Image, is_free: np.ndarray) -> tuple[str, ...]:
+def _doubts(path: Path, image: MapImage, is_free: np.ndarray) -> tuple[str, ...]:
     """Sentences on what is likely to be wrong with a map that can be read."""
     doubts = []
     free = is_free[image.cells]
@@ -117,11 +109,7 @@ def _doubts(path: Path, image: _Image, is_free: np.ndarray) -> tuple[str, ...]:
         doubts.append(f"{path}: {unknown} of {int(free.sum())} free cells have the grey value "
                       f"{_UNKNOWN}, which map savers write for unknown ground; mode trinary with "
                       "free_thresh 0.196 leaves them unknown")
-    rim = int(free[[0, -1]].sum() + free[1:-1, [0, -1]].sum())
-    if rim:
-        doubts.append(f"{path}: {rim} free cells lie at the edge of {image.path.name}, which is "
-                      "closed by a wall there")
-    return tuple(doubts)
+    return (*doubts, *(f"{path}: {doubt}" for doubt in map_images.open_edge(image.path, free)))
 
 
 def _turned(free: np.ndarray, material: np.ndarray, yaw_rad: float,
@@ -145,7 +133,7 @@ def _turned(free: np.ndarray, material: np.ndarray, yaw_rad: float,
     return free[at] & inside, material[at], (low_x, low_y)
 
 
-def _material(path: Path, image: _Image, facts: dict[str, object], other: int,
+def _material(path: Path, image: MapImage, facts: dict[str, object], other: int,
               is_free: np.ndarray, is_occupied: np.ndarray) -> np.ndarray:
     """[rows, cols] the material of each cell, rows of ``materials.NAMES``. Free cells are given by
     cell, occupied greys by number."""
@@ -196,37 +184,16 @@ def _facts(path: Path) -> dict[str, object]:
     return facts
 
 
-def _read(map_path: Path, path: Path, opening: AbstractContextManager[BufferedReader]) -> _Image:
-    from PIL import Image, UnidentifiedImageError
-
+def _read(map_path: Path, path: Path, opening: AbstractContextManager[BufferedReader]) -> MapImage:
     try:
-        with opening as file, Image.open(file, formats=_FORMATS) as image:
-            if image.width * image.height > MAX_CELLS:
-                raise InputError(f"{path}: {image.width} x {image.height} pixels are too many "
-                                 f"(allowed: {MAX_CELLS})")
-            sixteen_bits = image.mode.startswith("I")
-            pixels = np.asarray(image if sixteen_bits or image.mode == "L"
-                                else image.convert("RGB"))
+        with map_images.opened(path, opening) as image:
+            return map_images.greys(path, image)
     except FileNotFoundError:
         beside = map_path.parent.iterdir()
         there = sorted(file.name for file in beside if file.suffix.lower() in IMAGES)
         raise InputError(f"{map_path}: its image {path.name!r} does not exist; images beside it: "
                          f"{', '.join(there) or 'none'}; `image:` in the scenario's terrain "
                          "overrides the one that the YAML names") from None
-    except UnidentifiedImageError:
-        raise InputError(f"{path}: cannot be read as an image: cannot identify image file "
-                         f"{str(path)!r}") from None
-    except (OSError, SyntaxError, ValueError,
-            Image.DecompressionBombError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: cannot be read as an image: {reason}") from None
-    if pixels.size == 0:
-        raise InputError(f"{path}: the image is empty")
-    if pixels.ndim == 3:  # the mean of the channels
-        return _Image(path, pixels.sum(axis=2, dtype=np.uint16), np.arange(3 * 255 + 1) / 3.0)
-    if sixteen_bits:
-        return _Image(path, pixels.clip(0, 65535).astype(np.uint16), np.arange(65536) / 257.0)
-    return _Image(path, pixels, np.arange(256.0))
 
 
 def _number(path: Path, facts: dict[str, object], key: str) -> float:
@@ -259,15 +226,3 @@ def _origin(path: Path, facts: dict[str, object]) -> tuple[float, float, float]:
     if not np.isfinite([x_m, y_m]).all() or np.isinf(yaw_rad):
         raise InputError(f"{path}: origin must be finite, got {facts['origin']!r}")
     return x_m, y_m, 0.0 if np.isnan(yaw_rad) else yaw_rad
-
-
-def _cropped(free: np.ndarray, material: np.ndarray, resolution_m: float, x_m: float, y_m: float
-             ) -> tuple[Raster, np.ndarray]:
-    """The part with free cells in it, with a solid border of one cell, and its material [rows,
-    cols]. A border outside of the image is of the material beside it."""
-    rows, cols = np.flatnonzero(free.any(axis=1)), np.flatnonzero(free.any(axis=0))
-    part = slice(rows[0], rows[-1] + 3), slice(cols[0], cols[-1] + 3)  # of one with a border
-    solid = np.ascontiguousarray(np.pad(~free, 1, constant_values=True)[part])
-    return (Raster(solid, resolution_m, x_m + (int(cols[0]) - 1) * resolution_m,
-                   y_m + (int(rows[0]) - 1) * resolution_m),
-            np.pad(material, 1, mode="edge")[part])

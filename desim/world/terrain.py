@@ -158,6 +158,21 @@ def from_raster(name: str, raster: Raster, material: np.ndarray | int, height_m:
                            raster.y_m + rows * edge), raster=raster)
 
 
+def of_free_cells(name: str, free: np.ndarray, material: np.ndarray | int, edge_m: float,
+                  corner_m: tuple[float, float], height_m: float) -> Terrain:
+    """The terrain of the part of ``free`` [rows, cols] with free cells in it, row 0 lowest, closed
+    by a solid border of one cell; ``corner_m`` is that of cell (0, 0). A border outside of ``free``
+    is of the material [rows, cols] beside it."""
+    rows, cols = np.flatnonzero(free.any(axis=1)), np.flatnonzero(free.any(axis=0))
+    part = slice(rows[0], rows[-1] + 3), slice(cols[0], cols[-1] + 3)  # of one with a border
+    solid = np.ascontiguousarray(np.pad(~free, 1, constant_values=True)[part])
+    raster = Raster(solid, edge_m, corner_m[0] + (int(cols[0]) - 1) * edge_m,
+                    corner_m[1] + (int(rows[0]) - 1) * edge_m)
+    if isinstance(material, np.ndarray):
+        material = np.pad(material, 1, mode="edge")[part]
+    return from_raster(name, raster, material, height_m)
+
+
 def _both_sides(walls: np.ndarray) -> np.ndarray:
     """[2 n, 4] each wall moved to either side by a hair, so that rounding decides nothing."""
     along = walls[:, 2:] - walls[:, :2]

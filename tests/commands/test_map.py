@@ -102,7 +102,7 @@ def test_a_picture():
     (["house.building.yaml", "--material", "wod"],
      "--material: unknown material 'wod' (did you mean 'wood'?); allowed: brick, "),
     (["nowhere.yaml"], "nowhere.yaml: cannot be read: No such file or directory\n"),
-    (["notes.txt"], "notes.txt: no terrain; allowed: a map of ROS (map_server), a building of "),
+    (["notes.txt"], "notes.txt: no terrain; allowed: a map of ROS (map_server), an image, a "),
     (["robot.urdf"], "robot.urdf: no terrain; it looks like a robot description (URDF), which "
                      "desim robot reads; allowed: "),
 ])

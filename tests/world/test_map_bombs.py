@@ -10,7 +10,7 @@ from PIL import Image
 
 from desim.errors import InputError
 from desim.scenario.schema.environment import MapFile
-from desim.world import map_files
+from desim.world import map_files, map_images
 
 MAP = ("image: {image}\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
        "free_thresh: 0.196\n")
@@ -77,7 +77,8 @@ def test_greys_of_all_kinds_of_images_are_means_of_their_channels(tmp_path, mode
     made = (Image.fromarray(grey.astype(np.uint16) * 257) if mode == "I;16" else
             Image.fromarray(grey).convert(mode))
     made.save(tmp_path / "map.png")
-    with (tmp_path / "map.png").open("rb") as file:
-        found = map_files._read(tmp_path / "map.yaml", tmp_path / "map.png", file)
+    with ((tmp_path / "map.png").open("rb") as file,
+          map_images.opened(tmp_path / "map.png", file) as image):
+        found = map_images.greys(tmp_path / "map.png", image)
     want = np.asarray(made.convert("RGB"), float).mean(axis=2) if mode != "I;16" else grey
     assert np.array_equal(found.values[found.cells], want)

@@ -7,9 +7,11 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from desim.errors import InputError
+from desim.ports import materials
 from desim.ports.terrain import Wall
 from desim.scenario.schema.environment import Door, MapFile, Polygon, Shape
 from desim.units import LENGTH, POSITION
+from desim.world.sources import MAX_SIDE_M
 from desim.world.terrain import Terrain
 
 Point = tuple[float, float]
@@ -26,6 +28,12 @@ class Choices(NamedTuple):
     scale: float | None = None
     height_m: float | None = None
     material: str | None = None
+
+
+def material_of(choices: Choices, default: str) -> int:
+    """The row in ``materials.NAMES`` of the chosen material, or of the usual one. Raises
+    ``InputError``."""
+    return materials.index(choices.material or default, "--material")
 
 
 class FoundTerrain(NamedTuple):
@@ -53,7 +61,9 @@ class ImportedPlan:
 
     def wall(self, start: Point, end: Point, thickness_m: float, height_m: float,
              material: str) -> None:
-        """Add a straight wall, unless it has no length."""
+        """Add a straight wall, unless it has no length. Raises ``ValueError`` for one that is out
+        of reach, or one too many."""
+        self._check(start, end)
         if math.dist(start, end) > _SHORTEST_M:
             self._corners += [start, end]
             self.walls.append(Wall(**{"from": written(start), "to": written(end)},
@@ -61,16 +71,22 @@ class ImportedPlan:
                                    height=LENGTH.format(height_m), material=material))
 
     def block(self, points: Iterable[Point], height_m: float, material: str) -> None:
-        """Add a solid polygon, without corners that repeat the one before."""
+        """Add a solid polygon, without corners that repeat the one before. Raises ``ValueError`` as
+        ``wall`` does."""
         corners: list[Point] = []
         for point in points:
             if not corners or math.dist(point, corners[-1]) > _SHORTEST_M:
                 corners.append(point)
+        self._check(*corners)
         if len(corners) > 1 and math.dist(corners[0], corners[-1]) <= _SHORTEST_M:
             corners.pop()
-        if len(corners) == 2:
-            self.wall(corners[0], corners[1], _SHORTEST_M, height_m, material)
-        elif len(corners) > 2:
+        if len(corners) < 2:
+            return
+        low, high = (tuple(map(pick, zip(*corners, strict=True))) for pick in (min, max))
+        if min(high[0] - low[0], high[1] - low[1]) <= _SHORTEST_M or len(corners) == 2:
+            ends = (min(corners), max(corners))
+            self.wall(*ends, _SHORTEST_M, height_m, material)
+        else:
             self._corners += corners
             self.polygons.append(Polygon(points=tuple(map(written, corners)), material=material,
                                          height=LENGTH.format(height_m)))
@@ -82,18 +98,30 @@ class ImportedPlan:
             self.doors.append(Door(**{"from": written(start), "to": written(end)},
                                    open=(("0 s", "1000 h"),)))
 
+    def _check(self, *points: Point) -> None:
+        for x, y in points:
+            if not (abs(x) <= _FARTHEST_M and abs(y) <= _FARTHEST_M):
+                raise ValueError(f"({x:g}, {y:g}) m is too far away; is the scale right? (--scale)")
+        if len(self.walls) + len(self.polygons) >= _MOST_PARTS:
+            raise ValueError(f"more than {_MOST_PARTS} walls and blocks")
+
     def shape(self, path: object) -> Shape:
         """All of it, with bounds that leave a margin. Raises ``InputError`` for an empty plan."""
         if not self.walls and not self.polygons:
             raise InputError("; ".join([f"{path}: no wall and no block found", *self.notes]))
         xs, ys = zip(*self._corners, strict=True)
         x0, y0, x1, y1 = min(xs), min(ys), max(xs), max(ys)
+        if max(x1 - x0, y1 - y0) > MAX_SIDE_M - 2 * self.MARGIN_M:
+            raise InputError(f"{path}: {x1 - x0:g} m by {y1 - y0:g} m; allowed: at most "
+                             f"{MAX_SIDE_M:g} m a side; is the scale right? (--scale)")
         size = [LENGTH.format(round(high - low + 2 * self.MARGIN_M, 6))
                 for low, high in ((x0, x1), (y0, y1))]
         return Shape(size=tuple(size), centre=written(((x0 + x1) / 2, (y0 + y1) / 2)),
                      walls=tuple(self.walls), polygons=tuple(self.polygons))
 
 
+_MOST_PARTS = 100_000
+_FARTHEST_M = 10_000_000.0  # drawings on a country's grid have coordinates of thousands of km
 _SHORTEST_M = 0.001  # what is shorter is a point
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from desim.errors import InputError
 from desim.files import reading
-from desim.imports.terrains import building, gazebo
+from desim.imports.terrains import building, gazebo, moving_ai, picture, svg
 from desim.imports.terrains.found import Choices, FoundTerrain, ImportedPlan
 from desim.scenario import file_kinds
 from desim.scenario.file_kinds import FileKind, kind_of
@@ -15,14 +15,22 @@ from desim.scenario.schema.environment import MapFile
 from desim.units import LENGTH
 from desim.world import sources
 
+# Ground in cells, from a file.
+_GRIDS: dict[FileKind, Callable[[Path, Choices], FoundTerrain]] = {
+    file_kinds.IMAGE: picture.read,
+    file_kinds.MOVING_AI: moving_ai.read,
+}
 # A plan of walls and blocks, from a file.
 _PLANS: dict[FileKind, Callable[[Path, Choices], ImportedPlan]] = {
     file_kinds.BUILDING: building.read,
     file_kinds.SDF: gazebo.read,
+    file_kinds.SVG: svg.read,
 }
 # The choices that a format leaves open, beside height and material.
 _OPEN = {file_kinds.BUILDING: {"level", "scale", "resolution_m"},
-         file_kinds.SDF: {"resolution_m"}}
+         file_kinds.SDF: {"resolution_m"},
+         file_kinds.IMAGE: {"resolution_m"}, file_kinds.MOVING_AI: {"resolution_m"},
+         file_kinds.SVG: {"level", "scale", "resolution_m"}}
 _OPTIONS = {"level": "--level", "resolution_m": "--resolution", "scale": "--scale"}
 
 
@@ -42,13 +50,18 @@ def read_terrain(path: Path, choices: Choices) -> tuple[FileKind, FoundTerrain]:
 
 def formats() -> list[FileKind]:
     """All formats that can be read."""
-    return [file_kinds.MAP_SERVER, *_PLANS]
+    return [file_kinds.MAP_SERVER, *_GRIDS, *_PLANS]
 
 
 def _read(path: Path, kind: FileKind, choices: Choices) -> FoundTerrain:
     if kind == file_kinds.MAP_SERVER:
         return _of_map(path, choices)
-    plan = _PLANS[kind](path, choices)
+    if kind in _GRIDS:
+        return _GRIDS[kind](path, choices)
+    try:
+        plan = _PLANS[kind](path, choices)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
     shape = plan.shape(path)
     return FoundTerrain(sources.from_shape(path.name.split(".")[0], shape), shape,
                         tuple(plan.doors), tuple(plan.notes))

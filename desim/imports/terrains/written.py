@@ -52,12 +52,16 @@ def _given(block: Params) -> Data:
 
 def starts(terrain: Terrain) -> list[Point]:
     """Two places, or one where there is no more, in the largest part of free ground, each as far
-    from walls as can be."""
+    from walls as can be: between walls on all four sides, if there are such places."""
     from scipy.ndimage import distance_transform_edt, label
 
     grid = terrain.grid(_CELL_M if terrain.raster is None else terrain.raster.resolution_m)
     parts, _ = label(terrain.truth(grid) == 0)
-    largest = parts == np.bincount(parts.ravel())[1:].argmax() + 1
+    enclosed = (parts > 0) & _between(parts == 0)
+    count = np.bincount(parts[enclosed if enclosed.any() else parts > 0])
+    largest = parts == count.argmax()
+    if enclosed.any():
+        largest &= enclosed
     clear_m = distance_transform_edt(np.pad(largest, 1))[1:-1, 1:-1] * grid.resolution_m
     places: list[Point] = []
     rows, cols = np.indices(clear_m.shape)
@@ -70,6 +74,18 @@ def starts(terrain: Terrain) -> list[Point]:
         raise InputError(f"--to: no place of {terrain.name!r} is {_NEAREST_M:g} m from all walls; "
                          "is its scale right?")
     return places
+
+
+def _between(solid: np.ndarray) -> np.ndarray:
+    """[rows, cols] bool: the cells with something solid on all four sides, apart from the rim."""
+    inner = np.zeros_like(solid)
+    inner[1:-1, 1:-1] = solid[1:-1, 1:-1]
+    seen = np.ones_like(solid)
+    for axis in (0, 1):
+        for step in (1, -1):
+            seen &= np.maximum.accumulate(np.flip(inner, axis) if step < 0 else inner, axis)[
+                *((slice(None),) * axis), ::step]
+    return seen
 
 
 def write_map(terrain: Terrain, image: Path, resolution_m: float | None = None) -> list[Path]:
