@@ -13,7 +13,7 @@ _HAIR = 1e-9
 
 
 class Area(NamedTuple):
-    """What closed ``rings`` enclose, by the even-odd rule or by that of windings."""
+    """The inside of closed ``rings``, by the even-odd rule or by that of windings."""
 
     rings: tuple[tuple[Point, ...], ...]
     even_odd: bool = False
@@ -39,7 +39,7 @@ class Area(NamedTuple):
 
 
 def trapezoids(area: Area, over: Sequence[Area]) -> Iterator[list[Point]]:
-    """What is left of ``area`` under the areas ``over`` it, cut at the heights of all corners.
+    """The rest of ``area`` under the areas ``over`` it, cut at the heights of all corners.
     Where edges cross between two such heights a trapezoid is as wide as in its middle."""
     areas = [area, *over]
     edges = np.array([edge for number, one in enumerate(areas, 1) for edge in one.edges(number)])
