@@ -29,6 +29,7 @@ INDEX = """\
 :hidden:
 :caption: Start
 
+docs/README
 docs/tutorial
 reference/gallery
 docs/commands
