@@ -14,6 +14,8 @@ RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", s
 ScenarioPath = Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
                                               autocompletion=completion.yaml_files,
                                               help="a scenario's YAML file")]
+Until = Annotated[str | None, typer.Option(
+    metavar="DURATION", help="short for --set stop.elapsed=DURATION", show_default=False)]
 DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,
                                             autocompletion=completion.yaml_files,
                                             help="a design's YAML file")]

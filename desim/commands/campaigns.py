@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from desim.commands import completion
-from desim.commands.arguments import DesignPath, Overrides, Quiet, ScenarioPath
+from desim.commands.arguments import DesignPath, Overrides, Quiet, ScenarioPath, Until
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes, reading, terminable
 from desim.commands.output import say, say_json
@@ -28,7 +29,19 @@ if TYPE_CHECKING:
 _MANY = 200  # scenarios, which take a while to check
 
 
-def sweep(design: DesignPath,
+def sweep(design: Annotated[Path, typer.Argument(
+              metavar="DESIGN|SCENARIO", show_default=False, autocompletion=completion.yaml_files,
+              help="a design's YAML file; with --vary that of a scenario")],
+          vary: Annotated[list[str], typer.Option(
+              metavar="A.B.C=V1,V2,...", help="a key of the scenario and its values; given again: "
+                                              "all combinations")] = [],  # noqa: B006
+          seeds: Annotated[int | None, typer.Option(
+              min=1, help="with --vary: runs of each combination (default: 10)",
+              show_default=False)] = None,
+          overrides: Annotated[list[str], typer.Option(
+              "--set", metavar="A.B.C=VALUE",
+              help="with --vary: a key's value in every run")] = [],  # noqa: B006
+          until: Until = None,
           out: Annotated[Path | None, typer.Option(
               help="the campaign's folder (default: results/<name>)", show_default=False)] = None,
           jobs: Annotated[int | None, typer.Option(
@@ -47,22 +60,23 @@ def sweep(design: DesignPath,
               )] = False,
           quiet: Quiet = False,
           ) -> None:
-    """Run a design: all its runs that are not done yet.
+    """Run a design, or with --vary a scenario: all runs that are not done yet.
 
-    If it was stopped, the same command goes on from there. Exit code 1 if runs failed.
+    If it was stopped, the same command goes on from there. --vary leaves its design in the
+    campaign's folder, to be edited and run again. Exit code 1 if runs failed.
     """
     with exit_codes():
         from desim.commands.views import sweep as view
 
         console = view.console(quiet)
         with compiling(quiet):
-            from desim.campaign.design.design import load_design
             from desim.campaign.design.metrics import Metrics
+            from desim.campaign.folder.design_copy import DESIGN
             from desim.campaign.running.cluster_settings import load_settings
             from desim.campaign.running.sweep import Sweep, foreseen, selected
 
             settings = None if cluster is None else load_settings(cluster, jobs)
-            plan = planned(load_design(design), console)
+            plan = planned(_asked(str(design), vary, seeds, overrides, until), console)
             chosen = selected(plan, tuple(only))
         folder = out or Path("results") / plan.design.name
         with _worker(plan, console) as worker:
@@ -73,9 +87,31 @@ def sweep(design: DesignPath,
                             console, worker.made):
                     raise typer.Exit(1)
                 return
-        if _carried_out(Sweep(plan, metrics, folder, only=chosen, retry_failed=retry_failed),
-                        jobs, settings, console):
+        failed = _carried_out(
+            Sweep(plan, metrics, folder, only=chosen, retry_failed=retry_failed), jobs, settings,
+            console)
+        if vary and not quiet:
+            say(f"its design, to keep or edit: {folder / DESIGN}\n"
+                f"its report: desim report {shlex.quote(str(folder))}")
+        if failed:
             raise typer.Exit(1)
+
+
+def _asked(file: str, vary: list[str], seeds: int | None, overrides: list[str],
+           until: str | None) -> LoadedDesign:
+    """The design in a file, or that of ``vary`` on the scenario in it."""
+    if vary:
+        from desim.campaign.design.varied import varied_design
+
+        changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
+        return varied_design(file, vary, seeds or 10, changes)
+    from desim.campaign.design.design import load_design
+
+    for option, given, key in (("--seeds", seeds, "iterations"), ("--set", overrides, "set"),
+                               ("--until", until, "stop")):
+        if given:
+            raise InputError(f"{option}: it belongs to --vary; a design has the key {key}")
+    return load_design(file)
 
 
 def planned(loaded: LoadedDesign, console: Terminal) -> Plan:

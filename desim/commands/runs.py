@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from desim.commands.arguments import Overrides, Quiet, ScenarioPath
+from desim.commands.arguments import Overrides, Quiet, ScenarioPath, Until
 from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.exit_codes import command_line, exit_codes
 from desim.commands.extras import extra
@@ -26,8 +26,7 @@ if TYPE_CHECKING:
 def run(scenario: ScenarioPath,
         seed: Annotated[int | None, typer.Option(help="a seed, not the scenario's")] = None,
         overrides: Overrides = [],  # noqa: B006
-        until: Annotated[str | None, typer.Option(
-            metavar="DURATION", help="short for --set stop.elapsed=DURATION")] = None,
+        until: Until = None,
         out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
         quiet: Quiet = False,
         check: Annotated[bool, typer.Option(

@@ -24,7 +24,7 @@ from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType, 
 from desim.scenario.schema.footprint import radii_m
 from desim.scenario.schema.robot import Equipment, laser_of
 from desim.scenario.schema.scenario import Scenario
-from desim.scenario.source_places import Folder
+from desim.scenario.source_places import Data, Folder
 
 P = TypeVar("P", bound=Params)
 E = TypeVar("E", bound=Equipment)
@@ -117,11 +117,28 @@ def _localized(robot: E) -> E:
 
 def media(scenario: Scenario) -> dict[str, MediumChoice]:
     """Those of the scenario, or of its deployment if it names none."""
-    radios = scenario.deployment == "field" and scenario.network.fidelity is not None
     own = scenario.network.media
     if all(medium.inside for medium in own.values()):
-        return {**(_RADIOS if radios else _MEDIA[scenario.deployment]), **own}
+        return {**_given(scenario.deployment, scenario.network.fidelity), **own}
     return own
+
+
+def _given(deployment: object, fidelity: object) -> dict[str, MediumChoice]:
+    """The media of a deployment if nobody names any."""
+    if deployment == "field" and fidelity is not None:
+        return _RADIOS
+    return _MEDIA["field" if deployment == "field" else "testbed"]
+
+
+def lay_on_given_media(data: Data) -> None:
+    """Lay what is written of a medium without a model, ``{lan: {rate: 1 Mb/s}}``, over the medium
+    of that name which the deployment gives."""
+    network = data.get("network")
+    if not isinstance(network, dict) or not isinstance(own := network.get("media"), dict):
+        return
+    for name, given in _given(data.get("deployment"), network.get("fidelity")).items():
+        if isinstance(own.get(name), dict) and "model" not in own[name]:
+            own[name] = {**given.model_dump(exclude_unset=True), **own[name]}
 
 
 def _network(scenario: Scenario) -> Network:

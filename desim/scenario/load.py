@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from desim.errors import InputError
 from desim.scenario import check, merge, plugin_choices, validation_cache, yaml12
 from desim.scenario.complaints import Complaint, lines, validated
-from desim.scenario.complete import complete
+from desim.scenario.complete import complete, lay_on_given_media
 from desim.scenario.schema.fleet import StartFile
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Data, Folder, Path, Places, SourcePlace, path_of
@@ -63,12 +63,17 @@ def load(path: str | os.PathLike, overrides: Sequence[str] = (), seed: int | Non
 
     Raises ``InputError`` with one line for each thing that is wrong.
     """
-    file = os.fspath(path)
+    return Variants(scenario_document(os.fspath(path))).of(changes_of(overrides, seed))
+
+
+def scenario_document(file: str) -> merge.Document:
+    """The mapping in a scenario's file, laid over those that it extends, not checked yet. Raises
+    ``InputError`` where it has none, and for a design."""
     document = merge.extended(file)
     if "base" in document[0] and "base" not in Scenario.model_fields:
         raise InputError(f"{document[1].where('base')}: this is a design, of many runs: desim "
                          f"sweep {file}")
-    return Variants(document).of(_changes(overrides, seed))
+    return document
 
 
 class Variants:
@@ -114,10 +119,10 @@ def from_mapping(data: Mapping[str, object], overrides: Sequence[str] = (),
     if not isinstance(copied, dict):
         raise InputError("scenario: must be a mapping")
     document = merge.document(copied, Places(SourcePlace("scenario")))
-    return Variants(document).of(_changes(overrides, seed))
+    return Variants(document).of(changes_of(overrides, seed))
 
 
-def _changes(overrides: Sequence[str], seed: int | None) -> list[Change]:
+def changes_of(overrides: Sequence[str], seed: int | None = None) -> list[Change]:
     """The changes that ``a.b.c=value`` stand for; the value is YAML. Raises ``InputError``."""
     changes = []
     for override in (*overrides, *([] if seed is None else [f"seed={seed}"])):
@@ -136,6 +141,7 @@ def _loaded(document: merge.Document) -> Loaded:
         place = places.value(path)
         return os.path.dirname(place.source) if place.line else ""
 
+    lay_on_given_media(data)
     plugin_choices.make_absolute(data, folder)
     result = validation_cache.scenario(data)
     found = plugin_choices.complaints(data)

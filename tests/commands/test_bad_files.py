@@ -55,7 +55,7 @@ def test_a_scenario_and_a_design_name_each_others_command(said, tmp_path):
         2, ["d.yaml:2:7: base: this is a design, of many runs: desim sweep d.yaml"])
     assert said("sweep", "s.yaml") == (
         2, ["s.yaml: this is a scenario, of one run: desim run s.yaml; a design has a base and "
-            "parameters"])
+            "parameters; desim sweep s.yaml --vary fleet.size=4,8 needs none"])
 
 
 def test_a_path_that_cannot_be_one(said, tmp_path):

@@ -18,6 +18,7 @@ from desim.errors import InputError
 from desim.ports import Params
 from desim.scenario import merge
 from desim.scenario.complaints import lines, validated
+from desim.scenario.load import scenario_document
 from desim.scenario.schema.shapes import BY_SHAPE
 from desim.scenario.source_places import Path, Places, dotted
 from desim.units import Duration
@@ -174,8 +175,9 @@ class LoadedDesign:
 
     def folder(self, path: Path) -> str:
         """The folder of the file in which the value at ``path`` was written: with ``extends`` there
-        are several files."""
-        return os.path.dirname(self.places.value(path).source)
+        are several files. Empty for a value of the command line."""
+        place = self.places.value(path)
+        return os.path.dirname(place.source) if place.line else ""
 
     def wrong(self, path: Path, text: str) -> InputError:
         """An error about what stands at ``path`` of the design."""
@@ -192,7 +194,7 @@ def load_design(path: str | os.PathLike) -> LoadedDesign:
     base = os.path.normpath(os.path.join(folder, design.base))
     if not os.path.isfile(base):
         raise InputError(f"{places.where('base')}: no such file: {base}")
-    return LoadedDesign(design, places, merge.extended(base), file)
+    return LoadedDesign(design, places, scenario_document(base), file)
 
 
 def read_design(file: str) -> tuple[Design, Places]:
@@ -202,7 +204,8 @@ def read_design(file: str) -> tuple[Design, Places]:
         data.pop("reference", None)
     if "base" not in data and any(family in data for family in _OF_SCENARIOS):
         raise InputError(f"{file}: this is a scenario, of one run: desim run {file}; a design has "
-                         "a base and parameters")
+                         f"a base and parameters; desim sweep {file} --vary fleet.size=4,8 needs "
+                         "none")
     design = validated(Design, data)
     if isinstance(design, list):
         raise InputError(*lines(design, places))

@@ -148,9 +148,13 @@ def _numbers(shape: Span, first: Quantity, last: Quantity, whole: bool) -> list[
     return [first.number + i * step for i in range(count)]
 
 
+def label_of(value: object) -> str:
+    """A value in words: text as it is, anything else as JSON."""
+    return value if isinstance(value, str) else json.dumps(value)
+
+
 def _level(value: object, key: str | None, path: Path) -> Level:
-    label = value if isinstance(value, str) else json.dumps(value)
-    return Level(label, value, () if key is None else (Setting(key, value, path),))
+    return Level(label_of(value), value, () if key is None else (Setting(key, value, path),))
 
 
 def _picking(levels: list[Level]) -> Callable[[float], Level]:
