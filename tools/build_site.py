@@ -43,6 +43,7 @@ reference/commands
 docs/scenarios
 reference/keys
 docs/maps
+docs/robots
 docs/network-models
 docs/several-networks
 docs/sockets

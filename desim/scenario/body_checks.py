@@ -6,9 +6,14 @@ import math
 from collections.abc import Iterator
 from fractions import Fraction
 
-from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
+from desim.scenario.robot_types import (
+    equipment_by_path,
+    filled_in,
+    types_by_name,
+    used_types,
+)
 from desim.scenario.schema import footprint
-from desim.scenario.schema.fleet import BUILT_IN_TYPES, RobotType
+from desim.scenario.schema.fleet import RobotType
 from desim.scenario.schema.robot import BUILT_IN_LASERS, Equipment, Laser
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
@@ -84,9 +89,10 @@ def _rates_of_last_tick(equipment: Equipment,
 
 def mounts(scenario: Scenario, _: Folder) -> Found:
     """Lasers and sonars that are not on the body that carries them."""
-    for name, kind in {**BUILT_IN_TYPES, **scenario.fleet.types}.items():
+    for name, kind in types_by_name(scenario).items():
         path: Path = ("fleet", "types", name, "robot") if kind.robot else ("robot",)
-        if name not in used_types(scenario.fleet) and not kind.robot:
+        if name not in used_types(scenario.fleet) and not (
+                kind.robot and name in scenario.fleet.types):
             continue
         for at, laser in lasers(kind.robot or scenario.robot):
             if isinstance(laser, Laser) and not _carries(kind, laser.x_m, laser.y_m):

@@ -28,10 +28,15 @@ from desim.scenario.quantities import (
     not_measured,
     quantities,
 )
-from desim.scenario.robot_types import equipment_by_path, filled_in, used_types
+from desim.scenario.robot_types import (
+    equipment_by_path,
+    filled_in,
+    types_by_name,
+    used_types,
+)
 from desim.scenario.schema.communication import Fault
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, MapFile, Shape
-from desim.scenario.schema.fleet import BUILT_IN_TYPES, MAX_ROBOTS, StartList
+from desim.scenario.schema.fleet import MAX_ROBOTS, StartList
 from desim.scenario.schema.navigation import MAX_LOCAL_SIDE
 from desim.scenario.schema.robot import BUILT_IN_LASERS
 from desim.scenario.schema.scenario import Physics, Scenario
@@ -79,7 +84,7 @@ def _passages(scenario: Scenario, _: Folder) -> Found:
     terrain, fleet = scenario.environment.terrain, scenario.fleet
     if isinstance(terrain, str | MapFile | Shape):
         return
-    types = {**BUILT_IN_TYPES, **fleet.types}
+    types = types_by_name(scenario)
     widest = max((name for name in used_types(fleet) if name in types),
                  key=lambda name: types[name].inscribed_radius_m, default=None)
     if widest is not None:
@@ -114,7 +119,7 @@ def _doors(scenario: Scenario, _: Folder) -> Found:
 
 def _fleet(scenario: Scenario, _: Folder) -> Found:
     fleet = scenario.fleet
-    types = {**BUILT_IN_TYPES, **fleet.types}
+    types = types_by_name(scenario)
     groups = () if isinstance(fleet.robots, str) else fleet.robots
     used: list[tuple[Path, str]] = [(("fleet", "robots", i, "type"), group.type)
                                     for i, group in enumerate(groups)]
@@ -129,7 +134,8 @@ def _fleet(scenario: Scenario, _: Folder) -> Found:
         yield ("fleet", "size"), f"must be the sum of the groups' counts, {count}, got {fleet.size}"
     if count > MAX_ROBOTS:
         yield ("fleet", "robots"), f"must be at most {MAX_ROBOTS} robots together, got {count}"
-    for name, kind in fleet.types.items():
+    for name in fleet.types:
+        kind = types[name]
         if (kind.drive == "aerial") != (kind.altitude_m > 0.0):
             yield ("fleet", "types", name, "altitude"), (
                 f"must be above 0 m with drive: aerial, and 0 m with any other, got "

@@ -7,9 +7,14 @@ from typing import NamedTuple
 
 from desim.scenario.complete import media
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
-from desim.scenario.robot_types import equipment_by_path, filled_in, type_names, used_types
+from desim.scenario.robot_types import (
+    equipment_by_path,
+    filled_in,
+    type_names,
+    types_by_name,
+    used_types,
+)
 from desim.scenario.schema.clock import ClockParams
-from desim.scenario.schema.fleet import BUILT_IN_TYPES
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
 from desim.units import DURATION
@@ -101,7 +106,7 @@ def _clients(scenario: Scenario) -> Mapping[str, Client]:
 
 def _robot_clock(kind: str, scenario: Scenario) -> tuple[Path, ClockParams | None]:
     """The clock of robots of this type, and the path of the block that has its NTP client."""
-    usual, types = scenario.robot, {**BUILT_IN_TYPES, **scenario.fleet.types}
+    usual, types = scenario.robot, types_by_name(scenario)
     own = types[kind].robot if kind in types else None  # an unknown type is complained of elsewhere
     if own is None or "clock" not in own.model_fields_set:
         return ("robot", "clock"), usual.clock

@@ -11,7 +11,12 @@ from desim.scenario import plugin_choices
 from desim.scenario.cluster_nodes import cluster_nodes
 from desim.scenario.names import fleet_size
 from desim.scenario.recipients import monitors, words_of
-from desim.scenario.robot_types import filled_in, strategies_of, used_types
+from desim.scenario.robot_types import (
+    filled_in,
+    strategies_of,
+    types_by_name,
+    used_types,
+)
 from desim.scenario.schema.communication import (
     Coordination,
     MediumChoice,
@@ -20,7 +25,7 @@ from desim.scenario.schema.communication import (
 )
 from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, MapFile
 from desim.scenario.schema.experiment import TaskChoice
-from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType, StartList
+from desim.scenario.schema.fleet import FleetParams, RobotType, StartList
 from desim.scenario.schema.footprint import radii_m
 from desim.scenario.schema.robot import Equipment, laser_of
 from desim.scenario.schema.scenario import Scenario
@@ -45,7 +50,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
     return _changed(
         scenario,
         environment=_environment(scenario.environment, folder),
-        fleet=_fleet(scenario.fleet, robot, receivers),
+        fleet=_fleet(scenario, robot, receivers),
         robot=_changed(robot, passive=tuple(sorted(scenario.robot.passive, key=natural_key))),
         network=_network(scenario),
         topics={pattern: _changed(choice, medium=choice.media)
@@ -73,12 +78,12 @@ def _environment(environment: Environment, folder: Folder) -> Environment:
     return _changed(environment, terrain=terrain)
 
 
-def _fleet(fleet: FleetParams, equipment: Equipment, receivers: tuple[str, ...]) -> FleetParams:
+def _fleet(scenario: Scenario, equipment: Equipment, receivers: tuple[str, ...]) -> FleetParams:
     """The size, and all types that are used, with what they carry and run; named start poses in the
     order of their names."""
-    types = {**{name: BUILT_IN_TYPES[name] for name in used_types(fleet)
-                if name in BUILT_IN_TYPES},
-             **{name: _type(kind, equipment, receivers) for name, kind in fleet.types.items()}}
+    fleet, known = scenario.fleet, types_by_name(scenario)
+    types = {name: _type(known[name], equipment, receivers)
+             for name in (*fleet.types, *used_types(fleet))}
     start = fleet.start
     if isinstance(start, StartList) and start.poses[0].name:
         start = _changed(start, poses=tuple(sorted(start.poses,

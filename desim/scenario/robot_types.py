@@ -7,8 +7,9 @@ from typing import TypeVar
 
 from desim.ports import Params
 from desim.scenario.names import fleet_size
+from desim.scenario.schema.built_in_robots import BUILT_IN_TYPES
 from desim.scenario.schema.communication import PluginChoice, StrategyChoice
-from desim.scenario.schema.fleet import BUILT_IN_TYPES, FleetParams, RobotType
+from desim.scenario.schema.fleet import FleetParams, RobotType
 from desim.scenario.schema.robot import Equipment
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Path
@@ -21,6 +22,23 @@ def type_names(fleet: FleetParams) -> tuple[str, ...]:
     if isinstance(fleet.robots, str):
         return (fleet.robots,) * fleet_size(fleet)
     return tuple(group.type for group in fleet.robots for _ in range(group.count))
+
+
+def types_by_name(scenario: Scenario) -> dict[str, RobotType]:
+    """The types that robots can be of. A built-in one is as the scenario says, of this type or of
+    all robots, and for the rest as it was built in."""
+    return BUILT_IN_TYPES | scenario.fleet.types | {
+        name: _written_over(scenario.fleet.types.get(name, RobotType()), built_in, scenario.robot)
+        for name, built_in in BUILT_IN_TYPES.items()}
+
+
+def _written_over(kind: RobotType, built_in: RobotType, usual: Equipment) -> RobotType:
+    if built_in.robot is not None:
+        robot = filled_in(kind.robot or Equipment(), usual)
+        if robot.lasers and "laser" not in robot.model_fields_set:
+            robot = robot.model_copy(update={"laser": None})
+        kind = kind.model_copy(update={"robot": filled_in(robot, built_in.robot)})
+    return filled_in(kind, built_in)
 
 
 def types_of(fleet: FleetParams) -> tuple[RobotType, ...]:
@@ -43,14 +61,16 @@ def equipment_of(scenario: Scenario) -> tuple[Equipment, ...]:
 def equipment_by_path(scenario: Scenario) -> Iterator[tuple[Path, Equipment]]:
     """The equipment of the fleet, and of each type that has its own, with their paths."""
     yield ("robot",), scenario.robot
-    for name, kind in scenario.fleet.types.items():
-        if kind.robot is not None:
+    types = types_by_name(scenario)
+    for name in dict.fromkeys((*scenario.fleet.types, *used_types(scenario.fleet))):
+        kind = types.get(name)  # an unknown type is complained of elsewhere
+        if kind is not None and kind.robot is not None:
             yield ("fleet", "types", name, "robot"), kind.robot
 
 
 def are_metered(scenario: Scenario) -> bool:
     """Whether it is said what any robot's parts draw."""
-    types = {**BUILT_IN_TYPES, **scenario.fleet.types}
+    types = types_by_name(scenario)
     own = [types[name].robot for name in used_types(scenario.fleet) if name in types]
     return any((scenario.robot if robot is None else filled_in(robot, scenario.robot)).power
                is not None for robot in own)
@@ -62,11 +82,13 @@ def strategies_of(scenario: Scenario) -> tuple[StrategyChoice, ...]:
 
 
 def filled_in(own: P, base: P) -> P:
-    """``own`` with the values of ``base`` for all keys that were not written in it. A plug-in is
-    chosen with all of its parameters."""
+    """``own`` with what was written in ``base`` for all keys that were not written in it. A plug-in
+    is chosen with all of its parameters."""
     update: dict[str, object] = {}
     for field in type(own).model_fields:
         above, below = getattr(own, field), getattr(base, field)
+        if field not in base.model_fields_set:
+            continue
         if field not in own.model_fields_set:
             update[field] = below
         elif (isinstance(above, Params) and type(above) is type(below)

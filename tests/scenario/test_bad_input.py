@@ -525,14 +525,15 @@ WRONG = {
         f"odometry(), contacts(), obstacles(): {WANTED}World"]),
     "unknown type of robot": ("fleet: {robots: [{type: pioner3dx, count: 2}]}", [
         "2:25: fleet.robots.0.type: unknown type 'pioner3dx' (did you mean 'pioneer3dx'?); "
-        "allowed: pioneer3dx, holonomic"]),
+        "allowed: pioneer3dx, holonomic, "
+        "turtlebot3_burger, turtlebot3_waffle, turtlebot4, husky, jackal"]),
     "unknown key of a type's laser": (
         "fleet: {robots: scout, types: {scout: {robot: {laser: {range: 5 m}}}}}", [
             "2:56: fleet.types.scout.robot.laser.range: unknown key (did you mean 'max_range'?); "
             "allowed: beams, field_of_view, max_range, height, rate, noise, pose, x, y, yaw"]),
     "unknown laser of a type": ("fleet: {types: {scout: {robot: {laser: lms50}}}}", [
         "2:40: fleet.types.scout.robot.laser: unknown laser 'lms50' (did you mean 'lms500'?); "
-        "allowed: lms500, or its parameters"]),
+        "allowed: lms500, lds01, rplidar_a1, lms111, or its parameters"]),
     "laser beside lasers": ("robot: {laser: lms500, lasers: {low: lms500}}", [
         "2:16: robot.laser: must be null, or left out, beside lasers"]),
     "no laser": ("robot: {laser: null}", [
@@ -558,7 +559,7 @@ WRONG = {
             "40 Hz: it measures at the pose of the last tick"]),
     "unknown one of several lasers": ("robot: {lasers: {low: lms50}}", [
         "2:23: robot.lasers.low: unknown laser 'lms50' (did you mean 'lms500'?); allowed: lms500, "
-        "or its parameters"]),
+        "lds01, rplidar_a1, lms111, or its parameters"]),
     "two lasers of one name": ("robot: {lasers: {low: lms500, low: lms500}}", [
         "2:31: the key 'low' stands here a second time, first in line 2"]),
     "laser without a beam": ("robot: {lasers: {low: {beams: 0}}}", [
@@ -613,8 +614,8 @@ WRONG = {
     "missing file of starts": ("fleet: {start: {file: no.csv}}", [
         "2:23: fleet.start.file: no such file: no.csv"]),
     "unknown laser": ("robot: {laser: lms50}", [
-        "2:16: robot.laser: unknown laser 'lms50' (did you mean 'lms500'?); allowed: lms500, or "
-        "its parameters"]),
+        "2:16: robot.laser: unknown laser 'lms50' (did you mean 'lms500'?); allowed: lms500, "
+        "lds01, rplidar_a1, lms111, or its parameters"]),
     "fault on an unknown host": ("fleet: {size: 3}\nfaults: [{at: 5 s, host: robot_30}]", [
         "3:26: faults.0.host: unknown host 'robot_30' (did you mean 'robot_0'?); allowed: robot_0, "
         "robot_1, robot_2, workstation"]),

@@ -84,12 +84,6 @@ class RobotType(BodyType):
             update={"strategy": self.strategy.parsed()})
 
 
-BUILT_IN_TYPES = {
-    "pioneer3dx": RobotType(),
-    "holonomic": RobotType(drive="holonomic"),
-}
-
-
 class Group(Params):
     """Some robots of one type."""
 
@@ -165,6 +159,7 @@ class FleetParams(Params):
     robots: Annotated[str | tuple[Group, ...], BY_SHAPE] = Field(
         "pioneer3dx", description="a type, or groups of types: the first robots are of the first")
     types: dict[Name, RobotType] = Field({}, description=(
-        "own types beside pioneer3dx and holonomic"))
+        "own types beside the built-in ones; one of the same name as a built-in one says what is "
+        "different"))
     start: Annotated[StartLine | StartGrid | StartRandom | StartList | StartFile,
                      BY_SHAPE] = Field(default_factory=StartLine)

@@ -56,7 +56,27 @@ class Laser(Params):
 
 
 SCAN = "scan"  # the topic of a robot's first laser, which SLAM reads
-BUILT_IN_LASERS = {"lms500": Laser()}
+
+
+def _named(**parameters: object) -> Laser:
+    """A laser with a name, which says all of its parameters: none is another laser's."""
+    laser = Laser(**parameters)
+    return laser.model_copy(update=dict(laser))
+
+
+BUILT_IN_LASERS = {
+    "lms500": _named(),
+    # ROBOTIS e-Manual, LDS-01: 0.12 to 3.5 m, 1 degree, 300 rpm; the noise is that of
+    # turtlebot3_description/urdf/turtlebot3_burger.gazebo.xacro (ROBOTIS-GIT/turtlebot3, noetic).
+    "lds01": _named(beams=360, field_of_view="359 deg", yaw="179.5 deg", max_range="3.5 m",
+                    rate="5 Hz", noise="0.01 m"),
+    # Slamtec's data sheet of the RPLIDAR A1M8: 0.15 to 12 m, 360 samples a scan at 5.5 Hz.
+    "rplidar_a1": _named(beams=360, field_of_view="359 deg", yaw="179.5 deg", max_range="12 m",
+                         rate="5.5 Hz"),
+    # urdf/sick_lms1xx.urdf.xacro (clearpathrobotics/LMS1xx); the range is SICK's of the LMS111.
+    "lms111": _named(beams=720, field_of_view="270 deg", max_range="20 m", rate="50 Hz",
+                     noise="0.001 m"),
+}
 
 
 def laser_of(given: str | Laser) -> Laser:
@@ -196,7 +216,8 @@ class Equipment(Params):
 
     localization: LocalizationChoice = Field(default_factory=LocalizationChoice)
     laser: Annotated[str | Laser | None, BY_SHAPE] = Field(default_factory=Laser, description=(
-        "lms500, or its parameters: the only one (null where there are lasers)"))
+        "lms500, lds01, rplidar_a1, lms111, or its parameters: the only one (null where there are "
+        "lasers)"))
     lasers: dict[Name, Annotated[str | Laser, BY_SHAPE]] = Field({}, description=(
         "several, by name, in place of the only one; SLAM reads the first"))
     sonar: Sonar | None = Field(None, description="a ring of sonars ({}: a Pioneer's; null: none)")
