@@ -2,13 +2,14 @@
 
 import pytest
 from graphs import Net, S, listener, silent, talker
-from ros_networks import AT_ONCE, apart, beliefs, control, master, seen, stop
+from ros_networks import AT_ONCE, apart, beliefs, control, master, says, seen, stop
 from tcp_hosts import Losing
 
 from desim.errors import InputError
 from desim.middleware.multimaster.discovery import RemoteMaster
 from desim.middleware.multimaster.multimaster import Multimaster
 from desim.middleware.multimaster.sync import Sync
+from desim.middleware.ros1.xmlrpc import XmlRpcCall
 from netmodels.ideal import Ideal
 from netmodels.rules.outage import Outage
 
@@ -337,3 +338,56 @@ def test_the_delay_of_a_fetch_is_drawn_between_zero_and_two_seconds():
     assert len(first) == 12 * 11
     assert 0 <= first[0] < first[-1] <= 2.001
     assert sum(first) / len(first) == pytest.approx(1, abs=0.15)
+
+
+# ------------------------------------------------------------------------- lists that come too late
+
+
+def heard_by_b(*stops_s):
+    """The seconds at which a said what b heard. b subscribes at 1.5 s; c only looks on. c's sync
+    calls b at 2.07 s, when c is cut off until 3.9 s. a stops at these times, for half a second."""
+    heard = []
+    late = net({"a": talker(says(*range(60))), "c": silent, "b": lambda node: node.after(
+        S * 3 // 2, lambda _: listener(heard)(node), None)}, GROOVY,
+        [apart("c", start="2.065 s", until="3.9 s")])
+    for stop_s in stops_s:
+        stop(late, "a", stop_s, stop_s + 0.5)
+    late.run(60 * S)
+    return [int(text) for *_, text in heard]
+
+
+def test_a_call_that_sync_has_given_up_still_tells_its_old_list(monkeypatch):
+    """At 4.1 s c's master tells b of a's new address. At 5.051 s sync ends its call, and only then
+    TCP brings it to b: it has a's old address, which refuses. Nobody tells b anew until a's
+    registration changes. Twin: a call that was given up never arrives."""
+    assert heard_by_b() == [*range(2, 60)]
+    assert heard_by_b(2.5) == [2, 4, 5]
+    assert heard_by_b(2.5, 29.5) == [2, 4, 5, *range(31, 60)]
+    monkeypatch.setattr(XmlRpcCall, "_hang_up", lambda call, connection:
+                        connection.end(call.client).vanish())
+    assert heard_by_b(2.5) == [2, *range(4, 60)]
+
+
+def test_sync_tells_the_list_of_its_multicall(monkeypatch):
+    """b subscribes to 30 topics of c, of which c's sync informs it for 1.2 s, one after another. a
+    publishes the last one, too, which its own master and c's tell b in the meantime: in vain. Twin:
+    sync tells the list of the moment."""
+    def known_of_a():
+        thirty = net({
+            "a": lambda node: node.after(S * 3 // 2, lambda _: node.advertise("/t29"), None),
+            "b": lambda node: [node.subscribe(f"/t{k}", print) for k in range(30)],
+            "c": lambda node: [node.advertise(f"/t{k}") for k in range(30)]}, GROOVY).run(60 * S)
+        assert registered(thirty, "b")["/t29"] == [2, 0]
+        return [(time_s, known) for time_s, who, whom, _, known in beliefs(thirty)
+                if (who, whom) == ("b", "a")]
+
+    assert known_of_a() == [(1.681, 1), (2.241, 0)]
+    inform = Sync._update_publishers
+
+    def anew(sync, updates):
+        registry = sync._processes.masters[sync._host].registry
+        inform(sync, [(topic, uri, registry.of(registry.publishers, topic))
+                      for topic, uri, _ in updates])
+
+    monkeypatch.setattr(Sync, "_update_publishers", anew)
+    assert known_of_a() == [(1.681, 1)]

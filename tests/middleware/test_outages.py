@@ -20,6 +20,7 @@ from hypothesis.stateful import (
 from models import ANY, MODELS, Model
 from test_kit import Final, Sulking, Twice
 
+from desim.middleware.multimaster.sync import Sync
 from desim.ports import PASS, Drop
 from desim.testing import Fleet
 from netmodels.access_link import AccessLink
@@ -77,6 +78,10 @@ class Walk(RuleBasedStateMachine):
         self.fleet.balance()
         assert not self.fleet.faults
 
+    def excused(self):
+        """The beginnings of lines about what may stay unheard."""
+        return ()
+
     def teardown(self):
         fleet = self.fleet
         self.heal()
@@ -87,7 +92,7 @@ class Walk(RuleBasedStateMachine):
         since = len(fleet.said)
         fleet.talk(3 * S)
         fleet.run(self.patience.arrive_ns)
-        assert not fleet.unheard(since)
+        assert not [line for line in fleet.unheard(since) if not line.startswith(self.excused())]
         for host in fleet.hosts:
             fleet.stop(host.index)
         fleet.run(self.patience.again_ns)
@@ -150,6 +155,19 @@ class RoughWalk(Walk):
             self.fleet.stop(host)
         super().teardown()
 
+    def excused(self):
+        """With many masters of ROS 1, a subscription may have a list of publishers that came too
+        late: it lacks some that its own master knows (docs/middleware/multimaster.md)."""
+        processes = getattr(self.fleet.graph.middleware, "processes", None)
+        if processes is None or len(processes.masters) == 1:
+            return ()
+        names = [host.name for host in self.fleet.hosts]
+        return tuple(f"{names[host]} has not heard what {names[uri.host]} said on {topic} at "
+                     for host, process in processes._processes.items()
+                     for topic, subscription in process.subscriptions.items()
+                     for uri in processes.masters[host].registry.publishers[topic].values()
+                     if uri not in subscription.answer)
+
 
 def walk(model, kind, examples):
     run_state_machine_as_test(
@@ -163,12 +181,20 @@ def test_a_walk_over_outages_ends_well(name):
     walk(MODELS[name], Walk, 12)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.xfail(
-    name == "fkie_1_3_groovy", strict=True, reason="of 40 walks one ends with a host that never "
-    "hears another again, with no data under way: the middleware's calls, not TCP's"))
-    for name in MODELS])
+@pytest.mark.parametrize("name", MODELS)
 def test_a_walk_over_a_rough_network_ends_well(name):
     walk(MODELS[name], RoughWalk, 40 if name == "fkie_1_3_groovy" else 6)
+
+
+def test_only_lists_that_came_too_late_keep_hosts_deaf(monkeypatch):
+    """Each list of sync comes 5 s late here, so that there are many. Twin: none is excused."""
+    inform, groovy = Sync._update_publishers, MODELS["fkie_1_3_groovy"]
+    monkeypatch.setattr(Sync, "_update_publishers", lambda sync, updates: sync._life.after(
+        5 * S, lambda updates: inform(sync, updates), updates))
+    walk(groovy, RoughWalk, 6)
+    monkeypatch.setattr(RoughWalk, "excused", Walk.excused)
+    with pytest.raises(AssertionError):
+        walk(groovy, RoughWalk, 6)
 
 
 @pytest.mark.parametrize("cls", [Twice, Sulking, Final])

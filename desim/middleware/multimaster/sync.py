@@ -30,6 +30,8 @@ _ASKED = {"masterContacts": CONTACTS, "listMethods": Sizes(264, 0, 795, 0),
           "md5Sums": Sizes(360, 48, 278, 158)}
 UPDATE_TIMEOUT_NS = 3_000_000_000  # sync_thread.py setdefaulttimeout
 
+Update = tuple[str, Uri, tuple[Uri, ...]]  # topic, subscriber, publishers
+
 
 class Copy:
     """The registrations of one remote master that stand in the own one, as of ``changed_ns``.
@@ -158,34 +160,30 @@ class Sync:
 
     def _write(self, copy: Copy, wanted: tuple[Registration, ...]) -> int:
         """Make one MultiCall to the own master: unregister old registrations, register new ones.
-        New subscribers of published topics then get the publishers, one after another. Returns the
-        number of new registrations."""
+        New subscribers of published topics then get the publishers of that moment, one after
+        another. Returns the number of new registrations."""
         old, copy.registrations = copy.registrations, dict.fromkeys(wanted)
         gone = [one for one in old if one not in copy.registrations]
         new = [one for one in copy.registrations if one not in old]
         if gone or new:
-            subscribers = [one for one in new if one[0] == Side.SUBSCRIBER]
             self._processes.rpc.call(
                 self._host, self._host, "master", "multicall", 0, ("multicall", gone, new),
-                lambda ok, _: self._update_publishers(subscribers))
+                lambda ok, updates: self._update_publishers(list(updates)))
         return len(new)
 
-    def _update_publishers(self, subscribers: list[Registration]) -> None:
+    def _update_publishers(self, updates: list[Update]) -> None:
         """Call publisherUpdate as if from the master (sync_thread.py 1.3.2; earlier versions made
-        the master call by a dummy publisher)."""
-        registry = self._processes.masters[self._host].registry
-        while subscribers:
-            _, topic, uri = subscribers.pop(0)
-            publishers = registry.of(registry.publishers, topic)
-            if publishers:
-                sizes = CALLS["publisherUpdate"]
-                self._processes.rpc.call(
-                    self._host, uri.host, uri.slave, "publisherUpdate",
-                    sizes.call + sizes.call_each * len(publishers),
-                    ("publisherUpdate", topic, publishers),
-                    lambda ok, _: self._update_publishers(subscribers),
-                    timeout_ns=UPDATE_TIMEOUT_NS, fresh=True)
-                return
+        the master call by a dummy publisher). What the master itself tells in the meantime is
+        newer."""
+        if updates:
+            topic, uri, publishers = updates.pop(0)
+            sizes = CALLS["publisherUpdate"]
+            self._processes.rpc.call(
+                self._host, uri.host, uri.slave, "publisherUpdate",
+                sizes.call + sizes.call_each * len(publishers),
+                ("publisherUpdate", topic, publishers),
+                lambda ok, _: self._update_publishers(updates),
+                timeout_ns=UPDATE_TIMEOUT_NS, fresh=True)
 
     def _rest(self, copy: Copy) -> None:
         if copy.timer is not None:
@@ -194,14 +192,14 @@ class Sync:
 
 
 def multicall(master: Master, gone: list[Registration], new: list[Registration]
-              ) -> tuple[Uri, ...]:
-    """The method of a master that ``Sync`` calls at its own."""
+              ) -> tuple[Update, ...]:
+    """The method of a master that ``Sync`` calls at its own. Returns the publishers that the new
+    subscribers have."""
     unregister = {Side.PUBLISHER: master.unregister_publisher,
                   Side.SUBSCRIBER: master.unregister_subscriber}
     register = {Side.PUBLISHER: master.register_publisher,
                 Side.SUBSCRIBER: master.register_subscriber}
     for side, topic, uri in gone:
         unregister[side](topic, uri)
-    for side, topic, uri in new:
-        register[side](topic, uri)
-    return ()
+    answers = [(side, (topic, uri, register[side](topic, uri))) for side, topic, uri in new]
+    return tuple(update for side, update in answers if side == Side.SUBSCRIBER and update[2])
