@@ -7,7 +7,7 @@ from pathlib import Path
 
 from desim.errors import InputError
 from desim.files import reading
-from desim.imports.terrains import building, gazebo, moving_ai, picture, svg
+from desim.imports.terrains import building, dxf, gazebo, moving_ai, picture, svg
 from desim.imports.terrains.found import Choices, FoundTerrain, ImportedPlan
 from desim.scenario import file_kinds
 from desim.scenario.file_kinds import FileKind, kind_of
@@ -25,12 +25,14 @@ _PLANS: dict[FileKind, Callable[[Path, Choices], ImportedPlan]] = {
     file_kinds.BUILDING: building.read,
     file_kinds.SDF: gazebo.read,
     file_kinds.SVG: svg.read,
+    file_kinds.DXF: dxf.read,
 }
 # The choices that a format leaves open, beside height and material.
 _OPEN = {file_kinds.BUILDING: {"level", "scale", "resolution_m"},
          file_kinds.SDF: {"resolution_m"},
          file_kinds.IMAGE: {"resolution_m"}, file_kinds.MOVING_AI: {"resolution_m"},
-         file_kinds.SVG: {"level", "scale", "resolution_m"}}
+         file_kinds.SVG: {"level", "scale", "resolution_m"},
+         file_kinds.DXF: {"level", "scale", "resolution_m"}}
 _OPTIONS = {"level": "--level", "resolution_m": "--resolution", "scale": "--scale"}
 
 

@@ -126,7 +126,9 @@ def test_curves_lie_where_they_should(data, on_it):
     (HEAD, "\n<path d='M0 0LX1 2'/>", {}, ":2: <path>: a number must stand in the path data at "
                                           "'X1 2'"),
     (HEAD, "\n<g transform='rotate(x)'/>", {}, ":2: <g>: transform rotate(x) cannot be read"),
-    (HEAD, "<text>no walls</text>", {}, ": no wall and no block found"),
+    (HEAD, "<text>no walls</text>", {}, ": no wall and no block found; a unit "
+     "is 0.01 m, as the width 20000mm says (--scale); 0 dark lines are walls as thick as they are "
+     "drawn, 0 dark shapes are solid; left out: 1 texts"),
     (HEAD, "<line x2='1e30' stroke='#000'/>", {}, ": (1e+28, 0) m is too far away; is the scale "
                                                   "right? (--scale)"),
     (HEAD, "<line x2='5000000' stroke='#000'/>", {}, ": 50000 m by 0 m; allowed: at most 10000 m a "
