@@ -33,7 +33,10 @@ HEADLESS = re.compile(r"(What|Who|Whom|Whose|Which|Where|When|How|Why|That|Luck)
 QUESTION = re.compile(r"[^.:]*\?")
 # Words that the field does not use, and what it says instead.
 DIALECT = {"maniest": "number", "whoever": "the one that", "hardly ever": "rarely",
-           "by luck": "at random"}
+           "by luck": "at random", "gives in": "saturates", "gave in": "saturated",
+           "spoilt": "obsolete", "in vain": "wasted", "told from chance": "significant",
+           "tell from chance": "significant", "as most often": "mostly",
+           "as nearly always": "mostly"}
 
 
 class Finding(NamedTuple):

@@ -77,8 +77,8 @@ def test_the_fastest_fleet_depends_on_the_seeds(table):
 def test_groups_of_fleets_are_compared_seed_by_seed(table, capsys):
     """Times fall to a half from one robot to 11, and to a quarter of that from 11 to 30; 26 robots
     take twice the time of 25 and 27 with one seed and as long with the other (p 1/2 and, twice by
-    Holm, 1/15; two seeds have no interval). The third seed lacks the largest fleets, and is the only one that the groups were chosen
-    before."""
+    Holm, 1/15; two seeds have no interval). The third seed lacks the largest fleets, and is the
+    only one that the groups were chosen before."""
     def time_s(robots, seed):
         return (800 if robots < 9 else 400 if robots < 14 else 100) * (
             2 if robots == 26 and seed == 1 else 1)

@@ -171,7 +171,7 @@ def test_the_kernels_report_attempts_only_where_rates_adapt():
 
 
 def test_each_receiver_gets_its_own_rate():
-    """At 42 m 24 Mb/s get through and 36 Mb/s do not: they are tried in vain, and may be what is
+    """At 42 m 24 Mb/s get through and 36 Mb/s do not: they are tried and lost, and may be what is
     chosen at any moment."""
     model = radio()
     air = Bench(model, {"far": (42, 0), "near": (5, 0), "sender": (0, 0)})
