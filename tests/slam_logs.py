@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.imports.slam_logs.carmen import CarmenLog
+from desim.imports.slam_logs.laser_log import LaserLog
 from desim.ports.localization import LaserGeometry
 from desim.robot.transforms import compose, motion_between
 
@@ -94,7 +94,7 @@ def made_log(walls, poses, laser=SICK, seed=1, scale=0.03, drift=0.02, jitter=0.
             (length, length, abs(true[2]) + 0.2 * length))
         motion[2] += drift * length
         odometry[k + 1] = compose(odometry[k], motion)
-    return CarmenLog(np.arange(len(poses)) * 0.2, odometry, ranges, laser.geometry)
+    return LaserLog(np.arange(len(poses)) * 0.2, odometry, ranges, laser.geometry)
 
 
 def carmen_text(log):

@@ -115,8 +115,10 @@ def _export_ros(recording: Recording, mcap: Path | None, bag: Path | None) -> No
                 say(f"{path.with_suffix(ending)}: {what}")
 
 
-def import_(path: Annotated[Path, typer.Argument(metavar="FILE", show_default=False, help=(
-                "an MCAP file, a bag of ROS 1, the folder of a bag of ROS 2, or a .db3 of it"))],
+def import_(paths: Annotated[list[Path], typer.Argument(
+                metavar="FILE...", show_default=False, help=(
+                    "an MCAP file, a bag of ROS 1, the folder of a bag of ROS 2, a .db3 of it, or "
+                    "TUM trajectories, a robot each"))],
             out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
             name: Annotated[str | None, typer.Option(
                 help="the run's name (default: the file's)", show_default=False)] = None,
@@ -128,7 +130,7 @@ def import_(path: Annotated[Path, typer.Argument(metavar="FILE", show_default=Fa
         with extra("recordings", "import"):
             from desim.imports.imported_run import import_recording
 
-        done = import_recording(path, out, name, topic)
+        done = import_recording(paths[0], out, name, topic, paths[1:])
         say("\n".join([*done.notes, f"results in {done.run.path}"]))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,13 +14,14 @@ import typer
 from desim.commands import completion
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
+from desim.commands.extras import extra
 from desim.commands.output import say, say_json
 from desim.commands.targets import writing_to
 from desim.errors import InputError, ModelError
 from desim.files import writing
 
 if TYPE_CHECKING:
-    from desim.imports.slam_logs.carmen import CarmenLog
+    from desim.imports.slam_logs.laser_log import LaserLog
     from desim.imports.slam_logs.slam_trial import SlamTrial
     from desim.robot.slam.settings import SlamSettings
 
@@ -27,7 +29,8 @@ _WARM_UP = 30  # scans: all kernels are compiled by then
 
 
 def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, help=(
-             "a log of CARMEN (FLASER, ROBOTLASER1 or RAWLASER1 lines), plain or .gz"))],
+             "a log of CARMEN (FLASER, ROBOTLASER1 or RAWLASER1 lines), plain or .gz; a recording "
+             "of ROS with LaserScan and odometry, as desim import reads it"))],
          localization: Annotated[str, typer.Option(
              metavar="NAME", autocompletion=completion.localization_names,
              help="gmapping, scan_matching, or a plug-in: odometry, 'package.module:Class'")
@@ -38,6 +41,9 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
          relations: Annotated[Path | None, typer.Option(
              metavar="FILE", show_default=False, help="true relative poses to compare with, lines "
                                                       "of t1 t2 x y z roll pitch yaw")] = None,
+         topic: Annotated[str | None, typer.Option(
+             metavar="TOPIC", show_default=False, help="of the laser scans, where a recording has "
+                                                       "several")] = None,
          particles: Annotated[int | None, typer.Option(
              min=1, max=1000, show_default="30", help="of gmapping")] = None,
          resolution: Annotated[float, typer.Option(min=0.02, max=2.0,
@@ -52,7 +58,6 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         from desim.commands.views.bars import counting
         from desim.commands.views.slam import outcome, text, title
         from desim.commands.views.terminal import Terminal
-        from desim.imports.slam_logs.carmen import read_carmen
         from desim.imports.slam_logs.map_memory import check_memory
         from desim.imports.slam_logs.relations import errors_of, read_relations
         from desim.plugins import bare
@@ -63,7 +68,7 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         default = Path("results") / "slam" / f"{log.name.split('.')[0] or 'log'}.png"
         check_ending(to or default)
         true = None if relations is None else read_relations(relations)
-        found = read_carmen(log)
+        found = _read(log, topic)
         if true is not None:  # a wrong file is refused before the work
             errors_of(found.times_s, found.odometry, true)
         if particles is not None and localization != "gmapping":
@@ -98,8 +103,26 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
             say(f"{title(heading)}\n{text(facts)}\n{target}")
 
 
+def _read(path: Path, topic: str | None) -> LaserLog:
+    """A recording of ROS, or else a log of CARMEN."""
+    from desim.imports.bag_folder import METADATA
+    from desim.imports.slam_logs.carmen import read_carmen
+    from desim.scenario import file_kinds
+
+    with suppress(OSError):  # what is not there, the reader of CARMEN names
+        kind = None if path.is_dir() else file_kinds.kind_of(path)
+        if (path / METADATA).is_file() or kind and kind.command == file_kinds.RECORDING:
+            with extra("recordings", "slam"):
+                from desim.imports.slam_logs.ros_scans import read_scans
+
+            return read_scans(path, topic)
+    if topic is not None:
+        raise InputError(f"--topic {topic}: a log of CARMEN has none")
+    return read_carmen(path)
+
+
 def _player(name: str, given: list[str], settings: SlamSettings, seed: int
-            ) -> Callable[[CarmenLog, Callable[[int, int], object]], SlamTrial]:
+            ) -> Callable[[LaserLog, Callable[[int, int], object]], SlamTrial]:
     """The player of a log. Our SLAM needs no contract of a plug-in, and places the scans between
     those that it processed. Raises ``InputError``."""
     from desim.engine.streams import Streams

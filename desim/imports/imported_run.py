@@ -7,6 +7,7 @@ import json
 import os
 import re
 import unicodedata
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -19,6 +20,7 @@ from desim.files import opened, refuse_link, writing
 from desim.imports.recording_content import RecordingContent
 from desim.imports.ros_content import read_ros
 from desim.imports.run_tables import LOGGED_DROP, ReplayedFleet, Tables, tables
+from desim.imports.tum import all_tum, read_tum
 from desim.results import identity, parquet
 from desim.results.file_names import MANIFEST, NAMES, SCENARIO, SUMMARY
 from desim.results.run import Run
@@ -40,28 +42,31 @@ class Imported(NamedTuple):
     notes: list[str]
 
 
-def import_recording(path: Path, out: Path, name: str | None = None, topic: str | None = None
-                     ) -> Imported:
+def import_recording(path: Path, out: Path, name: str | None = None, topic: str | None = None,
+                     others: Sequence[Path] = ()) -> Imported:
     """Make a run's folder, ``out/<name>/<id>``, of the trajectories, maps, paths and log of links
     in the MCAP file or bag at ``path``. ``name`` None: as the file is called, in ASCII. ``topic``
-    is a pattern for the topics of poses (None: all).
+    is a pattern for the topics of poses (None: all). ``path`` and ``others`` may be trajectories of
+    TUM, of a robot each.
 
     The manifest's status is ``imported``; such a run can be looked at, not repeated. A file that
     was cut short is read up to there, which the notes say. Raises ``InputError`` for a file that
     cannot be read or has no trajectories, and a folder that cannot be written.
     """
-    content = read_ros(path, topic)
+    paths = [path, *others]
+    content = read_tum(paths) if all_tum(paths) else read_ros(path, topic)
     _check(path, content)
     fleet = ReplayedFleet(content)
     made = tables(fleet)
     source = path.resolve()
     about: Json = {
-        "status": RunStatus.IMPORTED, "source": source.name, "digest": None, "seed": None,
-        "name": _run_name(name or source.stem), "run_id": _digest(source), "events": 0,
+        "status": RunStatus.IMPORTED, "digest": None, "seed": None,
+        "source": ", ".join(one.resolve().name for one in paths),
+        "name": _run_name(name or source.stem), "run_id": _digest(*paths), "events": 0,
         "simulated_s": fleet.end_ns / NS_PER_S, "desim_version": identity.versions()["desim"],
         "broken": content.broken}
     folder = _written(out / about["name"] / about["run_id"], about, made, _scenario(fleet),
-                      _summary(source.name, fleet))
+                      _summary(about["source"], fleet))
     return Imported(Run(folder), _notes(fleet, made))
 
 
@@ -89,10 +94,10 @@ def _check(path: Path, content: RecordingContent) -> None:
                          "some only")
 
 
-def _digest(path: Path) -> str:
-    """A hash of the file's content, of all files' in a folder."""
+def _digest(*paths: Path) -> str:
+    """A hash of the files' content, of all files' in a folder."""
     digest = hashlib.sha256()
-    for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
+    for file in sorted(paths[0].rglob("*")) if paths[0].is_dir() else paths:
         if file.is_file():
             with opened(file) as content:
                 while part := content.read(_CHUNK):

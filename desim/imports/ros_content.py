@@ -54,6 +54,7 @@ class FrameReader:
 
     def __init__(self) -> None:
         self.clock, self.frames = RecordingClock(), FrameTree()
+        self.turned: set[str] = set()  # frames whose z axis points down in their parents
 
     def take_transforms(self, read: TopicMessage) -> None:
         """Add the transforms of a message to the frames. Static ones hold always: their stamps are
@@ -63,6 +64,8 @@ class FrameReader:
             moved = one.transform
             row = (one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/"),
                    moved.translation.x, moved.translation.y, yaw_of(moved.rotation))
+            if moved.rotation.x ** 2 + moved.rotation.y ** 2 > 0.5:
+                self.turned.add(row[1])
             if static:
                 self.frames.add(ALWAYS_NS, *row)
             else:

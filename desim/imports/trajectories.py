@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,13 +41,11 @@ def tracks(path: Path, topics: Mapping[str, TopicPoses], frames: FrameTree, by_f
     such frame above it. Raises ``InputError`` for two of one name."""
     found = {}
     for topic, (frame, rows) in topics.items():
-        table = sorted(rows)
-        times_ns, first = np.unique([row[0] for row in table], return_index=True)
-        poses = np.array(table, float)[first, 1:]
+        times_ns, poses = in_order([row[0] for row in rows], np.array(rows, float)[:, 1:])
         found[topic] = Trajectory(topic, times_ns, frames.within(frame, poses, times_ns))
     for frame in frames.children() if by_frames and not topics else ():
         times_ns = np.unique(frames.times_ns(frame))
-        if _is_base(frame) and len(times_ns) and not any(map(_is_base, frames.ancestors(frame))):
+        if is_base(frame) and len(times_ns) and not any(map(is_base, frames.ancestors(frame))):
             found[frame] = Trajectory(frame, times_ns, frames.within(
                 frame, np.zeros((len(times_ns), 3)), times_ns))
     named: dict[str, Trajectory] = {}
@@ -60,7 +58,14 @@ def tracks(path: Path, topics: Mapping[str, TopicPoses], frames: FrameTree, by_f
     return dict(sorted(named.items(), key=lambda item: natural_key(item[0])))
 
 
-def _is_base(frame: str) -> bool:
+def in_order(times_ns: Sequence[int], poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Poses by ascending times; of those at one time, the first."""
+    times, first = np.unique(np.array(times_ns, np.int64), return_index=True)
+    return times, poses[first]
+
+
+def is_base(frame: str) -> bool:
+    """Whether a frame is called as that of a robot."""
     return frame.rpartition("/")[2] in BASES
 
 

@@ -18,7 +18,8 @@ from unittest.mock import patch
 
 from desim.compiler.kernel import CompiledKernel
 from desim.engine.streams import Streams
-from desim.imports.slam_logs.carmen import CarmenLog, read_carmen
+from desim.imports.slam_logs.carmen import read_carmen
+from desim.imports.slam_logs.laser_log import LaserLog
 from desim.imports.slam_logs.slam_trial import play
 from desim.ports import Pose2D
 from desim.robot.slam import particle_filter, shared_maps
@@ -39,11 +40,11 @@ class Setting(NamedTuple):
     """A log, and the width of a cell to map it with."""
 
     name: str
-    log: CarmenLog
+    log: LaserLog
     resolution_m: float
 
 
-def made_ring() -> CarmenLog:
+def made_ring() -> LaserLog:
     """Once around a block in corridors 8 m wide, with the laser of the maze: 180 beams, 26 m."""
     sys.path.append(str(ROOT / "tests"))
     from slam_logs import Laser, made_log, ring, way
@@ -53,7 +54,7 @@ def made_ring() -> CarmenLog:
                     Laser(180, 190.0, 26.0))
 
 
-def every_second_beam(log: CarmenLog) -> CarmenLog:
+def every_second_beam(log: LaserLog) -> LaserLog:
     """180 beams of 361, 1 degree apart."""
     return log._replace(ranges=log.ranges[:, :-1:2].copy(),
                         laser=log.laser._replace(increment_rad=2.0 * log.laser.increment_rad))
@@ -96,7 +97,7 @@ def _row(setting: Setting, kind: str) -> Row:
     return row | {PARTS_COLUMN: parts(new, log)}
 
 
-def parts(new: Callable[[], particle_filter.ParticleSlam], log: CarmenLog) -> str:
+def parts(new: Callable[[], particle_filter.ParticleSlam], log: LaserLog) -> str:
     """The share of each kernel in the time of processed scans; Python is what is left."""
     with timed_kernels() as spent_s:
         whole_s = 0.0

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from desim.imports.slam_logs.carmen import CarmenLog
+from desim.imports.slam_logs.laser_log import LaserLog
 from desim.imports.slam_logs.relations import Relations, errors_of
 from desim.imports.slam_logs.slam_trial import SlamTrial
 
 
-def outcome(log: CarmenLog, trial: SlamTrial, relations: Relations | None) -> dict[str, object]:
+def outcome(log: LaserLog, trial: SlamTrial, relations: Relations | None) -> dict[str, object]:
     """The facts of a trial. With relations: ``translation_m`` and ``rotation_deg`` of the final
     path, and the same of the pose as it was known then (``online``) and of the ``odometry``."""
     facts: dict[str, object] = {

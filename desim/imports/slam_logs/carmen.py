@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.errors import InputError, printable
+from desim.imports.slam_logs.laser_log import LaserLog
 from desim.imports.slam_logs.number_words import finite
 from desim.ports.localization import LaserGeometry
 from desim.robot.transforms import compose, motion_between
@@ -45,23 +46,6 @@ _NO_RETURN = 0.98
 _SAME_M, _SAME_RAD = 0.01, 0.01  # a laser is mounted where its pose on the robot varies no more
 
 
-class CarmenLog(NamedTuple):
-    """A log: ``times_s`` [scans], ``odometry`` [scans, 3] of the laser (x m, y m, yaw rad),
-    ``ranges`` [scans, beams] in m, and the laser's geometry. ``warnings``: all that is implausible,
-    with file and line."""
-
-    times_s: np.ndarray
-    odometry: np.ndarray
-    ranges: np.ndarray
-    laser: LaserGeometry
-    warnings: tuple[str, ...] = ()
-
-    def first(self, scans: int) -> CarmenLog:
-        """The log of its first scans."""
-        return self._replace(times_s=self.times_s[:scans], odometry=self.odometry[:scans],
-                             ranges=self.ranges[:scans])
-
-
 class _Scan(NamedTuple):
     time_s: float
     laser: list[float]
@@ -71,7 +55,7 @@ class _Scan(NamedTuple):
     where: str  # file and line
 
 
-def read_carmen(path: Path) -> CarmenLog:
+def read_carmen(path: Path) -> LaserLog:
     """A log of CARMEN, plain or compressed with gzip. Raises ``InputError`` with file and line.
 
     Where a log has scans of both kinds, those of the kind that comes first are taken; those without
@@ -230,7 +214,7 @@ def _beams(words: list[str], where: str) -> tuple[np.ndarray, tuple[float, float
     return np.array(finite(ranges, where, kind)), (first, increment, longest), at
 
 
-def _log(scans: list[_Scan], longest_m: float) -> CarmenLog:
+def _log(scans: list[_Scan], longest_m: float) -> LaserLog:
     """The arrays of all scans. The poses are the laser's own, as those of published relations."""
     ranges = np.array([scan.ranges for scan in scans])
     first, increment, said_m = scans[0].angles
@@ -247,5 +231,5 @@ def _log(scans: list[_Scan], longest_m: float) -> CarmenLog:
     off = np.abs(mounts - mount)
     if (off[:, :2] > _SAME_M).any() or (off[:, 2] > _SAME_RAD).any():
         mount = np.zeros(3)  # the laser's pose is not odometry: somebody has corrected it
-    return CarmenLog(np.array([scan.time_s for scan in scans]), compose(robot, mount), ranges,
+    return LaserLog(np.array([scan.time_s for scan in scans]), compose(robot, mount), ranges,
                      LaserGeometry(first, increment, longest_m=_NO_RETURN * longest_m))

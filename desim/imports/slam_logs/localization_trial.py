@@ -10,7 +10,7 @@ import numpy as np
 from desim import plugins
 from desim.engine.streams import Streams
 from desim.errors import InputError, below
-from desim.imports.slam_logs.carmen import CarmenLog
+from desim.imports.slam_logs.laser_log import LaserLog
 from desim.imports.slam_logs.log_robot import LogRobot
 from desim.imports.slam_logs.slam_trial import SlamTrial, whole_path
 from desim.ports.localization import Localization
@@ -44,7 +44,7 @@ def localization_for_logs(name: str, given: Mapping[str, object]) -> Callable[[]
     return new
 
 
-def play_localization(localization: Localization, log: CarmenLog, settings: SlamSettings,
+def play_localization(localization: Localization, log: LaserLog, settings: SlamSettings,
                       streams: Streams, clock: Callable[[], float],
                       done: Callable[[int, int], object] = lambda part, whole: None) -> SlamTrial:
     """Feed a log to a plug-in that is new; ``clock`` and ``done`` as of ``slam_trial.play``.

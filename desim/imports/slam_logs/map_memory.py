@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from desim.errors import InputError
-from desim.imports.slam_logs.carmen import CarmenLog
+from desim.imports.slam_logs.laser_log import LaserLog
 from desim.robot.slam.kernels.tiles import CELLS
 
 _MOST_BYTES = 1e9
@@ -17,7 +17,7 @@ _CELL_BYTES = 2 + 2 + 1
 _TILE_BYTES = 2 * 2 * 4
 
 
-def check_memory(path: Path, log: CarmenLog, resolution_m: float, particles: int) -> None:
+def check_memory(path: Path, log: LaserLog, resolution_m: float, particles: int) -> None:
     """Raises ``InputError`` unless the maps of all particles fit into memory, by the odometry of
     ``log`` and the laser's range."""
     low, high = log.odometry[:, :2].min(0).tolist(), log.odometry[:, :2].max(0).tolist()

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from desim.imports.slam_logs.carmen import CarmenLog
+from desim.imports.slam_logs.laser_log import LaserLog
 from desim.robot.slam.particle_filter import GridMap, ParticleSlam
 from desim.robot.transforms import compose, motion_between, wrapped
 
@@ -35,7 +35,7 @@ class SlamTrial(NamedTuple):
     map: GridMap
 
 
-def play(slam: ParticleSlam, log: CarmenLog, clock: Callable[[], float],
+def play(slam: ParticleSlam, log: LaserLog, clock: Callable[[], float],
          done: Callable[[int, int], object] = lambda part, whole: None) -> SlamTrial:
     """Feed a log to a SLAM that is new. ``clock``: CPU time in s | ``done(part, whole)``: called
     now and then."""
@@ -56,7 +56,7 @@ def play(slam: ParticleSlam, log: CarmenLog, clock: Callable[[], float],
                      slam.map())
 
 
-def whole_path(nodes: np.ndarray, log: CarmenLog, processed: np.ndarray, locate: Locate,
+def whole_path(nodes: np.ndarray, log: LaserLog, processed: np.ndarray, locate: Locate,
                done: Callable[[int], object] = lambda scan: None) -> np.ndarray:
     """The path at all scans: ``nodes`` [processed, 3] at processed ones. ``locate`` places each
     scan in between, beginning where the odometry puts it between its two neighbours."""
