@@ -9,6 +9,8 @@ from matplotlib.figure import Figure
 from desim.errors import InputError
 from desim.files import target
 
+ENDINGS = (".png", ".pdf", ".svg")
+
 
 def save(figure: Figure, path: Path) -> None:
     """Write ``figure``. Raises ``InputError`` as ``check_ending`` does, and for a file that cannot
@@ -20,6 +22,5 @@ def save(figure: Figure, path: Path) -> None:
 
 def check_ending(path: Path) -> None:
     """Refuse an ending that is no picture's. Raises ``InputError``."""
-    endings = Figure().canvas.get_supported_filetypes()
-    if path.suffix.removeprefix(".").lower() not in endings:
-        raise InputError(f"--to: {path} does not end like a picture; allowed: .png, .pdf, .svg")
+    if path.suffix.lower() not in ENDINGS:
+        raise InputError(f"--to: {path} does not end like a picture; allowed: {', '.join(ENDINGS)}")

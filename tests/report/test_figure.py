@@ -121,6 +121,7 @@ def test_a_partition_is_shaded_and_named(run, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("file", "complaint"), [
     ("figure.txt", "{} does not end like a picture; allowed: .png, .pdf, .svg"),
+    ("figure.pgf", "{} does not end like a picture; allowed: .png, .pdf, .svg"),
     ("no/figure.png", "{} cannot be written: No such file or directory"),
 ])
 def test_a_file_that_cannot_be_a_picture(run, tmp_path, file, complaint):
