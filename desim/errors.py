@@ -26,6 +26,18 @@ class InputError(DesimError):
         return "\n".join(str(line) for line in self.args)
 
 
+@contextmanager
+def extra(name: str, what: str) -> Iterator[None]:
+    """For imports: raises ``InputError`` that names the extra ``name`` where a package of it is not
+    installed, and ``what`` needs it."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        package = str(error.name).partition(".")[0]
+        raise InputError(f"{what}: {package} is not installed; "
+                         f"pip install 'desim[{name}]'") from error
+
+
 def unwritable(place: object, error: OSError) -> InputError:
     """A file or folder that cannot be written, and the system's reason."""
     return InputError(f"{place} cannot be written: {error.strerror or error}")

@@ -12,8 +12,8 @@ import typer
 from desim.commands.arguments import RunPath, Trust
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes, reading
-from desim.commands.extras import extra
 from desim.commands.output import say
+from desim.errors import extra
 
 if TYPE_CHECKING:
     from desim.results.recording import Recording

@@ -12,9 +12,8 @@ import typer
 from desim.commands.arguments import Overrides, Quiet, ScenarioPath, Until
 from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.exit_codes import command_line, exit_codes
-from desim.commands.extras import extra
 from desim.commands.output import say
-from desim.errors import InputError
+from desim.errors import InputError, extra
 
 if TYPE_CHECKING:
     from desim.commands.views.terminal import Terminal

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -15,10 +16,14 @@ from desim.errors import InputError, first_line
 from desim.files import content_below
 from desim.results import maps, tables
 from desim.results.file_names import MANIFEST, MAPS, NAMES, SCENARIO, SUMMARY
+from desim.results.frames import data_frame
 from desim.results.seal import MOST_BYTES, Json, manifest_of, parsed, wrong_with
 from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
 from desim.scenario.schema.scenario import Scenario
+
+if TYPE_CHECKING:
+    import pandas
 
 
 class Run(InNotebooks):
@@ -88,6 +93,10 @@ class Run(InNotebooks):
         these only). A missing value is None among words and NaN among numbers."""
         with readable(self.file(f"{name}.parquet")) as file:
             return arrays(tables.read(file, names))
+
+    def to_pandas(self, table: str = "samples") -> pandas.DataFrame:
+        """A ``table`` as a data frame. Raises ``InputError`` where pandas is not installed."""
+        return data_frame(self.table(table))
 
     def has(self, name: str) -> bool:
         """Whether the run has left this file. If it has gone since, ``file`` says so: a missing

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,9 +14,13 @@ from desim.campaign.folder import table
 from desim.campaign.folder.design_copy import kept_design
 from desim.campaign.folder.run_folders import run_folders
 from desim.errors import InputError
+from desim.results.frames import data_frame
 from desim.results.run import Run, arrays
 from desim.results.shown import InNotebooks
 from desim.results.status import RunStatus
+
+if TYPE_CHECKING:
+    import pandas
 
 
 class Campaign(InNotebooks):
@@ -37,6 +42,10 @@ class Campaign(InNotebooks):
     def runs(self) -> dict[str, np.ndarray]:
         """The table of all runs that are done, failed ones too, by column."""
         return arrays(table.read(self.path / "runs.parquet"))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The same table as a data frame. Raises ``InputError`` where pandas is not installed."""
+        return data_frame(self.runs)
 
     def run(self, run_id: str) -> Run:
         """One of its runs. Raises ``InputError`` where there is no folder of it."""
