@@ -14,10 +14,9 @@ import typer
 from desim.commands import completion
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes
-from desim.commands.extras import extra
 from desim.commands.output import say, say_json
 from desim.commands.targets import writing_to
-from desim.errors import InputError, ModelError
+from desim.errors import InputError, ModelError, extra
 from desim.files import writing
 
 if TYPE_CHECKING:
