@@ -109,3 +109,58 @@ def test_a_folder_that_cannot_be_written(new, tmp_path):
     assert new("hello", "--force") == (2, ["hello.yaml cannot be written: Is a directory; another "
                                            "folder: --to FOLDER"])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "hello.yaml"]
+
+
+PLAN = """<svg viewBox='0 0 100 60'><rect x='5' y='5' width='90' height='50' fill='none'
+stroke='black'/><line x1='50' y1='5' x2='50' y2='40' stroke='black'/></svg>"""
+
+
+def test_a_scenario_on_a_floor_plan_of_one_s_own(new, tmp_path):
+    (tmp_path / "office.svg").write_text(PLAN)
+    code, lines = new("--from", "office.svg", "--scale", "0.1", "--robots", "turtlebot3_burger")
+    assert (code, lines) == (0, [
+        "note: 2 dark lines are walls as thick as they are drawn, 0 dark shapes are solid",
+        "wrote office_fleet.yaml", "play it: desim run office_fleet.yaml"])
+    text = (tmp_path / "office_fleet.yaml").read_text()
+    assert text.startswith("# The terrain is that of office.svg; see docs/maps.md.\n"
+                           "name: office_fleet\nenvironment:\n")
+    assert "# What to change next: the network" in text
+    fleet = load("office_fleet.yaml").scenario.fleet
+    assert (fleet.size, fleet.robots) == (2, "turtlebot3_burger")
+    assert all(0.5 < pose.x_m < 9.5 and -5.5 < pose.y_m < -0.5 for pose in fleet.start.poses)
+    assert new("--from", "office.svg", "--scale", "0.1") == (2, [
+        "office_fleet.yaml: already there; allowed: another name (desim new NAME --from FILE), "
+        "another folder (--to FOLDER), or --force to replace it"])
+    assert new("mine", "--from", "office.svg", "--scale", "0.1", "--to", "a/b")[1][-1] == (
+        "play it: desim run a/b/mine.yaml")
+
+
+def test_what_its_comments_propose_can_be_run(new, tmp_path):
+    (tmp_path / "office.svg").write_text(PLAN)
+    assert new("--from", "office.svg", "--scale", "0.1")[0] == 0
+    lines = (tmp_path / "office_fleet.yaml").read_text().splitlines()
+    proposed = [line.removeprefix("# ") for line in lines
+                if line.startswith(("# network:", "# coordination:", "# stop:"))]
+    (tmp_path / "changed.yaml").write_text("\n".join([*lines, *proposed]))
+    assert load("changed.yaml").scenario.coordination.strategy == "minpos"
+    assert len(proposed) == 3
+
+
+def test_a_map_comes_with_a_scenario_on_an_image(new, tmp_path):
+    from PIL import Image, ImageDraw
+
+    image = Image.new("L", (100, 60), 255)
+    ImageDraw.Draw(image).rectangle((5, 5, 95, 55), outline=0, width=2)
+    image.save(tmp_path / "hall.png")
+    assert new("--from", "hall.png", "--resolution", "0.1")[1][-2:] == [
+        "wrote hall_fleet.yaml, and beside it hall_fleet.map.pgm, hall_fleet.map.yaml",
+        "play it: desim run hall_fleet.yaml"]
+    assert load("hall_fleet.yaml").scenario.fleet.size == 2
+
+
+def test_a_scenario_on_a_wrong_file(new, tmp_path):
+    (tmp_path / "notes.txt").write_text("Dear diary")
+    assert new("--from", "notes.txt")[1][0].startswith("notes.txt: no terrain; allowed: a map of R")
+    assert new("--from", "notes.txt", "--robots", "pioner3dx")[1][0].startswith(
+        "--robots: unknown type 'pioner3dx' (did you mean 'pioneer3dx'?); allowed: pioneer3dx, ")
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -27,8 +28,13 @@ def listing() -> str:
 
 def next_steps(to: Path, written: Texts) -> str:
     """The written files, and the command that plays the first of them."""
-    first, *others = written
-    beside = f", and beside it {', '.join(str(to / file) for file in others)}" if others else ""
-    name = first.with_suffix("").as_posix()
+    name = next(iter(written)).with_suffix("").as_posix()
     command = next(one.command for one in shipped() if one.name == name)
-    return f"wrote {to / first}{beside}\nplay it: {command} {shlex.quote(str(to / first))}"
+    return written_steps([to / file for file in written], command)
+
+
+def written_steps(files: Sequence[Path], command: str = "desim run") -> str:
+    """Files that were written, and the command that plays the first of them."""
+    first, *others = map(str, files)
+    beside = f", and beside it {', '.join(others)}" if others else ""
+    return f"wrote {first}{beside}\nplay it: {command} {shlex.quote(first)}"

@@ -13,7 +13,7 @@ from desim.imports.terrains.found import FoundTerrain, Point
 from desim.imports.terrains.found import written as written_point
 from desim.ports import Params
 from desim.scenario import yaml12
-from desim.scenario.schema.environment import MapFile
+from desim.scenario.schema.environment import MapFile, Shape
 from desim.scenario.source_places import Data
 from desim.world.terrain import Terrain
 
@@ -21,14 +21,31 @@ _CELL_M = 0.1  # in which free ground is searched, unless the terrain has cells 
 _NEAREST_M = 0.3  # from a wall: more than the radius of a robot to start with
 _APART_M = 1.5
 _MAP_CELL_M = 0.05  # as map savers of ROS have it
+_MOST_PARTS = 5000  # walls and blocks, which a scenario has room for
+_TEXT = """\
+# The terrain is that of {origin}; see docs/maps.md.
+{name}{environment}\
+# At places far from walls. More robots: raise size, and name a pose for each of them, or take
+# start: {{from: [x, y], step: [dx, dy]}}. Other types: docs/robots.md.
+{fleet}\
+# What to change next: the network, as in
+# network: {{media: {{lan: {{model: switch, rate: 1 Mb/s}}}}}}
+# the strategy (desim plugins lists all), as in
+# coordination: {{strategy: minpos}}
+# and the end, as in
+# stop: {{explored: 99 %, elapsed: 30 min}}
+"""
 _FREE, _OCCUPIED = 254, 0  # greys, as map savers of ROS write them
 
 
-def write_scenario(found: FoundTerrain, origin: str, path: Path) -> list[Path]:
-    """Write a scenario whose terrain this is, ``origin`` in a comment; a raster as a map beside
-    it. Returns the files. Raises ``InputError``."""
+def write_scenario(found: FoundTerrain, origin: str, path: Path, robots: str = "pioneer3dx"
+                   ) -> list[Path]:
+    """Write a scenario whose terrain this is, ``origin`` in a comment; a raster, or a plan of very
+    many walls, as a map beside it. Returns the files. Raises ``InputError``."""
     written, source = [path], found.source
-    if source is None:
+    poses = [dict(zip("xy", written_point(point), strict=True)) for point in starts(found.terrain)]
+    if source is None or (isinstance(source, Shape)
+                          and len(source.walls) + len(source.polygons) > _MOST_PARTS):
         image = path.with_name(f"{path.stem}.map.pgm")
         written += write_map(found.terrain, image)
         source = MapFile(map=image.with_suffix(".yaml").name)
@@ -37,11 +54,12 @@ def write_scenario(found: FoundTerrain, origin: str, path: Path) -> list[Path]:
     environment: Data = {"terrain": _given(source)}
     if found.doors:
         environment["doors"] = [_given(door) for door in found.doors]
-    poses = [dict(zip("xy", written_point(point), strict=True)) for point in starts(found.terrain)]
-    text = yaml12.dump({"name": path.stem, "environment": environment,
-                        "fleet": {"size": len(poses), "start": {"poses": poses}}})
     with target(path, "--to") as beside:
-        beside.write_text(f"# The terrain is that of {origin}; see docs/maps.md.\n{text}")
+        beside.write_text(_TEXT.format(
+            origin=origin, name=yaml12.dump({"name": path.stem}),
+            environment=yaml12.dump({"environment": environment}),
+            fleet=yaml12.dump({"fleet": {"size": len(poses), "robots": robots,
+                                         "start": {"poses": poses}}})))
     return written
 
 
