@@ -178,8 +178,9 @@ def _hosts(scenario: Scenario, _: Folder) -> Found:
 def _known_names(scenario: Scenario, _: Folder) -> Found:
     hosts = host_names(scenario) if scenario.faults else ()
     for i, fault in enumerate(scenario.faults):
-        if fault.host not in hosts:
-            yield ("faults", i, "host"), unknown("host", fault.host, hosts)
+        what, known = ("robot", robot_names(scenario)) if fault.kind == "stuck" else ("host", hosts)
+        if fault.host not in known:
+            yield ("faults", i, "host"), unknown(what, fault.host, known)
     robots = robot_names(scenario) if scenario.robot.passive else ()
     for i, name in enumerate(scenario.robot.passive):
         if name not in robots:
@@ -187,20 +188,24 @@ def _known_names(scenario: Scenario, _: Folder) -> Found:
 
 
 def _faults(scenario: Scenario, _: Folder) -> Found:
-    """Outages of one host come one after the other."""
-    before: dict[str, tuple[int, Fault]] = {}
+    """Faults of one host and kind come one after the other."""
+    before: dict[tuple[str, str], tuple[int, Fault]] = {}
     # sorted by time; where two begin together the one that is written later is wrong
     for i, fault in sorted(enumerate(scenario.faults), key=lambda item: item[1].at_ns):
-        number, earlier = before.get(fault.host, (None, None))
+        number, earlier = before.get((fault.host, fault.kind), (None, None))
+        begins, has = _VERBS[fault.kind]
         if earlier is not None and not _over(earlier, fault.at_ns):
             until = ("for good" if earlier.down_for_ns is None else
                      f"until {DURATION.format(earlier.at_ns + earlier.down_for_ns)}")
             yield ("faults", i), (
-                f"{fault.host} is to stop at {DURATION.format(fault.at_ns)}, but faults.{number} "
-                f"has stopped it at {DURATION.format(earlier.at_ns)} {until}; allowed: one after "
+                f"{fault.host} is to {begins} at {DURATION.format(fault.at_ns)}, but "
+                f"faults.{number} {has} it at {DURATION.format(earlier.at_ns)} {until}; allowed: one after "
                 "the other")
         if earlier is None or _over(earlier, fault.at_ns):
-            before[fault.host] = i, fault
+            before[fault.host, fault.kind] = i, fault
+
+
+_VERBS = {"stop": ("stop", "has stopped"), "stuck": ("be stuck", "holds")}
 
 
 def _over(fault: Fault, time_ns: int) -> bool:

@@ -6,7 +6,7 @@ paper does; in ``field`` each robot's computer runs one for its own body.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from fractions import Fraction
 from functools import partial
 from typing import NamedTuple
@@ -69,14 +69,16 @@ def copied_by_processes(prefix: str, own: Equipment, processes: SubscribingProce
 
 class Driver(Node):
     """Sensors and motors of ``robots`` (indices into ``world.robots``). ``equipment`` [world's
-    robots]: what each of the world's robots carries."""
+    robots]: what each of the world's robots carries. ``stuck``: the robots whose drive is blocked
+    now."""
 
     def __init__(self, host: Host, world: World, robots: Sequence[int],
-                 equipment: Sequence[Equipment]) -> None:
+                 equipment: Sequence[Equipment], stuck: Collection[int]) -> None:
         super().__init__(host, "driver")
         self.robots = tuple(robots)
         self._world = world
         self._equipment = equipment
+        self._stuck = stuck
         # Of each kind that one of the robots here has, by its index among those of the fleet.
         self._scans: dict[int, tuple[Laser, Readings]] = {}
         self._sonars: dict[int, tuple[Sonar, Readings]] = {}
@@ -175,6 +177,6 @@ class Driver(Node):
     def drive(self) -> None:
         """Pass on the velocities that have come since the last call."""
         for latest, message in self._commands.news():
-            twist = message.content
-            self._world.command(self._motors[latest], twist.forward_mps, twist.left_mps,
-                                twist.turn_radps)
+            robot, twist = self._motors[latest], message.content
+            if robot not in self._stuck:
+                self._world.command(robot, twist.forward_mps, twist.left_mps, twist.turn_radps)

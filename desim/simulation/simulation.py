@@ -123,6 +123,7 @@ class Simulation:
         for host_plan in self.plan:
             self.graph.host(host_plan.name).software = partial(self.nodes, host_plan=host_plan)
         self._outages: Counter[str] = Counter()  # that keep a host down
+        self._stuck: set[int] = set()  # robots whose drive is blocked
         self.graph.listeners["out_of_memory"] = self._out_of_memory
         for number, fault in enumerate(scenario.faults):
             self.kernel.process(self._outage(fault), Phase.WORLD,
@@ -164,7 +165,7 @@ class Simulation:
         nodes: list[Node] = []
         robot_map: RobotMap | None = None
         if host_plan.drives:
-            driver = Driver(host, self.world, host_plan.drives, self._equipment)
+            driver = Driver(host, self.world, host_plan.drives, self._equipment, self._stuck)
             self._drivers[host.name] = driver
             nodes.append(driver)
             nodes += self._odometry_transforms(host, host_plan)
@@ -259,7 +260,19 @@ class Simulation:
 
     def _outage(self, fault: Fault) -> Generator[int, None, None]:
         yield fault.at_ns
-        yield from self._down(fault.host, fault.down_for_ns)
+        last = self._held if fault.kind == "stuck" else self._down
+        yield from last(fault.host, fault.down_for_ns)
+
+    def _held(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
+        """Block the drive of a robot: it brakes, and follows no command until it is free."""
+        robot = self.world.robots.index(name)
+        self._stuck.add(robot)
+        self.world.command(robot, 0.0, 0.0, 0.0)
+        self.trace.row(self.kernel.now_ns, self.names.id("stuck"), self.names.id(name))
+        if for_ns is not None:
+            yield for_ns
+            self._stuck.discard(robot)
+            self.trace.row(self.kernel.now_ns, self.names.id("freed"), self.names.id(name))
 
     def _down(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
         """Stop a host, and start it again when the last of its outages has ended."""

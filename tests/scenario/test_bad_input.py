@@ -623,6 +623,13 @@ WRONG = {
         "faults: [{at: 5 s, host: robot_0}, {at: 5 s, host: robot_0, down_for: 1 s}]", [
             "2:36: faults.1: robot_0 is to stop at 5 s, but faults.0 has stopped it at 5 s for "
             "good; allowed: one after the other"]),
+    "a host that is stuck": ("faults: [{kind: stuck, at: 5 s, host: workstation}]", [
+        "2:39: faults.0.host: unknown robot 'workstation'; allowed: robot_0"]),
+    "stuck twice at once": (
+        "faults: [{kind: stuck, at: 5 s, host: robot_0, down_for: 9 s}, {at: 6 s, host: robot_0}, "
+        "{kind: stuck, at: 8 s, host: robot_0}]", [
+            "2:90: faults.2: robot_0 is to be stuck at 8 s, but faults.0 holds it at 5 s until "
+            "14 s; allowed: one after the other"]),
     "overlapping faults": (
         "faults: [{at: 9 s, host: robot_0}, {at: 5 s, host: robot_0, down_for: 4 s}, "
         "{at: 6 s, host: workstation}]", [

@@ -21,6 +21,7 @@ _RECOVERIES = {Recovery.REPLAN: "plans again", Recovery.ROTATE: "turns",
                Recovery.CONSERVATIVE_RESET: "forgets what is far",
                Recovery.AGGRESSIVE_RESET: "forgets what is near, too"}
 _PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
+          "stuck": "{} is stuck", "freed": "{} is free again",
           "goal_aborted": "{} gives up its goal", "stop": "the run ends",
           "map_redrawn": "{} corrects its path, and draws its map anew"}
 _FULL = "full"  # in the reasons queue_full, outbox_full, ...

@@ -264,8 +264,12 @@ class StationaryHost(Params):
 
 
 class Fault(Params):
-    """A host stops, and starts again with empty memory."""
+    """A host stops, and starts again with empty memory; or a robot is stuck."""
 
-    at_ns: Duration = Field(description="when it stops")
-    host: str = Field(description="a robot, one of hosts, or in testbed the workstation")
-    down_for_ns: Period | None = Field(None, description="null: for good")
+    kind: Literal["stop", "stuck"] = Field("stop", description=(
+        "stop: the host stops, and starts again with empty memory | stuck: the drive of a robot is "
+        "blocked: it brakes and stands, and its software goes on"))
+    at_ns: Duration = Field(description="when it begins")
+    host: str = Field(description=(
+        "a robot, or for a stop one of hosts, or in testbed the workstation"))
+    down_for_ns: Period | None = Field(None, description="how long it lasts; null: for good")
