@@ -77,8 +77,10 @@ TWINS = [
     Twin(lambda: tcp.lossy(tcp.PROMPT[1:2], seeds=3), nagle_anyway),
     Twin(lambda: tcp.lossy(tcp.LOSSY[2:3], seeds=1), no_selective_acknowledgements),
     Twin(lambda: tcp.lossy(tcp.LOSSY[6:7], seeds=9), no_nagle),
+    Twin(lambda: tcp.lossy(tcp.PROMPT[5:6], seeds=5), no_selective_acknowledgements),
     Twin(lambda: tcp.lossy(tcp.PROMPT[6:7], seeds=5), no_selective_acknowledgements),
     Twin(lambda: tcp.lossy(tcp.PROMPT[7:8], seeds=9), half_the_window),
+    Twin(lambda: tcp.lossy(tcp.PROMPT[8:9], seeds=9), half_the_window),
 ]
 
 
