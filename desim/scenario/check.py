@@ -199,8 +199,8 @@ def _faults(scenario: Scenario, _: Folder) -> Found:
                      f"until {DURATION.format(earlier.at_ns + earlier.down_for_ns)}")
             yield ("faults", i), (
                 f"{fault.host} is to {begins} at {DURATION.format(fault.at_ns)}, but "
-                f"faults.{number} {has} it at {DURATION.format(earlier.at_ns)} {until}; allowed: one after "
-                "the other")
+                f"faults.{number} {has} it at {DURATION.format(earlier.at_ns)} {until}; allowed: "
+                "one after the other")
         if earlier is None or _over(earlier, fault.at_ns):
             before[fault.host, fault.kind] = i, fault
 

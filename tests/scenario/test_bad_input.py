@@ -276,7 +276,7 @@ WRONG = {
         "2:16: measure.on.0: 'collison' is not allowed (did you mean 'collision'?); allowed: "
         "explored_10pct, collision, recovery, partition"]),
     "missing key": ("faults: [{host: robot_0}]", [
-        "2:10: faults.0: the key 'at' is missing: when it stops"]),
+        "2:10: faults.0: the key 'at' is missing: when it begins"]),
     "misspelt required key": ("fleet: {start: {fil: a.csv}}", [
         "2:17: fleet.start.fil: unknown key (did you mean 'file'?); allowed: file, snap"]),
     "one coordinate": ("hosts: {base: {at: [1 m]}}", [

@@ -23,7 +23,7 @@ def runs(repository, tmp_path_factory):
 
 
 def way_mm(recording, robot, from_s, until_s):
-    """What a robot drives between two instants."""
+    """The way of a robot between two instants."""
     at = (recording.poses.times_ns >= from_s * NS_PER_S) & (
         recording.poses.times_ns <= until_s * NS_PER_S)
     places = recording.poses.xy_mm[at, recording.robots.index(robot)].astype(float)
