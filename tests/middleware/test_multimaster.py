@@ -370,8 +370,8 @@ def test_a_call_that_sync_has_given_up_still_tells_its_old_list(monkeypatch):
 
 def test_sync_tells_the_list_of_its_multicall(monkeypatch):
     """b subscribes to 30 topics of c, of which c's sync informs it for 1.2 s, one after another. a
-    publishes the last one, too, which its own master and c's tell b in the meantime; sync then tells b
-    the old list. Twin: it tells that of the moment."""
+    publishes the last one, too, which its own master and c's tell b in the meantime; sync then
+    tells b the old list. Twin: it tells that of the moment."""
     def known_of_a():
         thirty = net({
             "a": lambda node: node.after(S * 3 // 2, lambda _: node.advertise("/t29"), None),
