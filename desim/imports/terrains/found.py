@@ -15,6 +15,7 @@ from desim.world.sources import MAX_SIDE_M
 from desim.world.terrain import Terrain
 
 Point = tuple[float, float]
+NEAREST_M = 0.3  # of a start to a wall: more than the radius of a robot to start with
 
 
 class Choices(NamedTuple):
@@ -36,6 +37,14 @@ def material_of(choices: Choices, default: str) -> int:
     return materials.index(choices.material or default, "--material")
 
 
+class Start(NamedTuple):
+    """The pose that a robot of a world starts at."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
 class FoundTerrain(NamedTuple):
     """A terrain, and how a scenario names it: ``source``, None where it is a raster that has to be
     written as a map first. ``doors`` stand open where they are left out. ``notes`` say what was
@@ -45,6 +54,7 @@ class FoundTerrain(NamedTuple):
     source: MapFile | Shape | None
     doors: tuple[Door, ...] = ()
     notes: tuple[str, ...] = ()
+    starts: tuple[Start, ...] = ()
 
 
 class ImportedPlan:

@@ -7,7 +7,15 @@ from pathlib import Path
 
 from desim.errors import InputError
 from desim.files import reading
-from desim.imports.terrains import building, dxf, gazebo, moving_ai, picture, svg
+from desim.imports.terrains import (
+    building,
+    dxf,
+    gazebo,
+    moving_ai,
+    picture,
+    stage,
+    svg,
+)
 from desim.imports.terrains.found import Choices, FoundTerrain, ImportedPlan
 from desim.scenario import file_kinds
 from desim.scenario.file_kinds import FileKind, kind_of
@@ -19,6 +27,7 @@ from desim.world import sources
 _GRIDS: dict[FileKind, Callable[[Path, Choices], FoundTerrain]] = {
     file_kinds.IMAGE: picture.read,
     file_kinds.MOVING_AI: moving_ai.read,
+    file_kinds.STAGE: stage.read,
 }
 # A plan of walls and blocks, from a file.
 _PLANS: dict[FileKind, Callable[[Path, Choices], ImportedPlan]] = {
@@ -29,7 +38,7 @@ _PLANS: dict[FileKind, Callable[[Path, Choices], ImportedPlan]] = {
 }
 # The choices that a format leaves open, beside height and material.
 _OPEN = {file_kinds.BUILDING: {"level", "scale", "resolution_m"},
-         file_kinds.SDF: {"resolution_m"},
+         file_kinds.SDF: {"resolution_m"}, file_kinds.STAGE: {"resolution_m"},
          file_kinds.IMAGE: {"resolution_m"}, file_kinds.MOVING_AI: {"resolution_m"},
          file_kinds.SVG: {"level", "scale", "resolution_m"},
          file_kinds.DXF: {"level", "scale", "resolution_m"}}
@@ -58,9 +67,9 @@ def formats() -> list[FileKind]:
 def _read(path: Path, kind: FileKind, choices: Choices) -> FoundTerrain:
     if kind == file_kinds.MAP_SERVER:
         return _of_map(path, choices)
-    if kind in _GRIDS:
-        return _GRIDS[kind](path, choices)
     try:
+        if kind in _GRIDS:
+            return _GRIDS[kind](path, choices)
         plan = _PLANS[kind](path, choices)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None

@@ -9,23 +9,23 @@ import numpy as np
 
 from desim.errors import InputError
 from desim.files import target
-from desim.imports.terrains.found import FoundTerrain, Point
+from desim.imports.terrains.found import NEAREST_M, FoundTerrain, Point, Start
 from desim.imports.terrains.found import written as written_point
 from desim.ports import Params
 from desim.scenario import yaml12
 from desim.scenario.schema.environment import MapFile, Shape
 from desim.scenario.source_places import Data
+from desim.units import ANGLE
 from desim.world.terrain import Terrain
 
 _CELL_M = 0.1  # in which free ground is searched, unless the terrain has cells of its own
-_NEAREST_M = 0.3  # from a wall: more than the radius of a robot to start with
 _APART_M = 1.5
 _MAP_CELL_M = 0.05  # as map savers of ROS have it
 _MOST_PARTS = 5000  # walls and blocks, which a scenario has room for
 _TEXT = """\
 # The terrain is that of {origin}; see docs/maps.md.
 {name}{environment}\
-# At places far from walls. More robots: raise size, and name a pose for each of them, or take
+# At {places}. More robots: raise size, and name a pose for each of them, or take
 # start: {{from: [x, y], step: [dx, dy]}}. Other types: docs/robots.md.
 {fleet}\
 # What to change next: the network, as in
@@ -43,7 +43,7 @@ def write_scenario(found: FoundTerrain, origin: str, path: Path, robots: str = "
     """Write a scenario whose terrain this is, ``origin`` in a comment; a raster, or a plan of very
     many walls, as a map beside it. Returns the files. Raises ``InputError``."""
     written, source = [path], found.source
-    poses = [dict(zip("xy", written_point(point), strict=True)) for point in starts(found.terrain)]
+    poses = [_pose(start) for start in found.starts or starts(found.terrain)]
     if source is None or (isinstance(source, Shape)
                           and len(source.walls) + len(source.polygons) > _MOST_PARTS):
         image = path.with_name(f"{path.stem}.map.pgm")
@@ -56,11 +56,19 @@ def write_scenario(found: FoundTerrain, origin: str, path: Path, robots: str = "
         environment["doors"] = [_given(door) for door in found.doors]
     with target(path, "--to") as beside:
         beside.write_text(_TEXT.format(
-            origin=origin, name=yaml12.dump({"name": path.stem}),
+            origin=origin, places=("the robots' poses there" if found.starts else
+                                   "places far from walls"), name=yaml12.dump({"name": path.stem}),
             environment=yaml12.dump({"environment": environment}),
             fleet=yaml12.dump({"fleet": {"size": len(poses), "robots": robots,
                                          "start": {"poses": poses}}})))
     return written
+
+
+def _pose(place: Start | Point) -> Data:
+    pose: Data = dict(zip("xy", written_point(place[:2]), strict=True))
+    if isinstance(place, Start):
+        pose["heading"] = ANGLE.format(round(place.heading_rad, 6))
+    return pose
 
 
 def _given(block: Params) -> Data:
@@ -83,13 +91,13 @@ def starts(terrain: Terrain) -> list[Point]:
     clear_m = distance_transform_edt(np.pad(largest, 1))[1:-1, 1:-1] * grid.resolution_m
     places: list[Point] = []
     rows, cols = np.indices(clear_m.shape)
-    while len(places) < 2 and clear_m.max() > _NEAREST_M:
+    while len(places) < 2 and clear_m.max() > NEAREST_M:
         row, col = np.unravel_index(clear_m.argmax(), clear_m.shape)
         places.append((grid.x_m + (col + 0.5) * grid.resolution_m,
                        grid.y_m + (row + 0.5) * grid.resolution_m))
         clear_m[np.hypot(rows - row, cols - col) * grid.resolution_m < _APART_M] = 0.0
     if not places:
-        raise InputError(f"--to: no place of {terrain.name!r} is {_NEAREST_M:g} m from all walls; "
+        raise InputError(f"--to: no place of {terrain.name!r} is {NEAREST_M:g} m from all walls; "
                          "is its scale right?")
     return places
 
