@@ -19,6 +19,7 @@ from desim.commands import (
     pictures,
     plugins,
     results,
+    robots,
     runs,
     scenarios,
     slam,
@@ -53,7 +54,7 @@ def desim(version: Annotated[bool, typer.Option(
 _UNREAD = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
 
 # In the order of the help.
-for command in (scenarios.new, maps.map_, runs.run, pictures.view,
+for command in (scenarios.new, maps.map_, robots.robot, runs.run, pictures.view,
                 communication.trace, communication.why,
                 results.diff, pictures.figure, communication.graph, results.ls, results.check,
                 results.compare,

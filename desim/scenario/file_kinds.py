@@ -30,6 +30,7 @@ SVG = FileKind("an SVG drawing", MAP)
 DXF = FileKind("a DXF drawing", MAP)
 URDF = FileKind("a robot description (URDF)", ROBOT)
 ROS_PARAMETERS = FileKind("a file of ROS parameters", ROBOT)
+LAUNCH = FileKind("a launch file of ROS 1", ROBOT)
 MCAP = FileKind("an MCAP file", RECORDING)
 ROS_1_BAG = FileKind("a bag of ROS 1", RECORDING)
 ROS_2_DATABASE = FileKind("a database of ROS 2 (.db3)", RECORDING)
@@ -45,13 +46,15 @@ _BY_BYTES = [(MCAP, rb"\x89MCAP0\r\n"), (ROS_1_BAG, rb"#ROSBAG V"),
              (DXF, rb"AutoCAD Binary DXF|AC10\d\d|(?:\s*999\r?\n[^\n]*\n)*\s*0\r?\n\s*SECTION"),
              (MOVING_AI, rb"(?:type\s+\w+\s+)?height\s+\d+\s+width\s+\d+\s+map\b"),
              (TUM, rb"(?:\s*#[^\n]*\n)*\s*" + rb"[ \t]+".join([_NUMBER] * 8) + rb"\s*?(?:\n|\Z)")]
-_BY_ROOT = {b"sdf": SDF, b"gazebo": SDF, b"world": SDF, b"svg": SVG, b"robot": URDF}
+_BY_ROOT = {b"sdf": SDF, b"gazebo": SDF, b"world": SDF, b"svg": SVG, b"robot": URDF,
+            b"launch": LAUNCH}
 _ROOT = re.compile(rb"\s*(?:<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>|\s)*"
                    rb"<(?:\w+:)?(\w+)", re.DOTALL)
 _BY_LINE = [(CARMEN, rb"^(?:FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM) "),
             (MAP_SERVER, rb"^image\s*:.*^resolution\s*:|^resolution\s*:.*^image\s*:"),
             (BUILDING, rb"^levels\s*:"),
-            (ROS_PARAMETERS, rb"^\s+ros__parameters\s*:|^\w*costmap\w*\s*:|^footprint\s*:"),
+            (ROS_PARAMETERS, rb"^\s+ros__parameters\s*:|^\w*costmap\w*\s*:|^footprint\s*:|"
+             rb"^\w+PlannerROS\s*:|^(?:controller_frequency|min_frontier_size)\s*:"),
             (STAGE, rb"^\s*(?:define\s+\w+\s+\w+|floorplan|include\s+\"|\w+)\s*\(")]
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from desim.errors import InputError
-from desim.scenario import check, merge, plugin_choices, validation_cache, yaml12
+from desim.scenario import check, file_kinds, merge, plugin_choices, validation_cache, yaml12
 from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete, lay_on_given_media
 from desim.scenario.schema.fleet import StartFile
@@ -73,6 +73,9 @@ def scenario_document(file: str) -> merge.Document:
     if "base" in document[0] and "base" not in Scenario.model_fields:
         raise InputError(f"{document[1].where('base')}: this is a design, of many runs: desim "
                          f"sweep {file}")
+    if not document[0].keys() & Scenario.model_fields.keys() and (
+            advice := file_kinds.advice(file)):
+        raise InputError(f"{file}: no scenario; {advice}")
     return document
 
 

@@ -1,0 +1,1 @@
+"""Robots in the formats of other programs, one module a format."""

@@ -1,0 +1,196 @@
+"""``desim robot``: robots in the files of other programs, as types of robots."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from desim.cli import app
+from desim.scenario.load import load
+
+URDF = """\
+<robot name="box">
+  <link name="base_link">
+    <collision><origin xyz="0 0 0.1"/><geometry><box size="0.4 0.2 0.2"/></geometry></collision>
+  </link>
+  <link name="mast"/>
+  <link name="laser"/>
+  <joint name="a" type="fixed"><parent link="base_link"/><child link="mast"/>
+    <origin xyz="0.1 0 0.2" rpy="0 0 1.5707963267948966"/></joint>
+  <joint name="b" type="fixed"><parent link="mast"/><child link="laser"/>
+    <origin xyz="0.02 0 0.05"/></joint>
+  <gazebo reference="laser"><sensor type="ray" name="scan"><update_rate>10</update_rate>
+    <ray><scan><horizontal><samples>181</samples><min_angle>-1</min_angle><max_angle>1</max_angle>
+    </horizontal></scan><range><min>0.1</min><max>8</max></range></ray></sensor></gazebo>
+</robot>
+"""
+NAV2 = """\
+controller_server:
+  ros__parameters:
+    controller_frequency: 20.0
+    FollowPath: {max_vel_x: 0.4, max_vel_theta: 1.0, acc_lim_x: 3.0, vx_samples: 7}
+    goal_checker: {xy_goal_tolerance: 0.3, yaw_goal_tolerance: 0.2}
+velocity_smoother:
+  ros__parameters: {max_velocity: [0.3, 0.0, 2.0], max_accel: [2.5, 0.0, 3.2]}
+behavior_server:
+  ros__parameters: {max_rotational_vel: 0.1}
+docking_server:
+  ros__parameters: {controller_frequency: 50.0}
+local_costmap:
+  local_costmap:
+    ros__parameters:
+      footprint: "[[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]]"
+      inflation_layer: {inflation_radius: 0.5}
+global_costmap:
+  global_costmap:
+    ros__parameters: {robot_radius: 0.9, inflation_layer: {inflation_radius: 0.9}}
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "box.urdf").write_text(URDF)
+    (tmp_path / "nav2.yaml").write_text(NAV2)
+    return tmp_path
+
+
+def done(*words):
+    result = CliRunner().invoke(app, ["robot", *words])
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def refused(*words):
+    result = CliRunner().invoke(app, list(words))
+    assert (result.exit_code, result.stdout) == (2, "")
+    return result.stderr.strip()
+
+
+def read(*words):
+    return {key: value for key, (value, _) in json.loads(done(*words, "--json"))["read"].items()}
+
+
+def test_what_it_prints_of_a_description():
+    assert done("box.urdf") == """\
+box.urdf: a robot description (URDF)
+
+box:
+  footprint                  (-0.2 m, -0.1 m), (0.2 m, -0.1 m), (0.2 m, 0.1 m), (-0.2 m, 0.1 m)  \
+(box.urdf:1:1)
+  height                     0.2 m  (box.urdf:1:1)
+  robot.laser.beams          181  (box.urdf:11:1)
+  robot.laser.field_of_view  2 rad  (box.urdf:11:1)
+  robot.laser.max_range      8 m  (box.urdf:11:1)
+  robot.laser.height         0.25 m  (box.urdf:11:1)
+  robot.laser.x              0.1 m  (box.urdf:11:1)
+  robot.laser.y              0.02 m  (box.urdf:11:1)
+  robot.laser.yaw            1.5708 rad  (box.urdf:11:1)
+  robot.laser.rate           10 Hz  (box.urdf:11:1)
+
+at their defaults:
+  body: drive, altitude, clearance, max_speed, max_turn, acceleration, turn_acceleration, \
+command_timeout
+  robot.navigation: control_rate, local_rate, local_size, local_resolution, inflation_radius, \
+inflation_scaling, sim_time, speed_samples, turn_samples, goal_tolerance, recovery, stuck_after, \
+give_up_after, planner_patience, controller_patience, oscillation_timeout, oscillation_distance, \
+conservative_reset, sensor_timeout, transform_tolerance, keep_right, clearance, path_weight, \
+goal_weight, obstacle_weight
+  robot.laser: noise, pose
+"""
+
+
+def test_parameters_of_nav2():
+    """The lowest limit, the local costmap, no limit of other manoeuvres."""
+    assert read("nav2.yaml") == {
+        "footprint": [["-0.2 m", "-0.1 m"], ["0.2 m", "-0.1 m"], ["0.2 m", "0.1 m"],
+                      ["-0.2 m", "0.1 m"]],
+        "max_speed": "0.3 m/s", "max_turn": "1 rad/s", "acceleration": "2.5 m/s^2",
+        "turn_acceleration": "3.2 rad/s^2", "robot.navigation.control_rate": "20 Hz",
+        "robot.navigation.speed_samples": 7, "robot.navigation.goal_tolerance": "0.3 m",
+        "robot.navigation.inflation_radius": "0.5 m"}
+
+
+def test_keys_without_counterpart_have_their_places():
+    unused = json.loads(done("nav2.yaml", "--json"))["no_counterpart"]
+    assert unused == {
+        "controller_server": [["goal_checker.yaw_goal_tolerance", "nav2.yaml:5:44"]],
+        "behavior_server": [["max_rotational_vel", "nav2.yaml:9:21"]],
+        "docking_server": [["controller_frequency", "nav2.yaml:11:21"]]}
+
+
+def test_one_line_takes_the_file_into_a_scenario(here):
+    done("box.urdf", "nav2.yaml", "--name", "my_box", "--to", "my_box.yaml")
+    (here / "s.yaml").write_text("name: s\nextends: my_box.yaml\n")
+    fleet = load("s.yaml").scenario.fleet
+    kind = fleet.types["my_box"]
+    assert (fleet.robots, kind.max_speed_mps, kind.height_m) == ("my_box", 0.3, 0.2)
+    assert kind.robot.laser.max_range_m == 8.0
+
+
+def test_move_base_and_explore(here):
+    (here / "move.yaml").write_text("""\
+controller_frequency: 5.0
+base_local_planner: dwa_local_planner/DWAPlannerROS
+TrajectoryPlannerROS: {max_vel_x: 0.1, holonomic_robot: false}
+DWAPlannerROS: {max_vel_x: 0.5, controller_frequency: 20.0, oscillation_timeout: 0}
+controller_patience: 3.0
+""")
+    (here / "explore.launch").write_text("""\
+<launch><node pkg="explore_lite" type="explore" name="explore">
+<param name="planner_frequency" value="0.33"/><param name="min_frontier_size" value="0.75"/>
+</node></launch>
+""")
+    assert read("move.yaml", "explore.launch") == {
+        "max_speed": "0.5 m/s", "robot.navigation.control_rate": "5 Hz",
+        "robot.navigation.controller_patience": "3 s", "robot.navigation.recovery": "move_base",
+        "robot.exploration.rate": "0.33 Hz", "robot.exploration.min_frontier": "0.75 m"}
+
+
+WRONG = {
+    "xacro": ("a.xacro", "<robot><xacro:include filename='b'/></robot>",
+              "a.xacro: has xacro:include, which desim does not expand; make a URDF of it with: "
+              "xacro a.xacro > robot.urdf"),
+    "number of xacro": (
+        "a.urdf", "<robot><link name='a'><collision>\n<geometry><box size='${x} 1 1'/></geometry>"
+        "</collision></link></robot>",
+        "a.urdf:2: '${x} 1 1' is for xacro, which desim does not expand; make a URDF of it with: "
+        "xacro a.urdf > robot.urdf"),
+    "unknown link": (
+        "a.urdf", "<robot><link name='a'/>\n<joint name='j'><parent link='a'/><child link='b'/>"
+        "</joint></robot>", "a.urdf:2: joint j: there is no link 'b'"),
+    "circle": (
+        "a.urdf", "<robot><link name='a'/><joint name='j'><parent link='a'/><child link='a'/>"
+        "</joint></robot>", "a.urdf: must have one link that is no joint's child, has none"),
+    "no numbers": (
+        "a.urdf", "<robot><link name='a'><visual><geometry><sphere/></geometry></visual></link>"
+        "</robot>", "a.urdf:1: sphere: must have 1 number, got ''"),
+    "footprint": (
+        "a.yaml", 'footprint: "[[0.1, 0.2], x]"',
+        "a.yaml:1:1: footprint: must be a list of at least 3 corners, e.g. [[0.2, 0.2], [0.2, "
+        "-0.2], [-0.2, 0]], got '[[0.1, 0.2], x]'"),
+    "footprint beside the robot": (
+        "a.yaml", "footprint: [[1, 1], [2, 1], [2, 2]]",
+        "a.yaml:1:1: fleet.types.a.footprint: must have (0 m, 0 m) inside, the point around which "
+        "the robot turns"),
+    "nothing known": (
+        "a.yaml", "map_merge: {merging_rate: 0.5}",
+        "a.yaml: has no key with a counterpart in a type of robot (docs/robots.md), has "
+        "merging_rate"),
+    "a building": (
+        "a.yaml", "levels: {}",
+        "a.yaml: no robot; it looks like a building of the traffic editor, which desim map reads; "
+        "allowed: a robot description (URDF), a file of ROS parameters, a launch file of ROS 1"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_wrong_files(here, case):
+    name, content, message = WRONG[case]
+    (here / name).write_text(content)
+    assert refused("robot", name) == message
+
+
+def test_parameters_in_place_of_a_scenario_are_one_complaint():
+    assert refused("run", "nav2.yaml") == (
+        "nav2.yaml: no scenario; it looks like a file of ROS parameters, which desim robot reads")
