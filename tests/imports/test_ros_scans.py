@@ -43,9 +43,9 @@ def transform(stamp_ns, parent, child, pose, turned=None):
         child_frame_id=child, transform=moved)])
 
 
-def recorded(folder, log, odometry=True, mount=MOUNT, turned=None, first=0):
-    """A recording in which the robot's odometry is that of the log, with the laser at ``mount``.
-    Scans are half-way between readings of the odometer in time."""
+def recorded(folder, log, odometry=True, mount=MOUNT, turned=None, first=0, again=False):
+    """A recording in which the robot's odometry is that of the log, with the laser at ``mount``
+    (``again``: said beside each pose, too)."""
     with Writer(folder, version=8, storage_plugin=StoragePlugin.MCAP) as out:
         links = {}
 
@@ -64,6 +64,9 @@ def recorded(folder, log, odometry=True, mount=MOUNT, turned=None, first=0):
                         "geometry_msgs/msg/PoseWithCovariance", pose=TYPES.pose(*pose))))
             else:
                 put("/tf", TF_MESSAGE, time_ns, transform(time_ns, "odom", "base_link", pose))
+            if again:  # as by a publisher of static transforms in ROS 1
+                put("/tf", TF_MESSAGE, time_ns, transform(time_ns + 30_000_000, "base_link",
+                                                          "laser", mount))
             if k < first:
                 continue
             ranges = np.where(ranges < log.laser.longest_m, ranges, math.inf).astype(np.float32)
@@ -74,9 +77,10 @@ def recorded(folder, log, odometry=True, mount=MOUNT, turned=None, first=0):
     return folder
 
 
+@pytest.mark.parametrize("again", [False, True])
 @pytest.mark.parametrize("odometry", [True, False])
-def test_poses_are_those_of_the_laser(tmp_path, log, odometry):
-    found = read_scans(recorded(tmp_path / "lab", log, odometry), None)
+def test_poses_are_those_of_the_laser(tmp_path, log, odometry, again):
+    found = read_scans(recorded(tmp_path / "lab", log, odometry, again=again), None)
     assert found.warnings == ()
     assert np.abs(found.odometry - compose(log.odometry, np.array(MOUNT))).max() < 1e-6
     met = log.ranges < log.laser.longest_m

@@ -130,14 +130,16 @@ class _Scans(FrameReader):
                 return times_ns, poses, warnings
             return times_ns, compose(poses, self.frames.within(
                 frame, np.zeros((len(times_ns), 3)), times_ns, base)), warnings
-        top = next((one for one in above if one.rpartition("/")[2] == _ODOM), None)
-        times_ns = self.frames.times_ns(frame)
-        if top is None or not len(times_ns):
+        chain = [frame, *above]
+        at = next((k for k, one in enumerate(chain) if one.rpartition("/")[2] == _ODOM), 0)
+        # The robot's frame moves; frames on the robot may be repeated at other times.
+        times_ns = self.frames.times_ns(chain[at - 1]) if at else np.empty(0, np.int64)
+        if not len(times_ns):
             raise InputError(f"{self._path}: no odometry; wanted: a topic with Odometry, or "
                              f"transforms from {_ODOM} to {frame}, the frame of the laser")
         times_ns = np.unique(times_ns)
         return times_ns, self.frames.within(frame, np.zeros((len(times_ns), 3)), times_ns,
-                                            top), warnings
+                                            chain[at]), warnings
 
     def is_upside_down(self, frame: str) -> bool:
         """Whether a laser is mounted so that its beams turn clockwise."""
