@@ -162,6 +162,10 @@ WRONG = {
     "circle": (
         "a.urdf", "<robot><link name='a'/><joint name='j'><parent link='a'/><child link='a'/>"
         "</joint></robot>", "a.urdf: must have one link that is no joint's child, has none"),
+    "circle beside the robot": (
+        "a.urdf", "<robot><link name='a'/><link name='b'/><link name='c'/><joint name='j'><parent "
+        "link='b'/><child link='c'/></joint><joint name='k'><parent link='c'/><child link='b'/>"
+        "</joint></robot>", "a.urdf: joints in a circle, between b, c"),
     "no numbers": (
         "a.urdf", "<robot><link name='a'><visual><geometry><sphere/></geometry></visual></link>"
         "</robot>", "a.urdf:1: sphere: must have 1 number, got ''"),

@@ -183,6 +183,8 @@ class _Description:
             for child, origin in below.get(name, ()):
                 poses[child] = poses[name] @ origin
                 waiting.append(child)
+        if loose := [name for name in self._links if name not in poses]:
+            raise InputError(f"{self._path}: joints in a circle, between {', '.join(loose)}")
         base = next((poses[name] for name in ("base_footprint", "base_link") if name in poses),
                     poses[roots[0]])
         return {name: np.linalg.inv(base) @ pose for name, pose in poses.items()}
