@@ -36,12 +36,13 @@ def facts(kind: FileKind, found: FoundTerrain) -> Facts:
     terrain = found.terrain
     x0, y0, x1, y1 = terrain.bounds
     cell_m = _CELL_M if terrain.raster is None else terrain.raster.resolution_m
-    parts_m2 = _parts_m2(terrain.truth(terrain.grid(cell_m)) == 0, cell_m)
+    free = terrain.truth(terrain.grid(cell_m)) == 0
+    parts_m2 = _parts_m2(free, cell_m)
     lengths_m = np.hypot(*(terrain.walls[:, 2:] - terrain.walls[:, :2]).T)
     return {"format": kind.name, "width_m": round(x1 - x0, 3), "depth_m": round(y1 - y0, 3),
             "from_m": [round(x0, 3), round(y0, 3)], "walls": len(terrain.walls),
             "walls_m": round(float(lengths_m.sum()), 1), "doors": len(found.doors),
-            "free_m2": round(sum(parts_m2), 1), "free_parts_m2": parts_m2[:10],
+            "free_m2": round(float(free.sum()) * cell_m ** 2, 1), "free_parts_m2": parts_m2[:10],
             "notes": list(found.notes)}
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +31,14 @@ class Area(NamedTuple):
         a, b = self.box, other.box
         return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
+    def holds(self, point: Point) -> bool:
+        """Whether a point lies inside."""
+        winding = 0
+        for x1, y1, x2, y2, number in self.edges(1):
+            if y1 <= point[1] < y2 and x1 + (point[1] - y1) * (x2 - x1) / (y2 - y1) < point[0]:
+                winding += number
+        return bool(winding % 2 if self.even_odd else winding)
+
     def edges(self, number: int) -> list[tuple[float, float, float, float, int]]:
         """Those that are not level: x and y of the lower end and of the upper one, and the number
         of this area with the sign of the edge's direction."""
@@ -36,6 +46,36 @@ class Area(NamedTuple):
                 for ring in self.rings
                 for (x1, y1), (x2, y2) in zip(ring, (*ring[1:], ring[0]), strict=True)
                 if abs(y2 - y1) > _HAIR]
+
+
+def visible(start: Point, end: Point, width: float, over: Sequence[Area],
+            ) -> list[tuple[Point, Point]]:
+    """The parts of a line of a width that no one of the areas ``over`` it covers to both sides."""
+    (x1, y1), (dx, dy) = start, (end[0] - start[0], end[1] - start[1])
+    length = math.hypot(dx, dy)
+    if not over or length < _HAIR:
+        return [(start, end)]
+    cuts = {0.0, 1.0}
+    for ring in (ring for area in over for ring in area.rings):
+        for (x3, y3), (x4, y4) in zip(ring, (*ring[1:], ring[0]), strict=True):
+            across = dx * (y4 - y3) - dy * (x4 - x3)
+            if abs(across) > _HAIR * _HAIR:
+                along = ((x3 - x1) * (y4 - y3) - (y3 - y1) * (x4 - x3)) / across
+                other = ((x3 - x1) * dy - (y3 - y1) * dx) / across
+                if 0.0 < along < 1.0 and 0.0 <= other <= 1.0:
+                    cuts.add(along)
+    aside = -dy / length * width / 2, dx / length * width / 2
+    parts: list[tuple[Point, Point]] = []
+    for low, high in pairwise(sorted(cuts)):
+        x, y = x1 + dx * (low + high) / 2, y1 + dy * (low + high) / 2
+        if any(area.holds((x + aside[0], y + aside[1])) and area.holds((x - aside[0], y - aside[1]))
+               for area in over):
+            continue
+        first, last = ((x1 + dx * share, y1 + dy * share) for share in (low, high))
+        if parts and parts[-1][1] == first:
+            first = parts.pop()[0]
+        parts.append((first, last))
+    return parts
 
 
 def trapezoids(area: Area, over: Sequence[Area]) -> Iterator[list[Point]]:

@@ -9,12 +9,15 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
+
+import numpy as np
 
 from desim import outside_xml
 from desim.errors import InputError, did_you_mean
 from desim.imports.terrains import svg_path, svg_style
-from desim.imports.terrains.areas import Area, trapezoids
+from desim.imports.terrains.areas import Area, trapezoids, visible
 from desim.imports.terrains.curves import Affine, circle, turned
 from desim.imports.terrains.found import Choices, ImportedPlan, Point
 from desim.imports.terrains.picture import HEIGHT_M, MATERIAL
@@ -55,7 +58,7 @@ class _Drawing:
             raise InputError(f"--level {choices.level}: {path} has no such layer or id"
                              f"{did_you_mean(choices.level, [*self._layers, *self._by_id])}; "
                              f"layers: {', '.join(self._layers) or 'none'}")
-        self._walls: list[tuple[list[Point], float]] = []
+        self._walls: list[tuple[list[Point], float, int]] = []  # with the number of areas below
         self._areas: list[tuple[bool, Area]] = []
         self._left_out: Counter[str] = Counter()
         self._elements = 0
@@ -108,8 +111,8 @@ class _Drawing:
         if fill and rings:
             return
         if stroke and width > 0.0:
-            self._walls += [([*points, points[0]] if is_closed else points, scale * width)
-                            for points, is_closed in chains]
+            self._walls += [([*points, points[0]] if is_closed else points, scale * width,
+                             len(self._areas)) for points, is_closed in chains]
         elif stroke is False:
             self._left_out["pale lines"] += 1
 
@@ -162,9 +165,16 @@ class _Drawing:
         """Add all walls and blocks to a plan, with notes."""
         height_m = self._choices.height_m or HEIGHT_M
         material = self._choices.material or MATERIAL
-        for points, width_m in self._walls:
-            for start, end in zip(points, points[1:], strict=False):
-                plan.wall(start, end, width_m, height_m, material)
+        pale = [(number_, area, np.array(area.box)) for number_, (is_dark, area)
+                in enumerate(self._areas) if not is_dark]
+        boxes = np.array([box for *_, box in pale]).reshape(-1, 4)
+        for points, width_m, below in self._walls:
+            for ends in pairwise(points):
+                low, high = np.min(ends, axis=0), np.max(ends, axis=0)
+                near = np.flatnonzero(((boxes[:, :2] <= high) & (boxes[:, 2:] >= low)).all(axis=1))
+                over = [pale[i][1] for i in near.tolist() if pale[i][0] >= below]
+                for start, end in visible(*ends, width_m, over):
+                    plan.wall(start, end, width_m, height_m, material)
         dark = 0
         for number_, (is_dark, area) in enumerate(self._areas):
             if not is_dark:

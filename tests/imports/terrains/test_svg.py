@@ -70,6 +70,14 @@ def test_rooms_painted_on_a_dark_house_are_free(tmp_path):
     assert area == pytest.approx(100.0 - 64.0) and len(corners(found)) == 4
 
 
+def test_a_door_painted_over_a_wall_is_open(tmp_path):
+    """But a room beside it, whose pale ground covers half of the line's width, leaves the wall."""
+    found = read(tmp_path, """<rect width='50' height='9' y='-4' fill='#eee'/>
+        <line x2='1000' stroke='#000' stroke-width='8'/><rect y='0' width='1000' height='500'
+        fill='#eee'/><rect x='200' y='-6' width='100' height='12' fill='#eee'/>""")
+    assert [(x1, x2) for x1, _, x2, _, _ in walls(found)] == [(0.0, 2.0), (3.0, 10.0)]
+
+
 def test_walls_drawn_as_one_path_with_a_hole(tmp_path):
     for rule in ("fill-rule='evenodd' d='M0 0h1000v1000h-1000z M100 100h800v800h-800z'",
                  "d='M0 0h1000v1000h-1000z M100 100v800h800v-800z'"):
