@@ -30,6 +30,8 @@ class ModelFiles:
         here = world.absolute().parent
         self.here = ModelFolder(here)
         self._places = [self.here, ModelFolder(here, _MODELS), ModelFolder(here.parent, _MODELS)]
+        if here.parent.name == _MODELS:  # a model alone, which names itself
+            self._places.append(ModelFolder(here.parent))
         self._read: dict[tuple[ModelFolder, str], bytes] = {}
 
     def content(self, uri: str, own: ModelFolder) -> tuple[ModelFolder, str, bytes]:

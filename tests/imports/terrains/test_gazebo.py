@@ -206,6 +206,15 @@ def test_meshes(tmp_path, name, content):
     assert found.source.polygons[0].height_m == 2.0
 
 
+def test_a_model_names_its_own_mesh(tmp_path):
+    (crate := tmp_path / "models" / "crate").mkdir(parents=True)
+    (crate / "a.stl").write_bytes(binary(corners(0, 0, 2, 1)))
+    (crate / "model.sdf").write_text(
+        f"<sdf>{model('<mesh><uri>model://crate/a.stl</uri></mesh>')}</sdf>")
+    found = read_terrain(crate / "model.sdf", Choices())[1]
+    assert blocks(found) == [square(0.0, 0.0, 2.0, 1.0)]
+
+
 def area(found):
     return sum(np.ptp([x for x, _ in block]) * np.ptp([y for _, y in block])
                for block in blocks(found))
