@@ -51,8 +51,8 @@ def test_a_difference_is_the_second_minus_the_first(one, other, difference, perc
 
 def test_two_runs(first, second):
     found = desim.compare(first.path, second)
-    assert [key.key for key in found.keys] == ["faults", "faults.0.at", "faults.0.host",
-                                               "faults.0.down_for"]
+    assert [key.key for key in found.keys] == ["faults", "faults.0.kind", "faults.0.at",
+                                               "faults.0.host", "faults.0.down_for"]
     assert not found.is_same
     by_name = {pair.name: pair for pair in found.metrics}
     cost = by_name["exploration_cost_m"]
