@@ -31,6 +31,10 @@ INDEX = """\
 
 docs/README
 docs/tutorial
+docs/coming-from-ros
+docs/coming-from-ns-3
+docs/coming-from-gazebo
+docs/coming-from-irsim
 reference/gallery
 docs/commands
 reference/commands
@@ -63,6 +67,7 @@ docs/why
 docs/export
 MORE
 docs/campaigns
+docs/in-your-ci
 docs/cluster
 docs/deploy
 docs/reports
