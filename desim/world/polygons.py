@@ -7,7 +7,8 @@ import numpy as np
 from desim.world.geometry import TOUCH_M, Row
 from desim.world.obstacles import BLOCK_M
 
-STRIP_M = 0.1  # the solid part of a polygon is so many strips, which lie inside of it
+STRIP_M = 0.1  # the solid part of a polygon is strips of about this depth, which lie inside of it
+_FEWEST_STRIPS = 8  # of thin polygons, of which a deeper strip would leave little
 _SQUARE = 1e-3  # the cosine of an angle that counts as a right one
 
 
@@ -22,7 +23,7 @@ def strips(points: np.ndarray) -> list[Row]:
     at the lower and at the upper edge of each strip (even-odd rule). They overlap by a hair, so
     that no point lies between two of them."""
     low, high = points[:, 1].min(), points[:, 1].max()
-    count = max(1, round((high - low) / STRIP_M))
+    count = max(_FEWEST_STRIPS, round((high - low) / STRIP_M))
     edges = np.linspace(low, high, count + 1)
     hair = (high - low) * 1e-9
     found = []

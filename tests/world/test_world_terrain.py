@@ -238,6 +238,14 @@ def test_a_thin_polygon_is_one_wall_to_the_radio():
     assert np.arctan2(y2 - y1, x2 - x1) % np.pi == pytest.approx(0.5)
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.001, 0.05, 0.5, 1.57])
+def test_a_thin_polygon_is_solid_in_its_middle(angle):
+    terrain = load(Shape(size=("20 m", "20 m"), polygons=[{"points": turned(angle, 6.0, 0.15)}]))
+    x0, y0, x1, y1 = terrain.solids.T
+    assert ((x1 - x0) * (y1 - y0)).sum() > 0.3 * 6.0 * 0.15
+    assert terrain.clearance(np.array([[0.0, 0.0]]), 2.0)[0] == -1.0
+
+
 def test_a_notch_of_a_polygon_stays_free():
     terrain = load(Shape(size=("20 m", "20 m"), centre=("5 m", "0 m"), polygons=[{"points": [
         ("0 m", "0 m"), ("4 m", "0 m"), ("4 m", "4 m"), ("3 m", "4 m"), ("3 m", "1 m"),
