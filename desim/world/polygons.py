@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from desim.world.geometry import TOUCH_M, Row
 from desim.world.obstacles import BLOCK_M
 
-STRIP_M = 0.1  # the solid part of a polygon is strips of about this depth, which lie inside of it
-_FEWEST_STRIPS = 8  # of thin polygons, of which a deeper strip would leave little
+STRIP_M = 0.1  # the solid part of a polygon is strips of this depth, which lie inside of it
+_THINNER = 4  # a thin polygon has strips of this part of its thickness
+_MOST_STRIPS = 2000
+_THINNEST_M = 0.001
 _SQUARE = 1e-3  # the cosine of an angle that counts as a right one
 
 
@@ -23,7 +27,8 @@ def strips(points: np.ndarray) -> list[Row]:
     at the lower and at the upper edge of each strip (even-odd rule). They overlap by a hair, so
     that no point lies between two of them."""
     low, high = points[:, 1].min(), points[:, 1].max()
-    count = max(_FEWEST_STRIPS, round((high - low) / STRIP_M))
+    step_m = min(STRIP_M, _thickness_m(points) / _THINNER)
+    count = min(max(1, math.ceil((high - low) / step_m)), _MOST_STRIPS)
     edges = np.linspace(low, high, count + 1)
     hair = (high - low) * 1e-9
     found = []
@@ -55,6 +60,13 @@ def middle(points: np.ndarray) -> tuple[Row, float] | None:
         return None
     x1, y1, x2, y2 = map(float, line)
     return (x1, y1, x2, y2), thick_m
+
+
+def _thickness_m(points: np.ndarray) -> float:
+    """About that of a polygon: its area as a share of the diagonal of its upright box."""
+    (x1, y1), (x2, y2) = points.T, np.roll(points, -1, axis=0).T
+    area_m2 = abs(float((x1 * y2 - x2 * y1).sum())) / 2
+    return max(area_m2 / float(np.hypot(*np.ptp(points, axis=0))), _THINNEST_M)
 
 
 def _has_right_angles(points: np.ndarray) -> bool:

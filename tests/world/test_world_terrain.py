@@ -242,7 +242,7 @@ def test_a_thin_polygon_is_one_wall_to_the_radio():
 def test_a_thin_polygon_is_solid_in_its_middle(angle):
     terrain = load(Shape(size=("20 m", "20 m"), polygons=[{"points": turned(angle, 6.0, 0.15)}]))
     x0, y0, x1, y1 = terrain.solids.T
-    assert ((x1 - x0) * (y1 - y0)).sum() > 0.3 * 6.0 * 0.15
+    assert ((x1 - x0) * (y1 - y0)).sum() > 0.6 * 6.0 * 0.15
     assert terrain.clearance(np.array([[0.0, 0.0]]), 2.0)[0] == -1.0
 
 
