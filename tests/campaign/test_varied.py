@@ -105,10 +105,10 @@ def test_settings_hold_in_every_run():
 
 
 @pytest.mark.parametrize("words, complaint", [
-    (("--vary", "fleet.sizee=1,2"), "--vary fleet.sizee=1,2: fleet.sizee: unknown key (did you mean "
+    (("--vary", "fleet.sze=1,2"), "--vary fleet.sze=1,2: fleet.sze: unknown key (did you mean "
                                    "'size'?); allowed: size, robots, types, start"),
-    (("--vary", "fleet.size=1,2", "--set", "fleet.sizee=1"),
-     "--set fleet.sizee=1: fleet.sizee: unknown key (did you mean 'size'?); allowed: size, robots, "
+    (("--vary", "fleet.size=1,2", "--set", "fleet.sze=1"),
+     "--set fleet.sze=1: fleet.sze: unknown key (did you mean 'size'?); allowed: size, robots, "
      "types, start"),
     (("--vary", "fleet.size=1,two"),
      "--vary fleet.size=1,two: fleet.size: must be a whole number, got 'two'"),

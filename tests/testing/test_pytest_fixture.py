@@ -50,10 +50,10 @@ def test_other_digests_fail_and_the_first_row_that_differs_is_shown(pytester):
 
 
 def test_a_wrong_scenario_is_the_tests_error(pytester):
-    assert "--set fleet.sizee=1: fleet.sizee: unknown key (did you mean 'size'?)" in outcome(
+    assert "--set fleet.sze=1: fleet.sze: unknown key (did you mean 'size'?)" in outcome(
         pytester, """
         def test_it(desim_run):
-            desim_run("small.yaml", "fleet.sizee=1")
+            desim_run("small.yaml", "fleet.sze=1")
     """, failed=1)
 
 
