@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
+from hostile_files import DESIGN
 from typer.testing import CliRunner
 
 import desim
@@ -38,18 +39,6 @@ fleet: {size: 2, start: {from: [-4 m, 4 m], step: [2 m, 0 m]}}
 robot: {laser: {beams: 20}}
 network: {media: {lan: {model: switch, rate: 10 Mb/s, rules: [{rule: loss, probability: 1 %}]}}}
 stop: {elapsed: 50 ms}
-"""
-DESIGN = """\
-name: d
-base: small.yaml
-question: Why?
-parameters:
-  robots: {key: fleet.size, values: [1, 2]}
-  rate: {key: network.media.lan.rate, from: 1 Mb/s, to: 2 Mb/s, count: 2}
-vectors: all
-iterations: 2
-metrics: {half: explored / 2}
-report: {metrics: [explored], against: robots}
 """
 MINE = "mine, whatever desim does"
 LONGEST_S = 120

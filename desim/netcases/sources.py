@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from array import array
 from collections import Counter
 from collections.abc import Collection, Iterator
@@ -18,7 +19,7 @@ from desim.units import PERIOD
 _DRAWN = 1024  # gaps at a time
 
 
-class Source:
+class Source(ABC):
     """Sends one flow and counts its fates."""
 
     def __init__(self, flow: Flow, hosts: tuple[str, ...], kernel: Kernel, entity: int) -> None:
@@ -46,8 +47,9 @@ class Source:
         self._send(None)
         self._kernel.after(next(self._gaps), Phase.CONTROL, self._entity, self._next)
 
+    @abstractmethod
     def _send(self, _: object) -> None:
-        raise NotImplementedError
+        """Send the next packet or message."""
 
     def _count(self, sent_ns: int) -> None:
         """Count an arrival now, of a frame that was sent at ``sent_ns``."""
