@@ -1,7 +1,6 @@
 """Shared by all tests: reproducible property tests, and where the reference data lie."""
 
 import gc
-import os
 import signal
 from pathlib import Path
 
@@ -15,15 +14,6 @@ settings.load_profile("desim")
 
 # The background job of a shell ignores Ctrl-C, and so would what tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
-@pytest.fixture(autouse=True)
-def environment():
-    """Each test begins with the variables that the suite began with: a Dask cluster sets some."""
-    before = dict(os.environ)
-    yield
-    os.environ.clear()
-    os.environ.update(before)
 
 
 @pytest.fixture(scope="session")

@@ -225,6 +225,14 @@ def test_no_more_workers_start_than_there_are_runs(plan, folder):
 
 
 @needs_dask
+def test_a_campaign_leaves_the_environment_as_it_was(plan, folder):
+    before = dict(os.environ)
+    with Sweep(plan, Metrics(plan), Path("many")) as sweep:
+        CampaignDriver(sweep, None, Local(kind="local", jobs=1)).run(lambda _: None, lambda _: None)
+    assert dict(os.environ) == before
+
+
+@needs_dask
 def test_ctrl_c_while_workers_start_closes_the_cluster(monkeypatch):
     """Dask would otherwise try it at exit, and complain of workers that have not begun."""
     from desim.campaign.running import schedulers

@@ -42,9 +42,24 @@ def connected(settings: Settings) -> Iterator[Client]:
         if isinstance(settings, Running):
             yield stack.enter_context(_reached(settings.address))
             return
+        if isinstance(settings, Local):
+            stack.enter_context(_workers_environment())
         cluster = stack.enter_context(_local(settings.jobs or 1) if isinstance(
             settings, Local) else _queued(settings))
         yield stack.enter_context(Client(cluster, set_as_default=False))
+
+
+@contextmanager
+def _workers_environment() -> Iterator[None]:
+    """The variables of processes that start meanwhile, first workers and replacements: they look
+    for no module in the current folder. Dask sets more of them, and leaves them set."""
+    before = dict(os.environ)
+    os.environ["PYTHONSAFEPATH"] = "1"
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
 
 
 def _reached(address: str) -> Client:
@@ -75,7 +90,6 @@ def _local(workers: int) -> LocalCluster:
     # Ctrl-C is for the campaign, which ends its workers. They would print where it has met them.
     # What the threads that begin now block is blocked in every process that these start, unless one
     # of them has to start multiprocessing's tracker, which unblocks it.
-    os.environ["PYTHONSAFEPATH"] = "1"  # they take no module from the current folder
     resource_tracker.ensure_running()
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
