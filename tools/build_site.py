@@ -69,9 +69,7 @@ MORE
 docs/campaigns
 docs/in-your-ci
 docs/cluster
-docs/deploy
 docs/reports
-docs/statistics
 docs/defaults
 docs/validation
 docs/performance

@@ -51,7 +51,7 @@ def test_the_twin_with_z_in_place_of_t_does_not():
 
 @pytest.mark.parametrize("name, mean", [("normal", 0.0), ("exponential", 1.0)])
 def test_bca_holds_the_mean_of_30_values(name, mean):
-    """Standard error of the share: 0.8 %. Measured with 2000 experiments: docs/statistics.md."""
+    """Standard error of the share: 0.8 %. Measured with 2000 experiments: docs/reports.md."""
     draw = np.random.default_rng(30)
     values = {"normal": lambda: draw.normal(0.0, 1.0, 30),
               "exponential": lambda: draw.exponential(1.0, 30)}[name]

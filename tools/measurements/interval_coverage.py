@@ -3,7 +3,7 @@
     python tools/measurements/interval_coverage.py [--experiments 2000]
 
 One line for each interval: the distribution, the share of intervals (nominally 95 %) that contain
-the truth, the standard error of that share. This is the table of docs/statistics.md.
+the truth, the standard error of that share. This is the table of docs/reports.md.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from desim.report.campaign.tables.table import Cell, ReportTable
 from desim.statistics.sequential import IntervalCoverage, coverage_of
 
 _MOST_ERRORS = 10  # causes of failure with a line each
-_MANY = 10  # runs, from which t intervals hold 90 % and more of what we tried (docs/statistics.md)
+_MANY = 10  # runs, from which t intervals hold 90 % and more of what we tried (docs/reports.md)
 _MOST_TESTED = 1000  # vectors that are looked at one by one
 # Level of the test, and the fewest residuals: three vectors of five runs. Simulated: of 3, 10, 20,
 # 100 such vectors 4, 4, 3, 2 % get the warning where values are normal, and 59, 100, 100, 100 %
