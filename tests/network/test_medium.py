@@ -42,6 +42,27 @@ def test_the_whole_log_of_three_frames():
     assert list(bench.medium.rx_bytes) == [250, 125, 125]
 
 
+def test_each_receiver_of_a_broadcast_receives_its_bytes():
+    """With a host that is down the frame is delivered one by one, with none all at once."""
+    bench = Bench(rule(AccessLink, rate="1 Mb/s"), 4)
+    bench.send(0, "host_1", ["host_2", "host_3"], 125, broadcast=True)
+    bench.run()
+    assert list(bench.medium.rx_bytes) == [0, 125, 125, 0]
+    assert bench.medium.tx_bytes == [125, 0, 0, 0]
+
+
+def test_a_model_that_returns_a_verdict_is_told_what_to_return():
+    class Judges(ImmediateNetwork):
+        def send(self, frame):
+            return ports.Drop("said")
+
+    bench = Bench(Judges(), 2)
+    bench.send(0, "host_1", "host_2", 125)
+    with pytest.raises(ModelError, match=r"Judges .* returned Drop\(reason='said', packets=None\) "
+                                         r"from send; wanted: a delay in ns, or None and a call of"):
+        bench.run()
+
+
 def test_what_a_full_queue_refuses_was_never_on_the_air():
     """Room for one frame that waits: of three the last one is refused, and of three broadcasts."""
     bench = Bench(rule(AccessLink, rate="1 Mb/s", queue="2000 B"), 3)
