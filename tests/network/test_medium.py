@@ -58,8 +58,8 @@ def test_a_model_that_returns_a_verdict_is_told_what_to_return():
 
     bench = Bench(Judges(), 2)
     bench.send(0, "host_1", "host_2", 125)
-    with pytest.raises(ModelError, match=r"Judges .* returned Drop\(reason='said', packets=None\) "
-                                         r"from send; wanted: a delay in ns, or None and a call of"):
+    with pytest.raises(ModelError, match=r"Judges .* returned Drop\(reason='said', packets=None\)"
+                                         r" from send; wanted: a delay in ns, or None and"):
         bench.run()
 
 
