@@ -71,6 +71,7 @@ def dotted(node: ast.expr) -> str:
     return ""
 
 
+@cache
 def below(*folders: str) -> dict[str, Source]:
     """Module name to source, of all Python files below folders of the root."""
     paths = sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
