@@ -49,8 +49,7 @@ reference/keys
 docs/maps
 docs/robots
 docs/network-models
-docs/several-networks
-docs/sockets
+docs/radio
 docs/testbed-traffic
 docs/clocks
 docs/networks-alone
@@ -70,7 +69,6 @@ docs/campaigns
 docs/in-your-ci
 docs/cluster
 docs/reports
-docs/defaults
 docs/validation
 docs/performance
 ```

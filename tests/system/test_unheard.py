@@ -42,7 +42,7 @@ def test_without_a_radio_a_flow_needs_no_place():
 
 
 def test_both_flows_of_the_page_arrive(repository, tmp_path):
-    page = (repository / "docs" / "several-networks.md").read_text()
+    page = (repository / "docs" / "network-models.md").read_text()
     block = page.partition("## Background traffic\n\n```yaml\n")[2].partition("```")[0]
     (tmp_path / "page.yaml").write_text(f"extends: {HELLO}\n{block}")
     simulation = built(tmp_path / "page.yaml", "stop={elapsed: 15 s, explored: 100 %, by: all}")
