@@ -57,7 +57,6 @@ docs/strategies
 docs/map-sharing
 docs/slam
 docs/computers
-docs/computer-costs
 docs/energy
 docs/navigation
 docs/results

@@ -1,4 +1,4 @@
-"""Are the measured costs those of docs/computer-costs.md, and do they hold beside other numbers?"""
+"""Are the measured costs those of docs/computers.md, and do they hold beside other numbers?"""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from desim.computers.scheduling import ProcessorSharing
 from desim.engine.kernel import Kernel
 from desim.ports.computers import Kept, Work
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "computer-costs.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "computers.md"
 CELLS = 401 * 401  # that nodes declare in the paper's terrains
 COSTS = MeasuredCosts(MeasuredCosts.Params())
 

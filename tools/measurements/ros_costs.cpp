@@ -7,7 +7,7 @@
 //   ./ros_costs publish NAME RATE_HZ BYTES & ./ros_costs subscribe NAME2
 //
 // It warms up for 2 s, works for 12 s and prints user and system time of these 12 s (getrusage),
-// the number of messages, calls or transforms, and its resident memory. docs/computer-costs.md has
+// the number of messages, calls or transforms, and its resident memory. docs/computers.md has
 // what came out, less an idle process.
 
 #include <nav_msgs/OccupancyGrid.h>

@@ -1,7 +1,7 @@
 """Measured processor times of robot software, in picoseconds at speed 1, and its memory.
 
 Speed 1 is one core of an AMD EPYC 7003 (Zen 3, 2.45 GHz) in a virtual machine, gcc 12 -O2. How each
-value was measured, how far it may be off, and which are estimates: docs/computer-costs.md, section
+value was measured, how far it may be off, and which are estimates: docs/computers.md, section
 by section in this order. A map here is that of the paper's launch files, 800 x 800 cells of 0.2 m.
 """
 
