@@ -4,9 +4,10 @@
 
 ROOM is a folder or file, such as network or netmodels/switch. A *mutant* is the room with one
 change: ``<`` made ``<=``, a number one greater, two arguments swapped, a statement left out. A test
-that fails kills it. The tests are those nearest to the changed module by imports, slow ones left
-out, as many as take ``--seconds`` (``tools/quick.py``). A mutant that survives shows what no test
-holds, or is equivalent: it does the same. All happens in a copy of the checkout.
+that fails kills it. The tests are the room's own, then others, those nearest to the changed module
+by imports first, slow ones left out, as many as take ``--seconds`` (``tools/quick.py``). A mutant
+that survives shows what no test holds, or is equivalent: it does the same. All happens in a copy of
+the checkout.
 
 The list of changes is our own, as it is short; what matters is that each module has its own tests.
 Compiled code is left out: each change would be compiled anew.
@@ -115,23 +116,22 @@ def made(path: Path, tree: ast.Module, holder: Any, where: Any, new: ast.AST) ->
 
 
 def nearest(path: Path, limit_s: int) -> list[str]:
-    """Arguments of pytest: the test files nearest to a module that take ``limit_s`` together, the
-    nearest first, without slow tests."""
+    """Arguments of pytest: the test files of the room, then others, the nearest to a module first,
+    that take ``limit_s`` together, without slow tests."""
     product, testing = below("desim", "netmodels"), below("tests", "tools")
     helpers = {source.path.stem: source for source in testing.values()}
     near = distances(product, {Source.of(str(path), "").module})
+    own = "network_models" if path.parts[0] == "netmodels" else path.parts[1]  # folder in tests/
     times, found = seconds(), []
     for test in testing.values():
         if test.path.name.startswith("test_"):
             ways = [near[module] for name in reach(test, helpers)[0]
                     if (module := module_of(name, product)) in near]
             if ways:
-                # Those in the room's own folder come before others that are as near.
-                far = 0 if set(path.parts[1:-1]) & set(test.path.parts) else 1
-                found.append((min(ways) + far, times.get(str(test.path), UNKNOWN_S),
-                              str(test.path)))
+                found.append((own not in test.path.parts, min(ways),
+                              times.get(str(test.path), UNKNOWN_S), str(test.path)))
     spent_s, files = 0.0, []
-    for _, time_s, name in sorted(found):
+    for *_, time_s, name in sorted(found):
         if spent_s + time_s <= limit_s:
             spent_s += time_s
             files.append(name)
