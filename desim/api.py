@@ -7,7 +7,6 @@ that on: it returns a ``Run`` (finished), raises ``KeyboardInterrupt`` (interrup
 
 from __future__ import annotations
 
-import resource
 import signal
 import threading
 import time
@@ -24,6 +23,7 @@ from desim.compiler.store import compiling_s
 from desim.engine.trace import RowSink
 from desim.errors import InputError, ModelError
 from desim.monitor.monitor import StopReason
+from desim.operating_system.resources import forget_peak_memory, peak_memory_bytes
 from desim.results.folder import RunFolder
 from desim.results.recording import Recording
 from desim.results.recording_tables import RECORDED
@@ -61,7 +61,7 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     scenario = scenario.scenario if isinstance(scenario, Loaded) else scenario
     folder, simulation = RunFolder(out, scenario), None
     begin_s = _worked_s()
-    _forget_peak_memory()
+    forget_peak_memory()
     try:
         with _blamed(loaded):
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
@@ -172,18 +172,11 @@ def _worked_s() -> tuple[float, float]:
     return time.perf_counter() - wall_s, time.process_time() - cpu_s
 
 
-def _forget_peak_memory() -> None:
-    """Count the peak of this process's memory from now on (Linux, proc(5), clear_refs): a worker of
-    a campaign makes many runs."""
-    with suppress(OSError):
-        Path("/proc/self/clear_refs").write_text("5", "ascii")
-
-
 def _costs(begin_s: tuple[float, float], simulated_ns: int) -> dict[str, object]:
     """The costs of a run that began at ``begin_s`` of ``_worked_s``."""
     wall_s, cpu_s = (now - before for now, before in zip(_worked_s(), begin_s, strict=True))
+    peak_bytes = peak_memory_bytes()
     return {"simulated_s": simulated_ns / NS_PER_S,
             "wall_s": round(wall_s, 3), "cpu_s": round(cpu_s, 3),
             "real_time_factor": round(simulated_ns / NS_PER_S / max(cpu_s, 1e-9), 2),
-            # ru_maxrss is in kB on Linux
-            "peak_memory_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)}
+            "peak_memory_mb": None if peak_bytes is None else round(peak_bytes / 2**20, 1)}

@@ -5,13 +5,18 @@ from __future__ import annotations
 import errno
 import math
 import os
-import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
 
 from desim.errors import InputError, unwritable
+from desim.operating_system.folders import (
+    refuse_irregular,
+    regular_file,
+    regular_file_below,
+    synced,
+)
 
 
 def content(path: str | os.PathLike, most_bytes: int) -> bytes:
@@ -24,7 +29,7 @@ def content(path: str | os.PathLike, most_bytes: int) -> bytes:
 @contextmanager
 def opened(path: str | os.PathLike, most_bytes: float = math.inf) -> Iterator[BufferedReader]:
     """A file to read. Raises ``OSError`` unless it is a regular file of at most ``most_bytes``."""
-    with _regular(path, None, most_bytes) as file:
+    with _sized(regular_file(path), path, most_bytes) as file:
         yield file
 
 
@@ -40,60 +45,33 @@ def opened_below(folder: str | os.PathLike, name: object, most_bytes: float = ma
     """The file ``name`` in a folder that somebody else may have made: a plain name, or several with
     ``/`` between them. Below ``folder`` no link is followed, and nothing but a regular file of at
     most ``most_bytes`` is opened. Raises ``OSError``, whose ``strerror`` says what is wrong."""
-    *folders, last = plain_parts(name)
-    at = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        for part in folders:
-            _refuse_link_at(part, at)
-            below = os.open(part, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=at)
-            os.close(at)
-            at = below
-        _refuse_link_at(last, at)
-        with _regular(last, at, most_bytes) as file:
-            yield file
-    finally:
-        os.close(at)
+    parts = plain_parts(name)
+    with _sized(regular_file_below(folder, parts), parts[-1], most_bytes) as file:
+        yield file
 
 
 def plain_parts(name: object) -> list[str]:
     """The parts of a name that a file gives of another one. Raises ``OSError`` where it may lead
     out of its folder, or is nothing that a file can be called."""
     parts = name.split("/") if isinstance(name, str) else [""]
-    if not all(part.isprintable() and part not in ("", ".", "..") for part in parts):
+    if not all(part.isprintable() and part not in (".", "..") and part
+               and os.path.split(part) == ("", part) for part in parts):
         raise OSError(errno.EINVAL, f"{name!r} is no name of a file in a folder")
     return parts
 
 
-def _refuse_link_at(name: str, folder: int) -> None:
-    if stat.S_ISLNK(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode):
-        raise OSError(errno.ELOOP, "is a symbolic link, which desim does not follow", name)
-
-
 @contextmanager
-def _regular(path: str | os.PathLike, folder: int | None, most_bytes: float,
-             ) -> Iterator[BufferedReader]:
-    """A regular file by its path, or by its name in an open ``folder``, where it is no link."""
-    # What is no file is not even opened: opening a pipe or a device may have effects.
-    _refuse_irregular(os.stat(path, dir_fd=folder), path)
-    link = 0 if folder is None else os.O_NOFOLLOW
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | link, dir_fd=folder)
+def _sized(descriptor: int, path: str | os.PathLike, most_bytes: float) -> Iterator[BufferedReader]:
+    """An open file of at most ``most_bytes``."""
     try:
-        facts = os.fstat(descriptor)
-        _refuse_irregular(facts, path)
-        if facts.st_size > most_bytes:
-            raise OSError(errno.EFBIG, f"has {facts.st_size / 1e6:.1f} MB; at most "
+        size_bytes = os.fstat(descriptor).st_size
+        if size_bytes > most_bytes:
+            raise OSError(errno.EFBIG, f"has {size_bytes / 1e6:.1f} MB; at most "
                                        f"{most_bytes / 1e6:.0f} MB", os.fspath(path))
         with open(descriptor, "rb", closefd=False) as file:
             yield file
     finally:
         os.close(descriptor)
-
-
-def _refuse_irregular(facts: os.stat_result, path: str | os.PathLike) -> None:
-    if stat.S_ISDIR(facts.st_mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
-    if not stat.S_ISREG(facts.st_mode):
-        raise OSError(errno.EINVAL, "is no regular file", os.fspath(path))
 
 
 @contextmanager
@@ -119,7 +97,7 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     refuse_link(path)
     with suppress(FileNotFoundError):  # a folder stays, and a device or a pipe would be gone
-        _refuse_irregular(os.stat(path), path)
+        refuse_irregular(os.stat(path), path)
     beside = path.with_name(f".{path.name}.new")
     try:
         beside.unlink(missing_ok=True)  # it may be a link
@@ -132,16 +110,6 @@ def replacing(path: Path) -> Iterator[Path]:
         if isinstance(error, OSError) and str(error.filename) == str(beside):
             raise OSError(error.errno, error.strerror, os.fspath(path)) from error
         raise
-
-
-def synced(path: str | os.PathLike) -> None:
-    """Wait until a file's content, or a folder's list of files, is on the disk (fsync). Raises
-    ``OSError``."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 @contextmanager

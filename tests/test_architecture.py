@@ -45,6 +45,18 @@ TRANSCENDENTAL = {"sin", "cos", "tan", "asin", "acos", "atan", "atan2", "arcsin"
                   "arctan", "arctan2", "sinh", "cosh", "tanh", "exp", "exp2", "expm1", "log",
                   "log2", "log10", "log1p", "pow", "power", "hypot"}
 
+# What only some systems have. ctypes: the compiler calls CPython by it, on every system.
+OF_SOME_SYSTEMS = {"fcntl", "resource", "msvcrt", "winreg", "termios", "tty", "pwd", "grp",
+                   "select", "syslog", "mmap", "ctypes"}
+CALLS_CPYTHON = {"desim/compiler/machine_code.py"}
+# Of os, signal and socket; ``dir_fd`` and /proc beside.
+NAMES_OF_SOME_SYSTEMS = {
+    "killpg", "getuid", "geteuid", "getgid", "setsid", "getpgid", "fork", "waitid", "pidfd_open",
+    "sched_getaffinity", "sched_setaffinity", "register_at_fork", "sysconf", "set_blocking",
+    "mkfifo", "nice", "getloadavg", "uname", "chown", "O_NOFOLLOW", "O_DIRECTORY", "O_NONBLOCK",
+    "O_CLOEXEC", "SIGKILL", "SIGHUP", "SIGUSR1", "SIGALRM", "setitimer", "alarm", "pthread_sigmask",
+    "pthread_kill", "sigwait", "AF_UNIX", "fsync"}
+
 KERNELS = ("kernel", "lean", "inner")  # the decorators of compiled functions
 
 Complaints = Iterator[tuple[int, str]]
@@ -237,6 +249,32 @@ def nothing_depends_on_the_process(source: Source) -> Complaints:
             yield line, f"calls {name}()"
 
 
+def systems_differ_in_one_package(source: Source) -> Complaints:
+    if inside(source.module, "desim.operating_system"):
+        return
+    if str(source.path) not in CALLS_CPYTHON:
+        for line, name in source.imports():
+            if name.split(".")[0] in OF_SOME_SYSTEMS:
+                yield line, f"imports {name}; ask desim.operating_system"
+    for node in nodes(source.tree):
+        if isinstance(node, ast.Attribute) and node.attr in NAMES_OF_SOME_SYSTEMS and dotted(
+                node.value) in ("os", "signal", "socket"):
+            yield node.lineno, f"names {ast.unparse(node)}; ask desim.operating_system"
+        elif isinstance(node, ast.keyword) and node.arg in ("dir_fd", "pass_fds", "preexec_fn"):
+            yield node.value.lineno, f"passes {node.arg}; ask desim.operating_system"
+        elif isinstance(node, ast.Constant) and str(node.value).startswith("/proc/"):
+            yield node.lineno, f"names {node.value}; ask desim.operating_system"
+
+
+def text_is_utf_8(source: Source) -> Complaints:
+    """Elsewhere Python takes the system's encoding, which is another one on Windows."""
+    for line, name, call in source.calls():
+        given = len(call.args) + len(call.keywords)
+        method = name.split(".")[-1]
+        if method == "read_text" and not given or method == "write_text" and given < 2:
+            yield line, f"calls {name} without an encoding"
+
+
 def sets_are_never_iterated(source: Source) -> Complaints:
     known = {name for name, value in assignments(source.tree) if is_set(value, set())}
     for node in nodes(source.tree):
@@ -307,6 +345,8 @@ RULES: list[Callable[[Source], Complaints]] = [
     random_numbers_come_by_name,
     only_reports_read_the_wall_clock,
     nothing_depends_on_the_process,
+    systems_differ_in_one_package,
+    text_is_utf_8,
     sets_are_never_iterated,
     casts_have_a_reason,
     a_file_holds_one_idea,
@@ -361,6 +401,15 @@ TWINS = [
     (random_numbers_come_by_name, "desim/a.py", "x = np.random.default_rng(3)"),
     (only_reports_read_the_wall_clock, "desim/robot/a.py", "from time import perf_counter"),
     (nothing_depends_on_the_process, "desim/a.py", "order = hash('name')"),
+    (systems_differ_in_one_package, "desim/a.py", "import fcntl"),
+    (systems_differ_in_one_package, "desim/campaign/a.py", "from resource import getrlimit"),
+    (systems_differ_in_one_package, "desim/a.py", "import ctypes"),
+    (systems_differ_in_one_package, "desim/a.py", "os.killpg(1, 9)"),
+    (systems_differ_in_one_package, "netmodels/a.py", "x = signal.SIGKILL"),
+    (systems_differ_in_one_package, "desim/a.py", "os.stat(name, dir_fd=folder)"),
+    (systems_differ_in_one_package, "desim/a.py", "Path('/proc/self/statm')"),
+    (text_is_utf_8, "desim/a.py", "path.read_text()"),
+    (text_is_utf_8, "desim/a.py", "beside.write_text(text)"),
     (sets_are_never_iterated, "desim/a.py", "for x in {1, 2}:\n    y = x"),
     (sets_are_never_iterated, "desim/a.py", "peers: set[int] = f()\nz = [x for x in peers]"),
     (sets_are_never_iterated, "desim/a.py", "self.a = set()\nb = list(self.a)"),

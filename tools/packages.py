@@ -24,11 +24,11 @@ ROOT = Path(__file__).resolve().parent.parent
 IGNORE = re.compile(r"#\s*type: ignore(\[[^]]*\])?")
 
 # The packages and modules of desim, from the lowest up: each imports only those before it.
-LAYERS = ["units", "errors", "files", "unpacking", "outside_yaml", "outside_xml", "colours",
-          "compiler", "ports", "modules", "plugins", "engine", "statistics", "scenario", "world",
-          "network", "computers", "middleware", "robot", "monitor", "simulation", "results",
-          "netcases", "blame", "api", "campaign", "validation", "testing", "export", "imports",
-          "report", "commands", "cli"]
+LAYERS = ["units", "errors", "operating_system", "files", "unpacking", "outside_yaml",
+          "outside_xml", "colours", "compiler", "ports", "modules", "plugins", "engine",
+          "statistics", "scenario", "world", "network", "computers", "middleware", "robot",
+          "monitor", "simulation", "results", "netcases", "blame", "api", "campaign",
+          "validation", "testing", "export", "imports", "report", "commands", "cli"]
 
 
 def first_line(file: Path) -> str:

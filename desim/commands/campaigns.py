@@ -15,6 +15,7 @@ from desim.commands.exit_codes import exit_codes, reading, terminable
 from desim.commands.output import say, say_json
 from desim.commands.targets import writing_to
 from desim.errors import InputError
+from desim.operating_system.resources import cores
 
 if TYPE_CHECKING:
     from desim.campaign.design.design import LoadedDesign
@@ -147,7 +148,7 @@ def _predict(plan: Plan, agenda: Agenda, jobs: int | None, console: Terminal, ma
         return False
     with counting(console, f"probing, {probes.BUDGET_S:.0f} s at most") as probing:
         found = driver.predicted(plan, agenda, probing, tried, made)
-    view.show_prediction(console, *found, jobs or driver.cores())
+    view.show_prediction(console, *found, jobs or cores())
     errors = failing(plan, agenda, tried, made)
     for levels, error in errors.items():
         console.print(f"{levels}: fails: {error}")

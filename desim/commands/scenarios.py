@@ -95,7 +95,7 @@ def _write(texts: Texts, to: Path, force: bool) -> None:
         try:
             (to / file).parent.mkdir(parents=True, exist_ok=True)
             with replacing(to / file) as beside:
-                beside.write_text(text)
+                beside.write_text(text, "utf-8")
         except OSError as error:
             raise InputError(f"{unwritable(to / file, error)}; another folder: --to FOLDER"
                              ) from error

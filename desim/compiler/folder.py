@@ -21,6 +21,8 @@ from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
+from desim.operating_system.folders import is_mine_alone, user_name
+
 
 def choose_folder() -> None:
     """Set ``NUMBA_CACHE_DIR``, unless the user has."""
@@ -59,7 +61,7 @@ def _own_folder(name: str) -> Path:
 def _parents() -> Iterator[Path]:
     with suppress(RuntimeError):  # nobody's home
         yield Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "desim"
-    yield Path(tempfile.gettempdir()) / f"desim-{os.getuid()}"
+    yield Path(tempfile.gettempdir()) / f"desim-{user_name()}"
 
 
 def _is_own(folder: Path) -> bool:
@@ -70,5 +72,5 @@ def _is_own(folder: Path) -> bool:
         status = folder.lstat()
     except OSError:
         return False
-    return (stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
-            and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH) and os.access(folder, os.W_OK))
+    return (stat.S_ISDIR(status.st_mode) and is_mine_alone(status)
+            and os.access(folder, os.W_OK))

@@ -144,7 +144,7 @@ def _surroundings() -> bytes:
     for package in "numba", "llvmlite":
         spec = find_spec(package)  # without importing it
         if spec is not None and spec.origin is not None:
-            parts.append((Path(spec.origin).parent / "_version.py").read_text())
+            parts.append((Path(spec.origin).parent / "_version.py").read_text("utf-8"))
     parts += sorted(f"{name}={value}" for name, value in os.environ.items()
                     if name.startswith("NUMBA_") and name != "NUMBA_CACHE_DIR")
     return "\n".join(parts).encode()

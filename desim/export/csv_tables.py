@@ -47,7 +47,7 @@ def write_csv(run: Run, folder: Path, done: Callable[[int, int], object]) -> lis
     if run.has(SUMMARY):
         path = folder / METRICS
         with writing(folder, "--csv"), replacing(path) as beside, \
-                beside.open("w", newline="") as file:
+                beside.open("w", encoding="utf-8", newline="") as file:
             csv.writer(file).writerows([("metric", "value"), *flat(run.metrics).items()])
         written.append(path)
     return written

@@ -141,10 +141,10 @@ def _written(folder: Path, about: Json, made: Tables, scenario: Json, summary: J
         partial = Path(temporary)
         for name, table in made.items():
             parquet.write(partial / f"{name}.parquet", table)
-        (partial / NAMES).write_text("{}\n")
-        (partial / SCENARIO).write_text(
-            yaml.safe_dump({"name": about["name"], "seed": 0, **scenario}, sort_keys=False))
-        (partial / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n")
+        (partial / NAMES).write_text("{}\n", "utf-8")
+        (partial / SCENARIO).write_text(yaml.safe_dump(
+            {"name": about["name"], "seed": 0, **scenario}, sort_keys=False), "utf-8")
+        (partial / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", "utf-8")
         names = sorted(file.name for file in partial.iterdir())
         seal(partial, about, names)
         folder.mkdir(exist_ok=True)

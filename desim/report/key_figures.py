@@ -16,9 +16,10 @@ def key_figures(metrics: Summary, manifest: Summary) -> list[tuple[str, str, str
     """Name, value and remark of each figure of a run."""
     if is_imported(manifest):
         return [(name, value, "") for name, value in imported_figures(metrics)]
+    peak_mb = manifest["peak_memory_mb"]  # None where the system does not say
     speed = ("speed", f"{manifest['real_time_factor']:.1f} times real time (CPU)",
-             f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU, "
-             f"{manifest['peak_memory_mb']:.0f} MB")
+             f"{metrics['simulated_s']:.1f} s in {manifest['cpu_s']:.1f} s of CPU"
+             + ("" if peak_mb is None else f", {peak_mb:.0f} MB"))
     return [*_task(metrics), *_map_and_way(metrics), *_network(metrics), *_processors(metrics),
             *_saturated(metrics), *_energy(metrics), speed]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import json
 import os
 from collections.abc import Callable, Collection, Iterator
@@ -16,12 +15,14 @@ import pyarrow.parquet as pq
 
 from desim.engine.trace import Names, RowSink
 from desim.errors import InputError
-from desim.files import refuse_link, synced
+from desim.files import refuse_link
 from desim.monitor.coverage import states
 from desim.monitor.monitor import Monitor
 from desim.monitor.recorder import Recorder
 from desim.monitor.summary import known_map, robots_table, samples_table, summarize
 from desim.monitor.traffic import latency_table
+from desim.operating_system.folders import synced
+from desim.operating_system.locks import Lock, Taken
 from desim.results import identity, maps, parquet
 from desim.results.file_names import (
     EVENTS,
@@ -83,9 +84,9 @@ class RunFolder:
         self.ledger = None if self._ledger is None else self._ledger.messages
         with self._writing():
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._lock: int | None = self._claim()
+            self._lock = self._claim()
             (self._partial / SCENARIO).write_text(
-                resolved(scenario, self._partial))
+                resolved(scenario, self._partial), "utf-8")
 
     def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
         """Open the tables. ``names`` are those of the run's trace, ``hosts`` are in index order."""
@@ -217,7 +218,7 @@ class RunFolder:
         folder with the run's name is always whole."""
         for name in written:
             synced(self._partial / name)
-        (self._partial / LOCK).unlink()
+        self._lock.remove_file()
         synced(self._partial)
         if os.path.lexists(self.path):
             os.replace(self.path, _free(self.path.with_name(f"{self.run_id}.old")))
@@ -228,20 +229,16 @@ class RunFolder:
             _hand_over(old, self.path)
 
     def _release(self) -> None:
-        if self._lock is not None:
-            os.close(self._lock)
-            self._lock = None
+        self._lock.release()
 
-    def _claim(self) -> int:
+    def _claim(self) -> Lock:
         """Take over the partial folder, empty but for what desim has not written, unless a living
         process is at work in it."""
         refuse_link(self._partial)
         self._partial.mkdir(exist_ok=True)
-        lock = os.open(self._partial / LOCK, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW)
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(lock)
+            lock = Lock(self._partial / LOCK)
+        except Taken:
             raise InputError(f"{self._partial}: another process is writing this run; wait for it, "
                              "or choose another folder with --out") from None
         refuse_link(self._partial / MAPS)
@@ -300,7 +297,7 @@ def _free(path: Path) -> Path:
 
 
 def _write_json(path: Path, content: Json) -> None:
-    path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n")
+    path.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", "utf-8")
 
 
 def _ignored(*_: object) -> None:

@@ -40,7 +40,7 @@ def save(folder: Path, name: str, cells: np.ndarray, grid: GridSpec) -> None:
     (folder / f"{name}.yaml").write_text(yaml.safe_dump({
         "image": f"{name}.pgm", "resolution": grid.resolution_m,
         "origin": [grid.x_m, grid.y_m, 0.0], "negate": 0, "occupied_thresh": 0.65,
-        "free_thresh": 0.196}, sort_keys=False))
+        "free_thresh": 0.196}, sort_keys=False), "utf-8")
 
 
 def parsed(about: bytes, image: bytes) -> OccupancyMap:

@@ -29,7 +29,7 @@ def seal(folder: Path, manifest: Json, names: Iterable[str]) -> None:
     ``OSError``."""
     whole = {**manifest, "files": {name: _facts(folder, name) for name in sorted(names)}}
     text = json.dumps({**whole, _SEAL: _sealed(whole)}, indent=2, allow_nan=False)
-    (folder / MANIFEST).write_text(text + "\n")
+    (folder / MANIFEST).write_text(text + "\n", "utf-8")
 
 
 def manifest_of(folder: Path) -> Json | None:

@@ -41,7 +41,7 @@ def shipped() -> list[Shipped]:
 
 def question(path: Path) -> str:
     """The first sentence of the comment that a file opens with."""
-    lines = path.read_text().splitlines()
+    lines = path.read_text("utf-8").splitlines()
     comment = []
     for line in lines:
         if not line.startswith("# "):
@@ -93,5 +93,5 @@ def _command(path: Path) -> str:
 
 def _is_design(path: Path) -> bool:
     """Whether a file, or one that it extends, has a base: a scenario has none."""
-    keys = dict(re.findall(r"^(base|extends): *(\S+)", path.read_text(), re.MULTILINE))
+    keys = dict(re.findall(r"^(base|extends): *(\S+)", path.read_text("utf-8"), re.MULTILINE))
     return "base" in keys or "extends" in keys and _is_design(path.parent / keys["extends"])

@@ -17,7 +17,7 @@ Texts = dict[Path, str]  # of files, by path
 def texts(name: str) -> Texts:
     """The texts of the shipped scenario ``name``, of what it refers to, and of the schema.
     Raises ``InputError`` where there is none of this name."""
-    found = {file: (folder() / file).read_text().replace("scenarios/", "")
+    found = {file: (folder() / file).read_text("utf-8").replace("scenarios/", "")
              for file in belongings(name)}
     scenarios = [file for file in found if file.suffix == ".yaml" and len(file.parts) == 1]
     for file in scenarios:

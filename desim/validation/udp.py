@@ -74,7 +74,7 @@ class Path(NamedTuple):
 def paths() -> list[Path]:
     """The rows of the table."""
     out: dict[str, Path] = {}
-    with (files("desim.validation") / "udp_on_linux.csv").open() as table:
+    with (files("desim.validation") / "udp_on_linux.csv").open(encoding="utf-8") as table:
         for line in csv.DictReader(table):
             path = out.setdefault(line["row"], Path(line["row"], {}, {}))
             path.streams.setdefault(line["stream"], line)

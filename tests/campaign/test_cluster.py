@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import importlib.util
 import os
 import signal
@@ -25,6 +24,7 @@ from desim.campaign.running.driver import CampaignDriver
 from desim.campaign.running.sweep import Sweep
 from desim.campaign.running.work import RunTask, Unwritable
 from desim.errors import InputError
+from desim.operating_system import locks
 
 needs_dask = pytest.mark.skipif(
     any(importlib.util.find_spec(name) is None for name in ("distributed", "dask_jobqueue")),
@@ -154,16 +154,13 @@ def test_what_a_killed_campaign_still_writes_is_waited_for(plan, folder, monkeyp
     written_ns = finished.stat().st_mtime_ns
     orphan = finished.with_name(f"{run.run_id}.partial")
     orphan.mkdir()
-    held = os.open(orphan / ".lock", os.O_CREAT | os.O_RDWR)
-    fcntl.flock(held, fcntl.LOCK_EX)
-    flock = fcntl.flock
+    held, wait_for_lock = locks.Lock(orphan / ".lock"), locks._wait_for_lock
 
-    def waiting(lock, operation):
-        if operation == fcntl.LOCK_EX:
-            os.close(held)  # while one waits, the orphan finishes
-        flock(lock, operation)
+    def waiting(descriptor):
+        held.release()  # while one waits, the orphan finishes
+        wait_for_lock(descriptor)
 
-    monkeypatch.setattr(cluster.fcntl, "flock", waiting)
+    monkeypatch.setattr(locks, "_wait_for_lock", waiting)
     assert cluster.carried_out(run, os.getcwd()) == row
     assert finished.stat().st_mtime_ns == written_ns  # it was not run again
     assert cluster.carried_out(run, os.getcwd())["digest"] == row["digest"]

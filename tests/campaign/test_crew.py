@@ -86,7 +86,7 @@ def test_a_worker_that_dies_while_idle_costs_nothing(tmp_path):
     vector = plan.vectors[0]
     task = RunTask(plan.run_id(vector, 0), plan.scenario(vector, 0), str(tmp_path), ())
     with Crew(1) as crew:
-        process = crew._idle[0]._process
+        process = crew._idle[0]._child._process
         process.kill()
         process.wait()
         assert crew.made(task)["status"] == "finished"

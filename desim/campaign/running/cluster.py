@@ -6,7 +6,6 @@ campaign's folder, and the folder that the campaign was started in, under the sa
 
 from __future__ import annotations
 
-import fcntl
 import os
 import socket
 from collections.abc import Callable
@@ -23,6 +22,7 @@ from desim.campaign.running.sweep import LOGS
 from desim.campaign.running.work import RunTask, Unwritable
 from desim.engine.garbage import freeze_present_objects
 from desim.errors import InputError
+from desim.operating_system.locks import waited_for
 from desim.results.identity import Identity
 from desim.results.row import Row, failure, row_of
 from desim.results.run import Run
@@ -146,12 +146,8 @@ def _left_behind(task: RunTask) -> Row | None:
     none. A killed campaign or a lost worker may have left such a process behind."""
     path = Path(task.out) / task.loaded.scenario.name / task.run_id
     try:
-        with open(path.with_name(f"{path.name}.partial") / ".lock") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                return None
-            except BlockingIOError:
-                fcntl.flock(lock, fcntl.LOCK_EX)
+        if not waited_for(path.with_name(f"{path.name}.partial") / ".lock"):
+            return None
     except OSError:  # nobody has begun it, or there are no locks here
         return None
     return None if manifest_of(path) is None else row_of(Run(path), task.functions)

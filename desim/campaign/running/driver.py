@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,6 +15,7 @@ from desim.campaign.running.crew import Crew
 from desim.campaign.running.prediction import Cost, Forecast, finished_costs, forecast
 from desim.campaign.running.sweep import LOGS, Sweep, Workers
 from desim.campaign.running.work import RunTask
+from desim.operating_system.resources import cores
 from desim.results.row import Row
 
 _FORECAST_EVERY_S = 3.0  # it takes up to 0.1 s for a campaign of thousands of runs
@@ -32,11 +32,6 @@ def predicted(plan: Plan, agenda: Agenda, probing: Callable[[int, int], object],
     costs = finished or probes.probed(plan, agenda, probes.BUDGET_S, probing, tried, made)
     return (forecast(plan, agenda, costs) if costs else None,
             [cost for own in costs.values() for cost in own], not finished)
-
-
-def cores() -> int:
-    """The number of this machine's cores that desim may use."""
-    return len(os.sched_getaffinity(0))
 
 
 class CampaignDriver:

@@ -21,6 +21,7 @@ from distributed.deploy import SpecCluster
 
 from desim.campaign.running.cluster_settings import Local, Queue, Running, Settings
 from desim.errors import InputError
+from desim.operating_system.signals import without_interrupts
 from desim.units import NS_PER_S
 
 _CONNECT_S = 5  # a scheduler that is there answers within a second, also over a wide network
@@ -91,12 +92,9 @@ def _local(workers: int) -> LocalCluster:
     # What the threads that begin now block is blocked in every process that these start, unless one
     # of them has to start multiprocessing's tracker, which unblocks it.
     resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
+    with without_interrupts():
         cluster = LocalCluster(n_workers=0, threads_per_worker=1, memory_limit=0,
                                dashboard_address=":0", silence_logs=logging.CRITICAL)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
     try:
         cluster.scale(workers)
         cluster.sync(_begun, cluster)

@@ -8,9 +8,10 @@ import os
 import signal
 import sys
 import threading
-from pathlib import Path
 
 import numpy as np
+
+from desim.operating_system.resources import children, resident_bytes
 
 _WATCHED = (np, np.random, np.linalg, math, os, json)  # for patches
 _MOST_GROWN_BYTES = 3 << 27  # by leaks; twice what two runs of maze_30 (120 s) leave: 192 MiB
@@ -20,13 +21,13 @@ class ProcessState:
     """The state of this process when this was made."""
 
     def __init__(self) -> None:
-        self._before, self._size_bytes = _state(), _size_bytes()
+        self._before, self._size_bytes = _state(), resident_bytes()
 
     def changed(self) -> list[str]:
         """The names of what is otherwise now."""
         now = _state()
         found = [name for name, value in self._before.items() if now[name] != value]
-        return found + ["memory"] * (_size_bytes() > self._size_bytes + _MOST_GROWN_BYTES)
+        return found + ["memory"] * (resident_bytes() > self._size_bytes + _MOST_GROWN_BYTES)
 
 
 def _state() -> dict[str, object]:
@@ -40,17 +41,7 @@ def _state() -> dict[str, object]:
             "signal handlers": [signal.getsignal(number)
                                 for number in sorted(signal.valid_signals())],
             "numpy's error state": np.geterr(), "threads": threading.active_count(),
-            "children": _children(), "standard streams": (sys.stdout, sys.stderr),
+            "children": children(), "standard streams": (sys.stdout, sys.stderr),
             "patched modules": {(module.__name__, name): id(value)
                                 for module in _WATCHED for name, value in vars(module).items()
                                 if callable(value) and not name.startswith("__")}}
-
-
-def _children() -> list[str]:
-    return sorted(task.read_text() for task in Path("/proc/self/task").glob("*/children")
-                  if task.read_text())
-
-
-def _size_bytes() -> int:
-    """The resident memory (Linux, proc(5), statm)."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")

@@ -8,7 +8,6 @@ that a campaign that was killed goes on where it was.
 
 from __future__ import annotations
 
-import fcntl
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,6 +25,7 @@ from desim.campaign.running.agenda import Agenda
 from desim.campaign.running.work import RunTask
 from desim.errors import InputError, did_you_mean
 from desim.files import refuse_link
+from desim.operating_system.locks import Lock, Taken
 from desim.results.row import Row, Rows
 from desim.results.status import RunStatus
 
@@ -74,10 +74,9 @@ class Sweep:
             raise InputError(f"{self.out}: cannot be a campaign's folder: {error.strerror}; choose "
                              "another one with --out") from error
         with _writing(self.out):
-            self._lock = os.open(self.out / ".lock", os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW)
             try:
-                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
+                self._lock = Lock(self.out / ".lock")
+            except Taken:
                 raise InputError(f"{self.out}: another process is running this campaign") from None
             store(self.plan.loaded, self.out)
             self.index = Index(self.out / INDEX)
@@ -90,7 +89,7 @@ class Sweep:
 
     def __exit__(self, *_: object) -> None:
         self.index.close()
-        os.close(self._lock)
+        self._lock.release()
 
     @property
     def damaged_runs(self) -> dict[str, str]:

@@ -16,7 +16,8 @@ _VIEW = 0.9  # of the larger side of the terrain, from above
 
 def layout(recording: Recording) -> Json:
     """``foxglove_layout.json`` with the topics and the extent of ``recording``."""
-    found: Json = json.loads((files("desim.export.ros") / "foxglove_layout.json").read_text())
+    text = (files("desim.export.ros") / "foxglove_layout.json").read_text("utf-8")
+    found: Json = json.loads(text)
     panels = found["configById"]
     scene = panels[_SCENE]
     for number, robot in enumerate(recording.robots):

@@ -59,9 +59,9 @@ def write_mcap(recording: Recording, path: Path, done: Done) -> Counts:
                                   recording.run.content(SCENARIO))
         writer.finish()
     with target(path.with_suffix(FOXGLOVE), "--mcap") as beside:
-        beside.write_text(json.dumps(layout(recording), indent=1) + "\n")
+        beside.write_text(json.dumps(layout(recording), indent=1) + "\n", "utf-8")
     with target(path.with_suffix(RVIZ_2), "--mcap") as beside:
-        beside.write_text(rviz_configuration(recording, 2))
+        beside.write_text(rviz_configuration(recording, 2), "utf-8")
     return counts
 
 
@@ -96,7 +96,7 @@ def write_bag(recording: Recording, path: Path, done: Done) -> Counts:
                         topic, kind, typestore=types.store, latching=int(is_latched(topic)))
                 writer.write(connections[topic], message.time_ns, types.data(kind, message.message))
     with target(path.with_suffix(RVIZ_1), "--bag") as beside:
-        beside.write_text(rviz_configuration(recording, 1))
+        beside.write_text(rviz_configuration(recording, 1), "utf-8")
     return counts
 
 

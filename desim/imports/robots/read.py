@@ -59,4 +59,4 @@ def write(name: str, found: FoundRobot, origins: Sequence[str], path: Path) -> N
     text = yaml12.dump(found.document(name)[0])
     with target(path, "--to") as beside:
         beside.write_text(f"# Of {', '.join(origins)}, by desim robot; a scenario takes it by "
-                          f"extends: {path.name}\n{text}")
+                          f"extends: {path.name}\n{text}", "utf-8")

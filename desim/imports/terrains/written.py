@@ -60,7 +60,7 @@ def write_scenario(found: FoundTerrain, origin: str, path: Path, robots: str = "
                                    "places far from walls"), name=yaml12.dump({"name": path.stem}),
             environment=yaml12.dump({"environment": environment}),
             fleet=yaml12.dump({"fleet": {"size": len(poses), "robots": robots,
-                                         "start": {"poses": poses}}})))
+                                         "start": {"poses": poses}}})), "utf-8")
     return written
 
 
@@ -127,7 +127,7 @@ def write_map(terrain: Terrain, image: Path, resolution_m: float | None = None) 
         beside.write_text(yaml12.dump({
             "image": image.name, "mode": "trinary", "resolution": edge_m,
             "origin": [round(grid.x_m, 9), round(grid.y_m, 9), 0.0], "negate": 0,
-            "occupied_thresh": 0.65, "free_thresh": 0.196}))
+            "occupied_thresh": 0.65, "free_thresh": 0.196}), "utf-8")
     return [image, facts]
 
 

@@ -51,7 +51,7 @@ def save(figure: Figure, folder: Path, name: str, title: str) -> str:
     for ending, metadata in _UNDATED.items():
         figure.savefig(folder / f"{name}.{ending}", dpi=160, metadata=metadata,
                        facecolor="none" if ending == "svg" else "white")
-    return _inline((folder / f"{name}.svg").read_text(), name, title)
+    return _inline((folder / f"{name}.svg").read_text("utf-8"), name, title)
 
 
 def _inline(svg: str, name: str, title: str) -> str:

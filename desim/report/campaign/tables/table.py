@@ -45,7 +45,7 @@ class Shown(NamedTuple):
 
 def as_csv(table: ReportTable, folder: Path) -> None:
     """Write ``name``.csv."""
-    with open(folder / f"{table.name}.csv", "w", newline="") as file:
+    with open(folder / f"{table.name}.csv", "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(table.exact_head)
         writer.writerows(table.exact_rows)
@@ -69,7 +69,7 @@ def as_latex(table: ReportTable, folder: Path) -> None:
              r"\bottomrule", r"\endfoot",
              *(" & ".join(_escaped(text_of(cell)) for cell in row) + r" \\"
                for row in table.rows[:_MOST_ROWS]), r"\end{longtable}"]
-    (folder / f"{table.name}.tex").write_text("\n".join(lines) + "\n")
+    (folder / f"{table.name}.tex").write_text("\n".join(lines) + "\n", "utf-8")
 
 
 def as_html(table: ReportTable, stacked: bool = False) -> str:

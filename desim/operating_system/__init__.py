@@ -1,0 +1,1 @@
+"""Linux, macOS and Windows differ here; nothing else in desim asks which of them it is."""
