@@ -1,4 +1,4 @@
-"""The tables and figures of docs/studies/paper-findings.md.
+"""The tables and figures of docs/studies/paper.md.
 
 They come from the campaigns of findings.yaml and mechanisms.yaml, or their small versions, as far
 as these are done:
