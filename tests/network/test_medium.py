@@ -51,7 +51,7 @@ def test_each_receiver_of_a_broadcast_receives_its_bytes():
     assert bench.medium.tx_bytes == [125, 0, 0, 0]
 
 
-def test_a_model_that_returns_a_verdict_is_refused_with_advice():
+def test_a_model_that_returns_a_verdict_fails_with_what_to_return():
     class Judges(ImmediateNetwork):
         def send(self, frame):
             return ports.Drop("said")
