@@ -1,11 +1,14 @@
 """Shared by all tests: reproducible property tests, and where the reference data lie."""
 
 import gc
+import os
 import signal
+from functools import cache
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from typer import testing
 
 from desim.engine.garbage import freeze_present_objects
 
@@ -14,6 +17,13 @@ settings.load_profile("desim")
 
 # The background job of a shell ignores Ctrl-C, and so would what tests start and interrupt.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+# No test cuts the power: to wait for the disk takes as long as many runs.
+os.fsync = lambda descriptor: None
+
+# All calls of commands share one tree of them: to build it takes longer than many commands do.
+testing._get_command = cache(testing._get_command)
 
 
 @pytest.fixture(scope="session")

@@ -25,11 +25,12 @@ def type_names(fleet: FleetParams) -> tuple[str, ...]:
 
 
 def types_by_name(scenario: Scenario) -> dict[str, RobotType]:
-    """The types that robots can be of. A built-in one is as the scenario says, of this type or of
-    all robots, and for the rest as it was built in."""
-    return BUILT_IN_TYPES | scenario.fleet.types | {
-        name: _written_over(scenario.fleet.types.get(name, RobotType()), built_in, scenario.robot)
-        for name, built_in in BUILT_IN_TYPES.items()}
+    """The types that robots can be of. A built-in one of which a robot is, or that is written over,
+    is as the scenario says, of this type or of all robots, and for the rest as it was built in."""
+    own = scenario.fleet.types
+    return BUILT_IN_TYPES | own | {
+        name: _written_over(own.get(name, RobotType()), BUILT_IN_TYPES[name], scenario.robot)
+        for name in (*own, *used_types(scenario.fleet)) if name in BUILT_IN_TYPES}
 
 
 def _written_over(kind: RobotType, built_in: RobotType, usual: Equipment) -> RobotType:

@@ -210,22 +210,20 @@ def test_ctrl_c_ends_everybody(repository, folder):
 
 
 @needs_dask
-def test_no_more_workers_start_than_there_are_runs(plan, folder):
+def test_no_more_workers_start_than_there_are_runs_and_the_environment_stays_as_it_was(
+        repository, folder):
     up: list[int] = []
+    base = repository / "scenarios" / "hello.yaml"
+    Path("two.yaml").write_text(
+        f"name: two\nbase: {base}\nset: {{stop.elapsed: 2 s}}\niterations: 2\n")
+    plan, before = Plan(load_design(Path("two.yaml"))), dict(os.environ)
     with Sweep(plan, Metrics(plan), Path("many")) as sweep:
         queue = CampaignDriver(sweep, None, Queue(kind="slurm", jobs=100_000))
-        assert queue.where == "in 4 jobs of slurm"
+        assert queue.where == "in 2 jobs of slurm"
         local = CampaignDriver(sweep, None, Local(kind="local", jobs=100_000))
         local.run(lambda _: None, up.append)
-        assert sweep.agenda.progress[0] == 4
-    assert max(up) <= 4
-
-
-@needs_dask
-def test_a_campaign_leaves_the_environment_as_it_was(plan, folder):
-    before = dict(os.environ)
-    with Sweep(plan, Metrics(plan), Path("many")) as sweep:
-        CampaignDriver(sweep, None, Local(kind="local", jobs=1)).run(lambda _: None, lambda _: None)
+        assert sweep.agenda.progress[0] == 2
+    assert max(up) <= 2
     assert dict(os.environ) == before
 
 

@@ -209,7 +209,7 @@ def test_a_full_disk_leaves_no_cut_page(run, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir() if "page" in path.name] == ["page.html"]
 
 
-@pytest.mark.parametrize("number", range(int(os.environ.get("HOSTILE_FOLDERS", "7"))))
+@pytest.mark.parametrize("number", range(int(os.environ.get("HOSTILE_FOLDERS", "4"))))
 def test_hostile_folders(audit, run, tmp_path, hostile_folders, number):
     hostile_folders.hostile(run, number)
     played(audit, run, tmp_path)

@@ -246,8 +246,8 @@ def test_two_formats_want_two_files(alone, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def huge(repository, home):
-    """A hundred robots: ten thousand links."""
-    return made(repository, home, "fleet.size=100", "stop.elapsed=200 ms",
+    """Fifty robots: two thousand links and more."""
+    return made(repository, home, "fleet.size=50", "stop.elapsed=200 ms",
                 file="warehouse_300.yaml")
 
 

@@ -285,7 +285,7 @@ STORIES = st.builds(
     st.lists(st.tuples(TIMES_MS, TIMES_MS, HOST), max_size=1))
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(STORIES, st.sampled_from([*MODELS]), st.sampled_from([*MIDDLEWARE]), st.booleans())
 def test_whatever_happens_it_is_the_same_message_by_message(story, model, middleware, busy):
     the_same(story, model, middleware, busy)

@@ -296,4 +296,4 @@ class Cut:
 
 
 TestOutages = Outages.TestCase
-TestOutages.settings = settings(max_examples=10, stateful_step_count=12)
+TestOutages.settings = settings(max_examples=5, stateful_step_count=12)

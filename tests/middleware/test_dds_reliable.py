@@ -5,7 +5,7 @@ from unittest.mock import patch
 import pytest
 from ddsnets import Nth, conserved, dds, partition
 from graphs import MS, Net, S, listener, silent, talker
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from desim.middleware.dds.dds import Dds
@@ -43,6 +43,7 @@ def chance(rules):
     return out
 
 
+@settings(max_examples=15)
 @given(rules=RULES, preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
        size_bytes=st.sampled_from([100, 3000, 30_000]), gap_ms=st.sampled_from([1, 15, 300]),
        small=st.booleans(), acks=ACKS)
@@ -66,6 +67,7 @@ def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, 
     assert net.waiting() == 0
 
 
+@settings(max_examples=15)
 @given(rules=RULES, preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
        size_bytes=st.sampled_from([100, 30_000]), acks=ACKS)
 def test_with_the_leases_of_a_preset_no_message_comes_twice_or_late(
@@ -84,6 +86,7 @@ def test_with_the_leases_of_a_preset_no_message_comes_twice_or_late(
     assert set(net.counts("/talk").dropped) <= {"link_closed", "unmatched"}
 
 
+@settings(max_examples=15)
 @given(depth=st.sampled_from([1, 2, 10]), seed=st.integers(0, 99),
        preset=st.sampled_from(["fastdds", "cyclonedds"]),
        loss=st.sampled_from(["5 %", "30 %"]), acks=ACKS)
@@ -107,6 +110,7 @@ def test_of_a_bounded_history_the_order_is_kept_and_each_fate_is_one(depth, seed
     assert len({number for number, *_ in net.fates}) == len(net.fates) == counts.intended
 
 
+@settings(max_examples=15)
 @given(preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
        latency=st.sampled_from(["0 ns", "700 us", "30 ms"]), depth=st.sampled_from([0, 1, 10]),
        gap_ms=st.sampled_from([1, 15, 300]), size_bytes=st.sampled_from([100, 30_000]),
@@ -137,6 +141,7 @@ def test_an_acknowledgement_that_makes_no_event_changes_no_log(
     assert short == long and events < more_events
 
 
+@settings(max_examples=15)
 @given(preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
        latency=st.sampled_from(["0 ns", "700 us", "300 ms"]), loss=st.sampled_from(["0 %", "60 %"]),
        down_ms=st.sampled_from([1, 250, 3000]))

@@ -20,6 +20,7 @@ MB = 10**6
 PACKET_NS = 1_214_400  # 1518 B at 10 Mb/s
 GAP_NS = 9600
 CABLE_NS = 1000
+LONG = pytest.mark.validation  # rows that `desim validate` compares, too
 NS3 = {"arbitration": "csma", "preamble": "0 B"}
 
 
@@ -163,7 +164,7 @@ def saturated(hosts, packets):
     return found["loss"], found["throughput_mbps"] / 10
 
 
-@pytest.mark.parametrize("hosts", [10, 30])
+@pytest.mark.parametrize("hosts", [10, pytest.param(30, marks=LONG)])
 def test_exponential_backoff_of_ethernet(hosts):
     """Packets given up within 10 % (chance makes 3 %), time in use within 0.005."""
     lost, used = contend(hosts, 20_000)
@@ -260,8 +261,9 @@ def ns3(reference, senders, load, arrivals="periodic"):
             for name in ("delivered_mbps_wire", "loss_ratio", "mean_owd_ms")]
 
 
-@pytest.mark.parametrize("senders", [1, 5, 30])
-@pytest.mark.parametrize("load", [0.5, 0.9, 1.5])
+@pytest.mark.parametrize(("load", "senders"), [(0.5, 5), (0.9, 30), (1.5, 5), *(
+    pytest.param(*row, marks=LONG) for row in (
+        (0.5, 1), (0.5, 30), (0.9, 1), (0.9, 5), (1.5, 1), (1.5, 30)))])
 def test_csma_carries_what_ns3_does(reference, senders, load):
     """Throughput within 1 %, loss within 0.01."""
     mbps, lost, _ = loaded(senders, load, 9000, **NS3)
@@ -270,7 +272,7 @@ def test_csma_carries_what_ns3_does(reference, senders, load):
     assert lost == pytest.approx(expected_lost, abs=0.01)
 
 
-@pytest.mark.parametrize("senders", [1, 5, 30])
+@pytest.mark.parametrize("senders", [5, *(pytest.param(n, marks=LONG) for n in (1, 30))])
 def test_the_twin_with_a_tenth_less_rate_does_not(reference, senders):
     mbps, lost, _ = loaded(senders, 1.5, 9000, rate="9 Mb/s", **NS3)
     expected_mbps, expected_lost, _ = ns3(reference, senders, 1.5)
@@ -320,8 +322,8 @@ class Slotted(CollisionDetection):
         self._context.at(stop_ns, self._try, station)
 
 
-@pytest.mark.parametrize("size_bytes", [64, 512])
-@pytest.mark.parametrize("senders", [2, 5, 10])
+@pytest.mark.parametrize(("senders", "size_bytes"), [(2, 64), (5, 512), *(
+    pytest.param(*row, marks=LONG) for row in ((2, 512), (5, 64), (10, 64), (10, 512)))])
 def test_collisions_cost_what_metcalfe_and_boggs_say(monkeypatch, senders, size_bytes):
     """E = P / (P + W T), W = (1 - A) / A, A = (1 - 1/Q)^(Q - 1), where P also has the time in which
     the last bit passes, 24 us. With it, twice, and the jam of 3.2 us a collision takes a slot. The

@@ -338,7 +338,8 @@ def bound(hops):
 
 
 @pytest.mark.parametrize("mac", ["ideal", "tdma"])
-@pytest.mark.parametrize("hops", [2, 3, 4, 5, 8, 12])
+@pytest.mark.parametrize("hops", [3, 8, *(
+    pytest.param(hops, marks=pytest.mark.validation) for hops in (2, 4, 5, 12))])
 def test_a_chain_carries_one_by_hops_then_a_quarter(mac, hops):
     assert share(hops, mac, duration="2 s")["goodput_share"] == pytest.approx(
         bound(hops), rel=0.005)
@@ -387,7 +388,9 @@ def test_the_spacing_changes_nothing_where_only_hops_count():
     assert share(3, "ideal", spacing="3 m", duration="2 s") == share(3, "ideal", duration="2 s")
 
 
-@pytest.mark.parametrize("mac", ["ideal", "tdma", "dcf"])
+@pytest.mark.parametrize("mac", ["dcf", *(
+    pytest.param(mac, marks=pytest.mark.validation)  # which `desim validate` repairs, too
+    for mac in ("ideal", "tdma"))])
 def test_after_a_host_has_left_a_chain_recovers(mac):
     """The host in the middle leaves after 3 s, of 2 s + 20 s: half is carried of what the chain
     carries with it."""

@@ -15,6 +15,7 @@ from stations import NS3, air, by_distance, heartbeats, rows, same_power, satura
 from netmodels.radio.dcf.stations import DONE, DROPPED, MISSED, NEVER, RECEIVED
 from netmodels.radio.standards import A, B, G
 
+LONG = pytest.mark.validation  # rows that `desim validate` compares, too
 UDP = 1064  # B on the air of 1000 B
 SATURATED = {  # as the tables name mode and topology: standard, Mb/s
     ("OfdmRate6Mbps", "sink-fixed"): (A, 6), ("OfdmRate24Mbps", "sink-fixed"): (A, 24),
@@ -49,7 +50,7 @@ def agrees(measured, expected) -> bool:
 
 
 @pytest.mark.parametrize(("mode", "topology"), SATURATED)
-@pytest.mark.parametrize("n", [1, 2, 5, 10, 30])
+@pytest.mark.parametrize("n", [1, 10, *(pytest.param(n, marks=LONG) for n in (2, 5, 30))])
 def test_saturation(reference, mode, topology, n):
     standard, mbps = SATURATED[mode, topology]
     assert agrees(sink(standard, mbps, n, 20), saturation_rows(reference)[mode, topology, n])
@@ -89,7 +90,7 @@ def bianchi(standard, mbps, n):
 
 
 @pytest.mark.parametrize("mbps", BIANCHI)
-@pytest.mark.parametrize("n", [5, 10, 20, 30, 50])
+@pytest.mark.parametrize("n", [5, 50, *(pytest.param(n, marks=LONG) for n in (10, 20, 30))])
 def test_saturation_of_802_11b(mbps, n):
     assert bianchi(B, mbps, n) == pytest.approx(1, abs=0.02)
 
@@ -125,7 +126,8 @@ def two_pairs(apart_m, mbps, reception=NS3):
 
 
 @pytest.mark.parametrize("mbps", [6, 24, 54])
-@pytest.mark.parametrize("apart_m", [5, 10, 20, 30, 40, 50, 51, 52, 55, 70, 100, 400])
+@pytest.mark.parametrize("apart_m", [5, 20, 51, 52, 100, *(
+    pytest.param(apart_m, marks=LONG) for apart_m in (10, 30, 40, 50, 55, 70, 400))])
 def test_two_pairs(reference, mbps, apart_m):
     table = means(reference / "ns3" / "s5_spatial_reuse_two_pairs.csv", "mode", "d_m")
     expected = table[f"OfdmRate{mbps}Mbps", str(apart_m)]
@@ -232,8 +234,8 @@ def hidden(spacing_m, mbps, rts, standard=A):
 
 
 @pytest.mark.parametrize("rts", [False, True])
-@pytest.mark.parametrize(("mbps", "spacing_m"), [(6, 20), (6, 26), (6, 50), (24, 20), (24, 25.5),
-                                                 (24, 26), (24, 40)])
+@pytest.mark.parametrize(("mbps", "spacing_m"), [(6, 26), (24, 20), (24, 25.5), *(
+    pytest.param(*where, marks=LONG) for where in ((6, 20), (6, 50), (24, 26), (24, 40)))])
 def test_hidden_terminals(reference, mbps, spacing_m, rts):
     """At 24 Mb/s and 50 m noise leaves 2 % of the goodput, and too few packets to compare."""
     key = f"OfdmRate{mbps}Mbps", str(spacing_m), str(int(rts))
@@ -282,8 +284,9 @@ def heard(n, hz, mbps=6, standard=A, reception=NS3, seconds=40):
     return heartbeats(stations, poisson(n, hz, seconds, 1), 264, standard.rate(mbps), n)
 
 
-@pytest.mark.parametrize(("n", "hz", "mbps"), [(2, 10, 6), (5, 50, 6), (10, 10, 6), (10, 50, 6),
-                                               (30, 10, 6), (30, 50, 6), (30, 50, 24)])
+@pytest.mark.parametrize(("n", "hz", "mbps"), [(5, 50, 6), (30, 10, 6), (30, 50, 24), *(
+    pytest.param(*load, marks=LONG) for load in (
+        (2, 10, 6), (10, 10, 6), (10, 50, 6), (30, 50, 6)))])
 def test_heartbeats_at_random_times(reference, n, hz, mbps):
     table = means(reference / "ns3" / "s4_broadcast_heartbeats.csv", "bcast_mode", "placement",
                   "n", "hz", "arrivals", value="delivery_ratio")

@@ -19,7 +19,7 @@ from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.path_loss import LogDistance
 from netmodels.radio.shadowing import Shadowing, Shadows
 
-LINKS, SEEDS = 2000, 10
+LINKS, SEEDS = 2000, 6
 ONE = np.arange(LINKS)
 SIGMA_DB, CORRELATION_M = 4.3, 8.3
 WAVE_M = 299_792_458 / 2.412e9

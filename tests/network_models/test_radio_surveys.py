@@ -8,7 +8,14 @@ from netmodels.radio import shadowing
 from netmodels.radio.dcf import radio
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.presets import PRESETS
+from netmodels.validation import surveys
 from netmodels.validation.surveys import RadioInAStreet, RadioInRooms
+
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch):
+    """Means of fewer seeds than ``desim validate`` takes."""
+    monkeypatch.setattr(surveys, "_SEEDS", range(1, 4))
 
 
 def failing(group):

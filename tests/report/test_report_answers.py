@@ -18,6 +18,8 @@ from desim.report.campaign.numbers.contrasts import contrasts
 from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study
 
+pytestmark = pytest.mark.usefixtures("svg_alone")
+
 STRATEGIES = {"strategy": ["near", "far"]}
 
 

@@ -10,6 +10,8 @@ from desim.report.campaign.numbers.contrasts import contrasts
 from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study
 
+pytestmark = pytest.mark.usefixtures("svg_alone")
+
 ROBOTS = {"robots": [1, 2, 3]}
 
 

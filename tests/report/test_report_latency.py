@@ -23,6 +23,8 @@ from desim.results.run import Run
 from desim.results.why import Query, breakdown
 from desim.statistics.intervals import t_interval
 
+pytestmark = pytest.mark.usefixtures("svg_alone")
+
 PARTS = {"sender's queue": "senders_queue_s", "queue": "queue_s", "airtime": "airtime_s",
          "propagation": "propagation_s", "retransmission": "retransmission_s"}
 

@@ -15,6 +15,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "tools"))
 from guarded import _is_evil
 from hostile_campaigns import MARKUP
 
+pytestmark = pytest.mark.usefixtures("svg_alone")
+
 NAMES = ["../../../victim", "/tmp/victim", MARKUP, "messages_by_topic_/*/map_delivered", "x" * 300,
          "a\nb", ".."]
 

@@ -17,6 +17,8 @@ from desim.report.campaign.tables import overview
 from desim.statistics.intervals import bca_interval, t_interval
 from desim.statistics.sensitivity import indices, saltelli
 
+pytestmark = pytest.mark.usefixtures("svg_alone")
+
 RATES = ["1 Mb/s", "3 Mb/s", "10 Mb/s", "30 Mb/s", "100 Mb/s", "300 Mb/s"]
 BY = {"rate": RATES, "strategy": ["near", "far"]}
 _VOID = {"meta", "link", "br", "hr", "img", "input"}

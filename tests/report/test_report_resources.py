@@ -9,6 +9,8 @@ from desim.report.campaign.campaign_report import write
 from desim.report.campaign.numbers import Study
 from desim.report.campaign.tables import resources
 
+pytestmark = pytest.mark.usefixtures("svg_alone")
+
 PARAMETERS = {"speed": [1, 2]}
 
 

@@ -15,6 +15,8 @@ from desim.report.campaign.numbers.estimates import Estimates
 from desim.report.campaign.numbers.study import Study
 from desim.report.campaign.tables.table import ReportTable
 
+pytestmark = pytest.mark.usefixtures("svg_alone")
+
 LADDER = {"rung": list(RUNGS), "strategy": ["a", "b", "c"]}
 KEYS = {"rung": {"key": "network.fidelity", "values": list(RUNGS)},
         "strategy": {"key": "coordination.strategy", "values": ["a", "b", "c"]}}

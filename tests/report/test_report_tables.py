@@ -11,6 +11,8 @@ from desim.report.campaign import formatting
 from desim.report.campaign.campaign_report import write
 from desim.report.campaign.tables.table import ReportTable, Shown, as_csv, as_html, as_latex
 
+pytestmark = pytest.mark.usefixtures("svg_alone")
+
 ODD = ReportTable("odd", "50 % of a_b & c: [m²] {x} ~ ^ \\ $ # –", ["a_b [m²]", "words & more"],
             [[1234567.0, "100 % <x>"], [None, "[a] – b"], [Shown("> 5 000", 5000.0), "c_d"]],
             ["a", "b"], [[1234567.125, "x,y"], [None, "z"], [5000, ""]])

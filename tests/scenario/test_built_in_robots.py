@@ -6,6 +6,7 @@ from desim.errors import InputError
 from desim.scenario import yaml12
 from desim.scenario.load import from_mapping
 from desim.scenario.resolved import resolved
+from desim.scenario.robot_types import types_by_name
 from desim.scenario.schema.built_in_robots import BUILT_IN_TYPES
 
 
@@ -88,3 +89,12 @@ def test_scans_of_a_built_in_robot_are_checked_like_any_others():
     assert error.value.args == (
         "scenario: fleet.types.husky.robot.laser.rate: must be at most that of physics, 30 Hz, got "
         "50 Hz: scans see the pose of the last tick; allowed with pose: interpolated",)
+
+
+def test_only_types_that_stand_in_the_scenario_are_filled_in():
+    """Each load asks for them some twenty times, with clocks once more a robot."""
+    found = types_by_name(from_mapping({
+        "name": "s", "fleet": {"robots": "turtlebot3_burger"}, "robot": {"laser": {"beams": 20}}}
+    ).scenario)
+    filled = {name for name, built_in in BUILT_IN_TYPES.items() if found[name] is not built_in}
+    assert filled == {"turtlebot3_burger"}

@@ -1,6 +1,6 @@
 """A small fleet to which everything happens, under each middleware.
 
-As a program it prints the digests of all of these runs: python fleets.py
+As a program it prints the digests of some of these runs: python fleets.py
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ _CHOICES = {
 }
 CASES = {name: (HELLO, *FLEET, f"middleware={{{choice}}}") for name, choice in _CHOICES.items()}
 CASES["fastdds, broadcast"] = (*CASES["fastdds"], "coordination.exchange.via=broadcast")
+# One of each middleware, with most of its parts: these are played in another process, too.
+AGAIN = ("direct", "rospy, master on a robot", "multimaster, noetic", "fastdds",
+         "cyclonedds, server", "zenoh, mesh")
 
 
 if __name__ == "__main__":
-    json.dump({name: built(*case).run().digest for name, case in CASES.items()}, sys.stdout)
+    json.dump({name: built(*CASES[name]).run().digest for name in AGAIN}, sys.stdout)

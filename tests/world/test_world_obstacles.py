@@ -203,7 +203,9 @@ def both_counts(junction, degrees, edge_m, thick_m):
 
 
 @pytest.mark.parametrize("junction", JUNCTIONS)
-@pytest.mark.parametrize(("edge_m", "thick_m"), [(0.05, 0.2), (0.05, 0.3), (0.1, 0.2), (0.1, 0.3)])
+@pytest.mark.parametrize(("edge_m", "thick_m"), [(0.05, 0.3), (0.1, 0.2), *(
+    pytest.param(*sizes, marks=pytest.mark.validation)  # between these
+    for sizes in ((0.05, 0.2), (0.1, 0.3)))])
 def test_an_image_counts_what_the_drawing_counts(junction, edge_m, thick_m):
     for degrees in 0, 30, 45:
         image, drawing = both_counts(junction, degrees, edge_m, thick_m)

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from desim.errors import InputError
+from desim.imports.terrains import dxf
 from desim.imports.terrains.found import Choices
 from desim.imports.terrains.read import read_terrain
 
@@ -89,11 +90,13 @@ def test_blocks_are_inserted_with_scale_turn_and_in_rows(tmp_path):
     assert found == [(10.0, 5.0, 7.0, 7.0), (10.0, 6.0, 7.0, 8.0)]
 
 
-def test_blocks_that_multiply_are_refused(tmp_path):
+def test_blocks_that_multiply_are_refused(tmp_path, monkeypatch):
+    assert dxf._MOST_ENTITIES == 500_000
+    monkeypatch.setattr(dxf, "_MOST_ENTITIES", 5000)
     blocks = [f"0 BLOCK 2 B{i} " + f"0 INSERT 2 B{i + 1} 70 30 71 30 " * 2 + "0 ENDBLK"
               for i in range(9)]
     for names in (blocks, ["0 BLOCK 2 B0 0 INSERT 2 B0 0 ENDBLK"]):
-        with pytest.raises(InputError, match=r"a.dxf: more than 500000 entities, or blocks nested "
+        with pytest.raises(InputError, match=r"a.dxf: more than 5000 entities, or blocks nested "
                                              "more than 16 deep"):
             read(tmp_path, drawing("0 INSERT 2 B0", blocks=[name.replace("  ", " ") for name in
                                                             names]))

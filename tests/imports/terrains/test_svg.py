@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from desim.errors import InputError
-from desim.imports.terrains import svg_path
+from desim.imports.terrains import svg, svg_path
 from desim.imports.terrains.areas import Area, trapezoids
 from desim.imports.terrains.found import Choices
 from desim.imports.terrains.read import read_terrain
@@ -164,9 +164,11 @@ def test_layers(tmp_path):
         read(tmp_path, LAYERS, level="Wals")
 
 
-def test_uses_that_multiply_are_refused(tmp_path):
+def test_uses_that_multiply_are_refused(tmp_path, monkeypatch):
+    assert svg._MOST_ELEMENTS == 500_000
+    monkeypatch.setattr(svg, "_MOST_ELEMENTS", 5000)
     bomb = "".join(f"<g id='g{i}'>" + f"<use href='#g{i + 1}'/>" * 10 + "</g>" for i in range(9))
-    with pytest.raises(InputError, match="more than 500000 elements, or nested more than 200"):
+    with pytest.raises(InputError, match="more than 5000 elements, or nested more than 200"):
         read(tmp_path, bomb + "<line id='g9' x2='1'/>")
-    with pytest.raises(InputError, match="more than 500000 elements, or nested more than 200"):
+    with pytest.raises(InputError, match="more than 5000 elements, or nested more than 200"):
         read(tmp_path, "<g id='a'><use href='#a'/></g>")

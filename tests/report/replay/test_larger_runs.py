@@ -17,16 +17,16 @@ pytestmark = pytest.mark.usefixtures("browser_here")
 
 @pytest.fixture(scope="module")
 def partitioned(tmp_path_factory, repository):
-    """Sixteen robots with a ROS master each; the network is split from 6 s to 20 s."""
+    """Sixteen robots with a ROS master each; the network is split from 4 s to 9 s."""
     scenario = desim.load(repository / "scenarios" / "multimaster_disconnect.yaml", [
-        "network.media.air.rules=[{rule: partition, from: 6 s, until: 20 s, "
-        "groups: [[robot_8, robot_9, 'robot_1?']]}]", "stop.elapsed=25 s",
+        "network.media.air.rules=[{rule: partition, from: 4 s, until: 9 s, "
+        "groups: [[robot_8, robot_9, 'robot_1?']]}]", "stop.elapsed=12 s",
         "trace.keep=all"])
     return desim.run(scenario, out=tmp_path_factory.mktemp("partitioned"))
 
 
 def test_maze_30(tmp_path, repository):
-    run = desim.run(desim.load(repository / "scenarios" / "maze_30.yaml", ["stop.elapsed=20 s"]),
+    run = desim.run(desim.load(repository / "scenarios" / "maze_30.yaml", ["stop.elapsed=12 s"]),
                     out=tmp_path)
     recording, page = recording_of(run), tmp_path / "replay.html"
     write([recording], page)
@@ -47,21 +47,21 @@ def test_a_partitioned_fleet(tmp_path, partitioned):
     write([recording_of(partitioned)], page)
     with Browser(tmp_path / "profile") as browser:
         browser.open(page)
-        browser.value("desimReplay.at(5)")
+        browser.value("desimReplay.at(3)")
         caption = "document.querySelector('.caption').textContent"
         assert "parts" not in browser.value(caption)
-        for at_s in (5, 10, 19, 24):
+        for at_s in (3, 5, 8, 11):
             browser.value(f"desimReplay.at({at_s})")
-            assert ("2 parts" in browser.value(caption)) == (6 < at_s < 20)
+            assert ("2 parts" in browser.value(caption)) == (4 < at_s < 9)
             assert_beliefs(browser, partitioned, at_s)
-        browser.value("desimReplay.at(19)")
+        browser.value("desimReplay.at(8)")
         assert not browser.value("document.querySelector('#beliefs').hidden")
         begin = browser.value("""(() => { desimReplay.at(0);
             return desimReplay.app.panel.events.events.filter(
                 (event) => event.kind === "partition").map((event) => event.timeS); })()""")
-        assert begin == [6.0, 20.0]
+        assert begin == [4.0, 9.0]
         # The list of events goes back with the time, too.
-        scrolled = browser.value("""[24, 0].map((at) => {
+        scrolled = browser.value("""[11, 0].map((at) => {
             const list = document.querySelector("#events ol");
             list.style.maxHeight = "10px";
             desimReplay.at(at);

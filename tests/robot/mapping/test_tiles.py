@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from desim.middleware.contents import LaserScan
@@ -238,6 +238,7 @@ def test_a_map_that_is_drawn_anew_is_the_one_that_was_drawn_at_once(seen, better
     assert np.array_equal(robot_map.fused, again.fused)
 
 
+@settings(max_examples=15)
 @given(st.lists(readings, min_size=1, max_size=5), st.lists(readings, min_size=1, max_size=5))
 def test_a_layer_drawn_elsewhere_takes_the_place_of_the_own_one_and_is_not_written_to(seen, later):
     pool = TilePool(8)
