@@ -76,6 +76,9 @@ class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
         for receiver in unrouted:
             graph.drop(message, receiver, "no_route")
 
+    def topics(self, message: Message) -> tuple[str, ...]:
+        return (message.topic,)
+
     def arrived(self, message: Message, receiver: int) -> None:
         self._flying -= 1
         self._graph.deliver(message, receiver, message.born_ns, message.born_ns)

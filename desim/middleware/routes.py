@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
-from fnmatch import fnmatchcase
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim.network.ways import Path, Way
+from desim.ports.scope import is_topic
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
@@ -25,19 +25,12 @@ Choice = int | None  # of media, by its number; None: all media, by preference
 
 
 class TopicMedia(NamedTuple):
-    """The media of topics whose name matches ``pattern``, in order of preference; none: all. ``*``
-    and ``?`` also stand for slashes. A pattern that does not begin with one is relative to a host.
-    ``inside``: the medium that they take within a host, by its index."""
+    """The media of the topics that ``pattern`` names (``is_topic``), in order of preference; none:
+    all. ``inside``: the medium that they take within a host, by its index."""
 
     pattern: str
     media: tuple[Medium, ...]
     inside: dict[int, Medium]
-
-    def matches(self, topic: str, hosts: Sequence[str]) -> bool:
-        if self.pattern.startswith("/"):
-            return fnmatchcase(topic, self.pattern)
-        _, host, *rest = topic.split("/", 2)
-        return bool(rest) and host in hosts and fnmatchcase(rest[0], self.pattern)
 
 
 class Routing:
@@ -125,7 +118,7 @@ class Routing:
         if topic not in self._chosen:
             hosts = [host.name for host in self._graph.hosts]
             self._chosen[topic] = next((number for number, choice in enumerate(self._choices)
-                                        if choice.matches(topic, hosts)), None)
+                                        if is_topic(topic, choice.pattern, hosts)), None)
         return self._chosen[topic]
 
     def _media(self, source: Host, choice: Choice) -> Sequence[Medium]:

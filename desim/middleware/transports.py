@@ -220,6 +220,9 @@ class StreamLink(Carrier["Message"]):
         if 0 < self._limit < len(outbox):
             self._graph.drop(outbox.popleft(), self._host.index, "outbox_full")
 
+    def topics(self, message: Message) -> tuple[str, ...]:
+        return (message.topic,)
+
     def first_sent(self, message: Message, now_ns: int) -> int:
         return self._first_ns
 

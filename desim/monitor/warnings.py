@@ -12,8 +12,11 @@ from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
 from desim.monitor.tasks.places import free_cells
+from desim.monitor.traffic import family
 from desim.monitor.unused_networks import unused_networks
 from desim.monitor.without_effect import without_effect
+from desim.network.scope import Scoped
+from desim.ports.scope import is_topic
 from desim.ports.tasks import VisitsPlaces
 from desim.scenario.robot_types import used_types
 from desim.units import LENGTH
@@ -29,8 +32,7 @@ def warnings(monitor: Monitor) -> list[str]:
     and of fleets that never move."""
     said = [*monitor.ground.doubts, *without_effect(monitor)]
     said += unused_networks(monitor)
-    said += [f"topics: no topic of the run has matched {pattern!r}"
-             for pattern in monitor.graph.routes.unmatched()]
+    said += _strange_topics(monitor.graph)
     said += _strange_nodes(monitor.graph)
     said += _too_small(monitor.graph)
     said += _silent(monitor.graph)
@@ -41,6 +43,21 @@ def warnings(monitor: Monitor) -> list[str]:
     if monitor.explorers and not monitor.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said
+
+
+def _strange_topics(graph: Graph) -> list[str]:
+    """Warnings of patterns, of media's choices and of rules, that have named no topic."""
+    hosts = [host.name for host in graph.hosts]
+    known = sorted({family(topic, frozenset(hosts)).removeprefix("/*/") for topic in graph.topics})
+    unmatched = [("topics", pattern) for pattern in graph.routes.unmatched()]
+    for medium in (*graph.media, *graph.inside):
+        for number, rule in enumerate(medium.rules):
+            path = f"network.media.{medium.name.partition('@')[0]}.rules.{number}.topics"
+            unmatched += [(path, pattern) for pattern in (
+                rule.topics if isinstance(rule, Scoped) else ()) if not any(
+                    is_topic(topic, pattern, hosts) for topic in graph.topics)]
+    return [f"{path}: no topic of the run has matched {pattern!r}{did_you_mean(pattern, known)}; "
+            f"topics were {', '.join(known)}" for path, pattern in dict.fromkeys(unmatched)]
 
 
 def _too_small(graph: Graph) -> list[str]:

@@ -50,6 +50,11 @@ class Carrier(Generic[T_contra]):
         one flow, as those of a connection are."""
         return self
 
+    def topics(self, token: T_contra) -> tuple[str, ...]:
+        """The topics of whose messages the frame carries data; none of a control frame. Asked where
+        a rule acts on some topics only."""
+        return ()
+
     def first_sent(self, token: T_contra, now_ns: int) -> int:
         """The time when what the frame carries was sent for the first time, maybe in another one;
         ``BEFORE_NS`` if it can only complete messages that were sent before. Called where a ledger
@@ -91,6 +96,9 @@ class WrappedCarrier(Carrier[T_contra]):
     @property
     def socket(self) -> object:
         return self._carrier.socket
+
+    def topics(self, token: T_contra) -> tuple[str, ...]:
+        return self._carrier.topics(token)
 
     def first_sent(self, token: T_contra, now_ns: int) -> int:
         return self._carrier.first_sent(token, now_ns)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from desim.errors import ModelError, class_of
-from desim.network.account import Account
 from desim.network.answer_checks import check_packets, checked_delay, no_verdicts, undeclared
 from desim.network.carrier import Carrier
+from desim.network.scope import Scoped
 from desim.network.terms import PLAIN, Terms
 from desim.ports import (
     Deliver,
@@ -36,19 +36,20 @@ T = TypeVar("T")
 
 
 class Gate:
-    """Asks rules about frames and carries out their verdicts; ``account`` counts what they drop.
+    """Asks the rules of ``medium`` about frames and carries out their verdicts.
 
     If ``model`` retransmits, it asks the rules with ``per_transmission`` itself, through
     ``judge_transmission`` (None: no such rule), and may drop for their ``reasons``. ``open``: no
     other rules exist, so frames need not be admitted.
     """
 
-    def __init__(self, rules: Sequence[Rule], model: NetworkModel, account: Account) -> None:
-        self._account = account
+    def __init__(self, rules: Sequence[Rule], model: NetworkModel, medium: Medium) -> None:
+        self._medium = medium
         repeats = isinstance(model, Retransmits) and model.judges_transmissions
         self._repeated = [rule for rule in rules if repeats and isinstance(
             rule, JudgesTransmissions) and rule.per_transmission]
         self._judges = [(rule, rule.judge) for rule in rules if rule not in self._repeated]
+        self._by_topics = [rule for rule in rules if isinstance(rule, Scoped) and rule.topics]
         self.judge_transmission = self._judge_transmission if self._repeated else None
         self.reasons = {reason for rule in self._repeated for reason in rule.reasons}
         self.open = not self._judges
@@ -65,6 +66,8 @@ class Gate:
         """Ask the rules about ``frame``. Returns it for the receivers that remain, and the terms of
         each. Terms are None if no rule had anything to say, and empty if no receiver remains.
         Raises ``ModelError`` for a wrong verdict."""
+        for scoped in self._by_topics:
+            scoped.follow(carrier.topics(token))
         terms = None
         for rule, judge in self._judges:
             verdicts = judge(frame, frame.receivers)
@@ -113,14 +116,16 @@ class Gate:
             check_packets(rule, verdict.packets, frame.segments)
             terms[receiver] = after = before.losing(verdict.packets, verdict.reason)
             if len(after.lost) < frame.segments:
-                self._account.count_drops(verdict.reason, 0, len(after.lost) - len(before.lost))
+                self._medium.count_drops(verdict.reason, 0, len(after.lost) - len(before.lost))
                 return False
         del terms[receiver]
-        self._account.count_drops(verdict.reason, 1, lost)
+        self._medium.count_drops(verdict.reason, 1, lost)
         return True
 
     def _judge_transmission(self, frame: Frame, receiver: int) -> Drop | None:
         """See ``ports.Context``. Raises ``ModelError`` for other verdicts."""
+        for scoped in self._by_topics:
+            scoped.follow(self._topics(frame))
         for rule in self._repeated:
             verdicts = rule.judge(frame, (receiver,))
             if verdicts is None:
@@ -137,6 +142,16 @@ class Gate:
             if type(verdict) is not Pass:
                 raise no_verdicts(rule, verdicts, 1)
         return None
+
+
+    def _topics(self, frame: Frame) -> tuple[str, ...]:
+        """The topics of an open frame; none of a frame of the model's own."""
+        medium, number = self._medium, frame.id
+        if number in medium._broadcasts:
+            broadcast = medium._broadcasts[number]
+            return broadcast.carrier.topics(broadcast.token)
+        claim = medium._open.get(number)
+        return () if claim is None else claim[0].topics(claim[1])
 
 
 class MediumView:

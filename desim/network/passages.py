@@ -159,6 +159,9 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
     def socket(self) -> object:
         return self.carrier.socket
 
+    def topics(self, token: object) -> tuple[str, ...]:
+        return self.carrier.topics(token)
+
     def expected(self, token: object, receiver: int, arrival_ns: int) -> None:
         self._passages.expected[token, receiver] = self.passage
         self.passage.left -= 1

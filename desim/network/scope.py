@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 from desim.ports import (
     PASS,
@@ -19,11 +20,13 @@ from desim.ports import (
     TakesBack,
     Targets,
     TimeWindow,
+    Topics,
     Verdict,
     scope_beside,
 )
+from desim.ports.scope import is_topic
 
-_ALWAYS, _ALL = TimeWindow(), Targets()
+_ALWAYS, _ALL, _ALL_TOPICS = TimeWindow(), Targets(), Topics()
 
 
 def scoped(rule: Rule, params: Params) -> Rule:
@@ -32,11 +35,12 @@ def scoped(rule: Rule, params: Params) -> Rule:
     own = scope_beside(getattr(type(rule), "Params", Params))
     window = params if TimeWindow in own and isinstance(params, TimeWindow) else _ALWAYS
     targets = params if Targets in own and isinstance(params, Targets) else _ALL
-    if not window.bounded and not targets.named:
+    topics = params if Topics in own and isinstance(params, Topics) else _ALL_TOPICS
+    if not window.bounded and not targets.named and not topics.topics:
         return rule
     # Complaints name the plug-in.
     named: type[Scoped] = type("Scoped", (Scoped,), {"__wrapped__": type(rule)})
-    return named(rule, window, targets)
+    return named(rule, window, targets, topics.topics)
 
 
 class Scoped:
@@ -44,13 +48,18 @@ class Scoped:
     link finds the same random numbers, whatever the scope. A rule that counts what it lets through
     takes such frames back.
 
-    It has the rule's capabilities but ``LimitsReach``: what is out of its scope gets farther.
+    It has the rule's capabilities but ``LimitsReach``: what is out of its scope gets farther. With
+    ``topics`` (patterns) the gate tells it of each frame what that carries (``follow``); then it
+    neither ``Separates`` nor ``CutsCarrier``.
     """
 
     Params = Params
 
-    def __init__(self, rule: Rule, window: TimeWindow, targets: Targets) -> None:
+    def __init__(self, rule: Rule, window: TimeWindow, targets: Targets,
+                 topics: Sequence[str] = ()) -> None:
         self._rule, self._window, self._targets = rule, window, targets
+        self.topics = topics
+        self._follows = not topics  # what the frame carries
         self._counted = True  # the last frame, by the rule
         self.reasons = rule.reasons
         if isinstance(rule, JudgesTransmissions):
@@ -62,10 +71,10 @@ class Scoped:
         if isinstance(rule, TakesBack):
             self._take_back = rule.refused
             self.refused = self._refused
-        if isinstance(rule, Separates):
+        if isinstance(rule, Separates) and not topics:
             self._separated = rule.separates
             self.separates = self._separates
-        if isinstance(rule, CutsCarrier):
+        if isinstance(rule, CutsCarrier) and not topics:
             self._own_carrier = rule.carrier
             self.carrier = self._carrier
 
@@ -73,8 +82,14 @@ class Scoped:
         named, links = self._targets.resolved(hosts)
         self._hosts = frozenset(named if self._targets.named else range(len(hosts)))
         self._links = frozenset(links)
+        self._named = cache(lambda topic: any(is_topic(topic, pattern, hosts)
+                                              for pattern in self.topics))
         self._context = context
         self._rule.start(context, hosts)
+
+    def follow(self, topics: tuple[str, ...]) -> None:
+        """The next frame carries messages of ``topics``."""
+        self._follows = any(map(self._named, topics))
 
     def judge(self, frame: Frame, receivers: tuple[int, ...]) -> Sequence[Verdict] | None:
         verdicts = self._rule.judge(frame, receivers)
@@ -108,6 +123,6 @@ class Scoped:
         return up or not acts, min(times_ns, default=None)
 
     def _acts(self, one: int, other: int) -> bool:
-        return self._window.holds(self._context.now_ns) and (
+        return self._follows and self._window.holds(self._context.now_ns) and (
             one in self._hosts or other in self._hosts
             or (min(one, other), max(one, other)) in self._links)

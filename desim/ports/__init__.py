@@ -57,7 +57,7 @@ from desim.ports.parameters import (
     with_preset,
     yaml_key,
 )
-from desim.ports.scope import Targets, TimeWindow, scope_beside, with_scope
+from desim.ports.scope import Targets, TimeWindow, Topics, scope_beside, with_scope
 from desim.ports.strategies import (
     FollowsGoals,
     FollowsMap,
@@ -89,8 +89,8 @@ __all__ = [
     "PredictsSignal", "Preset",
     "RandomStreams", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany",
     "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage",
-    "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Verdict", "World",
-    "function_rule", "natural_key", "packet_sizes", "rule_of", "scope_beside", "tuples",
+    "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Topics", "Verdict",
+    "World", "function_rule", "natural_key", "packet_sizes", "rule_of", "scope_beside", "tuples",
     "with_preset",
     "with_scope", "yaml_key",
 ]

@@ -112,8 +112,8 @@ class Context(RuleContext, Protocol):
     @property
     def judge_transmission(self) -> Callable[[Frame, int], Drop | None] | None:
         """For a model that ``Retransmits``: the verdict of the rules that are ``per_transmission``
-        on a packet (a frame of its own) at a receiver; it may drop for their reasons. None: there
-        is no such rule."""
+        on a packet (a frame of its own, with the number of the one that it is of) at a receiver; it
+        may drop for their reasons. None: there is no such rule."""
 
     def at(self, time_ns: int, fn: Callable[[T], object], arg: T | None = None) -> Handle:
         """Call ``fn(arg)`` at ``time_ns`` in phase NETWORK."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, TypeAlias
+from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict
 
@@ -23,9 +23,6 @@ class Params(BaseModel):
     construct it with, does not (``rate``). Its description ends with the default's source in
     parentheses.
     """
-
-    elsewhere: ClassVar[Mapping[str, str]] = {}
-    """What to say of a key that is none, but might be expected."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True,
                               alias_generator=yaml_key, protected_namespaces=())

@@ -1,13 +1,12 @@
-"""The scope of a rule: the hosts and links that it acts on, and the times at which it holds.
+"""The scope of a rule: the hosts, links and topics that it acts on, and when it does.
 
 Every rule has these parameters beside its own (``with_scope``), and its medium keeps to them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from fnmatch import fnmatchcase
-from typing import ClassVar
 
 from pydantic import Field, model_validator
 
@@ -26,12 +25,26 @@ def matching(pattern: str, hosts: tuple[str, ...], path: str) -> list[int]:
     return found
 
 
+def is_topic(topic: str, pattern: str, hosts: Sequence[str]) -> bool:
+    """Whether ``pattern`` names ``topic``. ``*`` and ``?`` also stand for slashes. A pattern that
+    does not begin with one is relative to a host."""
+    if pattern.startswith("/"):
+        return fnmatchcase(topic, pattern)
+    _, host, *rest = topic.split("/", 2)
+    return bool(rest) and host in hosts and fnmatchcase(rest[0], pattern)
+
+
+class Topics(Params):
+    """Topics, with all frames that carry their messages."""
+
+    topics: list[str] = Field([], description=(
+        "names or patterns with * and ?, which stand for slashes, too; scan is that of every host: "
+        "all frames with data of these, no acknowledgements, discovery or other control frames "
+        "(none: all frames)"))
+
+
 class Targets(Params):
     """Hosts, with all that they send and receive, and links, in both directions."""
-
-    elsewhere: ClassVar[Mapping[str, str]] = {"topics": (
-        "a medium does not see the topics of what it carries; give these topics a medium of their "
-        "own (topics: {/map: {medium: ...}}), and the rule to that")}
 
     hosts: list[str] = Field([], description=(
         "names or patterns with * and ?: all that these send and receive"))
@@ -110,7 +123,7 @@ class TimeWindow(Params):
         return None if self.every_ns is None else begun_ns + int(self.every_ns)
 
 
-SCOPE: tuple[type[Params], ...] = (TimeWindow, Targets)
+SCOPE: tuple[type[Params], ...] = (TimeWindow, Topics, Targets)
 
 
 def scope_beside(own: type[Params]) -> list[type[Params]]:

@@ -86,8 +86,6 @@ def _complaint(block: type[Params], data: object, base: Path, more: tuple[str, .
     kind, context = error["type"], error.get("ctx", {})
     if kind == "extra_forbidden":
         around = _block(block, location[:-1])
-        if own[-1] in around.elsewhere:
-            return Complaint(path, around.elsewhere[str(own[-1])], at_key=True)
         known = [*(more if len(own) == 1 else ()), *keys(around)]
         text = (f"{did_you_mean(str(own[-1]), known)}; allowed: {', '.join(known)}" if known
                 else "; it has no parameters")

@@ -75,7 +75,7 @@ def _check_scope(cls: PluginClass[ports.Rule], params: dict[str, object]) -> Non
 
     links = ports.Targets(links=[("host_1", "host_2"), ("host_3", "host_1*")])
     window = ports.TimeWindow(**{"from": "500 ms", "until": "1500 ms"})
-    for scope in links, window:
+    for scope in links, window, ports.Topics(topics=["/host_[12]/frames"]):
         _check_play(cls, lambda: log(scope), lambda: log(scope, _HOSTS | _SILENT))  # noqa: B023
 
 

@@ -99,6 +99,10 @@ class Bench(BroadcastCarrier[Token]):
         self.kernel.run(until_ns)
         return self.log
 
+    def topics(self, token: Token) -> tuple[str, ...]:
+        """A host sends messages of one topic."""
+        return (f"/{token[1]}/frames",)
+
     def arrived(self, token: Token, receiver: int) -> None:
         self._note(token, receiver, "arrived")
 

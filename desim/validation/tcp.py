@@ -27,6 +27,8 @@ EMULATOR_MS = 0.2  # what the emulated path adds each way: round trips in captur
 class LabCargo:
     """A message as TCP sees one."""
 
+    topic = "/bench"
+
     def __init__(self, seq: int) -> None:
         self.seq = seq
         self.first_ns = self.last_ns = -1

@@ -20,11 +20,12 @@ HopPart = tuple[ports.TimePart, int, int]  # ns, and the host where they were sp
 
 
 class _Leg:
-    """A frame of our own on the air: the function to call with its fate, the receivers at which it
-    is settled, and the packets that are lost, of a broadcast by receiver."""
+    """A frame of our own on the air: the function to call with its fate, the number of the medium's
+    frame that it carries, the receivers at which it is settled, and the packets that are lost, of a
+    broadcast by receiver."""
 
-    def __init__(self, report: Report) -> None:
-        self.report = report
+    def __init__(self, report: Report, carries: int) -> None:
+        self.report, self.carries = report, carries
         self.settled: list[int] = []
         self.lost: dict[int, str] = {}
         self.lacking: dict[int, set[int]] = {}
@@ -107,7 +108,8 @@ class Hops:
         self._places = np.empty((0, 2))
         self._seen: np.ndarray | None = None
         self.at, self.stream = context.at, context.stream
-        self.judge_transmission, self.shared = context.judge_transmission, context.shared
+        self.judge_transmission = context.judge_transmission and self._judge
+        self.shared = context.shared
         with below(block) if block else nullcontext():
             model.start(self, hosts)
 
@@ -119,17 +121,24 @@ class Hops:
         """A frame has left its sender: the model on top says when those of the medium have."""
 
     def send(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-             broadcast: bool, report: Report) -> None:
-        """Send a frame. ``report(frame, receivers, verdict, lost)`` is called once for a unicast
-        frame, for a broadcast once for each fate."""
+             broadcast: bool, report: Report, carries: int | None = None) -> None:
+        """Send a frame, maybe one that ``carries`` the medium's frame of this number.
+        ``report(frame, receivers, verdict, lost)`` is called once for a unicast frame, for a
+        broadcast once for each fate."""
         self._last -= 1
-        self._open[self._last] = _Leg(report)
+        self._open[self._last] = _Leg(report, self._last if carries is None else carries)
         frame = ports.Frame(self._last, source, receivers, size_bytes, segments, broadcast)
         if self._ledger is not None:
             self._ledger.begin(frame, self._context.now_ns)
         delay_ns = self._model.send(frame)
         if delay_ns is not None:
             self.settle_many(frame, None, ports.Deliver(delay_ns))
+
+    def _judge(self, packet: ports.Frame, receiver: int) -> ports.Drop | None:
+        """Rules hear the number of the medium's frame."""
+        judge, leg = self._context.judge_transmission, self._open.get(packet.id)
+        assert judge is not None
+        return judge(packet if leg is None else packet._replace(id=leg.carries), receiver)
 
     def flow(self, frame: ports.Frame) -> Hashable:
         """The frames that are sent here between the same hosts are one flow."""

@@ -138,7 +138,7 @@ class Multihop:
     def _forward(self, journey: _Journey, host: int, next_hop: int) -> None:
         journey.made += 1
         self._hops.send(host, (next_hop,), journey.size_bytes(), len(journey.left), False,
-                        partial(self._settled, journey))
+                        partial(self._settled, journey), journey.frame.id)
 
     def _settled(self, journey: _Journey, leg: ports.Frame, _: Sequence[int],
                  verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:

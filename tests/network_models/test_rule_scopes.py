@@ -1,4 +1,4 @@
-"""One scope for all rules: hosts, links and a time window, in front of a rule of anybody's."""
+"""One scope for all rules: hosts, links, topics and a time window, in front of any rule."""
 
 from functools import cache
 
@@ -12,6 +12,7 @@ from desim.network.scope import scoped
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
 from desim.testing import Bench, ImmediateNetwork
+from netmodels.multihop import Multihop
 
 MS = 10**6
 LOSSY = {"probability": 0.5}
@@ -96,6 +97,48 @@ def test_a_range_within_a_scope_separates_nobody_out_of_it():
     assert bench.medium.linked(bench.medium.attached) is None
 
 
+def test_topics_leave_the_others_their_fates():
+    """A host of ``Bench`` sends messages of one topic, ``frames``."""
+    def lossy(*topics, **scope):
+        return fates(ruled("loss", **LOSSY, topics=list(topics), **scope), (AB, BA, BC))
+
+    everything, found = lossy("frames"), lossy("/nothing", "/*_1/frames")
+    assert {key: found[key] for key in found if key[0] == "host_1"} == {
+        key: everything[key] for key in found if key[0] == "host_1"}
+    assert {found[key] for key in found if key[0] != "host_1"} == {("arrived", 0)}
+    within = lossy("/host_2/frames", hosts=["host_3"], **window("0 s", "1 s"))
+    assert {key for key, (fate, _) in within.items() if fate != "arrived"} == {
+        key for key, (fate, _) in everything.items()
+        if fate != "arrived" and key[:2] == BC and key[2] < 100}
+
+
+@pytest.mark.parametrize("name, params", [
+    ("outage", {"hosts": ["host_1"]}), ("partition", {"groups": [["host_1"]]})])
+def test_what_keeps_off_some_topics_separates_nobody(name, params):
+    bench = Bench(ImmediateNetwork(), 3, rules=[ruled(name, **params, topics=["/host_2/*"])])
+    for source, receiver in AB, BA:
+        bench.send(0, source, receiver, 100)
+    assert {source: fate for *_, source, _, fate in bench.run()} == {
+        "host_1": "arrived", "host_2": bench.medium.rules[0].reasons[0]}
+    assert bench.medium.linked(bench.medium.attached) is None
+    assert not hasattr(bench.medium.rules[0], "carrier")
+
+
+@pytest.mark.parametrize("routing", ["static", "batman"])
+def test_each_hop_carries_the_topics_of_its_frame(routing):
+    """The hop from b to c loses what a sends, and neither what b sends nor what batman does."""
+    def sent(*rules):
+        bench = Bench(Multihop(Multihop.Params(hop="radio", routing=routing)),
+                      {"a": (0.0, 0.0), "b": (30.0, 0.0), "c": (60.0, 0.0)}, rules=rules)
+        for source, receiver in ("a", "c"), ("b", "c"), ("c", "a"):
+            bench.send(30 * 10**9, source, receiver, 100)
+        return sorted((source, fate) for *_, source, _, fate in bench.run(40 * 10**9))
+
+    lossy = ruled("loss", probability=1.0, topics=["/a/*"], links=[["b", "c"]])
+    assert sent() == [("a", "arrived"), ("b", "arrived"), ("c", "arrived")]
+    assert sent(lossy) == [("a", "retry_limit"), ("b", "arrived"), ("c", "arrived")]
+
+
 def test_a_rule_without_a_scope_is_the_rule_itself():
     assert type(ruled("loss", probability=0.5)) is plugins.load("rule", "loss")
 
@@ -104,7 +147,7 @@ def test_a_plug_in_s_own_keys_are_its_own():
     class Own(ports.Params):
         hosts: int
 
-    assert ports.scope_beside(Own) == [ports.TimeWindow]
+    assert ports.scope_beside(Own) == [ports.TimeWindow, ports.Topics]
     assert ports.with_scope(Own)(hosts=3).hosts == 3
 
 
@@ -137,7 +180,8 @@ network:
      "9:11: network.media.lan.rules.0: until must be later than from, got 90 s to 60 s"),
     ("{rule: duplication, probability: 1 %, link: [[base, robot_0]]}",
      "9:49: network.media.lan.rules.0.link: unknown key (did you mean 'links'?); allowed: "
-     "rule, probability, after, hosts, links, from, until, every")])
+     "rule, probability, after, hosts, links, topics, from, until, "
+     "every")])
 def test_wrong_scopes(tmp_path, rule, says):
     path = tmp_path / "s.yaml"
     path.write_text(f"{SCENARIO[1:]}        - {rule}\n")

@@ -386,13 +386,7 @@ WRONG = {
         ["2:54: network.media.lan.rules.0.rule: unknown rule 'rang' (did you mean 'range'?); "
          f"known: {RULES}, {DOTTED}",
          "2:75: network.media.lan.rules.1.dist: unknown key (did you mean 'distance'?); allowed: "
-         "rule, distance, hosts, links, from, until, every"]),
-    "a rule for topics": (
-        "network: {media: {lan: {model: ideal, rules: [{rule: latency, delay: 1 s, topics: [/map]}]"
-        "}}}",
-        ["2:75: network.media.lan.rules.0.topics: a medium does not see the topics of what it "
-         "carries; give these topics a medium of their own (topics: {/map: {medium: ...}}), and "
-         "the rule to that"]),
+         "rule, distance, hosts, links, topics, from, until, every"]),
     "rules that cannot be": (
         "network: {media: {lan: {model: ideal, rules: [\n"
         "{rule: partition, groups: [[robot_0]], from: 5 s, until: 2 s},\n"

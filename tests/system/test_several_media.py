@@ -155,12 +155,19 @@ def test_two_radios_on_a_robot_do_not_disturb_each_other():
 
 
 def test_a_pattern_without_a_topic_is_a_warning():
-    simulation = built(HELLO, "stop.elapsed=1 s", "topics={scann: {medium: lan}, "
-                                                  "scan: {medium: lan}}")
+    simulation = built(
+        HELLO, "stop.elapsed=1 s", "topics={scann: {medium: lan}, scan: {medium: lan}}",
+        "network.media.lan={model: link, rules: [{rule: range, distance: 1 km}, "
+        "{rule: loss, probability: 1 %, topics: [scan, /*/maps]}]}")
     simulation.run()
     from desim.monitor.warnings import warnings
-    assert "topics: no topic of the run has matched 'scann'" in warnings(simulation.monitor)
-    assert not [text for text in warnings(simulation.monitor) if "'scan'" in text]
+    known = ("/map_exchange/*, cmd_vel, costmap, distance, explored_map, goal, goal_result, map, "
+             "odom, peers, pose, scan, true_pose")
+    assert [text for text in warnings(simulation.monitor) if "topic" in text] == [
+        "topics: no topic of the run has matched 'scann' (did you mean 'scan'?); topics were "
+        f"{known}",
+        "network.media.lan.rules.1.topics: no topic of the run has matched '/*/maps'; topics were "
+        f"{known}"]
 
 
 def test_zenoh_has_one_link_for_all_topics():

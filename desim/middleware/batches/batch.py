@@ -107,6 +107,9 @@ class Member(Carrier[Batch]):
     def socket(self) -> object:
         return self.link.carrier.socket
 
+    def topics(self, batch: Batch) -> tuple[str, ...]:
+        return (self.publisher.topic.name,)
+
     def expected(self, batch: Batch, receiver: int, arrival_ns: int) -> None:
         if self.index in batch.given:
             self._book(batch, arrival_ns)

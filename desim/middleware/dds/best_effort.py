@@ -87,6 +87,9 @@ class BestEffort(BroadcastCarrier[BestEffortSample]):
             self._udp.send(medium, group, chunk.size_bytes, chunk.packets, self._multicast, self,
                            sample, train.messages[0].packets, self._node)
 
+    def topics(self, sample: BestEffortSample) -> tuple[str, ...]:
+        return (self._topic,)
+
     def arrived(self, sample: BestEffortSample, receiver: int) -> None:
         self._settle(sample, receiver)
 

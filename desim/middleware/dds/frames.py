@@ -34,6 +34,9 @@ class Bundling(Carrier[BundleToken]):
                 link.leaves(sample, chunk.size_bytes)
             link.send(chunk, self, (samples, link.first(), DIRECTED if beats else NO_HEARTBEAT))
 
+    def topics(self, token: BundleToken) -> tuple[str, ...]:
+        return (self._link.ends[2],)
+
     def first_sent(self, token: BundleToken, now_ns: int) -> int:
         return token[0][0].message.born_ns
 

@@ -332,6 +332,9 @@ class ReliableLink(Carrier[DataToken]):
             self._context.drop(sample.message, self._receiver, reason, sample.message.born_ns,
                              sample.sent_ns)
 
+    def topics(self, token: DataToken) -> tuple[str, ...]:
+        return (self.ends[2],)
+
     def first_sent(self, token: DataToken, now_ns: int) -> int:
         return token[0].message.born_ns
 

@@ -50,6 +50,10 @@ class WrittenMessage:
         self.seq = message.seq
         self.first_ns = self.last_ns = -1
 
+    @property
+    def topic(self) -> str:
+        return self.message.topic
+
 
 class Outlet:
     """The way to one subscriber: an outbox of ``limit`` messages (0: any number) that drops its

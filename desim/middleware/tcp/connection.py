@@ -17,10 +17,12 @@ Closed = Callable[["Connection", str], object]
 
 
 class Cargo(Protocol):
-    """A message as data of a connection. ``seq`` is its number in trace rows; ``first_ns`` and
-    ``last_ns`` are when the first and the last frame with bytes of it were sent (below 0: none
-    yet)."""
+    """A message of ``topic`` as data of a connection. ``seq`` is its number in trace rows;
+    ``first_ns`` and ``last_ns`` are when the first and the last frame with bytes of it were sent
+    (below 0: none yet)."""
 
+    @property
+    def topic(self) -> str: ...
     seq: int
     first_ns: int
     last_ns: int

@@ -153,6 +153,9 @@ class Express(AddressedCarrier[Flight]):
             return 0
         return self.flight[0] + sum(flight[0] for flight in self.more)
 
+    def topics(self, flight: Flight) -> tuple[str, ...]:
+        return (flight[2].topic,) if flight[3] is None else ()
+
     def first_sent(self, flight: Flight, now_ns: int) -> int:
         transit = self._sender.transit
         if transit.firsts is None:

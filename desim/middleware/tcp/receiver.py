@@ -72,6 +72,9 @@ class Receiver(AddressedCarrier[Train]):
     def conversation(self) -> Connection:
         return self.end.connection
 
+    def topics(self, train: Train) -> tuple[str, ...]:
+        return self.transit.topics(train[0], train[1])
+
     def first_sent(self, train: Train, now_ns: int) -> int:
         return self.transit.first_sent(train[0], train[1], now_ns)
 

@@ -58,6 +58,11 @@ class Transit:
             firsts.append((end, now_ns))
         return next(sent_ns for stop, sent_ns in firsts if stop > start)
 
+    def topics(self, start: int, end: int) -> tuple[str, ...]:
+        """The topics of the messages of data in bytes ``start`` to ``end``."""
+        return tuple([message.topic for message, kind, _ in parts(
+            self.messages, self.sender.una, start, end) if kind is None])
+
     def clear(self) -> None:
         """Forget all messages."""
         self.messages.clear()

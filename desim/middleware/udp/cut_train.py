@@ -21,6 +21,9 @@ class CutTrain(WrappedCarrier[range], AddressedCarrier[range], BroadcastCarrier[
         self._left = dict.fromkeys(receivers, parts)
         self._lost: dict[int, dict[int, str]] = {receiver: {} for receiver in receivers}
 
+    def topics(self, token: range) -> tuple[str, ...]:
+        return self._carrier.topics(self._token)
+
     def first_sent(self, token: range, now_ns: int) -> int:
         return self._carrier.first_sent(self._token, now_ns)
 

@@ -31,6 +31,10 @@ class Parcel:
         self.hops = hops
         self.gone = False
 
+    @property
+    def topic(self) -> str:
+        return self.message.topic
+
     def drop(self, reason: str) -> None:
         if not self.gone:
             self.gone = True
