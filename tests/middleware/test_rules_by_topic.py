@@ -1,5 +1,7 @@
-"""Rules that act on some topics only, under each middleware and transport: what they do to the
-frames of one topic leaves each message of the others its fate."""
+"""Rules that act on some topics only, under each middleware and transport.
+
+What they do to the frames of one topic leaves each message of the others its fate.
+"""
 
 from functools import partial
 
@@ -69,7 +71,7 @@ def played(middleware, transport, *rules, model=None, size_bytes=100, scans_to=(
 
 
 def heard(*args, **options):
-    """What was heard on /scan and on /map."""
+    """The messages that were heard on /scan and on /map."""
     return played(*args, **options)[1:]
 
 

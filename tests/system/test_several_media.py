@@ -166,8 +166,8 @@ def test_a_pattern_without_a_topic_is_a_warning():
     assert [text for text in warnings(simulation.monitor) if "topic" in text] == [
         "topics: no topic of the run has matched 'scann' (did you mean 'scan'?); topics were "
         f"{known}",
-        "network.media.lan.rules.1.topics: no topic of the run has matched '/*/maps'; topics were "
-        f"{known}"]
+        "network.media.lan.rules.1.topics: no topic of the run has matched '/*/maps' (did you mean "
+        f"'map'?); topics were {known}"]
 
 
 def test_zenoh_has_one_link_for_all_topics():
