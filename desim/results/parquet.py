@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from desim.engine.trace import Names
@@ -16,7 +17,7 @@ from desim.results.message_log import DELIVERED, DROPPED
 
 _TEXT = pa.dictionary(pa.int32(), pa.string())
 _INT = pa.int64()
-_MOST_UNPACKED_BYTES, _MOST_TIMES = 400_000_000, 400
+_MOST_UNPACKED_BYTES, _MOST_TIMES, _MOST_TEXT_BYTES = 400_000_000, 400, 1_000_000
 
 MESSAGE_SCHEMA = pa.schema([
     ("number", _INT), ("topic", _TEXT), ("source", _TEXT), ("destination", _TEXT),
@@ -38,22 +39,53 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """All of a Parquet file (of these ``columns``) that somebody else may have made. Raises
     ``OSError``, ``ValueError``, ``KeyError`` for a column that is not there, and
     ``pa.ArrowException``."""
-    with opened(path) as file:
-        _refuse_bomb(file.metadata, path.stat().st_size)
-        table = file.read(None if columns is None else list(columns))
+    most_bytes = max(_MOST_UNPACKED_BYTES, _MOST_TIMES * path.stat().st_size)
+    with opened_below(path.parent, path.name) as file:
+        found = pq.ParquetFile(file)
+        _refuse_bomb(_unpacked_bytes(found.metadata), most_bytes)
+        # A text of many rows is in memory once, until it is known how long it is.
+        table = pq.ParquetFile(file, metadata=found.metadata, read_dictionary=_texts(found.schema)
+                               ).read(None if columns is None else list(columns))
+    _refuse_bomb(sum(map(_text_bytes, table.columns)), most_bytes)
+    fields = {field.name: field for field in found.schema_arrow}
+    table = table.cast(pa.schema([fields[name] for name in table.column_names]))
     return table if columns is None else table.select(columns)
 
 
-def _refuse_bomb(facts: pq.FileMetaData, size_bytes: int) -> None:
-    """Refuse a file that would take far more memory than any table of desim's, which are at most
-    some 200 times as large in memory (``growth`` of 300 robots that stand)."""
+def _texts(schema: pq.ParquetSchema) -> list[str]:
+    """The paths of the columns of texts."""
+    columns = [schema.column(number) for number in range(len(schema))]
+    return [column.path for column in columns if column.physical_type == "BYTE_ARRAY"]
+
+
+def _unpacked_bytes(facts: pq.FileMetaData) -> int:
+    """The memory that a file takes at least."""
     chunks = [facts.row_group(group).column(column) for group in range(facts.num_row_groups)
               for column in range(facts.num_columns)]
-    memory_bytes = sum(max(8 * chunk.num_values, chunk.total_uncompressed_size)
-                       for chunk in chunks)
-    if memory_bytes > max(_MOST_UNPACKED_BYTES, _MOST_TIMES * size_bytes):
-        raise ValueError(f"{size_bytes / 1e6:.1f} MB that would take {memory_bytes / 1e6:.0f} MB "
-                         "of memory are no table of desim's")
+    return sum(max(8 * chunk.num_values, chunk.total_uncompressed_size) for chunk in chunks)
+
+
+def _text_bytes(column: pa.ChunkedArray) -> int:
+    """The bytes of a column's texts, once for each row. Raises ``ValueError`` for one that is
+    longer than any of desim's."""
+    found = 0
+    for chunk in column.chunks:
+        while pa.types.is_list(chunk.type):
+            chunk = chunk.flatten()
+        if isinstance(chunk, pa.DictionaryArray) and len(chunk):
+            lengths = pc.binary_length(chunk.dictionary)
+            if (longest := pc.max(lengths).as_py() or 0) > _MOST_TEXT_BYTES:
+                raise ValueError(f"a text of {longest / 1e6:.0f} MB is none of desim's")
+            found += pc.sum(lengths.take(chunk.indices)).as_py() or 0
+    return found
+
+
+def _refuse_bomb(memory_bytes: int, most_bytes: int) -> None:
+    """Refuse a file that would take far more memory than any table of desim's, which are at most
+    some 200 times as large in memory (``growth`` of 300 robots that stand)."""
+    if memory_bytes > most_bytes:
+        raise ValueError(f"it would take {memory_bytes / 1e6:.0f} MB of memory, as no table of "
+                         "desim's does")
 
 
 def write(path: Path, columns: Mapping[str, object]) -> None:

@@ -15,11 +15,14 @@ Row = Json
 Rows = dict[str, Row]  # by run id
 # Costs differ from machine to machine; they are not results.
 _COSTS = ("simulated_s", "wall_s", "cpu_s", "peak_memory_mb", "events")
+_MOST_LETTERS = 10_000  # of an error
 _NOT_NUMBERS = ("robots", "latency_by_topic", "digest")
 
 
 def failure(run_id: str, error: str) -> Row:
-    """The row of a run that failed."""
+    """The row of a run that failed. Of a long ``error`` it has the beginning."""
+    if len(error) > _MOST_LETTERS:
+        error = f"{error[:_MOST_LETTERS]}... ({len(error):,} letters)"
     return {"run_id": run_id, "status": RunStatus.FAILED.value, "error": error}
 
 

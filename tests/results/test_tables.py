@@ -8,6 +8,7 @@ import desim
 from desim.results import tables
 from desim.results.ledger import read_ledger
 from desim.results.parquet import read_table
+from desim.results.row import failure
 
 
 @pytest.fixture(scope="module")
@@ -62,3 +63,22 @@ def test_a_column_that_is_twice_there_is_refused(folder, tmp_path):
                                         names=[*table.column_names, "host"]), path)
     with pytest.raises(ValueError, match="it has two columns of one name"):
         tables.read(path)
+
+
+@pytest.mark.parametrize(("text", "rows", "says"), [
+    ("x" * 2_000_000, 1, "a text of 2 MB is none of desim's"),
+    ("x" * 100_000, 9000, "it would take 900 MB of memory, as no table of desim's does")])
+@pytest.mark.parametrize("nested", [False, True])
+def test_texts_that_pack_well_are_refused_before_they_are_unpacked(tmp_path, text, rows, says,
+                                                                   nested):
+    path = tmp_path / "a.parquet"
+    texts = pa.DictionaryArray.from_arrays(pa.array([0] * rows, pa.int32()), pa.array([text]))
+    pq.write_table(pa.table({"a": pa.ListArray.from_arrays(range(rows + 1), texts)
+                             if nested else texts}), path, store_schema=False)
+    with pytest.raises(ValueError, match=f"^{says}$"):
+        read_table(path)
+
+
+def test_the_rows_of_runs_that_failed_have_the_beginning_of_a_long_error():
+    assert failure("a", "x" * 10_000)["error"] == "x" * 10_000
+    assert failure("a", "x" * 10_001)["error"] == "x" * 10_000 + "... (10,001 letters)"
