@@ -109,6 +109,15 @@ def test_the_run_ends_in_the_instant_in_which_a_robot_knows_99_percent():
     assert summary["explored_area_m2"] == 1014.0
 
 
+def test_to_finish_a_run_twice_changes_nothing():
+    fleet = Fleet()
+    fleet.learn(3.0, "robot_1", 500)
+    once = fleet.run(10)
+    rows, samples = len(np.concatenate(fleet.rows)), samples_table(fleet.monitor)
+    assert fleet.run(10) == once
+    assert len(np.concatenate(fleet.rows)) == rows and samples_table(fleet.monitor) == samples
+
+
 def test_the_clock_starts_when_the_first_robot_starts():
     """The paper, 3.3.1: what happens before is nobody's time."""
     late = Fleet()
