@@ -95,6 +95,11 @@ def test_what_is_being_written_and_a_campaign_that_cannot_be_read(tmp_path):
     assert broken.note.startswith("design.yaml:1:")
 
 
+def test_a_link_to_a_folder_is_not_followed(results, tmp_path):
+    (tmp_path / "link").symlink_to(results)
+    assert listed(tmp_path) == []
+
+
 def test_no_folder_and_an_empty_one(tmp_path):
     done = CliRunner().invoke(app, ["ls", str(tmp_path)])
     assert (done.exit_code, done.output) == (0, f"{tmp_path}: no run and no campaign in it\n")
