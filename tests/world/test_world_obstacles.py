@@ -152,7 +152,9 @@ def more(tmp_path, degrees, edge_m, thick_m):
 
 
 @pytest.mark.parametrize("degrees", [0, 30, 45])
-@pytest.mark.parametrize(("edge_m", "thick_m"), [(0.05, 0.2), (0.05, 0.3), (0.1, 0.2), (0.1, 0.3)])
+@pytest.mark.parametrize(("edge_m", "thick_m"), [(0.05, 0.3), (0.1, 0.2), *(
+    pytest.param(*sizes, marks=pytest.mark.validation)  # between these
+    for sizes in ((0.05, 0.2), (0.1, 0.3)))])
 def test_an_office_and_its_image_cover_the_same(tmp_path, degrees, edge_m, thick_m):
     assert abs(more(tmp_path, degrees, edge_m, thick_m)) < 0.02
 
