@@ -19,7 +19,7 @@ def test_the_fleet_starts_at_the_docks(name, robots):
 def test_three_hundred_robots_broadcast_what_changed():
     """Frames at each of 299 hearers, and messages, are conserved; only the air loses them, until
     the audit stops all hosts."""
-    simulation = built(SCENARIOS / "warehouse_300.yaml", "stop.elapsed=1500 ms",
+    simulation = built(SCENARIOS / "warehouse_300.yaml", "stop.elapsed=1200 ms",
                        "coordination.exchange.period=1 s")
     outcome = finished(simulation)
     assert outcome.stop_reason == "elapsed"
