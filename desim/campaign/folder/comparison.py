@@ -9,8 +9,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
 
 from desim.campaign.design.columns import FIXED
+from desim.campaign.folder import table
 from desim.campaign.folder.campaign import Campaign
 from desim.campaign.folder.design_copy import DESIGN, kept_design
 from desim.errors import InputError
@@ -56,10 +59,19 @@ class VectorPair(NamedTuple):
 
 
 class ComparedCampaigns(InNotebooks):
-    """Two campaigns side by side; everything is computed when it is asked for."""
+    """Two campaigns side by side; everything is computed when it is asked for, from one column of
+    their tables after the other."""
 
     def __init__(self, first: Campaign, second: Campaign) -> None:
         self.first, self.second = first, second
+
+    @cached_property
+    def _tables(self) -> tuple[_Columns, _Columns]:
+        return _Columns(self.first), _Columns(self.second)
+
+    @cached_property
+    def _rows(self) -> list[dict[tuple[object, ...], np.ndarray]]:
+        return [_by_levels(own, self.parameters) for own in self._tables]
 
     @cached_property
     def keys(self) -> list[KeyDifference]:
@@ -70,10 +82,9 @@ class ComparedCampaigns(InNotebooks):
     @cached_property
     def parameters(self) -> tuple[str, ...]:
         """The parameters that both have."""
-        tables = self.first.runs, self.second.runs
         return tuple(name for name in self.first.design.parameters
                      if name in self.second.design.parameters
-                     and all(name in table for table in tables))
+                     and all(name in own.fields for own in self._tables))
 
     @cached_property
     def reported(self) -> tuple[str, ...]:
@@ -83,19 +94,19 @@ class ComparedCampaigns(InNotebooks):
     @cached_property
     def metrics(self) -> tuple[str, ...]:
         """The metrics that are numbers in both tables."""
-        one, other = self.first.runs, self.second.runs
+        one, other = self._tables
         apart = {*FIXED, *self.first.design.parameters, *self.second.design.parameters}
-        return tuple(name for name in one if name in other and name not in apart
-                     and all(table[name].dtype.kind in "bif" for table in (one, other)))
+        return tuple(name for name in one.fields if name in other.fields and name not in apart
+                     and one.has_numbers(name) and other.has_numbers(name))
 
     def pairs(self, metric: str) -> Iterator[VectorPair]:
         """The means of a metric over the finished runs, at each vector that both have."""
-        one, other = (_by_levels(campaign, self.parameters) for campaign in
-                      (self.first, self.second))
+        numbers = [own[metric].to_numpy().astype(float) for own in self._tables]
+        one, other = self._rows
         for levels, rows in one.items():
             if levels in other:
-                values = [_values(campaign, metric, own) for campaign, own in (
-                    (self.first, rows), (self.second, other[levels]))]
+                values = [part[np.isfinite(part)] for part in (
+                    numbers[0][rows], numbers[1][other[levels]])]
                 means = [float(part.mean()) if part.size else None for part in values]
                 yield VectorPair(dict(zip(self.parameters, levels, strict=True)),
                                  MetricPair(metric, *means), (values[0].size, values[1].size))
@@ -111,16 +122,36 @@ class ComparedCampaigns(InNotebooks):
         return f"ComparedCampaigns({str(self.first.path)!r}, {str(self.second.path)!r})"
 
 
-def _by_levels(campaign: Campaign, parameters: tuple[str, ...],
-               ) -> dict[tuple[object, ...], list[int]]:
-    """The rows of the finished runs by the levels of these parameters."""
-    table, found = campaign.runs, dict[tuple[object, ...], list[int]]()
-    columns = [table[name].tolist() for name in parameters]
-    for row in np.flatnonzero(table["status"] == RunStatus.FINISHED).tolist():
-        found.setdefault(tuple(column[row] for column in columns), []).append(row)
-    return found
+class _Columns:
+    """The columns of a campaign's table, each of which is read when it is asked for."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        self._path = campaign.path / "runs.parquet"
+        self.fields = table.fields(self._path)
+
+    def __getitem__(self, name: str) -> pa.ChunkedArray:
+        return table.read(self._path, [self.fields[name]])[name]
+
+    def has_numbers(self, name: str) -> bool:
+        """Whether a column has numbers, or truth values of all runs."""
+        kind = self.fields[name].type
+        return (pa.types.is_integer(kind) or pa.types.is_floating(kind)
+                or pa.types.is_boolean(kind) and not self[name].null_count)
 
 
-def _values(campaign: Campaign, metric: str, rows: list[int]) -> np.ndarray:
-    values = campaign.runs[metric][rows].astype(float)
-    return values[np.isfinite(values)]
+def _by_levels(columns: _Columns, parameters: tuple[str, ...],
+               ) -> dict[tuple[object, ...], np.ndarray]:
+    """The rows of the finished runs by the levels of these parameters, in order."""
+    rows = np.flatnonzero(pc.equal(columns["status"], RunStatus.FINISHED.value))
+    group = np.zeros(len(rows), np.int64)
+    levels: list[tuple[object, ...]] = [()]
+    for name in parameters:
+        column = columns[name].combine_chunks().dictionary_encode()
+        known = [*column.dictionary.to_pylist(), None]
+        own = column.indices.fill_null(len(known) - 1).to_numpy()[rows]
+        both, group = np.unique(group * len(known) + own, return_inverse=True)
+        levels = [(*levels[code // len(known)], known[code % len(known)])
+                  for code in both.tolist()]
+    first = np.unique(group, return_index=True)[1]
+    parts = np.split(rows[np.argsort(group, kind="stable")], np.cumsum(np.bincount(group))[:-1])
+    return {levels[number]: parts[number] for number in np.argsort(first).tolist()}

@@ -8,7 +8,7 @@ design it is.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import pyarrow as pa
@@ -20,7 +20,7 @@ from desim.campaign.design.plan import Plan, Vector
 from desim.errors import InputError, printable
 from desim.files import replacing
 from desim.results.identity import versions
-from desim.results.parquet import read_table
+from desim.results.parquet import opened, read_table
 from desim.results.row import Row, Rows
 from desim.results.run import readable
 from desim.results.status import RunStatus
@@ -71,21 +71,29 @@ _OURS = full(pa.schema([("run_id", _TEXT), ("vector", _INT), ("iteration", _INT)
 _OLD = {"gives_in_first": "saturated_first"}  # columns of 0.1; to be read until 0.3
 
 
-def read(path: Path) -> pa.Table:
-    """The table that somebody else may have made. Raises ``InputError`` where it is none of a
-    campaign, or has other values than texts and numbers."""
+def fields(path: Path) -> dict[str, pa.Field]:
+    """The columns of the table, as the file has them, by their names of today: none is read. Raises
+    ``InputError`` where it is no table of a campaign."""
+    with readable(path), opened(path) as file:
+        found = {_OLD.get(field.name, field.name): field for field in file.schema_arrow}
+    missing = [name for name in _OURS.names if name not in found]
+    if missing:
+        raise InputError(f"{path}: not the table of a campaign: it has no {missing[0]}")
+    return found
+
+
+def read(path: Path, columns: Sequence[pa.Field] | None = None) -> pa.Table:
+    """The table that somebody else may have made, or these ``columns`` (``fields``) of it. Raises
+    ``InputError`` where it is none of a campaign, or has other values than texts and numbers."""
+    stored = fields(path).values() if columns is None else columns
     with readable(path):
-        table = read_table(path)
+        table = read_table(path, [field.name for field in stored])
         names = [_OLD.get(name, name) for name in table.column_names]
-        table = table.rename_columns(names).replace_schema_metadata(table.schema.metadata)
-        missing = [name for name in _OURS.names if name not in table.column_names]
-        if missing:
-            raise InputError(f"{path}: not the table of a campaign: it has no {missing[0]}")
-        known = conform(table, _OURS)
-        for name in table.column_names:
-            if name not in known.column_names:
-                known = known.append_column(name, words_or_numbers(name, table[name]))
-    return known.select(table.column_names).replace_schema_metadata(table.schema.metadata)
+        table = table.rename_columns(names)
+        known = conform(table, pa.schema([field for field in _OURS if field.name in names]))
+        found = [known[name] if name in known.column_names else words_or_numbers(name, table[name])
+                 for name in names]
+    return pa.table(found, names, metadata=table.schema.metadata)
 
 
 def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, tuple[int, str]]:
