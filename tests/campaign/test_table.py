@@ -6,7 +6,7 @@ import pytest
 from designs import planned, row
 
 from desim.campaign.design.metrics import Metrics
-from desim.campaign.folder.table import write_table
+from desim.campaign.folder.table import read, write_table
 from desim.campaign.running.agenda import Agenda
 from desim.errors import InputError
 
@@ -50,6 +50,15 @@ def test_types(written):
     assert types["exploration_time_s"] == types["map_quality"] == pa.float64()  # one has no value
     assert types["collisions"] == types["seed"] == types["beams"] == pa.int64()
     assert types["run_id"] == types["error"] == types["rate"] == pa.string()
+
+
+def test_a_table_with_an_iteration_twice_is_refused(written, tmp_path):
+    path = tmp_path / "runs.parquet"
+    assert read(path).num_rows == 4
+    pq.write_table(pa.concat_tables([written, written.slice(2, 1)]), path)
+    with pytest.raises(InputError, match=f"^{path}: not the table of a campaign: a vector has an "
+                                         "iteration twice$"):
+        read(path)
 
 
 def test_a_disk_that_is_full_leaves_the_table_as_it_was(tmp_path, monkeypatch):

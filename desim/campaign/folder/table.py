@@ -91,6 +91,10 @@ def read(path: Path, columns: Sequence[pa.Field] | None = None) -> pa.Table:
         names = [_OLD.get(name, name) for name in table.column_names]
         table = table.rename_columns(names)
         known = conform(table, pa.schema([field for field in _OURS if field.name in names]))
+        if columns is None and known.group_by(["vector", "iteration"]).aggregate(
+                []).num_rows < len(known):
+            raise InputError(f"{path}: not the table of a campaign: a vector has an iteration "
+                             "twice")
         found = [known[name] if name in known.column_names else words_or_numbers(name, table[name])
                  for name in names]
     return pa.table(found, names, metadata=table.schema.metadata)

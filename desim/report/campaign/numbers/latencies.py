@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -56,27 +57,27 @@ class TopicLatency(NamedTuple):
 
 def by_topic_and_vector(study: Study, estimates: Estimates) -> list[TopicLatency]:
     """The latencies of all vectors; none where no run has kept its ledger."""
-    found = []
+    found, ids = [], study.text("run_id")
+    read = cache(partial(_read, study))  # vectors may share runs
     for vector in study.vectors:
-        runs = _read(study, vector)
+        runs = [run for row in vector.rows[~study.failed[vector.rows]]
+                if (run := read(ids[row])) is not None]
         found += [_mean(vector, topic, [run.get(topic, _NONE) for run in runs], estimates)
                   for topic in sorted({topic for run in runs for topic in run})]
     return sorted(found, key=lambda one: (natural_key(one.topic), one.vector.number))
 
 
-def _read(study: Study, vector: VectorRuns) -> list[TopicBreakdowns]:
-    ids, found = study.text("run_id"), []
-    for row in vector.rows[~study.failed[vector.rows]]:
-        folder = study.run_folders.get(ids[row])
-        if folder is None or not os.path.lexists(folder / LEDGER_TOPICS):
-            continue
-        try:
-            text = Run(folder).content(LEDGER_TOPICS)
-            with readable(folder / LEDGER_TOPICS):
-                found.append(from_json(parsed(text)))
-        except InputError:  # damaged: it is left out, and not counted
-            continue
-    return found
+def _read(study: Study, run_id: str) -> TopicBreakdowns | None:
+    """A run's latencies: None without a ledger, and of a damaged one."""
+    folder = study.run_folders.get(run_id)
+    if folder is None or not os.path.lexists(folder / LEDGER_TOPICS):
+        return None
+    try:
+        text = Run(folder).content(LEDGER_TOPICS)
+        with readable(folder / LEDGER_TOPICS):
+            return from_json(parsed(text))
+    except InputError:
+        return None
 
 
 def _mean(vector: VectorRuns, topic: str, runs: list[TopicBreakdown], estimates: Estimates,
