@@ -1,11 +1,12 @@
 """Link traces in files: measurements between two nodes, with their times or places.
 
-A plain CSV has the columns ``time_s``, ``source``, ``destination``, ``delivery_ratio`` (0 to 1) or
-``rssi_dbm`` or both, and perhaps ``channel``. One with ``x_m`` and ``y_m`` is a survey: what
-was measured there of ``node``, whatever the time. The K7 format (Brun-Laguna et al.,
-github.com/keomabrun/k7) is a line of JSON with what is known of the whole, and a CSV below it:
-``datetime`` (ISO 8601), ``src``, ``dst``, ``channel``, ``mean_rssi``, ``pdr``, and more that does
-not matter here. A file that is packed with gzip is unpacked while it is read.
+A plain CSV has the columns ``time_s``, ``source``, ``destination``, at least one of
+``delivery_ratio`` (0 to 1), ``rssi_dbm`` and those of ``UNITS``, and perhaps ``channel``. One with
+``x_m`` and ``y_m`` is a survey: what was measured there of ``node``, whatever the time. The K7
+format (Brun-Laguna et al., github.com/keomabrun/k7) is a line of JSON with what is known of the
+whole, and a CSV below it: ``datetime`` (ISO 8601), ``src``, ``dst``, ``channel``, ``mean_rssi``,
+``pdr``, and more that does not matter here. A file that is packed with gzip is unpacked while it is
+read.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import json
 import re
 import zlib
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import attrgetter
 from typing import Literal, NamedTuple, TypeVar
 
@@ -27,13 +28,22 @@ from desim.units import NS_PER_S
 
 T = TypeVar("T")
 Quantity = Literal["delivery_ratio", "rssi_dbm"]
-_QUANTITIES: tuple[Quantity, ...] = ("delivery_ratio", "rssi_dbm")
+QUANTITIES: tuple[Quantity, ...] = ("delivery_ratio", "rssi_dbm")
+# Columns of a chance, a time and a rate by their units, in a ratio, ns and bit/s. An empty cell of
+# these says nothing new.
+UNITS: dict[str, dict[str, float]] = {
+    "loss": {"loss_ratio": 1.0, "loss_percent": 0.01},
+    "delay": {"delay_s": 1e9, "delay_ms": 1e6, "delay_us": 1e3},
+    "rate": {"rate_bps": 1.0, "rate_kbps": 1e3, "rate_mbps": 1e6}}
+_MOST = {"loss": 1.0, "delay": 3.6e12, "rate": 1e12}  # an hour, 1 Tb/s: more is in another unit
+_SCALES = {column: (scale, _MOST[what] / scale) for what, units in UNITS.items()
+           for column, scale in units.items()}
 
 # Column to what it is here.
+_VALUES = {column: column for column in (*QUANTITIES, *_SCALES)}
 _PLAIN = {"time_s": "time", "source": "source", "destination": "destination", "channel": "channel",
-          "delivery_ratio": "delivery_ratio", "rssi_dbm": "rssi_dbm"}
-_SURVEY = {"x_m": "x", "y_m": "y", "node": "node", "time_s": "", "channel": "channel",
-           "delivery_ratio": "delivery_ratio", "rssi_dbm": "rssi_dbm"}
+          **_VALUES}
+_SURVEY = {"x_m": "x", "y_m": "y", "node": "node", "time_s": "", "channel": "channel", **_VALUES}
 _K7 = {"datetime": "time", "src": "source", "dst": "destination", "channel": "channel",
        "mean_rssi": "rssi_dbm", "pdr": "delivery_ratio", "tx_count": "", "transaction_id": ""}
 
@@ -130,9 +140,9 @@ class MeasuredLink(NamedTuple):
 
 
 class LinkTraces(NamedTuple):
-    """``links`` by source and destination, as the file calls them."""
+    """The values of a column: ``links`` by source and destination, as the file calls them."""
 
-    quantity: Quantity
+    column: str
     links: dict[tuple[str, str], MeasuredLink]
 
 
@@ -150,9 +160,9 @@ class Survey(NamedTuple):
 
 
 class Surveys(NamedTuple):
-    """``nodes`` as the file calls them."""
+    """The values of a column: ``nodes`` as the file calls them."""
 
-    quantity: Quantity
+    column: str
     nodes: dict[str, Survey]
 
 
@@ -173,25 +183,25 @@ class _Point(NamedTuple):
 R = TypeVar("R", _Row, _Point)
 
 
-def read(path: str, quantity: Quantity | None, channel: int | None) -> LinkTraces | Surveys:
-    """The trace or survey in a file: of ``quantity`` (None: the delivery ratio, if it is there), of
-    one ``channel`` (None: of all). Rows may stand in any order. Raises ``InputError`` for whatever
-    is wrong with the file."""
+def read(path: str, columns: Sequence[str], channel: int | None) -> LinkTraces | Surveys:
+    """The trace or survey in a file: of the first of ``columns`` that it has, of one ``channel``
+    (None: of all). Rows may stand in any order. Raises ``InputError`` for whatever is wrong with
+    the file."""
     try:
         table = CsvTable(path, _text(path))
         if table.facts is None and table.about("x_m", "y_m"):
             table.named(_SURVEY, ("x", "y", "node"))
-            quantity = _quantity(table, quantity)
-            return Surveys(quantity, _surveys(
-                _on(channel, _points(table, quantity), f"{path}: no row of a place")))
+            column = _column(table, columns)
+            return Surveys(column, _surveys(
+                _on(channel, _points(table, column), f"{path}: no row of a place")))
         table.named(_PLAIN if table.facts is None else _K7, ("time", "source", "destination"))
-        quantity = _quantity(table, quantity)
-        rows = _on(channel, _rows(table, quantity), f"{path}: no row of a link")
+        column = _column(table, columns)
+        rows = _on(channel, _rows(table, column), f"{path}: no row of a link")
     except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: cannot be read: {reason}") from None
     begin_ns = 0 if table.facts is None else _begin_ns(table, rows)
-    return LinkTraces(quantity, _links(rows, begin_ns))
+    return LinkTraces(column, _links(rows, begin_ns))
 
 
 def _text(path: str) -> Iterator[str]:
@@ -208,15 +218,15 @@ def _on(channel: int | None, rows: Iterable[R], none: str) -> list[R]:
     return chosen
 
 
-def _quantity(table: CsvTable, wanted: Quantity | None) -> Quantity:
-    """The quantity to read: the wanted one, or the first that the table has."""
-    for quantity in _QUANTITIES:
-        if table.has(quantity) and wanted in (None, quantity):
-            return quantity
-    raise table.wrong(f"there is no column of {wanted or 'delivery ratios or RSSI'}")
+def _column(table: CsvTable, columns: Sequence[str]) -> str:
+    """The first of ``columns`` that the table has."""
+    for column in columns:
+        if table.has(column):
+            return column
+    raise table.wrong(f"there is no column of {' or '.join(columns)}")
 
 
-def _rows(table: CsvTable, quantity: Quantity) -> Iterator[_Row]:
+def _rows(table: CsvTable, column: str) -> Iterator[_Row]:
     """K7 has rows without a source or a destination, which are means over several links; they are
     passed over."""
     time, when = ((_elapsed_ns, "seconds, at least 0") if table.facts is None else
@@ -224,29 +234,35 @@ def _rows(table: CsvTable, quantity: Quantity) -> Iterator[_Row]:
     for row in table.rows():
         ends = row.get("source", ""), row.get("destination", "")
         if all(ends):
-            yield _Row(table.value(row, "time", time, when), ends,
-                       *_measured(table, row, quantity))
+            at_ns = table.value(row, "time", time, when)
+            for measured in _measured(table, row, column):
+                yield _Row(at_ns, ends, *measured)
         elif table.facts is None:
             raise table.wrong("source or destination is missing")
 
 
-def _points(table: CsvTable, quantity: Quantity) -> Iterator[_Point]:
+def _points(table: CsvTable, column: str) -> Iterator[_Point]:
     for row in table.rows():
         if not row.get("node"):
             raise table.wrong("node is missing")
         x_m, y_m = (table.value(row, axis, lambda cell: _number(cell, -_FARTHEST_M, _FARTHEST_M),
                                 "metres") for axis in ("x", "y"))
-        yield _Point(row["node"], (x_m, y_m), *_measured(table, row, quantity))
+        for measured in _measured(table, row, column):
+            yield _Point(row["node"], (x_m, y_m), *measured)
 
 
-def _measured(table: CsvTable, row: dict[str, str], quantity: Quantity
-              ) -> tuple[int | None, float]:
-    """The channel and the value of a row."""
-    value, what = ((_rssi_dbm, "dBm, or nothing where nothing was heard")
-                   if quantity == "rssi_dbm" else
-                   (lambda cell: _number(cell, 0.0, 1.0), "0 to 1"))
-    return (table.value(row, "channel", lambda cell: int(cell) if cell else None,
-                        "a number, or nothing"), table.value(row, quantity, value, what))
+def _measured(table: CsvTable, row: dict[str, str], column: str
+              ) -> Iterator[tuple[int | None, float]]:
+    """The channel and the value of a row, if it has a value."""
+    channel = table.value(row, "channel", lambda cell: int(cell) if cell else None,
+                          "a number, or nothing")
+    if column == "rssi_dbm":
+        yield channel, table.value(row, column, _rssi_dbm,
+                                   "dBm, or nothing where nothing was heard")
+    elif row.get(column) or column not in _SCALES:
+        scale, most = _SCALES.get(column, (1.0, 1.0))
+        yield channel, scale * table.value(row, column, lambda cell: _number(cell, 0.0, most),
+                                           f"0 to {most:.12g}")
 
 
 def _begin_ns(table: CsvTable, rows: list[_Row]) -> int:

@@ -2,19 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Protocol
+
+from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError, did_you_mean
-from netmodels.link_traces import LinkTraces, Surveys
+from desim.units import Duration
+from netmodels.link_traces import LinkTraces, Surveys, read
+
+
+class TraceFile(ports.Params):
+    """A file with measured links, and its relation to a run."""
+
+    file: ports.File = Field(description="the trace, relative to the scenario that names it")
+    nodes: dict[str, str | int] = Field({}, description="by host, its name in the trace (its own)")
+    channel: int | None = Field(None, description="rows of this one alone (all)")
+    begin_ns: Duration = Field("0 s", description="the moment of the trace at which the run "
+                                                  "begins (its beginning)")
 
 
 class Measured(Protocol):
-    """Measured links."""
+    """Measured links, the values of one ``column``."""
+
+    @property
+    def column(self) -> str: ...
 
     def values(self, source: int, receiver: int, now_ns: int) -> tuple[float, ...]:
-        """Delivery ratios or RSSI in dBm that count alike; none where nothing is known."""
+        """Values of the column that count alike; none where nothing is known."""
+
+
+def measured(params: TraceFile, columns: Sequence[str], hosts: tuple[str, ...],
+             context: ports.RuleContext) -> Measured:
+    """The links in a file: the values of the first of ``columns`` that it has."""
+    try:
+        trace = read(params.file, columns, params.channel)
+    except InputError as error:
+        raise InputError(f".file: {error}") from None
+    if isinstance(trace, LinkTraces):
+        return ByTime(trace, hosts, params.nodes, params.begin_ns)
+    if params.begin_ns:
+        raise InputError(".begin: a survey is of places, and has no times")
+    return ByPlace(trace, hosts, params.nodes, context)
 
 
 class ByTime:
@@ -24,7 +54,7 @@ class ByTime:
                  begin_ns: int) -> None:
         names = {node for link in trace.links for node in link}
         host_of = _hosts_by_node(hosts, nodes, names)
-        self._begin_ns = begin_ns
+        self.column, self._begin_ns = trace.column, begin_ns
         self._links = {(host_of[source], host_of[destination]): link
                        for (source, destination), link in trace.links.items()
                        if source in host_of and destination in host_of}
@@ -42,11 +72,11 @@ class ByPlace:
     both directions; between two nodes, the source's."""
 
     def __init__(self, surveys: Surveys, hosts: tuple[str, ...], nodes: dict[str, str | int],
-                 context: ports.Context) -> None:
+                 context: ports.RuleContext) -> None:
         host_of = _hosts_by_node(hosts, nodes, set(surveys.nodes))
         self._surveys = {host_of[node]: survey for node, survey in surveys.nodes.items()
                          if node in host_of}
-        self._context = context
+        self.column, self._context = surveys.column, context
         if not self._surveys:
             raise InputError(f".nodes: no host is a node of the survey{_there(surveys.nodes)}; "
                              f"hosts are {', '.join(hosts)}")

@@ -8,12 +8,11 @@ from functools import lru_cache, partial
 from pydantic import Field
 
 from desim import ports
-from desim.errors import InputError
 from desim.units import BitRate, Duration, Ratio
 from netmodels.attempts import TRIES, Attempts
 from netmodels.itemized import Itemized
-from netmodels.link_traces import LinkTraces, Quantity, read
-from netmodels.measured import ByPlace, ByTime, Measured
+from netmodels.link_traces import QUANTITIES, Quantity
+from netmodels.measured import TraceFile, measured
 from netmodels.partial_trains import settle_without
 from netmodels.queues import SenderQueues
 from netmodels.radio.delivery import delivery
@@ -49,15 +48,9 @@ class Replay(Itemized):
     Capabilities: Itemizes, Separates, KnowsDepartures.
     """
 
-    class Params(ports.Params):
-        file: ports.File = Field(description="the trace, relative to the scenario that names it")
-        nodes: dict[str, str | int] = Field({}, description="by host, its name in the trace (its "
-                                                            "own)")
+    class Params(TraceFile):
         quantity: Quantity | None = Field(None, description=(
             "delivery_ratio or rssi_dbm, where a trace has both (the former)"))
-        channel: int | None = Field(None, description="rows of this one alone (all)")
-        begin_ns: Duration = Field("0 s", description="the moment of the trace at which the run "
-                                                      "begins (its beginning)")
         otherwise: Ratio = Field(0.0, description="chance of a packet where the trace says nothing "
                                                   "(none)")
         rate_bps: BitRate = Field("54 Mb/s", description="(802.11g nominal)")
@@ -80,18 +73,10 @@ class Replay(Itemized):
         params = self._params
         self._context = context
         self._losses = RandomLoss(context, "replay", hosts)
-        try:
-            trace = read(params.file, params.quantity, params.channel)
-        except InputError as error:
-            raise InputError(f".file: {error}") from None
-        if isinstance(trace, LinkTraces):
-            self._measured: Measured = ByTime(trace, hosts, params.nodes, params.begin_ns)
-        elif params.begin_ns:
-            raise InputError(".begin: a survey is of places, and has no times")
-        else:
-            self._measured = ByPlace(trace, hosts, params.nodes, context)
+        quantities = QUANTITIES if params.quantity is None else (params.quantity,)
+        self._measured = measured(params, quantities, hosts, context)
         self._attempts, self._once, rate_bps = None, _RATIO, params.rate_bps
-        if trace.quantity == "rssi_dbm":
+        if self._measured.column == "rssi_dbm":
             rate, lowest = chosen_rates(params.standard, params.rate_bps, None)
             self._errors = _by_errors(params)
             self._once = rate

@@ -246,10 +246,11 @@ def test_hosts_without_a_link_now_are_parted(file):
 @pytest.mark.parametrize(("text", "says"), [
     ("", "{0}:1: the column 'time_s' is missing; there are "),
     ("time_s,source,destination,pdr\n", "{0}:1: unknown column 'pdr'; allowed: time_s, source, "
-     "destination, channel, delivery_ratio, rssi_dbm"),
+     "destination, channel, delivery_ratio, rssi_dbm, loss_ratio, loss_percent, delay_s, delay_ms, "
+     "delay_us, rate_bps, rate_kbps, rate_mbps"),
     ("time_s,source,delivery_ratio\n",
      "{0}:1: the column 'destination' is missing; there are time_s, source, delivery_ratio"),
-    ("time_s,source,destination\n", "{0}:1: there is no column of delivery ratios or RSSI"),
+    ("time_s,source,destination\n", "{0}:1: there is no column of delivery_ratio or rssi_dbm"),
     ("time_s,source,destination,rssi_dbm\n", "{0}: no row of a link"),
     (PLAIN + "x,a,b,1\n", "{0}:6: time_s is 'x'; allowed: seconds, at least 0"),
     (PLAIN + "30,a,b,1.4\n", "{0}:6: delivery_ratio is '1.4'; allowed: 0 to 1"),
