@@ -1,4 +1,4 @@
-"""Tables of docs/radio.md: each level of a parameter beside one of them, seed by seed.
+"""Tables of docs/defaults.md: each level of a parameter beside one of them, seed by seed.
 
     python scenarios/studies/radio_table.py results/defaults changed nothing
     python scenarios/studies/radio_table.py results/presets preset indoor

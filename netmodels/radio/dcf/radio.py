@@ -71,7 +71,7 @@ class DcfRadio:
     class Params(ports.Params):
         preset: Literal["indoor", "outdoor", "ns3_3_44"] | None = Field(None, description=(
             "values for what is not given: indoor and outdoor, path loss in sight and shadowing as "
-            "measured (docs/radio.md); ns3_3_44, as in ns-3 3.44 with the error model of NIST "
+            "measured (docs/defaults.md); ns3_3_44, as in ns-3 3.44 with the error model of NIST "
             "(none: 802.11-2016, with ns-3's path loss)"))
         standard: StandardName = Field("11g", description="timing and rates (2.4 "
                                                                           "GHz as most robots)")
