@@ -49,7 +49,7 @@ reference/keys
 docs/maps
 docs/robots
 docs/network-models
-docs/radio
+docs/defaults
 docs/testbed-traffic
 docs/clocks
 docs/networks-alone
