@@ -16,7 +16,8 @@ NEEDED = {"distance": {"delivery": [["10 m", 1]]}, "replay": {"file": "trace.csv
           "flapping": {"hosts": ["a"], "up": "1 s", "down": "1 s"}, "latency": {"delay": "1 ms"},
           "jamming": {"at": ["0 m", "0 m"], "radius": "1 m"}, "loss": {"probability": 0.1},
           "gilbert_elliott": {"p": 0.1, "r": 0.1}, "outage": {"hosts": ["a"]},
-          "partition": {"groups": [["a"]]}, "reordering": {"probability": 0.1, "delay": "1 ms"}}
+          "partition": {"groups": [["a"]]}, "reordering": {"probability": 0.1, "delay": "1 ms"},
+          **{f"recorded_{what}": {"file": "trace.csv"} for what in ("loss", "delay", "rate")}}
 PLUGINS = [(kind, name) for kind in ("network", "rule") for name, point
            in plugins.available(kind).items() if point.module.startswith("netmodels.")]
 
