@@ -323,6 +323,10 @@ WRONG = {
     "an office without a corridor": ("environment: {terrain: {office: {size: [9 m, 30 m]}}}", [
         "2:40: environment.terrain.office.size: has no space for a corridor between two rooms, got "
         "9 m x 30 m; allowed: both sides at least 10.4 m, the longer one above 10 m"]),
+    "an office that is no longer than a room": (
+        "environment: {terrain: {office: {size: [12 m, 12 m], room: [4 m, 12 m]}}}", [
+            "2:40: environment.terrain.office.size: has no space for a corridor between two rooms, "
+            "got 12 m x 12 m; allowed: both sides at least 10.4 m, the longer one above 12 m"]),
     "rooms that cannot be cut": (
         "environment: {terrain: {office: {size: [9 m, 9 m], room: [3 m, 5 m]}}}", [
             "2:58: environment.terrain.office.room: the largest side must be at least twice the "
@@ -387,6 +391,11 @@ WRONG = {
          f"known: {RULES}, {DOTTED}",
          "2:75: network.media.lan.rules.1.dist: unknown key (did you mean 'distance'?); allowed: "
          "rule, distance, hosts, links, topics, from, until, every"]),
+    "a rule that is no mapping, and one without its name": (
+        "network: {media: {lan: {model: ideal, rules: [3, {distance: 3 m}]}}}", [
+            "2:47: network.media.lan.rules.0: must be a mapping with rule, got 3",
+            "2:50: network.media.lan.rules.1: the key 'rule' is missing: a rule plug-in: "
+            "range, latency, loss, bandwidth, partition, ..."]),
     "rules that cannot be": (
         "network: {media: {lan: {model: ideal, rules: [\n"
         "{rule: partition, groups: [[robot_0]], from: 5 s, until: 2 s},\n"
@@ -690,6 +699,10 @@ WRONG = {
         "robot: {clock: {ntp: {server: workstation}}}\nfleet: {size: 3}", [
             "3:31: robot.clock.ntp.server: a circle: robot_0 -> workstation -> robot_0; allowed: "
             "one of them without ntp, or with a server outside of it"]),
+    "time servers in a circle of hosts": (
+        "hosts: {base: {clock: {ntp: {server: office}}}, office: {clock: {ntp: {server: base}}}}", [
+            "2:38: hosts.base.clock.ntp.server: a circle: base -> office -> base; allowed: one of "
+            "them without ntp, or with a server outside of it"]),
     "two types of robots that follow each other": (
         "robot: {clock: {ntp: {server: robot_2}}}\nhosts: {base: {clock: {ntp: {server: robot_1}"
         "}}}\nfleet: {types: {scout: {robot: {clock: {ntp: {server: robot_0}}}}}, robots: "
@@ -844,6 +857,14 @@ def test_errors_in_a_parent_point_into_the_parent(here):
         "sub/child.yaml:3:7: seed: must be at least 0, got -1"]
 
 
+def test_a_file_of_another_program_is_named_with_the_command_that_reads_it(here):
+    (here / "plan.dxf").write_text("0\nSECTION\n")
+    (here / "case.yaml").write_text("name: x\nenvironment: {terrain: plan.dxf}\n")
+    assert complaints_about("case.yaml") == [
+        "case.yaml:2:24: environment.terrain: plan.dxf: no map_server file; it looks like a DXF "
+        "drawing, which desim map reads"]
+
+
 def test_a_circle_is_named(here):
     for name, parent in (("a", "b"), ("b", "c"), ("c", "b")):
         (here / f"{name}.yaml").write_text(f"extends: {parent}.yaml\n")
@@ -855,6 +876,7 @@ def test_a_circle_is_named(here):
     ("fleet.size=-1", "fleet.size: must be at least 0, got -1"),
     ("fleet.siz=3", "fleet.siz: unknown key (did you mean 'size'?); allowed: size, robots, types, "
                     "start"),
+    ("seed.first=3", "seed: must be a whole number, got a mapping"),
     ("fleet", "must look like a.b.c=value, e.g. fleet.size=8"),
     ("a..b=3", "must look like a.b.c=value, e.g. fleet.size=8"),
     ("fleet.size=[1", "not YAML: expected ',' or ']', but got '<stream end>'"),

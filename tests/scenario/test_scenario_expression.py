@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim.errors import InputError
+from desim.errors import InputError, ModelError
 from desim.scenario.expression import Condition, compile, condition
 
 VALUES = {"explored": 0.95, "collisions": 2, "time_s": 600.0}
@@ -69,6 +69,7 @@ def test_what_is_not_whitelisted(text):
     ("min(nowhere_m, 1) <= 1", None), ("nowhere_m * 0 == 0", None), ("nowhere_m != 1", None),
     ("1e308 * 10 > 1", None), ("1e308 * 10 - 1e308 * 10 == 0", None),
     ("9" * 200 + " * " + "9" * 200 + " > 1", None), ("9" * 200 + " / 3 > 1", True),
+    (f"{sys.float_info.max} > 1", True),
     ("not time_s / collisions > 3", None),
     # false and unknown = false, true and unknown = unknown; or likewise the other way round
     ("collisions > 0 and 1 / collisions > 0", False), ("1 / collisions > 0 and 1 > 2", False),
@@ -104,6 +105,19 @@ def test_a_function_of_the_users(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="cannot load function 'my_mistake:f': invalid syntax "
                        "at my_mistake.py:1$"):
         condition("my_mistake:f", VALUES)
+
+
+def test_a_callable_object_whose_answer_is_neither_true_nor_false(tmp_path, monkeypatch):
+    (tmp_path / "my_answers.py").write_text(
+        "import numpy as np\n\n\nclass Both:\n    def __call__(self, q):\n"
+        "        return np.array([1, 2])\n\n\nboth = Both()\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    with pytest.raises(ModelError) as caught:
+        condition("my_answers:both", VALUES).evaluate(VALUES)
+    assert str(caught.value) == (
+        "stop.when: my_answers.Both (my_answers.py:4) returned array([1, 2]); wanted: true or "
+        "false")
 
 
 NUMBERS = st.recursive(
