@@ -60,7 +60,7 @@ class SharingBench(MapAccess):
     with their topics, until a check delivers them, or loses them."""
 
     def __init__(self, sharing: Sharing, name: str, team: tuple[str, ...], pool: TilePool,
-                 now_ns: int = 0) -> None:
+                 now_ns: int) -> None:
         self.robot_map = RobotMap(GRID, pool)
         super().__init__(self.robot_map, self.robot_map)
         self.name, self.team, self.now_ns = name, team, now_ns

@@ -49,7 +49,7 @@ def test_nothing_is_said_of_a_teammate_before_its_frame_is_accepted():
 def said(start):
     """The maps that a robot sends that starts at ``start`` [m, m] and drives on along x."""
     bench = SharingBench(RegisteredMaps(RegisteredMaps.Params()), "robot_1", ("robot_2",),
-                         TilePool())
+                         TilePool(), 0)
     for second in range(12):
         bench.see(Pose2D(start[0] + 0.25 * second, start[1], 0.0))
         bench.run(second * 10**9)

@@ -34,6 +34,9 @@ class Claims(ImmediateNetwork):
     def separates(self, host, other):
         return False
 
+    def carrier(self, host):
+        return True, None
+
     def switched(self, host, up):
         self.up = up
 
@@ -64,6 +67,7 @@ def test_claims_that_are_kept_pass():
     ("signal", lambda self, from_m, to_m: ports.Signal(np.zeros(1), np.ones(1)),
      "give for signal a power and a share"),
     ("separates", lambda self, host, other: None, "give a bool for separates"),
+    ("carrier", lambda self, host: (True, 0), "give for carrier a bool and a later whole nanosec"),
     ("send", ImmediateNetwork.send, "ask context.judge_transmission about each transmission")])
 def test_a_claim_that_is_not_kept_is_seen(name, wrong, advice):
     with pytest.raises(AssertionError, match=advice):

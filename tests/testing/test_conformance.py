@@ -18,6 +18,7 @@ from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
 from desim.robot.coordination.strategies.random_frontier import RandomFrontier
 from desim.testing import (
     Bench,
+    Fleet,
     ImmediateNetwork,
     check_middleware,
     check_network,
@@ -63,6 +64,23 @@ def test_rules_keep_their_contract(name, params):
 
 def test_direct_middleware_keeps_its_contract():
     check_middleware(plugins.load("middleware", "direct"))
+
+
+def test_the_kit_checks_the_parameters_of_a_middleware():
+    direct = plugins.load("middleware", "direct")
+    wrong = type("Wrong", (direct,), {"Params": Unsourced.Params})
+    with pytest.raises(AssertionError, match="where the default of parameter 'rate' comes from"):
+        check_middleware(wrong)
+
+
+def test_a_fleet_hears_all_at_once_unless_its_model_says_otherwise():
+    direct = plugins.load("middleware", "direct")
+    near, silent = (Fleet(direct(direct.Params()), **given)
+                    for given in ({}, {"model": Silent()}))
+    for fleet in (near, silent):
+        fleet.talk(10**9)
+    assert near.said and not near.unheard() and not near.faults
+    assert silent.said and not silent.times
 
 
 @pytest.mark.parametrize("cls", [NearestFrontier, RandomFrontier])
@@ -264,6 +282,13 @@ class Overreaching(Broken):
 class Parted(Broken):
     def separates(self, host, other):
         return host == 0
+
+
+class Silent(ImmediateNetwork):
+    reasons = ("silence",)
+
+    def send(self, frame):
+        self._context.settle_many(frame, frame.receivers, ports.Drop("silence"))
 
 
 class Unsourced(Broken):

@@ -2,6 +2,7 @@
 
 import math
 import random
+from itertools import takewhile
 
 import numpy as np
 import pytest
@@ -33,6 +34,23 @@ def test_scans_of_the_room_are_exact():
     assert ranges[90 + 20] == pytest.approx(3.0 / math.cos(0.5))  # the block, at x = 5 m
     assert ranges[90 + 63] == pytest.approx(6.0 / math.sin(63 * 0.025))  # the wall at y = 8 m
     assert not ranges.flags.writeable
+
+
+def test_scans_are_taken_where_the_robot_is_and_not_where_its_odometer_says():
+    read = []
+
+    class Notes(DeadReckoning):
+        def on_odometry(self, context, odometry, scan):
+            if scan is not None:
+                read.append((odometry, scan.ranges))
+            return odometry
+
+    check_localization(Notes)
+    drive = list(takewhile(lambda one: len(set(one[1])) > 1, read))  # until nothing is in sight
+    ranges = scan_of(np.array((2.0, 2.08, -math.pi / 2)))  # a step before the end of both rounds
+    places = [odometry for odometry, seen in drive if np.allclose(seen, ranges)]
+    assert len(places) == 2
+    assert all(math.hypot(x_m - 2.0, y_m - 2.08) > 0.01 for x_m, y_m, _ in places)
 
 
 class Lost(DeadReckoning):
