@@ -12,7 +12,7 @@ from typing import Any
 from desim.compiler.folder import choose_folder
 from desim.results.shown import draw_with
 
-__version__ = "0.1.0"
+__version__ = "0.6.0"
 __all__ = ["Campaign", "Run", "compare", "from_mapping", "load", "run"]
 
 _WHERE = {"Campaign": "desim.campaign.folder.campaign", "Run": "desim.results.run",

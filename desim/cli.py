@@ -44,9 +44,9 @@ for stream in (sys.stdout, sys.stderr):
 def desim(version: Annotated[bool, typer.Option(
               "--version", help="print the version and end", is_eager=True)] = False) -> None:
     if version:
-        from importlib.metadata import version as version_of
+        from desim import __version__
 
-        typer.echo(f"desim {version_of('desim')}")
+        typer.echo(f"desim {__version__}")
         raise typer.Exit
 
 

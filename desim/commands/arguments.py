@@ -11,9 +11,19 @@ from desim.commands import completion
 
 RunPath = Annotated[Path, typer.Argument(metavar="RUN", help="a run's folder", show_default=False,
                                          autocompletion=completion.run_folders)]
-ScenarioPath = Annotated[Path, typer.Argument(metavar="SCENARIO", show_default=False,
-                                              autocompletion=completion.yaml_files,
-                                              help="a scenario's YAML file")]
+
+
+def found_file(path: Path) -> Path:
+    """The file of a scenario or design that a user calls ``path``."""
+    from desim.scenario.shipped import found
+
+    return found(path)
+
+
+ScenarioPath = Annotated[Path, typer.Argument(
+    metavar="SCENARIO", show_default=False, callback=found_file,
+    autocompletion=completion.yaml_files,
+    help="a scenario's YAML file, or the name of one that desim new lists")]
 Until = Annotated[str | None, typer.Option(
     metavar="DURATION", help="short for --set stop.elapsed=DURATION", show_default=False)]
 DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False,

@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from desim.commands import completion
-from desim.commands.arguments import DesignPath, Overrides, Quiet, ScenarioPath, Until
+from desim.commands.arguments import (
+    DesignPath,
+    Overrides,
+    Quiet,
+    ScenarioPath,
+    Until,
+    found_file,
+)
 from desim.commands.compiling import compiling
 from desim.commands.exit_codes import exit_codes, reading, terminable
 from desim.commands.output import say, say_json
@@ -32,7 +39,7 @@ _MANY = 200  # scenarios, which take a while to check
 
 def sweep(design: Annotated[Path, typer.Argument(
               metavar="DESIGN|SCENARIO", show_default=False, autocompletion=completion.yaml_files,
-              help="a design's YAML file; with --vary that of a scenario")],
+              callback=found_file, help="a design's YAML file; with --vary that of a scenario")],
           vary: Annotated[list[str], typer.Option(
               metavar="A.B.C=V1,V2,...", help="a key of the scenario and its values; given again: "
                                               "all combinations")] = [],  # noqa: B006

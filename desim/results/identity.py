@@ -14,6 +14,7 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+from desim import __version__ as desim_version
 from desim import plugins
 from desim.scenario import expression
 from desim.scenario.resolved import scenario_id
@@ -26,8 +27,8 @@ _DESIM = Path(__file__).parent.parent
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
 
 # Where code can change results or the files that hold them.
-_COMPUTES = frozenset({"units.py", "errors.py", "files.py", "modules.py", "outside_yaml.py",
-                       "plugins.py", "unpacking.py", "compiler",
+_COMPUTES = frozenset({"units.py", "errors.py", "operating_system", "files.py", "modules.py",
+                       "outside_yaml.py", "plugins.py", "unpacking.py", "compiler",
                        "ports", "engine", "scenario", "world", "network", "computers", "middleware",
                        "robot", "monitor", "simulation", "results"})
 
@@ -47,7 +48,8 @@ class Identity:
 def versions() -> dict[str, str]:
     """Python's version and those of ``PACKAGES``."""
     return {"python": platform.python_version(),
-            **{name: metadata.version(name) for name in PACKAGES}}
+            **{name: metadata.version(name) for name in PACKAGES},
+            "desim": desim_version}
 
 
 def plugin_references(scenario: Scenario) -> dict[str, str]:

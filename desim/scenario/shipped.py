@@ -29,6 +29,14 @@ def folder() -> Path:
     return installed if installed.is_dir() else _PACKAGE.parent / "scenarios"
 
 
+def found(path: Path) -> Path:
+    """The file that a user calls ``path``: that, the same with ``.yaml``, or a shipped one. Where
+    there is none, ``path``."""
+    named = f"{path}.yaml"
+    return next((file for file in (path, Path(named), folder() / named) if os.path.exists(file)),
+                path)
+
+
 def shipped() -> list[Shipped]:
     """All shipped files, scenarios first, then designs, then layouts of networks."""
     paths = sorted(folder().rglob("*.yaml"), key=lambda path: (

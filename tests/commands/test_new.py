@@ -1,13 +1,14 @@
 """``desim new``: the shipped scenarios, their questions, and what is written of one."""
 
 import json
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from desim.cli import app
 from desim.scenario.load import load
-from desim.scenario.shipped import belongings, folder, question, shipped
+from desim.scenario.shipped import belongings, folder, found, question, shipped
 from desim.scenario.starter import SCHEMA
 
 
@@ -33,6 +34,26 @@ def test_every_shipped_file_is_listed_with_a_question(new, repository):
     unasked = [one.name for one in shipped() if not one.question.endswith("?")
                and not one.name.endswith("_small")]
     assert not unasked
+
+
+@pytest.mark.parametrize("name", ["hello", "hello.yaml", "studies/../hello"])
+def test_a_file_of_ones_own_comes_before_a_shipped_one(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    shipped_one = found(Path(name.removesuffix(".yaml")))
+    assert shipped_one.resolve() == folder().resolve() / "hello.yaml"
+    assert found(Path("nowhere")) == Path("nowhere")
+    (tmp_path / "studies").mkdir()
+    (tmp_path / "hello.yaml").touch()
+    assert found(Path(name)).resolve() == tmp_path / "hello.yaml"
+
+
+def test_a_shipped_scenario_runs_by_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["run", "hello", "--until", "1s", "--quiet"])
+    assert done.exit_code == 0, done.output
+    assert len(list((tmp_path / "results" / "hello").iterdir())) == 1
+    done = CliRunner().invoke(app, ["run", "helo"])
+    assert (done.exit_code, done.output) == (2, "helo: no such file\n")
 
 
 def test_scenarios_are_run_and_designs_are_swept(new):

@@ -68,7 +68,7 @@ _OURS = full(pa.schema([("run_id", _TEXT), ("vector", _INT), ("iteration", _INT)
              "error", "digest")
 
 
-_OLD = {"gives_in_first": "saturated_first"}  # columns of 0.1; to be read until 0.3
+_OLD = {"gives_in_first": "saturated_first"}  # columns before 0.6, read until 0.7
 
 
 def fields(path: Path) -> dict[str, pa.Field]:
