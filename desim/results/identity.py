@@ -27,8 +27,8 @@ _DESIM = Path(__file__).parent.parent
 PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx", "pydantic")
 
 # Where code can change results or the files that hold them.
-_COMPUTES = frozenset({"units.py", "errors.py", "operating_system", "files.py", "modules.py",
-                       "outside_yaml.py", "plugins.py", "unpacking.py", "compiler",
+_COMPUTES = frozenset({"units.py", "errors.py", "files.py", "modules.py", "outside_yaml.py",
+                       "plugins.py", "unpacking.py", "compiler",
                        "ports", "engine", "scenario", "world", "network", "computers", "middleware",
                        "robot", "monitor", "simulation", "results"})
 
