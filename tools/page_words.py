@@ -3,8 +3,9 @@
     python tools/page_words.py
 
 Prints a row a page, then the sum of docs/. A word has a letter or a digit. Words in code do not
-count, nor does the leaderboard: a program writes it. A sentence ends with ``.``, ``?`` or ``!`` before a space; rows of tables and
-headings are no sentences. ``tests/test_prose.py`` holds the sums.
+count, nor does the leaderboard: a program writes it. A sentence ends with ``.``, ``?`` or ``!``
+before a space; rows of tables and headings are no sentences. ``tests/test_prose.py`` holds the
+sums.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ def count(text: str) -> Count:
     blocks = re.split(r"\n\s*\n|\n *(?:[-*]|\d+\.) ", plain)
     sentences = [part for block in blocks for part in re.split(r"(?<=[.?!:])\s+", block)
                  if len(part.split()) > 2]
-    return Count(len([word for word in text.split() if re.search(r"\w", word)]), sum(len(part.split()) for part in sentences), len(sentences))
+    words = [word for word in text.split() if re.search(r"\w", word)]
+    return Count(len(words), sum(len(part.split()) for part in sentences), len(sentences))
 
 
 def pages() -> dict[str, Count]:
