@@ -1,8 +1,10 @@
-"""The rows about middleware in a run's table."""
+"""A run's headline, and the rows of its table about middleware and processors."""
 
 from __future__ import annotations
 
-from desim.report.key_figures import _awareness
+import pytest
+
+from desim.report.key_figures import _awareness, _processors, headline
 
 
 def delay(mean_s, done, name, pairs=128):
@@ -32,3 +34,20 @@ def test_nothing_is_said_of_what_did_not_happen():
               "detection_delay_s": delay(None, None, "noticed", None),
               "resync_delay_s": delay(None, 0, "resynced", 0)}
     assert _awareness(direct) == _awareness({}) == []
+
+
+def test_an_imported_run_says_where_it_is_from_and_another_how_it_ended():
+    assert headline({"imported_from": "drive.mcap"}, {"name": "yard", "status": "imported"}) == (
+        "yard: imported from drive.mcap")
+    assert headline({"stop_reason": "explored"}, {
+        "name": "maze", "seed": 3, "status": "finished"}) == "maze, seed 3: finished, explored"
+
+
+@pytest.mark.parametrize(("missed", "said"), [
+    (0, "0 missed ticks"), (1, "1 missed tick"), (2, "2 missed ticks")])
+def test_missed_ticks_are_counted_in_words(missed, said):
+    loads = {"mean_cpu_percent": 12.5, "robots": {"robot_0": {"cpu_percent": 20.0}},
+             "missed_ticks": missed}
+    assert _processors(loads) == [
+        ("processors", "12.5 % busy", "of the robots', on average; at most 20.0 %"),
+        ("", said, "of timers whose nodes were busy")]
