@@ -61,7 +61,7 @@ class Subscription:
 
     def hold(self, held: list[tuple[Callable[..., object], object]] | None) -> None:
         """Keep the last ``limit`` messages in ``held``, with the callback that they are for; None:
-        do so no more."""
+        stop that."""
         def keep(message: Message) -> None:
             assert held is not None
             own = [entry for entry in held if entry[0] is self._own]

@@ -56,7 +56,7 @@ class Carrier(Generic[T_contra]):
         return ()
 
     def first_sent(self, token: T_contra, now_ns: int) -> int:
-        """The time when what the frame carries was sent for the first time, maybe in another one;
+        """The time when what the frame carries was first sent, maybe in another frame;
         ``BEFORE_NS`` if it can only complete messages that were sent before. Called where a ledger
         is kept, when the frame is sent (``now_ns``)."""
         return now_ns

@@ -127,8 +127,8 @@ SCOPE: tuple[type[Params], ...] = (TimeWindow, Topics, Targets)
 
 
 def scope_beside(own: type[Params]) -> list[type[Params]]:
-    """The parts of the scope that a rule with the parameters ``own`` is given. One of whose keys
-    the rule has already is left to the rule itself."""
+    """The parts of the scope that a rule with the parameters ``own`` is given. A part is left out
+    if the rule has one of its keys itself."""
     taken = _keys(own)
     return [part for part in SCOPE if taken.isdisjoint(_keys(part))]
 

@@ -27,8 +27,8 @@ def failure(run_id: str, error: str) -> Row:
 
 
 def row_of(run: Run, functions: tuple[str, ...]) -> Row:
-    """The row of a run's folder; ``folder`` tells whether that has changed since. Raises
-    ``InputError`` where it is damaged."""
+    """The row of a run's folder. By its field ``folder`` a later change of the folder is noticed.
+    Raises ``InputError`` where the folder is damaged."""
     manifest = run.manifest
     try:
         folder = likeness(run.path)

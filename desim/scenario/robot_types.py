@@ -25,8 +25,8 @@ def type_names(fleet: FleetParams) -> tuple[str, ...]:
 
 
 def types_by_name(scenario: Scenario) -> dict[str, RobotType]:
-    """The types that robots can be of. A built-in one of which a robot is, or that is written over,
-    is as the scenario says, of this type or of all robots, and for the rest as it was built in."""
+    """The types that robots can be of. A built-in type that is used or overridden takes each value
+    from the scenario's type of that name, else from its keys of all robots, else from desim."""
     own = scenario.fleet.types
     return BUILT_IN_TYPES | own | {
         name: _written_over(own.get(name, RobotType()), BUILT_IN_TYPES[name], scenario.robot)
@@ -70,7 +70,7 @@ def equipment_by_path(scenario: Scenario) -> Iterator[tuple[Path, Equipment]]:
 
 
 def are_metered(scenario: Scenario) -> bool:
-    """Whether it is said what any robot's parts draw."""
+    """Whether the scenario gives the power of any robot's parts."""
     types = types_by_name(scenario)
     own = [types[name].robot for name in used_types(scenario.fleet) if name in types]
     return any((scenario.robot if robot is None else filled_in(robot, scenario.robot)).power

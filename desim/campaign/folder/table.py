@@ -72,8 +72,8 @@ _OLD = {"gives_in_first": "saturated_first"}  # columns before 0.6, read until 0
 
 
 def fields(path: Path) -> dict[str, pa.Field]:
-    """The columns of the table, as the file has them, by their names of today: none is read. Raises
-    ``InputError`` where it is no table of a campaign."""
+    """The columns as the file has them, by their present names; no values are read. Raises
+    ``InputError`` where the file is no table of a campaign."""
     with readable(path), opened(path) as file:
         found = {_OLD.get(field.name, field.name): field for field in file.schema_arrow}
     missing = [name for name in _OURS.names if name not in found]

@@ -26,7 +26,7 @@ def predicted(plan: Plan, agenda: Agenda, probing: Callable[[int, int], object],
               ) -> tuple[Forecast | None, list[Cost], bool]:
     """The cost of the remaining runs, the costs of the runs that this rests on, and whether these
     are probes: they are where no run has finished yet. None where every probe has failed.
-    ``probing`` is called with the number of probes that are done and of all; ``tried`` gets the
+    ``probing`` is called with the numbers of probes done and of all probes; ``tried`` gets the
     errors of probes, as ``probed`` says. ``made`` does a probe, as ``Metrics`` says."""
     finished = finished_costs(agenda)
     costs = finished or probes.probed(plan, agenda, probes.BUDGET_S, probing, tried, made)

@@ -14,8 +14,8 @@ _CHUNK_BYTES = 1 << 20
 
 
 class WorkerProcess:
-    """A process of ``desim.campaign.running.worker``. ``is_ready``: it has said that its start is
-    over, with an answer of None."""
+    """A process of ``desim.campaign.running.worker``. ``is_ready``: it has answered None, which
+    says that it has started."""
 
     def __init__(self) -> None:
         self._child = begun("desim.campaign.running.worker")
@@ -24,7 +24,7 @@ class WorkerProcess:
 
     @property
     def connection(self) -> Connection:
-        """The tasks go out by it and the answers come in."""
+        """The connection by which tasks go out and answers come in."""
         return self._child.connection
 
     @property

@@ -24,7 +24,7 @@ class ProcessState:
         self._before, self._size_bytes = _state(), resident_bytes()
 
     def changed(self) -> list[str]:
-        """The names of what is otherwise now."""
+        """The names of what differs now."""
         now = _state()
         found = [name for name, value in self._before.items() if now[name] != value]
         return found + ["memory"] * (resident_bytes() > self._size_bytes + _MOST_GROWN_BYTES)

@@ -361,7 +361,7 @@ class ReliableLink(Carrier[DataToken]):
             self.reader.drop(closed)  # nobody will bring what it waits for
 
     def arrived_in_part(self, token: DataToken, receiver: int, lost: dict[int, str]) -> None:
-        """A message is lost with any IP packet of it, and a heartbeat with its message."""
+        """A message is lost if any IP packet of it is, and a heartbeat with its message."""
         sample, train, first, beat = token
         whole = wire.whole(train.messages, lost)
         if not whole or self._closed == "link_closed":
