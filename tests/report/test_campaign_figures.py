@@ -1,4 +1,4 @@
-"""What a campaign's figures and sentences show, each by itself, without the page."""
+"""The figures and sentences of a campaign, each by itself, without the page."""
 
 import numpy as np
 import pytest

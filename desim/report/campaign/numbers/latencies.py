@@ -42,8 +42,8 @@ class TopicLatency(NamedTuple):
     """A family of topics in the ``runs`` of a vector that kept a ledger: how many messages were
     ``delivered`` and what was ``lost`` in the mean of these. The ``latency`` (s) and its
     ``parts_s`` are the means of the runs' means, over those that delivered any; None and empty
-    without such a run. ``ages_s``: the median and the 95th percentile (s) of each step of the messages'
-    age, as means over the runs that have them; empty where computers are ideal."""
+    without such a run. ``ages_s``: the median and the 95th percentile (s) of each step of the
+    messages' age, as means over the runs that have them; empty where computers are ideal."""
 
     vector: VectorRuns
     topic: str
