@@ -110,7 +110,8 @@ def test_a_partition_is_shaded_and_named(run, tmp_path, monkeypatch):
              "episodes_s": [[1.0, 3.0], [5.0, 6.0]]}
     monkeypatch.setitem(run.metrics, "partitions", partitions)
     run_figure.draw(run, tmp_path / "figure.png")
-    *_, explored, traffic = found[0].axes
+    terrain, *_, explored, traffic = found[0].axes
+    assert terrain.get_title() == "(a) Terrain and true ways of the robots"
     for axes in explored, traffic:
         shaded = [patch.get_extents().transformed(axes.transData.inverted())
                   for patch in axes.patches]

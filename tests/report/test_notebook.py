@@ -12,6 +12,7 @@ import pytest
 
 import desim
 from desim.errors import InputError, ModelError
+from desim.report.notebook import html_of
 from desim.results.shown import InNotebooks
 
 
@@ -40,6 +41,10 @@ def well_formed(text):
     tags = Tags()
     tags.feed(text)
     return tags.open == [] and "<script" not in text
+
+
+def test_what_is_no_result_shows_its_repr():
+    assert html_of(["<b>"]) == "<pre>[&#x27;&lt;b&gt;&#x27;]</pre>"
 
 
 def test_a_run_shows_its_figures_and_its_replay(run):

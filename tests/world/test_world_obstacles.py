@@ -301,6 +301,16 @@ def test_from_inside_there_is_one_way_out(tmp_path):
     assert matter.crossing(matter.segments, lines)[:, 0].tolist() == [0, 1]
 
 
+def test_what_is_no_longer_than_it_is_thick_is_a_post():
+    """The way between the ends of its middle line counts, three cells thick."""
+    wall = np.zeros((5, 20), bool)
+    wall[1:4, 1:7] = wall[1:4, 9:16] = True
+    middle = np.zeros_like(wall)
+    middle[2, 2:6] = middle[2, 10:15] = True  # 3 and 4 cells from end to end
+    posts = centre_lines._posts(wall, middle, np.where(middle, 2, 1))
+    assert posts[:, :8].sum() == 18 and not posts[:, 8:].any()
+
+
 def test_walls_are_as_thick_as_they_are_shown():
     """To half a cell."""
     for thick_m in 0.2, 0.3, 0.6, 0.8:

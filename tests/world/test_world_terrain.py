@@ -14,6 +14,7 @@ from desim.errors import InputError
 from desim.ports import GridSpec
 from desim.scenario.schema.environment import Drawing, MapFile, Shape
 from desim.world.geometry import merge_collinear, outline, segments
+from desim.world.polygons import strips
 from desim.world.sources import load
 
 MAPS = Path(__file__).parents[3] / "shared" / "reference" / "mrs_testbed_maps"
@@ -244,6 +245,13 @@ def test_a_thin_polygon_is_solid_in_its_middle(angle):
     x0, y0, x1, y1 = terrain.solids.T
     assert ((x1 - x0) * (y1 - y0)).sum() > 0.6 * 6.0 * 0.15
     assert terrain.clearance(np.array([[0.0, 0.0]]), 2.0)[0] == -1.0
+
+
+@pytest.mark.parametrize("y_m", [-50.0, 50.0])
+def test_a_polygon_is_solid_to_its_lowest_edge_wherever_it_lies(y_m):
+    triangle = np.array([(0.0, 0.0), (3.0, 0.0), (0.0, 2.0)])
+    here, there = np.array(strips(triangle)), np.array(strips(triangle + (0.0, y_m)))
+    assert there == pytest.approx(here + (0.0, y_m, 0.0, y_m), abs=1e-6)
 
 
 def test_a_notch_of_a_polygon_stays_free():
