@@ -159,6 +159,16 @@ def test_a_new_address_bumps_the_old_one():
     assert registry.unregister(registry.publishers, "/map", Uri(1, 2))
 
 
+def test_a_node_keeps_its_name_until_its_last_registration():
+    registry, node = MasterRegistry(), Uri(1, 1)
+    registry.register(registry.publishers, "/map", node)
+    registry.register(registry.subscribers, "/pose", node)
+    registry.unregister(registry.publishers, "/map", node)
+    assert registry.nodes == {1: node}
+    registry.unregister(registry.subscribers, "/pose", node)
+    assert registry.nodes == {}
+
+
 # ------------------------------------------------------------------------------------ requestTopic
 
 

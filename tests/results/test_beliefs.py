@@ -147,6 +147,13 @@ def test_a_partitioned_fleet_whose_matches_are_all_known():
     assert two.at(3.0, linked=apart | {("robot_0", "robot_1"): True}).parts == known.parts
 
 
+@pytest.mark.parametrize(("count", "end"), [(8, "/7"), (9, "/7, ...")])
+def test_an_unknown_topic_is_refused_with_eight_of_those_known(count, end):
+    view = Pair("a", "b", "online", tuple(f"/{i}" for i in range(count)), (), ())
+    with pytest.raises(InputError, match=f"; topics: /0, /1, /2, /3, /4, /5, /6, {end}$"):
+        BeliefSnapshot(0, "publisher", {"a": True, "b": True}, (view,)).of("/x")
+
+
 def test_what_is_alike_stands_together():
     """Two halves of four that have parted: two lines and not 32."""
     hosts = [f"robot_{i}" for i in range(8)]
