@@ -48,7 +48,8 @@ def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
                                ).read(None if columns is None else list(columns))
     _refuse_bomb(sum(map(_text_bytes, table.columns)), most_bytes)
     fields = {field.name: field for field in found.schema_arrow}
-    table = table.cast(pa.schema([fields[name] for name in table.column_names]))
+    table = table.cast(pa.schema([fields[name] for name in table.column_names],
+                                 table.schema.metadata))
     return table if columns is None else table.select(columns)
 
 

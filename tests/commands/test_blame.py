@@ -407,7 +407,11 @@ def test_a_rule_function_is_described(tmp_path, monkeypatch):
     assert done.output == ("f_says:storm (rule): f_says:storm\n\nA storm.\n\ndrops for: storm\n\n"
                            "parameters:\n  hosts: default [].  names or patterns with * and ?: "
                            "all that these send and receive\n  links: default [].  two of these "
-                           "each: all between them, in both directions\n  from: default '0 ns'.  "
+                           "each: all between them, in both directions\n  topics: default [].  "
+                           "names or patterns with * and ?, which stand for slashes, too; scan is "
+                           "that of every host: all frames with data of these, no "
+                           "acknowledgements, discovery or other control frames (none: all "
+                           "frames)\n  from: default '0 ns'.  "
                            "(the beginning)\n  until: default None.  null: for good\n  every: "
                            "default None.  from one beginning to the next (null: it happens "
                            "once)\n")

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from synthetic import campaign, design, timed
 from typer.testing import CliRunner
 
+import desim
 from desim.campaign.design.design import load_design, read_design
 from desim.campaign.design.plan import Plan
 from desim.campaign.design.reference import ReferenceDesign
@@ -280,7 +281,7 @@ def test_from_a_design_to_the_page(swept, tmp_path):
         low, median, _ = times[name]
         return (f"| hello | lan | 3 | {name} | {median:.1f} ({low:.1f} to –) | 3 | 0 | 0 | "
                 f"{_shown(way, 2)} | {_shown(quality, 4)} | {_shown(sent / 1e6, 2)} | "
-                f"0.1.0 {source} |")
+                f"{desim.__version__} {source} |")
 
     assert page.read_text() == f"""\
 # Leaderboard

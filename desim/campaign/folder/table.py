@@ -88,7 +88,8 @@ def read(path: Path, columns: Sequence[pa.Field] | None = None) -> pa.Table:
     stored = fields(path).values() if columns is None else columns
     with readable(path):
         table = read_table(path, [field.name for field in stored])
-        names = [_OLD.get(name, name) for name in table.column_names]
+        metadata, names = table.schema.metadata, [_OLD.get(name, name)
+                                                  for name in table.column_names]
         table = table.rename_columns(names)
         known = conform(table, pa.schema([field for field in _OURS if field.name in names]))
         if columns is None and known.group_by(["vector", "iteration"]).aggregate(
@@ -97,7 +98,7 @@ def read(path: Path, columns: Sequence[pa.Field] | None = None) -> pa.Table:
                              "twice")
         found = [known[name] if name in known.column_names else words_or_numbers(name, table[name])
                  for name in names]
-    return pa.table(found, names, metadata=table.schema.metadata)
+    return pa.table(found, names, metadata=metadata)
 
 
 def raised(metrics: Metrics, rows: Iterable[Row]) -> dict[str, tuple[int, str]]:
