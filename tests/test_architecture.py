@@ -55,7 +55,7 @@ NAMES_OF_SOME_SYSTEMS = {
     "sched_getaffinity", "sched_setaffinity", "register_at_fork", "sysconf", "set_blocking",
     "mkfifo", "nice", "getloadavg", "uname", "chown", "O_NOFOLLOW", "O_DIRECTORY", "O_NONBLOCK",
     "O_CLOEXEC", "SIGKILL", "SIGHUP", "SIGUSR1", "SIGALRM", "setitimer", "alarm", "pthread_sigmask",
-    "pthread_kill", "sigwait", "AF_UNIX", "fsync"}
+    "pthread_kill", "sigwait", "sigwaitinfo", "waitpid", "AF_UNIX", "fsync"}
 
 KERNELS = ("kernel", "lean", "inner")  # the decorators of compiled functions
 

@@ -17,6 +17,8 @@ from multiprocessing import Pipe, current_process
 from multiprocessing.connection import Client, Connection, Listener
 from typing import BinaryIO
 
+from desim.operating_system.signals import cause_of_death
+
 _KEY_BYTES = 32  # of multiprocessing's authkey
 
 
@@ -74,7 +76,7 @@ class PlainChild:
                 ours.close()
         with suppress(OSError):  # on Windows, while a process has it
             os.unlink(self._path)
-        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return cause_of_death(code)
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:

@@ -2,39 +2,41 @@
 
 from __future__ import annotations
 
-import ctypes
 import os
-import select
 import signal
 import socket
 import subprocess
 import sys
-import threading
 from contextlib import suppress
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 
-IS_HERE = sys.platform == "linux" and hasattr(os, "pidfd_open")
+from desim.operating_system.guard_on_linux import guarded
+from desim.operating_system.signals import cause_of_death
 
-_PR_SET_PDEATHSIG = 1  # prctl(2)
+IS_HERE = sys.platform == "linux" and hasattr(signal, "sigwaitinfo")
+
+_MOST_WAITED_S = 10.0  # for the guard, which has processes to kill
 
 
 class LinuxChild:
-    """A ``Child``, which leads a group of its own."""
+    """A ``Child``. Between it and this process stands its guard, which leads a group of its own."""
 
     def __init__(self, module: str) -> None:
         ours, theirs = socket.socketpair()
         self._output, output = os.pipe()
+        # Open while the guard lives. Not the connection's end, which the child's children may hold.
+        self._life, life = os.pipe()
         os.set_blocking(self._output, False)
         with theirs:
-            self._process = subprocess.Popen(
+            self._guard = subprocess.Popen(
                 # -P: without the current folder in sys.path, where anybody's desim.py may lie.
-                [sys.executable, "-P", "-m", module, str(theirs.fileno())],
-                pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=output, stderr=output,
+                [sys.executable, "-P", "-m", module, f"{theirs.fileno()},{life}"],
+                pass_fds=[theirs.fileno(), life], stdin=subprocess.DEVNULL, stdout=output,
+                stderr=output,
                 start_new_session=True)  # Ctrl-C is for the campaign, which ends its workers
         os.close(output)
+        os.close(life)
         self.connection = Connection(ours.detach())
-        # Not the connection's end, which a child that lives on may hold open.
-        self._life = os.pidfd_open(self._process.pid)
         self._silent = False  # nobody has the other end of its output
 
     @property
@@ -49,28 +51,21 @@ class LinuxChild:
         return b""
 
     def end(self) -> str:
+        for number in (signal.SIGTERM, signal.SIGCONT):  # it may have been stopped
+            os.kill(self._guard.pid, number)  # or its zombie
+        wait([self._life], _MOST_WAITED_S)
         with suppress(ProcessLookupError, PermissionError):  # all of them are dead
-            os.killpg(self._process.pid, signal.SIGKILL)
-        code = self._process.wait()
+            os.killpg(self._guard.pid, signal.SIGKILL)
+        code = self._guard.wait()
+        cause = os.read(self._life, 100).decode("ascii")
         self.connection.close()
         os.close(self._life)
         os.close(self._output)
-        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return cause or cause_of_death(code)
 
 
 def connection(argument: str) -> Connection:
     """The child's end of the connection."""
-    descriptor, parent = int(argument), os.getppid()
-    # Even where a plug-in's machine code never lets Python have its turn.
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        sys.exit()
-    threading.Thread(target=_die_with_parent, args=(descriptor,), daemon=True).start()
+    descriptor, life = map(int, argument.split(","))
+    guarded(life, descriptor)
     return Connection(descriptor)
-
-
-def _die_with_parent(descriptor: int) -> None:
-    hung_up = select.poll()
-    hung_up.register(descriptor, 0)  # POLLHUP is always reported
-    hung_up.poll()
-    os.killpg(os.getpid(), signal.SIGKILL)  # with its children

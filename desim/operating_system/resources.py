@@ -52,7 +52,8 @@ def forget_peak_memory() -> None:
         (_PROCESS / "clear_refs").write_text("5", "ascii")
 
 
-def children() -> list[str]:
-    """The processes that each thread of this one has started; none where only Linux would say."""
-    found = [task.read_text("ascii") for task in _PROCESS.glob("task/*/children")]
-    return sorted(filter(None, found))
+def children() -> list[int]:
+    """The processes that the threads of this one have started, or have inherited as orphans; none
+    where only Linux would say."""
+    return sorted(int(pid) for task in _PROCESS.glob("task/*/children")
+                  for pid in task.read_text("ascii").split())

@@ -55,10 +55,12 @@ def always(run):
     os.kill(os.getpid(), signal.SIGKILL)
 
 def interrupting(run):
-    with open(f"/proc/{os.getppid()}/cmdline", encoding="latin-1") as parent:
-        is_of_worker = "multiprocessing" in parent.read()
+    with open(f"/proc/{os.getppid()}/stat") as guard:
+        worker = int(guard.read().rpartition(")")[2].split()[1])
+    with open(f"/proc/{worker}/cmdline", encoding="latin-1") as command:
+        is_of_worker = "multiprocessing" in command.read()
     if is_of_worker:
-        os.killpg(os.getpgid(os.getppid()), signal.SIGINT)
+        os.killpg(os.getpgid(worker), signal.SIGINT)
         threading.Event().wait()
     return 1.0
 """

@@ -3,6 +3,8 @@
 Each harm comes in the constructor (``made``) or in a callback (``asked``), in turn; what costs no
 worker comes in both."""
 
+from pathlib import Path
+
 from designs import planned, written
 from typer.testing import CliRunner
 
@@ -23,18 +25,38 @@ HARM = {
     "settles": "os.environ['TZ'] = 'x'; os.umask(0o077)",
     "ignores": "signal.signal(signal.SIGUSR1, signal.SIG_IGN)",
     "closes": "os.closerange(3, 256)",
+    "terminates": "os.kill(os.getppid(), signal.SIGTERM); time.sleep(600)",
+    "hangs_up": "os.kill(os.getppid(), signal.SIGHUP); time.sleep(600)",
+    "kills": "os.kill(os.getppid(), signal.SIGKILL); time.sleep(600)",
+    "orphans": "leave_orphan()",
 }
 LATE = "ended after 4 s of clock time (limits.wall)"
 FAILS = {"hang": LATE, "forks_and_exits": "its process died 2 times (exit code 3)",
          "exits": "its process died 2 times (exit code 0)", "quits": "sys.exit() was called",
-         "interrupts": "raised KeyboardInterrupt"}
+         "interrupts": "raised KeyboardInterrupt",
+         "terminates": "its process died 2 times (it sent SIGTERM to its parent)",
+         "hangs_up": "its process died 2 times (it sent SIGHUP to its parent)",
+         "kills": "its process died 2 times (SIGKILL)"}
 CHEAP = {"quits", "interrupts", "prints"}
 ANY = {"closes", "patches"}  # what becomes of these is theirs; the others' runs are the point
+# A process in a session of its own, whose parent ends: init's, were it not for the guard.
+ORPHAN = """
+def leave_orphan():
+    if not os.fork():
+        os.setsid()
+        orphan = os.fork()
+        if not orphan:
+            time.sleep(600)
+        with open(__file__ + ".orphan", "w") as file:
+            file.write(str(orphan))
+        os._exit(0)
+    os.wait()
+"""
 
 
 def module() -> str:
     lines = ["import os, signal, sys, time", "import numpy as np",
-             "from desim.ports import Params as P", "LEAK = []"]
+             "from desim.ports import Params as P", "LEAK = []", ORPHAN]
     for name, code in HARM.items():
         for where, (made, asked) in {"made": (code, "pass"), "asked": ("pass", code)}.items():
             lines += [f"class {name}_{where}:", "    class Params(P): pass",
@@ -88,6 +110,8 @@ def test_each_bad_run_is_a_row_and_all_others_are_those_of_a_clean_sweep(tmp_pat
         if kind not in ANY:
             assert FAILS.get(kind, "") in rows[name].get("error", ""), (name, rows[name])
             assert (rows[name]["status"] == "failed") == (kind in FAILS), (name, rows[name])
+    orphan = (tmp_path / "hostile.py.orphan").read_text()
+    assert not Path("/proc", orphan).exists()
     logs = list((tmp_path / "bad" / "output").iterdir())
     assert logs and all(log.stat().st_size < 70_000 for log in logs)
 

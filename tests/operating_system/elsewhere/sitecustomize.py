@@ -36,7 +36,7 @@ for name in "fcntl", "grp", "pwd", "resource", "syslog", "termios":
 for owner, names in (
         (os, "O_DIRECTORY O_NOFOLLOW O_NONBLOCK getuid geteuid getpgid killpg lockf mkfifo "
              "pidfd_open pread register_at_fork sched_getaffinity set_blocking setsid sysconf"),
-        (signal, "pthread_sigmask pthread_kill setitimer sigwait"),
+        (signal, "pthread_sigmask pthread_kill setitimer sigwait sigwaitinfo"),
         (sys.modules["select"], "epoll poll")):
     for name in names.split():
         delattr(owner, name)
