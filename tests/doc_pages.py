@@ -4,16 +4,19 @@ A block of code whose first line is ``# name.ext`` is a file. A block ``console`
 a line that begins with ``$``, and lines that they print, in this order; ``...`` stands for others.
 """
 
-import os
 import re
 import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import chdir
 from glob import glob
 from pathlib import Path
+from unittest.mock import patch
 
-PROGRAMS = {"desim": [sys.executable, "-m", "desim.cli"], "python": [sys.executable]}
+from typer.testing import CliRunner
+
+from desim.cli import app
 
 
 def blocks(page: Path) -> Iterator[tuple[str, str]]:
@@ -44,14 +47,20 @@ def commands(page: Path) -> Iterator[tuple[str, list[str]]]:
 
 
 def printed(command: str, folder: Path) -> str:
-    """The output of a command of the page, run in ``folder``."""
-    words = [name for word in shlex.split(command)
-             for name in (sorted(glob(word, root_dir=folder)) if "*" in word else [word])]
-    done = subprocess.run([*PROGRAMS.get(words[0], words[:1]), *words[1:]], cwd=folder, text=True,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          env={**os.environ, "COLUMNS": "100", "TERM": "dumb"}, check=False)
-    assert done.returncode == 0, f"{command}\n{done.stdout}"
-    return done.stdout
+    """The output of a command of the page, run in ``folder``; those of desim in this process."""
+    program, *words = [name for word in shlex.split(command) for name in (
+        sorted(glob(word, root_dir=folder)) if "*" in word else [word])]
+    if program == "desim":
+        with chdir(folder), patch.object(sys, "path", [*sys.path]):
+            done = CliRunner(env={"COLUMNS": "100", "TERM": "dumb"}).invoke(app, words)
+        code, output = done.exit_code, done.output
+    else:
+        assert program == "python"
+        ended = subprocess.run([sys.executable, *words], cwd=folder, text=True, check=False,
+                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        code, output = ended.returncode, ended.stdout
+    assert code == 0, f"{command}\n{output}"
+    return output
 
 
 def assert_as_shown(shown: list[str], output: str) -> None:

@@ -1,15 +1,10 @@
-"""The words of docstrings, pages and names: what tools/prose.py finds, and that it finds it."""
+"""The words of docstrings, pages and names: tools/prose.py finds bad ones, and `make lint` runs it."""
 
 from pathlib import Path
 
 import pytest
 from page_words import count, pages
-from prose import EVERYTHING, ROOT, findings
-
-
-def test_nothing_is_found():
-    found = findings([ROOT / name for name in EVERYTHING if (ROOT / name).exists()])
-    assert not found, "\n" + "\n".join(map(str, found))
+from prose import ROOT, findings
 
 
 @pytest.mark.parametrize("text, why", [

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ast
+import gc
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 import desim
+from desim.engine.garbage import freeze_present_objects
 
 ROOT = Path(__file__).resolve().parent.parent
 EXPORTS: dict[str, str] = desim._WHERE  # the names of desim/__init__.py, and their modules
@@ -30,12 +32,10 @@ class Source(NamedTuple):
         parts = self.path.with_suffix("").parts
         return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
-    def imports(self) -> Iterator[tuple[int, str]]:
+    def imports(self) -> list[tuple[int, str]]:
         """Line and full name of every imported module, ``from a import b`` as ``a.b``, and where
         desim exports it, under the name of the module that has it."""
-        for line, name in self._written():
-            stem, _, what = name.rpartition(".")
-            yield line, f"{EXPORTS[what]}.{what}" if stem == "desim" and what in EXPORTS else name
+        return _imported(self)
 
     def _written(self) -> Iterator[tuple[int, str]]:
         package = self.module.split(".")
@@ -57,6 +57,13 @@ class Source(NamedTuple):
 
 
 @cache
+def _imported(source: Source) -> list[tuple[int, str]]:
+    """``Source.imports``, found once."""
+    return [(line, f"{EXPORTS[what]}.{what}" if name == f"desim.{what}" and what in EXPORTS
+             else name) for line, name in source._written() for what in [name.rpartition(".")[2]]]
+
+
+@cache
 def nodes(tree: ast.Module) -> list[ast.AST]:
     """All nodes of a syntax tree."""
     return list(ast.walk(tree))
@@ -75,5 +82,8 @@ def dotted(node: ast.expr) -> str:
 def below(*folders: str) -> dict[str, Source]:
     """Module name to source, of all Python files below folders of the root."""
     paths = sorted(path for folder in folders for path in (ROOT / folder).rglob("*.py"))
+    gc.disable()  # it would pass over all trees again and again: more than half of the time
     found = [Source.of(str(path.relative_to(ROOT)), path.read_text()) for path in paths]
+    freeze_present_objects()
+    gc.enable()
     return {source.module: source for source in found}
