@@ -1,4 +1,4 @@
-"""The words of docstrings, pages and names: tools/prose.py finds bad ones, and `make lint` runs it."""
+"""The words of docstrings, pages and names: what tools/prose.py finds. `make lint` calls it."""
 
 from pathlib import Path
 
