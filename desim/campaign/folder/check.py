@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -48,7 +49,17 @@ def _run(run: Run) -> FolderCheck:
 
 
 def _campaign(campaign: Campaign) -> FolderCheck:
-    folders, wrong = run_folders(campaign.path), list(_index_damage(campaign.path))
+    path = campaign.path
+    wrong, failed, table = list(_index_damage(path)), {}, {}
+    try:
+        table = campaign.runs
+        failed = {run_id: error for run_id, status, error in zip(
+            table["run_id"], table["status"], table["error"], strict=True)
+            if status == RunStatus.FAILED}
+    except InputError as error:
+        wrong.append(str(error).removeprefix(f"{path}/"))
+    leftovers = {f"{run_id}.partial" for run_id in failed}  # which the next try empties
+    folders = {name: folder for name, folder in run_folders(path).items() if name not in leftovers}
     whole = 0
     for name, folder in folders.items():
         try:
@@ -58,11 +69,16 @@ def _campaign(campaign: Campaign) -> FolderCheck:
         except InputError as error:
             damaged = [str(error).removeprefix(f"{folder}: ")]
         whole += not damaged
-        wrong += [f"{folder.relative_to(campaign.path)}: {line}" for line in damaged]
+        wrong += [f"{folder.relative_to(path)}: {line}" for line in damaged]
     lines = [f"a campaign, {campaign.design.name}: {whole} of {len(folders)} folders of runs are "
              "whole"]
+    sweep = shlex.join(["desim", "sweep", str(path / DESIGN), "--out", str(path)])
     if wrong:
-        lines.append("the sweep of its design mends what is damaged and makes what is missing")
+        lines.append(f"{sweep} mends what is damaged and makes what is missing")
+    if failed:
+        first, cause = next(iter(failed.items()))
+        lines += [f"{len(failed)} of {len(table['run_id'])} runs failed, the first ({first}): "
+                  f"{cause}", f"{sweep} --retry-failed makes them again"]
     return FolderCheck(lines, wrong)
 
 
@@ -78,7 +94,3 @@ def _index_damage(folder: Path) -> Iterator[str]:
     gone = [run_id for run_id, row in rows.items()
             if row["status"] == RunStatus.FINISHED and run_id not in there]
     yield from (f"{run_id}: the run has finished, and its folder is gone" for run_id in gone)
-    try:
-        Campaign(folder).runs  # noqa: B018
-    except InputError as error:
-        yield str(error).removeprefix(f"{folder}/")
