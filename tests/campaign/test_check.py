@@ -50,7 +50,7 @@ def test_damage_is_named_file_by_file(campaign):
 
 
 def test_failed_runs_are_counted_and_the_command_makes_them_again(tmp_path):
-    """What they had written is theirs, and no damage: the next try empties it."""
+    """Their beginnings are no damage: the next try empties them."""
     plan, failed = planned(tmp_path, "iterations: 3\n"), []
 
     def failing(task):
