@@ -30,7 +30,9 @@ DesignPath = Annotated[Path, typer.Argument(metavar="DESIGN", show_default=False
                                             autocompletion=completion.yaml_files,
                                             help="a design's YAML file")]
 Overrides = Annotated[list[str], typer.Option(
-    "--set", metavar="A.B.C=VALUE", help="a key's value; can be given again")]
+    "--set", metavar="A.B.C=VALUE", help=(
+        "a key's value; a mapping is merged into what is there, null takes a named entry away; can "
+        "be given again"))]
 Trust = Annotated[bool, typer.Option(
     "--trust", help="let code run that the folder names and that is no installed plug-in, where "
                     "the run has to be made again")]

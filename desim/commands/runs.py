@@ -50,6 +50,8 @@ def run(scenario: ScenarioPath,
         with compiling(quiet):
             # Complaints about the scenario come before anything is compiled but its plug-ins.
             loaded = load(scenario, changes, seed)
+            if not quiet:
+                _say_doubts(loaded)
             from desim import api
         from desim.commands.views.progress import watching
         from desim.commands.views.terminal import Terminal
@@ -73,7 +75,7 @@ def run(scenario: ScenarioPath,
                 with compiling_inside(quiet):
                     finished = api.run(loaded, out=out, watch=watch, command=command_line())
             if not quiet:
-                _show(finished, console)
+                _show(finished, console, loaded)
             if check and parted:
                 say(f"the run does not repeat itself:\n{parted}", err=True)
                 raise typer.Exit(1)
@@ -81,6 +83,16 @@ def run(scenario: ScenarioPath,
                 say("run twice: every row of the trace is the same")
             if live:
                 say(f"its replay: desim view {shlex.quote(str(finished.path))}")
+
+
+def _say_doubts(loaded: Loaded) -> None:
+    """Say before the run what it need not show."""
+    from desim.scenario.doubts import media_beside, too_late
+
+    for note in media_beside(loaded.scenario, loaded.places):
+        say(f"note: {note}", err=True)
+    for warning in loaded.placed(InputError(*too_late(loaded.scenario))).args:
+        say(f"warning: {warning}", err=True)
 
 
 def _servers(live: bool, port: int, foxglove: bool, loaded: Loaded) -> list[Served]:
@@ -94,15 +106,18 @@ def _servers(live: bool, port: int, foxglove: bool, loaded: Loaded) -> list[Serv
     return servers
 
 
-def _show(finished: Run, console: Terminal) -> None:
+def _show(finished: Run, console: Terminal, loaded: Loaded) -> None:
     from desim.commands.views.key_figures import result_table
+    from desim.scenario.doubts import too_late
 
     manifest = finished.manifest
     console.print(result_table(finished.metrics, manifest, console.is_narrow))
     console.print(f"digest {manifest['digest']}\nresults in {finished.path}", highlight=False,
                   markup=False, soft_wrap=True)
+    said = too_late(loaded.scenario)
     for warning in finished.metrics["warnings"]:
-        say(f"warning: {warning}", err=True)
+        if warning not in said:
+            say(f"warning: {warning}", err=True)
     if "healed" in manifest:
         say(f"healed: the earlier folder of this run was damaged ({manifest['healed']}) and is "
             "replaced")

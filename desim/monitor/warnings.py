@@ -15,9 +15,10 @@ from desim.monitor.tasks.places import free_cells
 from desim.monitor.traffic import family
 from desim.monitor.unused_networks import unused_networks
 from desim.monitor.without_effect import without_effect
-from desim.network.scope import Scoped
+from desim.network.scoped_rule import Scoped
 from desim.ports.scope import is_topic
 from desim.ports.tasks import VisitsPlaces
+from desim.scenario.doubts import too_late
 from desim.scenario.robot_types import used_types
 from desim.units import LENGTH
 
@@ -26,11 +27,11 @@ if TYPE_CHECKING:
 
 
 def warnings(monitor: Monitor) -> list[str]:
-    """Warnings of doubtful files of the terrain, of keys without effect, of networks that carry
-    nothing, of names that match no topic or node, of computers without memory for their software,
-    of topics that nobody advertises, of strategies that have nothing to do, of places out of reach,
-    and of fleets that never move."""
-    said = [*monitor.ground.doubts, *without_effect(monitor)]
+    """Warnings of doubtful files of the terrain, of keys without effect, of what would begin after
+    the end, of networks that carry nothing, of names that match no topic or node, of computers
+    without memory for their software, of topics that nobody advertises, of strategies that have
+    nothing to do, of places out of reach, and of fleets that never move."""
+    said = [*monitor.ground.doubts, *without_effect(monitor), *too_late(monitor.scenario)]
     said += unused_networks(monitor)
     said += _strange_topics(monitor.graph)
     said += _strange_nodes(monitor.graph)

@@ -11,7 +11,7 @@ import numpy as np
 from desim.errors import ModelError, class_of
 from desim.network.answer_checks import check_packets, checked_delay, no_verdicts, undeclared
 from desim.network.carrier import Carrier
-from desim.network.scope import Scoped
+from desim.network.scoped_rule import Scoped, ScopedQueue
 from desim.network.terms import PLAIN, Terms
 from desim.ports import (
     Deliver,
@@ -49,6 +49,7 @@ class Gate:
         self._repeated = [rule for rule in rules if repeats and isinstance(
             rule, JudgesTransmissions) and rule.per_transmission]
         self._judges = [(rule, rule.judge) for rule in rules if rule not in self._repeated]
+        self._queues = [rule for rule in rules if isinstance(rule, ScopedQueue)]
         self._by_topics = [rule for rule in rules if isinstance(rule, Scoped) and rule.topics]
         self.judge_transmission = self._judge_transmission if self._repeated else None
         self.reasons = {reason for rule in self._repeated for reason in rule.reasons}
@@ -62,10 +63,13 @@ class Gate:
         return all(all_pass is not None and all_pass(frames) for all_pass in self._all_pass)
 
     def admit(self, frame: Frame, carrier: Carrier[T], token: T
-              ) -> tuple[Frame, dict[int, Terms] | None]:
-        """Ask the rules about ``frame``. Returns it for the receivers that remain, and the terms of
-        each. Terms are None if no rule had anything to say, and empty if no receiver remains.
-        Raises ``ModelError`` for a wrong verdict."""
+              ) -> tuple[Frame, dict[int, Terms] | None, int]:
+        """Ask the rules about ``frame``. Returns it for the receivers that remain, the terms of
+        each, and the time (ns) that it waits in queues of rules. Terms are None if no rule had
+        anything to say, and empty if no receiver remains. Raises ``ModelError`` for a wrong
+        verdict."""
+        if self._queues:
+            self._medium.held.release()
         for scoped in self._by_topics:
             scoped.follow(carrier.topics(token))
         terms = None
@@ -75,10 +79,11 @@ class Gate:
                 continue
             terms = self._obey(rule, verdicts, frame, terms, carrier, token)
             if not terms:
+                self._medium.barred_bytes[frame.source] += frame.size_bytes
                 break
             if len(terms) < len(frame.receivers):
                 frame = frame._replace(receivers=tuple(terms))
-        return frame, terms
+        return frame, terms, sum(queue.wait_ns for queue in self._queues)
 
     def _obey(self, rule: Rule, verdicts: Sequence[Verdict], frame: Frame,
               terms: dict[int, Terms] | None, carrier: Carrier[T], token: T) -> dict[int, Terms]:

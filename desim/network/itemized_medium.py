@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, TypeVar
 
 from desim.network.carrier import BroadcastCarrier, Carrier
 from desim.network.flights import Flights
+from desim.network.held_frames import HeldFrames
 from desim.network.medium import Medium
 from desim.network.passages import ItemizedCarrier, Passage, Passages
 from desim.network.terms import Claim
@@ -59,7 +60,21 @@ class ItemizedFlights(Flights):
                ) -> None:
         assert isinstance(carrier, ItemizedCarrier)
         passage = carrier.passage
-        passage.settled(receiver, self._kernel.now_ns + delay_ns - passage.sent_ns, rules_ns)
+        begin_ns = passage.sent_ns + passage.queued_ns
+        passage.settled(receiver, self._kernel.now_ns + delay_ns - begin_ns, rules_ns)
+
+
+class ItemizedHeldFrames(HeldFrames):
+    """Held frames that enter in each passage how long they are held."""
+
+    __slots__ = ()
+
+    def hold(self, wait_ns: int, frame: Frame, claims: Sequence[Claim], send: Callable[[], object]
+             ) -> None:
+        carrier = claims[0][0]
+        assert isinstance(carrier, ItemizedCarrier)
+        carrier.passage.queued_ns = wait_ns
+        super().hold(wait_ns, frame, claims, send)
 
 
 class ItemizedMedium(Medium):
@@ -77,6 +92,7 @@ class ItemizedMedium(Medium):
         if isinstance(model, Itemizes):
             model.itemize(self._ledger)
         super().__init__(name, model, *args, **kwargs)
+        self.held = ItemizedHeldFrames(self, self._kernel)
         before = self.flights
         self.flights = ItemizedFlights(self, self._kernel, before._ids)
         self._begin = self.flights.begin

@@ -8,6 +8,7 @@ can send over it, too.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import TypeVar
 
@@ -25,22 +26,10 @@ from desim.network.carrier import Carrier, Carriers
 from desim.network.departures import Departures
 from desim.network.flights import Flights
 from desim.network.gate import Gate, MediumView
+from desim.network.held_frames import HeldFrames
 from desim.network.surroundings import Nowhere, Reachability, Surroundings
 from desim.network.terms import PLAIN, Claim, Terms
-from desim.ports import (
-    CountsControl,
-    Deliver,
-    Drop,
-    FollowsHosts,
-    Frame,
-    NetworkModel,
-    Obstacles,
-    Refuses,
-    Rule,
-    SendsMany,
-    TakesBack,
-    packet_sizes,
-)
+from desim.ports import Deliver, Drop, Frame, NetworkModel, packet_sizes
 
 UNKNOWN_NS = 1 << 62  # the arrival of a frame that the model has not settled yet
 
@@ -69,18 +58,18 @@ class Medium(Account):
                  "shared", "judge_transmission", "refuses", "_kernel", "_after", "_send", "_begin",
                  "_streams", "_place", "_open", "_broadcasts", "_awaited", "_reasons", "_hosts",
                  "_control", "_reachability", "_admit", "_passes", "_all_pass", "_send_many",
-                 "departures", "left")
+                 "departures", "left", "held")
 
     def __init__(self, name: str, model: NetworkModel,
-                 rules: Sequence[Rule | ports.RuleFunction] = (), *, kernel: Kernel, names: Names,
-                 streams: Streams, hosts: Sequence[str], own: int | None = None,
+                 rules: Sequence[ports.Rule | ports.RuleFunction] = (), *, kernel: Kernel,
+                 names: Names, streams: Streams, hosts: Sequence[str], own: int | None = None,
                  place: Surroundings | None = None) -> None:
         super().__init__(len(hosts), own)
         self.name = name
         self.id = names.id(f"medium/{name}")
         self.model = model
         self.rules = tuple(map(ports.rule_of, rules))
-        self.on_refusal = [rule.refused for rule in self.rules if isinstance(rule, TakesBack)]
+        self.on_refusal = [rule.refused for rule in self.rules if isinstance(rule, ports.TakesBack)]
         self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0
         self._kernel = kernel
@@ -93,18 +82,19 @@ class Medium(Account):
         self.positions = self._place.positions
         self.flights = Flights(self, kernel, [names.id(host) for host in hosts])
         self._begin = self.flights.begin
+        self.held = HeldFrames(self, kernel)
         self._open: dict[int, Claim] = {}  # unicast ones, by frame
         self._broadcasts: dict[int, Broadcast] = {}  # open ones, by frame
         self._awaited = 0  # receivers at which those are not settled yet
-        self.refuses = frozenset(model.refuses if isinstance(model, Refuses) else ())
-        self._hosts = model if isinstance(model, FollowsHosts) else None
-        self._control = model if isinstance(model, CountsControl) else None
+        self.refuses = frozenset(model.refuses if isinstance(model, ports.Refuses) else ())
+        self._hosts = model if isinstance(model, ports.FollowsHosts) else None
+        self._control = model if isinstance(model, ports.CountsControl) else None
         for number, rule in enumerate(self.rules):
             with below(f".rules.{number}"):
                 rule.start(MediumView(self, f"rule {number}"), tuple(hosts))
         gate = Gate(self.rules, model, self)
         self._admit, self._passes, self._all_pass = gate.admit, gate.open, gate.all_pass
-        self._send_many = model.send_many if isinstance(model, SendsMany) else none_of
+        self._send_many = model.send_many if isinstance(model, ports.SendsMany) else none_of
         self.judge_transmission = gate.judge_transmission
         self._reasons = gate.reasons.union(model.reasons)
         model.start(self, tuple(hosts))
@@ -121,7 +111,7 @@ class Medium(Account):
     antennas = property(attrgetter("_place.antennas"))
 
     @property
-    def obstacles(self) -> Obstacles:
+    def obstacles(self) -> ports.Obstacles:
         return self._place.obstacles
 
     def at(self, time_ns: int, fn: Callable[[T], object], arg: T | None = None) -> Call:
@@ -199,18 +189,21 @@ class Medium(Account):
         self.packets_intended += segments
         (receiver,) = receivers
         own = PLAIN
+        wait_ns = 0
         if not self._passes:
-            frame, terms = self._admit(frame, carrier, token)
+            frame, terms, wait_ns = self._admit(frame, carrier, token)
             if terms is not None:
                 if not terms:
-                    self.barred_bytes[source] += size_bytes
                     return None
                 own = terms[receiver]
                 if own.lost:
                     own, frame = own.within(frame)
                     self.barred_bytes[source] += size_bytes - frame.size_bytes
-        return self._offer(number, frame, (carrier, token, receiver, size_bytes, segments, own),
-                           at_once)
+        claim = carrier, token, receiver, size_bytes, segments, own
+        if wait_ns:
+            self.held.hold(wait_ns, frame, (claim,), partial(self._offer, number, frame, claim))
+            return None
+        return self._offer(number, frame, claim, at_once)
 
     def _offer(self, number: int, frame: Frame, claim: Claim, at_once: bool = False) -> int | None:
         """Hand a unicast frame of this ``number`` to the model; see ``transmit``."""
@@ -311,7 +304,7 @@ class Medium(Account):
 
     def in_flight(self) -> int:
         """Frames, per receiver, that are not settled yet or on their way."""
-        return len(self._open) + self._awaited + self.flights.count
+        return len(self._open) + self._awaited + self.flights.count + self.held.count
 
     # Inside.
 
@@ -321,13 +314,22 @@ class Medium(Account):
         self.intended += len(receivers)
         self.packets_intended += len(receivers) * segments
         terms: dict[int, Terms] | None = None
+        wait_ns = 0
         if not self._passes:
-            frame, terms = self._admit(frame, carrier, token)
+            frame, terms, wait_ns = self._admit(frame, carrier, token)
             if terms is not None and not terms:
-                self.barred_bytes[source] += size_bytes
                 return
-        self._broadcasts[frame.id] = Broadcast(
+        broadcast = Broadcast(
             carrier, token, frame, terms)  # type: ignore[arg-type] # a BroadcastCarrier
+        if wait_ns:
+            self.held.hold(wait_ns, frame, [*map(broadcast.claim, frame.receivers)],
+                           partial(self._offer_broadcast, broadcast))
+        else:
+            self._offer_broadcast(broadcast)
+
+    def _offer_broadcast(self, broadcast: Broadcast) -> None:
+        frame = broadcast.frame
+        self._broadcasts[frame.id] = broadcast
         self._awaited += len(frame.receivers)
         delay_ns = self._send(frame)
         if delay_ns is not None:

@@ -34,11 +34,13 @@ class Passage:
 
     ``first_ns``: the first transmission of the data that it carries. ``handed_ns``: its carrier
     sends this frame. ``sent_ns``: the medium takes it; until then it waited for ``held`` (for
-    ``RESOLUTION``, if the receiver's address was not known). ``before``: the passage over which a
+    ``RESOLUTION``, if the receiver's address was not known). ``queued_ns``: it waits for so long in
+    queues of rules before the model gets it. ``before``: the passage over which a
     frame came to ``source``, which forwards it.
     """
 
     __slots__ = ("medium", "source", "first_ns", "handed_ns", "held", "sent_ns", "left", "before",
+                 "queued_ns",
                  "_common", "_own", "_model_ns", "_rules_ns", "_lost_at")
 
     def __init__(self, medium: int, source: int, first_ns: int, handed_ns: int, held: TimePart,
@@ -46,6 +48,7 @@ class Passage:
         self.before = before
         self.medium, self.source = medium, source
         self.first_ns, self.handed_ns, self.held, self.sent_ns = first_ns, handed_ns, held, sent_ns
+        self.queued_ns = 0
         self.left = receivers  # that it has no fate at yet
         self._common: list[Stamp] = []
         self._own: dict[int, list[Stamp]] = {}
@@ -81,6 +84,8 @@ class Passage:
         stamps = self._common + self._own.get(receiver, [])
         if not stamps and (model_ns := self._model_ns.get(receiver, 0)):
             stamps = [Stamp(TimePart.MEDIUM, self.medium, self.source, model_ns)]
+        if self.queued_ns:
+            stamps = [Stamp(TimePart.RULES, self.medium, self.source, self.queued_ns), *stamps]
         if receiver in self._rules_ns:
             stamps = [*stamps, Stamp(TimePart.RULES, self.medium, self.source,
                                      self._rules_ns[receiver])]

@@ -251,6 +251,15 @@ class TakesBack(Protocol):
 
 
 @runtime_checkable
+class Queues(Protocol):
+    """A rule whose delays are the waits in a queue. If its scope ends (``until``), its medium keeps
+    in front of the network model what waits, and hands over all of it at the end."""
+
+    def emptied(self) -> None:
+        """Its scope has ended, and nothing waits any more."""
+
+
+@runtime_checkable
 class SendsMany(Protocol):
     """A network model that takes many frames at once, and so saves calls."""
 

@@ -30,7 +30,7 @@ from desim.network.background import (
 from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
 from desim.network.passages import Passages
-from desim.network.scope import scoped
+from desim.network.scoped_rule import scoped
 from desim.network.surroundings import Surroundings
 from desim.ports import Obstacles, Snapshot, World, antenna
 from desim.ports.middleware import SharesLinks

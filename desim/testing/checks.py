@@ -14,7 +14,7 @@ import numpy as np
 from desim import ports
 from desim.netcases.case import play
 from desim.network.passages import Passages
-from desim.network.scope import scoped
+from desim.network.scoped_rule import scoped
 from desim.ports.cases import Case
 from desim.testing.advice import PluginClass, check_form, complaint, made, need
 from desim.testing.capabilities import (

@@ -10,12 +10,13 @@ from desim.units import NS_PER_S, BitRate, ByteSize, airtime_ns
 
 class Bandwidth:
     """A token bucket per sender: ``burst`` goes at once, the rest at ``rate``. A frame with more
-    than ``backlog`` waiting (its own size included) is dropped. A broadcast is counted once.
+    than ``backlog`` waiting (its own size included) is dropped. A broadcast is counted once. What
+    waits at ``until`` leaves then, in order and as fast as the medium takes it.
 
     v = max(v, now - burst / rate) + size / rate is the instant at which everything sent is paid
     for; the last byte leaves at v, or now if that has passed (ITU-T I.371, virtual scheduling).
 
-    Capabilities: KnowsDepartures, TakesBack.
+    Capabilities: KnowsDepartures, Queues, TakesBack.
     """
 
     class Params(ports.Params):
@@ -32,7 +33,12 @@ class Bandwidth:
 
     def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._context = context
-        self._paid_ns = [-self._burst_ns] * len(hosts)
+        self._hosts = len(hosts)
+        self.emptied()
+
+    def emptied(self) -> None:
+        """``ports.Queues``: each bucket is full."""
+        self._paid_ns = [-self._burst_ns] * self._hosts
 
     def refused(self, host: int, size_bytes: int) -> None:
         """``ports.TakesBack``."""

@@ -63,7 +63,8 @@ class RecordedLoss:
 class RecordedDelay:
     """All of a link arrives later, by the delay that was recorded of it at the time of sending.
     ``file`` is a trace as of ``replay``, with a column delay_s, delay_ms or delay_us, or a survey.
-    Where it says nothing, nothing is late."""
+    Where it says nothing, nothing is late. Frames overtake each other where the delay falls (netem,
+    too)."""
 
     class Params(TraceFile):
         pass
@@ -86,9 +87,10 @@ class RecordedRate:
     sent: delay = wait behind earlier frames of the link + size * 8 / rate. ``file`` is a trace as
     of ``replay``, with a column rate_bps, rate_kbps or rate_mbps, or a survey. Where it says
     nothing, no rate limits a link; at 0 nothing gets through. A frame with more than ``backlog``
-    waiting (its own size included) is dropped.
+    waiting (its own size included) is dropped. What waits at ``until`` leaves then, in order and
+    as fast as the medium takes it.
 
-    Capabilities: Separates, TakesBack.
+    Capabilities: Queues, Separates, TakesBack.
     """
 
     class Params(TraceFile):
@@ -102,8 +104,12 @@ class RecordedRate:
     def start(self, context: ports.RuleContext, hosts: tuple[str, ...]) -> None:
         self._links = _Links(self._params, "rate", context, hosts)
         self._context = context
-        self._free_ns: dict[tuple[int, int], int] = {}
+        self.emptied()
         self._last: dict[int, list[tuple[int, int]]] = {}  # by sender: receivers, rates
+
+    def emptied(self) -> None:
+        """``ports.Queues``."""
+        self._free_ns: dict[tuple[int, int], int] = {}
 
     def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict]:
         self._last[frame.source] = []

@@ -32,7 +32,8 @@ class Latency:
     never negative.
 
     Each frame at each receiver draws its own delay, each ordered pair of hosts from its own stream:
-    frames overtake each other by their jitter.
+    frames overtake each other by their jitter, and those before ``until`` are overtaken by those
+    after it. netem orders its packets by when they are due, and so reorders likewise.
     """
 
     class Params(ports.Params):

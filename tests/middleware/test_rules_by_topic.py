@@ -18,7 +18,7 @@ from desim.middleware.multimaster.multimaster import Multimaster
 from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.udp.cut_train import CutTrain
 from desim.network.passages import Passages
-from desim.network.scope import Scoped, scoped
+from desim.network.scoped_rule import Scoped, scoped
 from desim.testing.capabilities import Retrying
 from desim.testing.medium_bench import Bench
 from netmodels.ideal import Ideal

@@ -6,13 +6,14 @@ import simpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from desim import ports
+from desim import plugins, ports
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import ModelError
 from desim.network.carrier import Carrier
 from desim.network.medium import Medium
+from desim.network.scoped_rule import scoped
 from desim.testing import Bench, ImmediateNetwork
 from netmodels.access_link import AccessLink
 from netmodels.disk import Disk
@@ -307,11 +308,12 @@ models = st.sampled_from([
 
 
 @settings(max_examples=60, deadline=None)
-@given(models, frames, st.integers(0, 100 * MS), st.integers(0, 3))
-def test_frames_are_conserved_at_every_instant(model, traffic, stop_ns, down):
+@given(models, frames, st.integers(0, 100 * MS), st.integers(0, 3),
+       st.sampled_from([None, "10 ms", "60 ms"]))
+def test_frames_are_conserved_at_every_instant(model, traffic, stop_ns, down, until):
+    slow = plugins.parameters("rule", "bandwidth")(rate="20 Mb/s", backlog="30 kB", until=until)
     bench = Bench(Careless(model()), {f"host_{i}": (30.0 * i, 0.0) for i in range(1, 5)},
-                  rules=[rule(Loss, probability="20 %"),
-                         rule(Bandwidth, rate="20 Mb/s", backlog="30 kB")])
+                  rules=[rule(Loss, probability="20 %"), scoped(Bandwidth(slow), slow)])
     medium, intended, packets = bench.medium, 0, {}
     for number, (time_ns, source, receivers, size_bytes, segments, broadcast) in enumerate(traffic):
         to = sorted(f"host_{i}" for i in receivers - {source})

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from desim import plugins, ports
 from desim.errors import InputError
-from desim.network.scope import scoped
+from desim.network.scoped_rule import scoped
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
 from desim.testing import Bench, ImmediateNetwork

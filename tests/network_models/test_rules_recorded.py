@@ -108,6 +108,12 @@ def test_frames_of_a_link_wait_for_each_other_at_its_rate(file):
         (3020, 7, "arrived")]
 
 
+def test_the_twin_a_tenth_less_rate_shows(file):
+    with pytest.raises(AssertionError):
+        test_frames_of_a_link_wait_for_each_other_at_its_rate(
+            lambda text: file(text.replace(",8\n", ",7.2\n").replace(",0.8\n", ",0.72\n")))
+
+
 def test_the_three_add_up_in_front_of_any_network(file):
     path = file(WALK)
     rules = [make(cls, path) for cls in RULES]

@@ -1,19 +1,22 @@
-"""A rule within its scope."""
+"""A rule within its scope, and what waits in its queue where that ends."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
 
+from desim.network.answer_checks import checked_delay
 from desim.ports import (
     PASS,
     CutsCarrier,
+    Deliver,
     Drop,
     Frame,
     JudgesTransmissions,
     KnowsDepartures,
     Params,
     PassesMany,
+    Queues,
     Rule,
     RuleContext,
     Separates,
@@ -26,6 +29,7 @@ from desim.ports import (
 )
 from desim.ports.scope import is_topic
 
+_NEVER_NS = 1 << 62
 _ALWAYS, _ALL, _ALL_TOPICS = TimeWindow(), Targets(), Topics()
 
 
@@ -38,8 +42,9 @@ def scoped(rule: Rule, params: Params) -> Rule:
     topics = params if Topics in own and isinstance(params, Topics) else _ALL_TOPICS
     if not window.bounded and not targets.named and not topics.topics:
         return rule
+    cls = Scoped if window.until_ns is None or not isinstance(rule, Queues) else ScopedQueue
     # Complaints name the plug-in.
-    named: type[Scoped] = type("Scoped", (Scoped,), {"__wrapped__": type(rule)})
+    named: type[Scoped] = type("Scoped", (cls,), {"__wrapped__": type(rule)})
     return named(rule, window, targets, topics.topics)
 
 
@@ -126,3 +131,43 @@ class Scoped:
         return self._follows and self._window.holds(self._context.now_ns) and (
             one in self._hosts or other in self._hosts
             or (min(one, other), max(one, other)) in self._links)
+
+
+class ScopedQueue(Scoped):
+    """A rule that ``Queues``, in a scope that ends.
+
+    ``wait_ns``: for how long the frame that was judged last waits in front of the model, until the
+    end at most. If its receivers wait for different times, that is the least of them, and the
+    verdicts have the rest.
+    """
+
+    wait_ns = 0
+    _end_ns = _NEVER_NS  # when all leaves that waits
+
+    def __init__(self, rule: Rule, window: TimeWindow, targets: Targets,
+                 topics: Sequence[str] = ()) -> None:
+        super().__init__(rule, window, targets, topics)
+        assert isinstance(rule, Queues)
+        self._emptied = rule.emptied
+        if isinstance(rule, KnowsDepartures):
+            own_ns = rule.departure_ns
+            self.departure_ns = lambda host: min(own_ns(host), self._end_ns)
+
+    def judge(self, frame: Frame, receivers: tuple[int, ...]) -> Sequence[Verdict] | None:
+        now_ns = self._context.now_ns
+        if now_ns >= self._end_ns:
+            self._emptied()
+            self._end_ns = _NEVER_NS
+        if self._window.holds(now_ns):
+            self._end_ns = self._window.changes_ns(now_ns) or _NEVER_NS
+        verdicts = super().judge(frame, receivers)
+        self.wait_ns = 0
+        if not isinstance(verdicts, Sequence) or len(verdicts) != len(receivers):
+            return verdicts
+        waits_ns = [min(checked_delay(self, "delays by", verdict.delay_ns), self._end_ns - now_ns)
+                    if type(verdict) is Deliver else 0 for verdict in verdicts]
+        self.wait_ns = min((wait_ns for wait_ns, verdict in zip(waits_ns, verdicts, strict=True)
+                            if type(verdict) is not Drop), default=0)
+        return [Deliver(wait_ns - self.wait_ns) if wait_ns > self.wait_ns else
+                PASS if wait_ns else verdict
+                for wait_ns, verdict in zip(waits_ns, verdicts, strict=True)]
