@@ -235,3 +235,36 @@ def test_several_hops_have_their_parts_each():
     assert parts(one)["through", "c"] == [
         (TimePart.AIRTIME, "a", 8_000_000), (TimePart.QUEUE, "b", 8_000_000),
         (TimePart.AIRTIME, "b", 8_000_000)]
+
+
+class Later(Telling):
+    """A model that settles after 30 ns, and enters the parts then."""
+
+    def start(self, context, hosts):
+        self._context = context
+
+    def send(self, frame):
+        self._context.at(self._context.now_ns + 30, self._settle, frame)
+
+    def _settle(self, frame):
+        self._ledger.spent(frame, TimePart.QUEUE, 30)
+        self._context.settle(frame, frame.receivers[0], ports.Deliver(0))
+
+
+def posted(model):
+    """A bench with a ledger on which 5000 frames were posted at once, as acknowledgements are."""
+    one = Bench(model, 2, passages=Passages())
+    for label in range(5000):
+        one.medium.post(0, (1,), 100, one, (label, "host_1"))
+    return one
+
+
+def test_the_ledger_forgets_frames_that_are_counted_as_delivered():
+    assert len(posted(Ideal(Ideal.Params())).medium._ledger.open) <= 1024
+
+
+def test_the_ledger_keeps_frames_until_the_model_has_settled_them():
+    one = posted(Later(Later.Params()))
+    one.run()
+    assert parts(one) == {(label, "host_2"): [(TimePart.QUEUE, "host_1", 30)]
+                          for label in range(5000)}

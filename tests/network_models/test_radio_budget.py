@@ -50,6 +50,15 @@ def test_neighbours_are_those_of_a_comparison_with_all(places, channels):
     assert all(np.isclose(mw, 10 ** (wanted[pair] / 10)) for pair, mw in heard.items())
 
 
+def test_signals_travel_at_the_speed_of_light():
+    """300 m take 1000.7 ns; where a host has no place, nothing."""
+    at = np.array([[0.0, 0.0, 9.0], [180.0, 240.0, 0.0], [np.nan, np.nan, 0.0]])
+    links = budget(3, Fixed(60.0)).links(at[:, :2], None)
+    delays_ns = dict(zip(as_pairs(links)[0], links.delays_ns(at).tolist(), strict=True))
+    assert delays_ns == {(0, 1): 1001, (1, 0): 1001, **dict.fromkeys(
+        [(0, 2), (1, 2), (2, 0), (2, 1)], 0)}
+
+
 def test_where_places_do_not_matter_all_hear_all():
     heard, found = as_pairs(budget(3, Fixed(60.0)).links(np.full((3, 2), np.nan), None))
     assert len(heard) == len(found) == 6

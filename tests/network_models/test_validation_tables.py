@@ -4,7 +4,9 @@ import csv
 from collections import defaultdict
 from statistics import mean
 
+import numpy as np
 import pytest
+from scipy.special import factorial
 
 from netmodels.validation import (
     one_link,
@@ -113,3 +115,20 @@ def test_formulas(means):
         "rx_dbm_logdist", "rx_dbm_friis_5180MHz", "rx_dbm_friis_2412MHz"))
     for distance_m, dbm in propagation.RECEIVED_DBM.items():
         assert tuple(runs[str(distance_m),]) == dbm
+
+
+@pytest.mark.parametrize(("queue", "load"), queues.FINITE)
+def test_the_finite_queue(queue, load):
+    """M/D/1/K by the Markov chain of what departures leave behind (Gross and Harris, 5.1.8): of all
+    arrivals 1 - 1 / (pi_0 + load) are lost."""
+    states = queue + 1
+    come = load ** np.arange(states) * np.exp(-load) / factorial(np.arange(states))
+    chain = np.zeros((states, states))
+    for before in range(states):
+        left = max(before - 1, 0)
+        chain[before, left:] = come[:states - left]
+        chain[before, -1] += 1 - chain[before].sum()  # what finds no place
+    values, vectors = np.linalg.eig(chain.T)
+    stays = vectors[:, np.argmax(values.real)].real
+    lost = 1 - 1 / (stays[0] / stays.sum() + load)
+    assert queues.FINITE[queue, load][0] == pytest.approx(lost, abs=6e-6)

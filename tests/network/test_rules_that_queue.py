@@ -146,3 +146,19 @@ def test_the_twin_a_rule_that_is_no_queue_wakes_nobody(monkeypatch):
     monkeypatch.setattr(scoped_rule, "ScopedQueue", Scoped)
     with pytest.raises(AssertionError):
         test_a_publisher_that_waits_for_its_send_buffer_is_woken_at_the_end()
+
+
+def test_a_scope_that_does_not_end_keeps_the_publisher_waiting_for_the_queue():
+    assert made(bandwidth(hosts=["a"]), 2 * S) == [0, 100, 200]
+
+
+def test_links_out_of_the_scope_take_no_carrier_away():
+    """Down for an hour or so from the beginning on, but only from 1 s until 2 s."""
+    rule = ruled("flapping", hosts=["a"], up="1 ms", down="1 h", **{"from": "1 s"}, until="2 s")
+    bench, seen = Bench(ImmediateNetwork(), PLACES, rules=[rule]), []
+    for at_s in (0.5, 1.5, 2.5):
+        bench.book(round(at_s * S), lambda _: seen.append((rule.carrier(0), rule.carrier(1)[0])),
+                   None)
+    bench.run(3 * S)
+    assert [(up, other) for (up, _), other in seen] == [(True, True), (False, True), (True, True)]
+    assert [changes_ns for (_, changes_ns), _ in seen[:2]] == [S, 2 * S]

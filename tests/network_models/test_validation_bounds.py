@@ -1,0 +1,34 @@
+"""The bounds of checks that no publication gives: they follow from the protocols' own numbers."""
+
+import pytest
+
+from netmodels.multihop.batman import HEADER_BYTES, BatmanParams
+from netmodels.validation.chain import repaired
+
+
+def checks(deserted_mbps, messages):
+    """Both checks of a chain that carried 1 Mb/s for 10 s before its host left."""
+    frames = 3
+    size_bytes = frames * HEADER_BYTES + messages * BatmanParams().message_bytes
+
+    def play(setup, seed):
+        goodput_mbps = deserted_mbps if played else 1.0
+        played.append(setup)
+        return {"measured_s": 10.0, "goodput_mbps": goodput_mbps, "control_frames": frames,
+                "control_bytes": size_bytes}
+
+    played = []
+    return list(repaired(play, "ideal", 1))
+
+
+@pytest.mark.parametrize(("deserted_mbps", "holds"), [
+    (0.91, False), (0.89, True), (0.51, True), (0.49, False)])
+def test_a_route_is_repaired_after_one_to_five_intervals_of_a_second(deserted_mbps, holds):
+    assert checks(deserted_mbps, 100)[0].holds is holds
+
+
+@pytest.mark.parametrize(("messages", "holds"), [
+    (58, False), (59, True), (367, True), (368, False)])
+def test_each_of_six_hosts_sends_its_messages_and_may_pass_on_those_of_others(messages, holds):
+    """At least 6 messages each 1.02 s, at most 36 each 0.98 s: 58.8 to 367.3 in 10 s."""
+    assert checks(0.7, messages)[1].holds is holds
