@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
 from desim import plugins
 from desim.campaign.deploy.image_copy import round_ends_ns
@@ -25,7 +23,6 @@ from desim.campaign.deploy.testbed import (
 )
 from desim.campaign.design.design import load_design
 from desim.campaign.design.plan import Plan
-from desim.cli import app
 from desim.middleware.transports import stream_frame
 
 IMAGE_BYTES = 100_000_000
@@ -146,40 +143,3 @@ def test_robots_are_on_the_nodes_whose_ports_they_share_when_it_is_run(design):
     lan = plan.scenario(largest, 0).scenario.network.media["lan"]
     assert {node: tuple(robots) for node, robots in lan.params.ports.items()} == (
         smallest_testbed(plan).nodes)
-
-
-def test_one_of_each(tmp_path, repository):
-    file = tmp_path / "design.yaml"
-    file.write_text(DESIGN.format(base=repository / "scenarios" / "maze_8.yaml").replace(
-        "[1, 6, 3]", "[1]"))
-    shown = CliRunner().invoke(app, ["deploy", str(file), "--image", "20 MB"])
-    assert "deployed: 1 node for 1 virtual machine, up to 4 on a node" in shown.output
-
-
-def test_the_command(design):
-    shown = CliRunner().invoke(app, ["deploy", str(design), "--image", "20 MB"])
-    assert shown.exit_code == 0, shown.output
-    for line in ("deployed: 2 nodes for 6 virtual machines, up to 4 on a node",
-                 "node_1  robot_4, robot_5", "Copies of an image of 20 MB over switch, 1 Gb/s:",
-                 "server to node_0", "6 to 15 runs in real time"):
-        assert line in shown.output
-    answer = json.loads(CliRunner().invoke(
-        app, ["deploy", str(design), "--image", "20 MB", "--json"]).stdout)
-    assert answer["nodes"]["node_1"] == ["robot_4", "robot_5"]
-    assert answer["copying"]["passed_on"]["rounds"] == [[["server", "node_0"]],
-                                                         [["server", "node_1"]]]
-    assert answer["real_time_s"] == {"least": 600.0, "most": 1500.0}
-
-
-@pytest.mark.parametrize(("words", "says"), [
-    (["--image", "4 apples"], "--image: unknown unit 'apples' for a size"),
-    (["--image", "4"], "--image: '4' has no unit; allowed: B, kB, MB"),
-    (["--rate", "1"], "--rate: '1' has no unit"),
-    (["--rate", "0 b/s"], "--rate: '0 b/s' must be above zero"),
-    (["--model", "swich"], "swich"),
-    (["--model", "bus"], "--model bus.propagation: "),
-    (["--model", "radio", "--rate", "54 Mb/s", "--image", "5 MB"], "the network loses every part"),
-])
-def test_wrong_options(design, words, says):
-    shown = CliRunner().invoke(app, ["deploy", str(design), *words])
-    assert shown.exit_code == 2 and says in shown.output

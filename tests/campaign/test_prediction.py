@@ -7,15 +7,12 @@ from desim.campaign.running import probes
 from desim.campaign.running.agenda import Agenda
 from desim.campaign.running.prediction import (
     Cost,
-    Forecast,
     Model,
     extrapolated_s,
     finished_costs,
     forecast,
 )
 from desim.campaign.running.probes import _start_s, probed
-from desim.commands.views.sweep import show_prediction
-from desim.commands.views.terminal import Terminal
 
 TEXT = """parameters:
   robots: {key: fleet.size, values: [1, 2, 4]}
@@ -72,23 +69,6 @@ def test_lengths_follow_the_fleet_and_do_not_grow_beyond_it(plan):
     assert between.expected_s(plan.vectors[2]) == pytest.approx(OVERHEAD_S + 0.1 * 60)
     beyond = Model(plan, {0: [Cost(8, 80, True)], 2: [Cost(8, 40, True)]})
     assert beyond.expected_s(plan.vectors[4]) == pytest.approx(OVERHEAD_S + 0.4 * 40)
-
-
-@pytest.mark.parametrize(("costs", "said"), [
-    ([Cost(1, 10, False, 0, 50.0)],
-     "16 s of CPU are to be expected (from 1 probe of 1.0 s, 0 of them to the end), if exploring "
-     "goes on as it began in these; 8 s with 2 jobs on cores of their own, at most 17 s, every run "
-     "to its time limit\n"),
-    ([Cost(1, 10, True)],
-     "16 s of CPU are to be expected (from 1 probe of 1.0 s, 1 of them to the end); 8 s with 2 "
-     "jobs on cores of their own, at most 17 s, every run to its time limit\n"),
-    ([Cost(1, 10, False)],
-     "34 s of CPU at most (from 1 probe of 1.0 s, 0 of them to the end, and none far enough to "
-     "tell how long runs last); with 2 jobs on cores of their own at most 17 s, every run to its "
-     "time limit\n")])
-def test_a_prediction_says_what_it_rests_on(capsys, costs, said):
-    show_prediction(Terminal(soft_wrap=True, highlight=False), Forecast(16.0, 34.0), costs, True, 2)
-    assert capsys.readouterr().out == said
 
 
 def test_a_dear_beginning_comes_once(plan):

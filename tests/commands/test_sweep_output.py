@@ -5,8 +5,11 @@ from designs import Here, written
 from typer.testing import CliRunner
 
 from desim.campaign.running import driver
+from desim.campaign.running.prediction import Cost, Forecast
 from desim.campaign.running.work import work
 from desim.cli import app
+from desim.commands.views.sweep import show_prediction
+from desim.commands.views.terminal import Terminal
 from desim.results.row import failure
 
 
@@ -85,3 +88,20 @@ def test_damage_is_printed(sweep, tmp_path):
         "1 run is damaged; what is missing is made again",
         "4 runs, 3 done already; 1 at a time, in results/d",
         "4 of 4 runs; table: results/d/runs.parquet"]
+
+
+@pytest.mark.parametrize(("costs", "said"), [
+    ([Cost(1, 10, False, 0, 50.0)],
+     "16 s of CPU are to be expected (from 1 probe of 1.0 s, 0 of them to the end), if exploring "
+     "goes on as it began in these; 8 s with 2 jobs on cores of their own, at most 17 s, every run "
+     "to its time limit\n"),
+    ([Cost(1, 10, True)],
+     "16 s of CPU are to be expected (from 1 probe of 1.0 s, 1 of them to the end); 8 s with 2 "
+     "jobs on cores of their own, at most 17 s, every run to its time limit\n"),
+    ([Cost(1, 10, False)],
+     "34 s of CPU at most (from 1 probe of 1.0 s, 0 of them to the end, and none far enough to "
+     "tell how long runs last); with 2 jobs on cores of their own at most 17 s, every run to its "
+     "time limit\n")])
+def test_a_prediction_says_what_it_rests_on(capsys, costs, said):
+    show_prediction(Terminal(soft_wrap=True, highlight=False), Forecast(16.0, 34.0), costs, True, 2)
+    assert capsys.readouterr().out == said
