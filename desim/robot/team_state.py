@@ -39,7 +39,7 @@ class TeamStateNode(Node):
         super().__init__(host, "team_state")
         self._params, self._team, self._robots = params, team, robots
         self._has_body = has_body
-        self._pose = Latest(host)
+        self._pose: Latest  # of a host with a body
         self._goal: Place | None = None
 
     def start(self) -> None:

@@ -33,10 +33,9 @@ _FACTOR = 0.8 / 50.0
 def _toll(squeezing: bool) -> np.ndarray:
     """[2, 256] cost of a straight and a diagonal step into a cell of a given cost, 0 = impassable.
     ``squeezing`` goes through inscribed cells too, at the highest cost that the buckets hold."""
-    costs = np.arange(256)
     toll = np.zeros((2, 256), np.int32)
     for row, length in zip(toll, (_STRAIGHT, _DIAGONAL), strict=True):
-        row[:INSCRIBED] = (length * (1 + _FACTOR * costs[:INSCRIBED])).astype(np.int32)
+        row[:INSCRIBED] = (length * (1 + _FACTOR * np.arange(INSCRIBED))).astype(np.int32)
         row[INSCRIBED] = BUCKETS - 1 if squeezing else 0
     return toll
 

@@ -61,6 +61,53 @@ def test_it_ends_after_the_planners_patience():
     assert made.is_over(5 * S + 1)
 
 
+def progress(**limits):
+    made = ProgressPatience(Navigation(**limits))
+    made.begin_goal(0)
+    made.begin_path(0, 0.0, 0.0)
+    return made
+
+
+def test_a_way_that_becomes_no_shorter_is_over_after_a_while():
+    made = progress(stuck_after="5 s")
+    made.note(0, 0.0, 0.0, 10.0, False)
+    made.note(4 * S, 0.0, 0.0, 9.75, False)  # by more than a cell of the map
+    assert not made.is_over(9 * S)
+    made.note(8 * S, 0.0, 0.0, 9.625, False)  # by less
+    assert not made.is_over(9 * S) and made.is_over(9 * S + 1)
+
+
+def test_the_first_length_of_a_new_way_is_no_progress():
+    made = progress(stuck_after="5 s")
+    made.note(4 * S, 0.0, 0.0, 10.0, True)
+    assert made.is_over(5 * S + 1)
+
+
+@pytest.mark.parametrize("moved_m, more_s", [(0.25, 0), (0.375, 4)])
+def test_a_new_way_gives_time_to_who_has_moved(moved_m, more_s):
+    made = progress(stuck_after="5 s")
+    made.begin_path(4 * S, moved_m, 0.0)
+    assert not made.is_over((5 + more_s) * S) and made.is_over((5 + more_s) * S + 1)
+
+
+def test_a_recovery_gives_the_way_new_time():
+    made = progress(stuck_after="5 s")
+    made.note(0, 0.0, 0.0, 10.0, False)
+    made.restart(4 * S)
+    made.note(4 * S, 0.0, 0.0, 12.0, False)
+    assert not made.is_over(9 * S) and made.is_over(9 * S + 1)
+
+
+def test_a_goal_is_given_up_after_its_recoveries_and_the_next_one_has_all_again():
+    made = progress(give_up_after=4)
+    kinds = [made.next() for _ in range(5)]
+    assert kinds == [Recovery.REPLAN, Recovery.ROTATE, Recovery.RETREAT, Recovery.REPLAN, None]
+    made.begin_goal(9 * S)
+    assert made.next(Recovery.RETREAT) is Recovery.RETREAT  # the one that is wanted counts, too
+    assert [made.next() for _ in range(4)] == [Recovery.ROTATE, Recovery.RETREAT, Recovery.REPLAN,
+                                               None]
+
+
 def test_recoveries_come_in_the_published_order_and_begin_again_when_one_helped():
     made = move_base()
     made.begin_path(0, 0.0, 0.0)
