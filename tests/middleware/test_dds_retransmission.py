@@ -42,6 +42,17 @@ def test_a_reader_whose_request_gets_lost_asks_again_without_being_asked(renewal
     assert [text for *_, text in heard] == ["one", "two", "three"]
 
 
+@pytest.mark.parametrize(("lost", "asked"), [(255, [255]), (256, [256]), (257, [256, 1])])
+def test_one_request_names_256_samples_at_most(lost, asked):
+    """The bitmap of an ACKNACK has 256 bits (RTPS 2.3, 9.4.2.6, SequenceNumberSet)."""
+    heard = []
+    says = [(2 * S, "first"), *((3 * S + k * MS, "lost") for k in range(lost)), (4 * S, "last")]
+    net = Net({"a": talker(says, queue=0), "b": listener(heard, queue=0)},
+              middleware=dds(), rules=[partition("2.9 s", "3.9 s")]).run(10 * S)
+    assert [row[5] for row in net.rows("acknack") if row[5]] == asked
+    assert len(heard) == lost + 2
+
+
 @pytest.mark.parametrize(("ack_again", "between_ns"), [("10 ms", 12 * MS), ("0 ns", 4 * MS)])
 def test_the_same_acknowledgement_is_not_said_twice_within_10_ms(ack_again, between_ns):
     """Heartbeats are 4 ms apart until the first answer is there, 60 ms after the sample."""

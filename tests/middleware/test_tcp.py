@@ -4,6 +4,7 @@ import pytest
 from graphs import MS, S
 from tcp_hosts import Losing, Pair, Takes, Word, link, partition
 
+from desim.middleware.tcp import TcpParams
 from desim.middleware.tcp.cubic import Cubic
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.repair import Repair
@@ -100,6 +101,15 @@ def test_small_messages_wait_for_an_acknowledgement_unless_nodelay():
             more_ns = 2 * again_ns + 3 * 100 * 8
             assert [(row[0] - 100 * MS, row[4]) for row in pair.rows("frame")] == [
                 (0, 0), *((again_ns, k) for k in range(1, 5)), (more_ns, 5)]
+
+
+@pytest.mark.parametrize(("size_bytes", "sent_ns"), [(1448, 500_000), (1447, 2_001_920)])
+def test_a_full_segment_does_not_wait_behind_a_small_one(size_bytes, sent_ns):
+    """Nagle (RFC 896; Linux tcp_nagle_check): only segments of less than 1448 B of data wait."""
+    pair = Pair(wire())
+    pair.call()
+    pair.at(100 * MS, pair.say, 1).at(100 * MS + MS // 2, pair.say, 2, size_bytes).run(S)
+    assert [(row[0] - 100 * MS, row[4]) for row in pair.rows("frame")] == [(0, 1), (sent_ns, 2)]
 
 
 def test_more_than_one_full_segment_is_acknowledged_at_once_by_who_answers_too():
@@ -270,6 +280,17 @@ def test_a_partition_is_felt_until_the_next_timeout():
         *((t * MS, kind, *ends, 1, last) for t in (1000, 1204, 1408, 1824)
           for kind, ends, last in (("frame", "ab", 170), ("lost", "ba", "partitioned"))),
         (2656 * MS, "frame", "a", "b", 1, 170), (2656 * MS, "frame", "a", "b", 2, 170)]
+
+
+@pytest.mark.parametrize(("more_ns", "closed_ms"), [(-1, 1824), (0, 1824), (1, 2656)])
+def test_a_silence_as_long_as_agreed_ends_a_connection(monkeypatch, more_ns, closed_ms):
+    """At the first timeout that is not less than so long after the first one (Linux
+    retransmits_timed_out). The first is at 1408 ms, the second at 1824 ms."""
+    monkeypatch.setattr(TcpParams, "silence_ns", 416 * MS + more_ns)
+    pair = Pair(rules=[partition("1 s", "100 s")])
+    pair.call()
+    pair.at(S, pair.say, 1).run(10 * S)
+    assert pair.log == [*OPENED, (closed_ms * MS, "a closed", "timeout")]
 
 
 def test_after_an_outage_timeouts_are_short_again():

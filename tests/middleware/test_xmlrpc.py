@@ -1,5 +1,6 @@
 """XML-RPC: calls, kept alive connections, and what becomes of calls that nobody answers."""
 
+import pytest
 from graphs import MS, S
 from tcp_hosts import Pair, link
 
@@ -99,6 +100,24 @@ def test_nobody_serves():
     calls = Calls()
     calls.ask("x", "other")
     assert calls.run(S).log == [(0, "done", False, None)]
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_a_new_connection_that_is_refused_is_not_opened_again(held):
+    """Only one that has rested is: its server may have closed it meanwhile."""
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    calls.ask("x", "other", held=held)
+    (done_ns, *outcome), = calls.run(S).log
+    assert (done_ns // MS, *outcome) == (2, "done", False, None)
+
+
+def test_a_held_request_goes_when_it_is_released():
+    calls = Calls(link(rate="1 Gb/s", latency="1 ms"))
+    call = calls.rpc.call(0, 1, "slave", "xmlrpc", 434, "x",
+                          lambda ok, response: calls.note("done", ok, response), held=True)
+    calls.at(S, call.release).run(2 * S)
+    assert [(row[0] // MS, *row[1:]) for row in calls.log] == [
+        (1001, "asked", "x"), (1002, "done", True, "X")]
 
 
 def test_a_timeout():

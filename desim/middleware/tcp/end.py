@@ -298,12 +298,10 @@ class End(AddressedCarrier[Control]):
         self.far.sender.reclaim()
         idle_ns = self._kernel.now_ns - max(
             self.received_ns, sender.received_ns, sender.transit.express_ns, self.last_data_ns())
-        if sender.pending:
+        left_ns = params.keepalive_idle_ns - (0 if sender.pending else idle_ns)
+        if left_ns > 0:
             self._tries = 0
-            self._set_keepalive(params.keepalive_idle_ns)
-        elif idle_ns < params.keepalive_idle_ns:
-            self._tries = 0
-            self._set_keepalive(params.keepalive_idle_ns - idle_ns)
+            self._set_keepalive(left_ns)
         elif self._tries < params.keepalive_probes:
             self._tries += 1
             self._send_control(PROBE)
