@@ -1,4 +1,4 @@
-"""Files of other programs: each is recognized by its first bytes, with the command that reads it."""
+"""Files of other programs: each is recognized by its first bytes, with the command for it."""
 
 import pytest
 

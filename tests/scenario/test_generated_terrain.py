@@ -1,4 +1,4 @@
-"""Generated terrains: the smallest and the largest that is allowed, and what is said just beyond."""
+"""Generated terrains: the smallest and the largest that is allowed, and words for all beyond."""
 
 import pytest
 
@@ -42,16 +42,16 @@ def test_what_just_fits_is_allowed(terrain):
     assert found(terrain) == []
 
 
-NO_CORRIDOR = ("has no space for a corridor between two rooms, got {}; allowed: both sides at least "
-               "10.4 m, the longer one above {}")
+NO_CORRIDOR = ("has no space for a corridor between two rooms, got {}; allowed: both sides at "
+               "least 10.4 m, the longer one above {}")
 
 
 @pytest.mark.parametrize("terrain, kind, key, says", [
     (maze(7.9, 9), "maze", "size",
      "has no space for one cell, got 7.9 m x 9 m; allowed: at least 8 m x 8 m"),
     (maze(100_001, 1, 1), "maze", "size", "has space for 100001 cells; allowed: at most 100000"),
-    (office(20, 20, (0, 10)), "office", "room", "the largest side must be at least twice the least, "
-     "which is above zero, got 0 m to 10 m"),
+    (office(20, 20, (0, 10)), "office", "room", "the largest side must be at least twice the "
+     "least, which is above zero, got 0 m to 10 m"),
     (office(20, 20, (4, 7.9)), "office", "room", "the largest side must be at least twice the "
      "least, which is above zero, got 4 m to 7.9 m"),
     (office(20, 20, door=4.1), "office", "door",
