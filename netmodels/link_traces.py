@@ -11,22 +11,18 @@ read.
 
 from __future__ import annotations
 
-import csv
-import json
 import re
-import zlib
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from operator import attrgetter
 from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 
-from desim.errors import InputError, did_you_mean
-from desim.ports.files import lines
+from desim.errors import InputError
+from desim.ports.files import CsvTable, number
 from desim.units import NS_PER_S
 
-T = TypeVar("T")
 Quantity = Literal["delivery_ratio", "rssi_dbm"]
 QUANTITIES: tuple[Quantity, ...] = ("delivery_ratio", "rssi_dbm")
 # Columns of a chance, a time and a rate by their units, in a ratio, ns and bit/s. An empty cell of
@@ -52,79 +48,6 @@ _FARTHEST_M = 1e6  # a larger number is no place of a robot
 _LOUDEST_DBM = 1000.0  # either way: a larger number is no power
 _SILENT_DBM = -300.0  # far below all noise: never received
 _INSTANT = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,9})?)Z?")
-
-
-class CsvTable:
-    """A CSV that somebody else wrote: rows of cells by the names that we have for the columns;
-    perhaps with a line of JSON above.
-
-    ``facts`` is what the JSON says, None if there is none. Every complaint is an ``InputError``
-    that begins with ``file:line``.
-    """
-
-    def __init__(self, path: str, lines: Iterator[str]) -> None:
-        self.path, self._lines, self._line = path, lines, 1
-        line = next(lines, "")
-        self.facts: dict[str, object] | None = None
-        if line.lstrip().startswith("{"):
-            self.facts = self._json(line)
-            self._line, line = 2, next(lines, "")
-        self._columns = [column.strip() for column in next(csv.reader([line]), [])]
-
-    def _json(self, line: str) -> dict[str, object]:
-        try:
-            return json.loads(line)
-        except ValueError as error:
-            raise self.wrong(f"this is no JSON: {error}") from None
-
-    def named(self, known: dict[str, str], needed: tuple[str, ...]) -> None:
-        """Say what the columns are called here, and which must be there."""
-        self._names = []
-        for column in self._columns:
-            if column not in known:
-                raise self.wrong(f"unknown column {column!r}{did_you_mean(column, known)}; "
-                                 f"allowed: {', '.join(known)}")
-            self._names.append(known[column])
-        for column, name in known.items():
-            if name in needed and name not in self._names:
-                raise self.wrong(f"the column {column!r} is missing; there are "
-                                 f"{', '.join(self._columns)}")
-
-    def about(self, *columns: str) -> bool:
-        """Whether it has any of these columns."""
-        return any(column in self._columns for column in columns)
-
-    def has(self, name: str) -> bool:
-        return name in self._names
-
-    def rows(self) -> Iterator[dict[str, str]]:
-        """A row may be too short: then its last cells are missing."""
-        reader, above = csv.reader(self._lines), self._line
-        try:
-            for cells in reader:
-                self._line = above + reader.line_num
-                if len(cells) > len(self._names):
-                    raise self.wrong(f"{len(cells)} cells; allowed: at most {len(self._names)}, "
-                                     "one for each column")
-                if cells:
-                    yield dict(zip(self._names, map(str.strip, cells), strict=False))
-        except csv.Error as error:
-            raise self.wrong(f"this is no CSV: {error}") from None
-
-    def value(self, row: dict[str, str], name: str, parse: Callable[[str], T], wanted: str
-              ) -> T:
-        """The cell as ``parse`` reads it, which raises ``ValueError`` for a cell that is not
-        ``wanted``."""
-        cell = row.get(name, "")
-        try:
-            return parse(cell)
-        except ValueError:
-            column = self._columns[self._names.index(name)]
-            raise self.wrong(f"{column} is {cell!r}; allowed: {wanted}") from None
-
-    def wrong(self, what: str) -> InputError:
-        """A complaint about the line that was read last."""
-        return InputError(f"{self.path}:{self._line}: {what}")
 
 
 class MeasuredLink(NamedTuple):
@@ -187,27 +110,17 @@ def read(path: str, columns: Sequence[str], channel: int | None) -> LinkTraces |
     """The trace or survey in a file: of the first of ``columns`` that it has, of one ``channel``
     (None: of all). Rows may stand in any order. Raises ``InputError`` for whatever is wrong with
     the file."""
-    try:
-        table = CsvTable(path, _text(path))
-        if table.facts is None and table.about("x_m", "y_m"):
-            table.named(_SURVEY, ("x", "y", "node"))
-            column = _column(table, columns)
-            return Surveys(column, _surveys(
-                _on(channel, _points(table, column), f"{path}: no row of a place")))
-        table.named(_PLAIN if table.facts is None else _K7, ("time", "source", "destination"))
-        column = _column(table, columns)
-        rows = _on(channel, _rows(table, column), f"{path}: no row of a link")
-    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{path}: cannot be read: {reason}") from None
+    table = CsvTable(path)
+    if table.facts is None and table.about("x_m", "y_m"):
+        table.named(_SURVEY, ("x", "y", "node"))
+        column = table.first_of(columns)
+        return Surveys(column, _surveys(
+            _on(channel, _points(table, column), f"{path}: no row of a place")))
+    table.named(_PLAIN if table.facts is None else _K7, ("time", "source", "destination"))
+    column = table.first_of(columns)
+    rows = _on(channel, _rows(table, column), f"{path}: no row of a link")
     begin_ns = 0 if table.facts is None else _begin_ns(table, rows)
     return LinkTraces(column, _links(rows, begin_ns))
-
-
-def _text(path: str) -> Iterator[str]:
-    """The lines of a file."""
-    for number, line in lines(path):
-        yield line.decode("utf-8-sig" if number == 1 else "utf-8")
 
 
 def _on(channel: int | None, rows: Iterable[R], none: str) -> list[R]:
@@ -216,14 +129,6 @@ def _on(channel: int | None, rows: Iterable[R], none: str) -> list[R]:
     if not chosen:
         raise InputError(none + ("" if channel is None else f" on channel {channel}"))
     return chosen
-
-
-def _column(table: CsvTable, columns: Sequence[str]) -> str:
-    """The first of ``columns`` that the table has."""
-    for column in columns:
-        if table.has(column):
-            return column
-    raise table.wrong(f"there is no column of {' or '.join(columns)}")
 
 
 def _rows(table: CsvTable, column: str) -> Iterator[_Row]:
@@ -245,7 +150,7 @@ def _points(table: CsvTable, column: str) -> Iterator[_Point]:
     for row in table.rows():
         if not row.get("node"):
             raise table.wrong("node is missing")
-        x_m, y_m = (table.value(row, axis, lambda cell: _number(cell, -_FARTHEST_M, _FARTHEST_M),
+        x_m, y_m = (table.value(row, axis, lambda cell: number(cell, -_FARTHEST_M, _FARTHEST_M),
                                 "metres") for axis in ("x", "y"))
         for measured in _measured(table, row, column):
             yield _Point(row["node"], (x_m, y_m), *measured)
@@ -261,7 +166,7 @@ def _measured(table: CsvTable, row: dict[str, str], column: str
                                    "dBm, or nothing where nothing was heard")
     elif row.get(column) or column not in _SCALES:
         scale, most = _SCALES.get(column, (1.0, 1.0))
-        yield channel, scale * table.value(row, column, lambda cell: _number(cell, 0.0, most),
+        yield channel, scale * table.value(row, column, lambda cell: number(cell, 0.0, most),
                                            f"0 to {most:.12g}")
 
 
@@ -296,15 +201,8 @@ def _surveys(rows: list[_Point]) -> dict[str, Survey]:
             for node, values in by_node.items()}
 
 
-def _number(cell: str, least: float, most: float) -> float:
-    number = float(cell)
-    if not least <= number <= most:  # NaN is not
-        raise ValueError
-    return number
-
-
 def _elapsed_ns(cell: str) -> int:
-    return round(_number(cell, 0.0, _LONGEST_S) * NS_PER_S)
+    return round(number(cell, 0.0, _LONGEST_S) * NS_PER_S)
 
 
 def _instant_ns(cell: str) -> int:
@@ -315,4 +213,4 @@ def _instant_ns(cell: str) -> int:
 
 
 def _rssi_dbm(cell: str) -> float:
-    return _number(cell, -_LOUDEST_DBM, _LOUDEST_DBM) if cell else _SILENT_DBM
+    return number(cell, -_LOUDEST_DBM, _LOUDEST_DBM) if cell else _SILENT_DBM

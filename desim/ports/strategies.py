@@ -13,9 +13,11 @@ from functools import cached_property
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from pydantic import Field
 
 from desim.ports import parameters
 from desim.ports.worlds import GridSpec
+from desim.units import Duration
 
 
 class Place(NamedTuple):
@@ -287,3 +289,15 @@ class FollowsTeam(Protocol):
     def on_teammate(self, context: StrategyContext, name: str, heard: bool) -> None:
         """``name`` was heard of for the first time or again (``heard``), or was not for
         ``coordination.lost_after``."""
+
+
+class RecordedPaths(parameters.Params):
+    """Parameters of a strategy whose robots move as a recording says, in a world that can do that:
+    it reads the file, and no command moves them. See ``desim.world.recorded_paths``."""
+
+    file: parameters.File = Field(description="a CSV of poses, relative to the scenario that names "
+                                              "it")
+    names: dict[str, str | int] = Field({}, description=(
+        "by robot, its name in the recording (its own)"))
+    begin_ns: Duration | None = Field(None, description=(
+        "the moment of the recording at which the run begins (null: its first pose)"))

@@ -361,6 +361,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
     ((("robot", "localization"), ("fleet", "types"), ("coordination", "exchange")),
      remote_slam_checks.sharing),
     ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), coordination_checks.briefed),
+    ((("coordination",), ("fleet",), ("faults",)), coordination_checks.held),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination_checks.frames),
     ((("coordination",), ("hosts",), ("fleet", "types")), coordination_checks.uncoordinated),
     ((("coordination", "exchange"), ("hosts",)), coordination_checks.coordinators),

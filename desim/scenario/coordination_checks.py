@@ -7,6 +7,9 @@ from contextlib import suppress
 
 from desim import plugins
 from desim.errors import InputError
+from desim.ports import RecordedPaths
+from desim.scenario.names import robot_names
+from desim.scenario.robot_types import type_names, types_by_name
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
 
@@ -31,6 +34,23 @@ def _chosen(scenario: Scenario) -> list[tuple[Path, str]]:
               for at, those in ((("hosts",), scenario.hosts), (("fleet", "types"),
                                                                scenario.fleet.types))
               for name, of in those.items() if of.strategy is not None)]
+
+
+def held(scenario: Scenario, _: Folder) -> Found:
+    """Faults that would hold robots that move as a recording says."""
+    types = types_by_name(scenario)
+    type_of = dict(zip(robot_names(scenario), type_names(scenario.fleet), strict=False))
+    for i, fault in enumerate(scenario.faults):
+        if fault.kind == "stuck" and (kind := types.get(type_of.get(fault.host, ""))):
+            strategy = (kind.strategy or scenario.coordination).strategy
+            try:
+                is_led = issubclass(plugins.parameters("strategy", strategy), RecordedPaths)
+            except InputError:
+                continue  # there is no such plug-in, which is complained of where it is named
+            if is_led:
+                yield ("faults", i, "kind"), (
+                    f"{fault.host} moves as a recording says ({plugins.bare(strategy)}), and "
+                    "cannot be stuck; allowed: stop")
 
 
 def frames(scenario: Scenario, _: Folder) -> Found:

@@ -84,10 +84,10 @@ class Bodies:
         self._commands[robot] = velocity
         self._clocks[robot, kernels.COMMANDED] = now_ns
 
-    def ahead(self, after_s: float) -> np.ndarray:
-        """[n, 3] the poses after ``after_s`` more at the present velocities."""
+    def ahead(self, after_ns: int) -> np.ndarray:
+        """[n, 3] the poses after ``after_ns`` more at the present velocities."""
         poses = self.poses.copy()
-        kernels.move_all(poses, self.velocities, after_s)
+        kernels.move_all(poses, self.velocities, after_ns / NS_PER_S)
         return poses
 
     def advance(self, now_ns: int, dt_s: float, walls: np.ndarray, tops_m: np.ndarray,

@@ -33,12 +33,16 @@ class Site:
         self._placed: dict[str, RobotSpec] = {}
 
     def place(self, specs: list[RobotSpec]) -> list[RobotSpec]:
-        """``specs`` with legal starts; those that snap are placed after the others, in order.
+        """``specs`` with legal starts; those that snap are placed after the others, in order, and
+        those with a path, which are where that begins, before them.
 
         Raises ``InputError`` for the first start that is not allowed.
         """
         placed = self._placed
+        placed |= {spec.name: spec for spec in specs if spec.path is not None}
         for spec in specs:
+            if spec.path is not None:
+                continue
             if spec.drawn is not None:
                 placed[spec.name] = self._drawn(spec, spec.drawn)
                 continue

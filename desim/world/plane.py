@@ -17,9 +17,12 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import SCAN
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
-from desim.world import bodies, lidar, odometry, placement, scenery, sources
+from desim.world import lidar, odometry, placement, scenery, sources
+from desim.world.bodies import Bodies
 from desim.world.fleet import RobotSpec, place_fleet
+from desim.world.led_bodies import LedBodies
 from desim.world.obstacles import Matter, crossing, toll
+from desim.world.path_doubts import path_doubts
 from desim.world.scene import Scene
 
 
@@ -40,9 +43,11 @@ class Plane:
         site = placement.Site(self.terrain, self._doors.lines[self._doors.closed],
                               self._movers.discs, lambda name: streams("robot", name, "start"))
         specs = site.place(specs)
+        self._doubts = (*self.terrain.doubts, *path_doubts(specs, self.terrain))
         self._types = [spec.body for spec in specs]
         self._planes_m = [plane_m for spec in specs for plane_m in spec.planes_m]
-        self._bodies = bodies.Bodies(specs, self.terrain, tick_s)
+        is_led = any(spec.path is not None for spec in specs)
+        self._bodies = (LedBodies if is_led else Bodies)(specs, self.terrain, tick_s)
         self.lidars = self._lidars(specs, streams)
         keys = self._keys(streams, "odometry")
         kinds = list(dict.fromkeys(spec.odometry for spec in specs))
@@ -63,8 +68,8 @@ class Plane:
         self._scene = self._present_scene()
 
     def doubts(self) -> tuple[str, ...]:
-        """Sentences on what is likely to be wrong with the file of the terrain."""
-        return self.terrain.doubts
+        """Sentences on what is likely to be wrong with the files of terrain and paths."""
+        return self._doubts
 
     def _lidars(self, specs: list[RobotSpec], streams: Streams) -> list[list[lidar.Lidar]]:
         """The lasers of each robot, and then its sonar's transducers; those of one kind and height
@@ -184,7 +189,7 @@ class Plane:
         acceleration * tick^2, 0.7 mm for the paper's robots.)"""
         if time_ns == self._now_ns:
             return self.snapshot()
-        ahead = self._bodies.ahead((time_ns - self._now_ns) / NS_PER_S)
+        ahead = self._bodies.ahead(time_ns - self._now_ns)
         return self._frozen(time_ns, ahead)
 
     def _frozen(self, time_ns: int, poses: np.ndarray) -> Snapshot:

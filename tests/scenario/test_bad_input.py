@@ -615,7 +615,7 @@ WRONG = {
         "fleet: {start: {poses: [{x: 1 m, y: 1 m, name: a}, {x: 2 m, y: 1 m, name: a}]}}", [
             "2:75: fleet.start.poses.1.name: 'a' is the name of another robot"]),
     "missing file of starts": ("fleet: {start: {file: no.csv}}", [
-        "2:23: fleet.start.file: no such file: no.csv"]),
+        "2:23: fleet.start.file: no.csv: cannot be read: No such file or directory"]),
     "unknown laser": ("robot: {laser: lms50}", [
         "2:16: robot.laser: unknown laser 'lms50' (did you mean 'lms500'?); allowed: lms500, "
         "lds01, rplidar_a1, lms111, or its parameters"]),
@@ -946,8 +946,8 @@ def test_wrong_mapping(data, complaint):
                                  "'heading_rad'?); allowed: x_m, y_m, heading_rad, name"),
     ("x_m,y_m,yaw_rad\n1,2,3\n", "starts.csv:1: unknown column 'yaw_rad'; allowed: x_m, y_m, "
                                  "heading_rad, name"),
-    ("x_m\n1\n", "starts.csv:1: the column 'y_m' is missing; allowed: x_m, y_m, heading_rad, "
-                 "name"),
+    ("x_m\n1\n", "starts.csv:1: the column 'y_m' is missing; there are x_m"),
+    ("x_m,y_m\n1,2,3\n", "starts.csv:2: 3 cells; allowed: at most 2, one for each column"),
     ("x_m,y_m\n", "starts.csv: has no poses"),
     ("x_m,y_m\n1,2\n1,nan\n", "starts.csv:3: x_m, y_m and heading_rad must be finite numbers and "
                               "name a name, got 1, nan"),
