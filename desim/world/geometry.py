@@ -80,6 +80,12 @@ def outline(solid: np.ndarray) -> np.ndarray:
     return np.concatenate(runs)
 
 
+def borders(solid: np.ndarray) -> int:
+    """The number of runs that ``outline`` finds."""
+    return sum(int(np.count_nonzero(_steps(cells[1:] != cells[:-1]) == 1))
+               for cells in (solid, solid.T))
+
+
 def rows_of(solid: np.ndarray) -> np.ndarray:
     """Solid cells as horizontal strips: [k, 4] int x0 y0 x1 y1 in cells."""
     row, start, end = _runs(solid)
@@ -88,6 +94,11 @@ def rows_of(solid: np.ndarray) -> np.ndarray:
 
 def _runs(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Row, first column and column behind the last of each run of true cells."""
-    step = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    step = _steps(cells)
     row, start = np.nonzero(step == 1)
     return row, start, np.nonzero(step == -1)[1]
+
+
+def _steps(cells: np.ndarray) -> np.ndarray:
+    """[rows, cols + 1] int8: 1 where a run of true cells starts, -1 behind its end."""
+    return np.diff(np.pad(cells, ((0, 0), (1, 1))).view(np.int8), axis=1)

@@ -66,7 +66,7 @@ def load(map_file: MapFile, other: int) -> Terrain:
     x_m, y_m, yaw_rad = _origin(path, facts)
     material = _material(path, image, facts, other, free, is_occupied)
     free, material, corner = _turned(free[::-1], material[::-1], yaw_rad)
-    terrain = of_free_cells(path.stem, free, material, resolution,
+    terrain = of_free_cells(path, free, material, resolution,
                             (x_m + map_file.offset_m[0] + corner[0] * resolution,
                              y_m + map_file.offset_m[1] + corner[1] * resolution),
                             map_file.height_m)

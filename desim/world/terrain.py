@@ -6,18 +6,29 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
 from desim.errors import InputError
 from desim.ports import GridSpec
-from desim.world.geometry import TOUCH_M, outline, point_distance, rectangle, rows_of, segments
+from desim.world.geometry import (
+    TOUCH_M,
+    borders,
+    outline,
+    point_distance,
+    rectangle,
+    rows_of,
+    segments,
+)
 from desim.world.kernels.flood import flood
 from desim.world.obstacles import Matter, of_cells
 
 FREE, WALL = 0, 1
 # A map of more cells than this is refused: 1.6 km x 1.6 km at 0.2 m.
 MAX_CELLS = 64_000_000
+# So is one with more straight walls: scans of large buildings have some 100 000, with speckles.
+MOST_WALLS = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +40,24 @@ class Raster:
     resolution_m: float
     x_m: float
     y_m: float
+
+    def within(self, spec: GridSpec) -> np.ndarray:
+        """[height, width] bool: the cells of ``spec`` that overlap a solid cell."""
+        rows, cols = self.solid.shape
+        by_row = np.array([self.solid[low:high].any(axis=0) for low, high in self._overlaps(
+            rows, self.y_m, spec.height, spec.y_m, spec.resolution_m)])
+        return np.array([by_row[:, left:right].any(axis=1) for left, right in self._overlaps(
+            cols, self.x_m, spec.width, spec.x_m, spec.resolution_m)]).T
+
+    def _overlaps(self, cells: int, from_m: float, others: int, other_from_m: float,
+                  other_m: float) -> list[tuple[int, int]]:
+        """Along an axis, the first cell that overlaps each of ``others``, and the one behind the
+        last, by more than ``TOUCH_M``."""
+        edges_m = np.arange(cells + 1) * self.resolution_m + from_m
+        first = np.floor((edges_m[:-1] + TOUCH_M - other_from_m) / other_m)
+        last = np.floor((edges_m[1:] - TOUCH_M - other_from_m) / other_m)
+        return list(zip(np.searchsorted(last, np.arange(others), "left").tolist(),
+                        np.searchsorted(first, np.arange(others), "right").tolist(), strict=True))
 
 
 @dataclass(frozen=True)
@@ -91,6 +120,8 @@ class Terrain:
         y_m = spec.y_m + (np.arange(spec.height) + 0.5) * spec.resolution_m
         inside = ((y_m > y0) & (y_m < y1))[:, None] & (x_m > x0) & (x_m < x1)
         truth = np.where(inside, FREE, WALL).astype(np.uint8)
+        if self.raster is not None:
+            return truth | self.raster.within(spec)
         for x0, y0, x1, y1 in self.solids.tolist():
             left, low = spec.cell(x0 + TOUCH_M, y0 + TOUCH_M)
             right, high = spec.cell(x1 - TOUCH_M, y1 - TOUCH_M)
@@ -147,7 +178,8 @@ def from_raster(name: str, raster: Raster, material: np.ndarray | int, height_m:
     """A terrain of solid cells, all of one material or each of ``material`` [rows, cols]."""
     edge = raster.resolution_m
     origin = np.array([raster.x_m, raster.y_m, raster.x_m, raster.y_m])
-    walls = outline(raster.solid) * edge + origin
+    walls = outline(raster.solid) * edge
+    walls += origin
     rows, cols = raster.solid.shape
     matter = partial(of_cells, raster.solid, material, edge, (raster.x_m, raster.y_m), height_m)
     solids = rows_of(raster.solid) * edge + origin
@@ -158,19 +190,22 @@ def from_raster(name: str, raster: Raster, material: np.ndarray | int, height_m:
                            raster.y_m + rows * edge), raster=raster)
 
 
-def of_free_cells(name: str, free: np.ndarray, material: np.ndarray | int, edge_m: float,
+def of_free_cells(path: Path, free: np.ndarray, material: np.ndarray | int, edge_m: float,
                   corner_m: tuple[float, float], height_m: float) -> Terrain:
     """The terrain of the part of ``free`` [rows, cols] with free cells in it, row 0 lowest, closed
     by a solid border of one cell; ``corner_m`` is that of cell (0, 0). A border outside of ``free``
-    is of the material [rows, cols] beside it."""
+    is of the material [rows, cols] beside it. Raises ``InputError`` about the file ``path``."""
     rows, cols = np.flatnonzero(free.any(axis=1)), np.flatnonzero(free.any(axis=0))
     part = slice(rows[0], rows[-1] + 3), slice(cols[0], cols[-1] + 3)  # of one with a border
     solid = np.ascontiguousarray(np.pad(~free, 1, constant_values=True)[part])
+    if (walls := borders(solid)) > MOST_WALLS:
+        raise InputError(f"{path}: {walls} straight walls are too many (allowed: {MOST_WALLS}); "
+                         "is it noise?")
     raster = Raster(solid, edge_m, corner_m[0] + (int(cols[0]) - 1) * edge_m,
                     corner_m[1] + (int(rows[0]) - 1) * edge_m)
     if isinstance(material, np.ndarray):
         material = np.pad(material, 1, mode="edge")[part]
-    return from_raster(name, raster, material, height_m)
+    return from_raster(path.stem, raster, material, height_m)
 
 
 def _both_sides(walls: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from PIL import Image
 
 from desim.errors import InputError
 from desim.scenario.schema.environment import MapFile
-from desim.world import map_files, map_images
+from desim.world import map_files, map_images, terrain
 
 MAP = ("image: {image}\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\n"
        "free_thresh: 0.196\n")
@@ -82,3 +82,27 @@ def test_greys_of_all_kinds_of_images_are_means_of_their_channels(tmp_path, mode
         found = map_images.greys(tmp_path / "map.png", image)
     want = np.asarray(made.convert("RGB"), float).mean(axis=2) if mode != "I;16" else grey
     assert np.array_equal(found.values[found.cells], want)
+
+
+def test_noise_is_refused_before_its_walls_are_made(tmp_path):
+    """725 x 725 posts in a room have four walls each."""
+    pixels = np.full((1451, 1451), 254, np.uint8)
+    pixels[1::2, 1::2] = 0
+    Image.fromarray(pixels).save(tmp_path / "map.pgm")
+    with pytest.raises(InputError) as caught:
+        loaded(tmp_path, "map.pgm")
+    assert str(caught.value) == (f"{tmp_path / 'map.yaml'}: 2102504 straight walls are too many "
+                                 "(allowed: 2000000); is it noise?")
+
+
+@pytest.mark.parametrize("most", [7, 8])
+def test_as_many_walls_as_are_allowed(tmp_path, monkeypatch, most):
+    monkeypatch.setattr(terrain, "MOST_WALLS", most)
+    pixels = np.full((5, 5), 254, np.uint8)
+    pixels[2, 2] = 0  # a post in a room: four walls each
+    Image.fromarray(pixels).save(tmp_path / "map.pgm")
+    if most == 8:
+        assert len(loaded(tmp_path, "map.pgm").walls) == 8
+    else:
+        with pytest.raises(InputError, match="8 straight walls are too many"):
+            loaded(tmp_path, "map.pgm")

@@ -2,6 +2,7 @@
 
 import shutil
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from desim.scenario.schema.environment import Drawing, MapFile, Shape
 from desim.world.geometry import merge_collinear, outline, segments
 from desim.world.polygons import strips
 from desim.world.sources import load
+from desim.world.terrain import Raster, from_raster
 
 MAPS = Path(__file__).parents[3] / "shared" / "reference" / "mrs_testbed_maps"
 LINE = np.array([(-38.0, 38.0 - 2 * i) for i in range(30)])  # the paper's start line
@@ -308,6 +310,18 @@ def test_a_map_is_cropped_to_its_free_cells_and_sealed(tmp_path):
     assert len(terrain.walls) == 6
     assert terrain.grid(0.5) == GridSpec(0.5, 4, 4, -1.0, 1.5)
     assert (terrain.truth(terrain.grid(0.5)) == terrain.raster.solid).all()
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), edge_m=st.sampled_from([0.05, 0.1, 0.25, 1 / 3]),
+       spec=st.builds(GridSpec, st.sampled_from([0.05, 0.1, 0.2, 0.25, 0.7]), st.integers(1, 30),
+                      st.integers(1, 30), st.sampled_from([-1.0, -0.3, 0.05, 0.123]),
+                      st.sampled_from([-1.0, -0.3, 0.05, 0.123])))
+def test_the_truth_of_cells_is_that_of_their_rectangles(seed, edge_m, spec):
+    solid = np.pad(np.random.default_rng(seed).random((8, 11)) < 0.4, 1, constant_values=True)
+    terrain = from_raster("cells", Raster(solid, edge_m, -0.3, 0.1), 0, 2.0)
+    drawn = replace(terrain, walls=segments([]), raster=None)
+    assert (terrain.truth(spec) == drawn.truth(spec)).all()
 
 
 def test_offset_negate_and_formats(tmp_path):

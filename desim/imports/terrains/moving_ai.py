@@ -52,7 +52,7 @@ def read(path: Path, choices: Choices) -> FoundTerrain:
     notes = [] if choices.resolution_m else [f"a cell is {_EDGE_M:g} m wide (--resolution)"]
     notes += [f"{count} cells {letter.decode()} ({meaning}) are free" for letter, meaning
               in _SPECIAL.items() if (count := int((cells == letter[0]).sum()))]
-    terrain = of_free_cells(path.stem, free[::-1], material_of(choices, MATERIAL),
+    terrain = of_free_cells(path, free[::-1], material_of(choices, MATERIAL),
                             choices.resolution_m or _EDGE_M, (0.0, 0.0),
                             choices.height_m or HEIGHT_M)
     return FoundTerrain(terrain, None, notes=(*notes, *map_images.open_edge(path, free)))

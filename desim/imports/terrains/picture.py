@@ -52,7 +52,7 @@ def read(path: Path, choices: Choices) -> FoundTerrain:
     if free.all() or not free.any():
         raise InputError(f"{path}: all of its pixels are {'bright' if free.all() else 'dark'}; "
                          "walls have to be dark on bright ground")
-    terrain = of_free_cells(path.stem, free[::-1], material_of(choices, MATERIAL),
+    terrain = of_free_cells(path, free[::-1], material_of(choices, MATERIAL),
                             choices.resolution_m, (0.0, 0.0), choices.height_m or HEIGHT_M)
     return FoundTerrain(terrain, None, notes=(*notes, *map_images.open_edge(path, free)))
 

@@ -203,7 +203,7 @@ class _Reading:
             raise InputError(f"{self._path}: no free ground between its bitmaps")
         height_m = self._choices.height_m or self._high_m
         notes.append(f"cells of {cell_m:.3g} m (--resolution), all {height_m:g} m high (--height)")
-        return of_free_cells(self._path.stem, ground.free, material_of(self._choices, _MATERIAL),
+        return of_free_cells(self._path, ground.free, material_of(self._choices, _MATERIAL),
                              cell_m, ground.corner_m, height_m)
 
     def _clear_starts(self, terrain: Terrain, notes: list[str]) -> tuple[Start, ...]:

@@ -90,12 +90,12 @@ def starts(terrain: Terrain) -> list[Point]:
         largest &= enclosed
     clear_m = distance_transform_edt(np.pad(largest, 1))[1:-1, 1:-1] * grid.resolution_m
     places: list[Point] = []
-    rows, cols = np.indices(clear_m.shape)
+    rows, cols = map(np.arange, clear_m.shape)
     while len(places) < 2 and clear_m.max() > NEAREST_M:
         row, col = np.unravel_index(clear_m.argmax(), clear_m.shape)
         places.append((grid.x_m + (col + 0.5) * grid.resolution_m,
                        grid.y_m + (row + 0.5) * grid.resolution_m))
-        clear_m[np.hypot(rows - row, cols - col) * grid.resolution_m < _APART_M] = 0.0
+        clear_m[np.hypot(rows[:, None] - row, cols - col) * grid.resolution_m < _APART_M] = 0.0
     if not places:
         raise InputError(f"--to: no place of {terrain.name!r} is {NEAREST_M:g} m from all walls; "
                          "is its scale right?")
