@@ -56,7 +56,7 @@ class TaskView:
         return self._stop.explored
 
     @property
-    def stop_by(self) -> Literal["any", "union", "all"]:
+    def stop_by(self) -> Literal["any", "union", "all", "none"]:
         return self._stop.by
 
     def poses(self) -> np.ndarray:

@@ -94,7 +94,7 @@ class TaskContext(Protocol):
         """``stop.explored`` of the scenario."""
 
     @property
-    def stop_by(self) -> Literal["any", "union", "all"]:
+    def stop_by(self) -> Literal["any", "union", "all", "none"]:
         """``stop.by`` of the scenario."""
 
     def poses(self) -> np.ndarray:

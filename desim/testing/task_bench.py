@@ -29,7 +29,7 @@ class TaskBench:
         self.robots, self.explorers = ("robot_1", "robot_2", "robot_10"), ("robot_1", "robot_10")
         self.now_ns = self.started_ns = 0
         self.stop_explored = 0.99
-        self.stop_by: Literal["any", "union", "all"] = "any"
+        self.stop_by: Literal["any", "union", "all", "none"] = "any"
         solid = np.ones((_CELLS, _CELLS), np.uint8)
         solid[1:-1, 1:-1] = 0
         self.ground = Ground(ports.GridSpec(_CELL_M, _CELLS, _CELLS, 0.0, 0.0), solid, solid == 0)

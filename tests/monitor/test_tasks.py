@@ -124,7 +124,8 @@ def test_drawn_places_are_farther_apart_than_random_ones():
     assert np.mean(spread) > 2 * np.mean(random)
 
 
-@pytest.mark.parametrize("by, end_row", [("any", 63), ("union", 63), ("all", None)])
+@pytest.mark.parametrize("by, end_row", [("any", 63), ("union", 63), ("all", None),
+                                         ("none", None)])
 def test_exploration_is_done_when_stop_says_so(by, end_row):
     bench = TaskBench(Exploration(Exploration.Params()))
     bench.stop_by = by

@@ -117,9 +117,9 @@ def _probe(loaded: Loaded, budget_s: float) -> Cost:
 
 def _whole_s(scenario: Scenario, run: Run) -> float | None:
     """``Cost.extrapolated_s`` of a run that was stopped while it explored."""
-    if scenario.task.model != "exploration":
-        return None
     stop = scenario.stop
+    if scenario.task.model != "exploration" or stop.by == "none":
+        return None
     return extrapolated_s(run.metrics[_EXPLORED[stop.by]], run.manifest["simulated_s"],
                           stop.explored)
 

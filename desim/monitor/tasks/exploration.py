@@ -11,7 +11,8 @@ DONE = "explored"  # the reason of a run's end
 
 
 class Exploration:
-    """Learn the terrain: done when ``stop.explored`` of its free cells are known to ``stop.by``."""
+    """Learn the terrain: done when ``stop.explored`` of its free cells are known to ``stop.by``,
+    and never with ``stop.by: none``."""
 
     class Params(ports.Params):
         """None."""
@@ -32,7 +33,7 @@ class Exploration:
         known, union_known = context.knowledge.known[explorer], context.knowledge.union_known
         for reached in (self._explored, self._enough):
             reached.update(explorer, known, union_known, context.now_ns)
-        if self._enough.first_ns[context.stop_by] is not None:
+        if self._enough.first_ns.get(context.stop_by) is not None:
             context.end(DONE)
 
     def judged(self) -> int | None:

@@ -40,9 +40,9 @@ class Stop(Params):
     explored: Ratio = Field("99 %", gt=0, description=(
         "of the task exploration: share of the reachable free cells that some robot's own belief "
         "knows (the paper)"))
-    by: Literal["any", "union", "all"] = Field("any", description=(
-        "of exploration: whose knowledge counts: any one robot's (the paper), the union, or all "
-        "robots'"))
+    by: Literal["any", "union", "all", "none"] = Field("any", description=(
+        "of exploration: whose knowledge counts: any one robot's (the paper), the union, all "
+        "robots', or none: exploration does not end the run"))
     elapsed_ns: Period = Field("2000 s", description="(the paper)")
     when: str | None = Field(None, description=(
         "an expression over the monitor's quantities, e.g. 'explored > 0.9 and collisions == 0' "
