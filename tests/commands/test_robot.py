@@ -41,9 +41,12 @@ local_costmap:
     ros__parameters:
       footprint: "[[0.2, 0.1], [0.2, -0.1], [-0.2, -0.1], [-0.2, 0.1]]"
       inflation_layer: {inflation_radius: 0.5}
+      transform_tolerance: 0.4
 global_costmap:
   global_costmap:
-    ros__parameters: {robot_radius: 0.9, inflation_layer: {inflation_radius: 0.9}}
+    ros__parameters: {robot_radius: 0.9, inflation_layer: {inflation_radius: 0.9},
+                      transform_tolerance: 0.9}
+amcl: {ros__parameters: {transform_tolerance: 1.0}}
 """
 
 
@@ -108,7 +111,8 @@ def test_parameters_of_nav2():
         "max_speed": "0.3 m/s", "max_turn": "1 rad/s", "acceleration": "2.5 m/s^2",
         "turn_acceleration": "3.2 rad/s^2", "robot.navigation.control_rate": "20 Hz",
         "robot.navigation.speed_samples": 7, "robot.navigation.goal_tolerance": "0.3 m",
-        "robot.navigation.inflation_radius": "0.5 m"}
+        "robot.navigation.inflation_radius": "0.5 m",
+        "robot.navigation.transform_tolerance": "0.4 s"}
 
 
 def test_keys_without_counterpart_have_their_places():
@@ -116,7 +120,8 @@ def test_keys_without_counterpart_have_their_places():
     assert unused == {
         "controller_server": [["goal_checker.yaw_goal_tolerance", "nav2.yaml:5:44"]],
         "behavior_server": [["max_rotational_vel", "nav2.yaml:9:21"]],
-        "docking_server": [["controller_frequency", "nav2.yaml:11:21"]]}
+        "docking_server": [["controller_frequency", "nav2.yaml:11:21"]],
+        "amcl": [["transform_tolerance", "nav2.yaml:22:26"]]}
 
 
 def test_one_line_takes_the_file_into_a_scenario(here):

@@ -96,6 +96,8 @@ _KEYS: dict[str, tuple[Path, Written]] = {
     "local_costmap.update_frequency": ((*_NAVIGATION, "local_rate"), _hertz),
     "local_costmap.width": ((*_NAVIGATION, "local_size"), LENGTH.format),
     "local_costmap.resolution": ((*_NAVIGATION, "local_resolution"), LENGTH.format),
+    **{f"{costmap}_costmap.transform_tolerance": (
+        (*_NAVIGATION, "transform_tolerance"), _seconds) for costmap in ("local", "global")},
     "global_costmap.resolution": (("robot", "mapping", "resolution"), LENGTH.format),
     "slam_toolbox.resolution": (("robot", "mapping", "resolution"), LENGTH.format),
     "robot_radius": (("radius",), LENGTH.format),

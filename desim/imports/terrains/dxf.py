@@ -1,4 +1,4 @@
-"""Floor plans in DXF: lines, polylines, circles, arcs, ellipses, splines and inserted blocks.
+"""Floor plans in DXF: lines, polylines, circles, arcs, ellipses, splines, solids and blocks.
 
 Codes are those of Autodesk's DXF Reference. Layers that are off or frozen are left out, and those
 for doors, furniture, texts and dimensions by the names of the AIA CAD Layer Guidelines, unless
@@ -15,6 +15,7 @@ from pathlib import Path
 
 from desim.errors import InputError, did_you_mean
 from desim.imports.terrains import dxf_tags
+from desim.imports.terrains.areas import Area, trapezoids
 from desim.imports.terrains.curves import Affine, arc, turned
 from desim.imports.terrains.dxf_tags import Document, Entity
 from desim.imports.terrains.found import Choices, ImportedPlan, Point
@@ -25,7 +26,9 @@ _THICKNESS_M = 0.1  # of a line without a width
 _UNITS_M = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
 _ASIDE = re.compile(r"DOOR|FURN|ANNO|DIM|TEXT|GRID|AREA|EQPM|DEFPOINTS", re.IGNORECASE)
 _DEEPEST, _MOST_ENTITIES = 16, 500_000  # of blocks in blocks; with all that blocks repeat
-_DRAWN = ("LINE", "LWPOLYLINE", "POLYLINE", "CIRCLE", "ARC", "ELLIPSE", "SPLINE", "INSERT")
+_SOLIDS = ("SOLID", "TRACE")  # filled triangles and quadrangles
+_DRAWN = ("LINE", "LWPOLYLINE", "POLYLINE", "CIRCLE", "ARC", "ELLIPSE", "SPLINE", "INSERT",
+          *_SOLIDS)
 
 
 def read(path: Path, choices: Choices) -> ImportedPlan:
@@ -115,6 +118,10 @@ class _Drawing:
         in_place = place if entity.kind in ("LINE", "ELLIPSE", "SPLINE") else place.after(
             _mirrored(entity))
         corners = in_place.of(points)
+        if entity.kind in _SOLIDS:
+            for polygon in trapezoids(Area((tuple(corners),), True), []):
+                self._plan.block(polygon, self._height_m, self._material)
+            return
         for start, end in zip(corners, corners[1:], strict=False):
             self._plan.wall(start, end, width * place.scale or _THICKNESS_M, self._height_m,
                             self._material)
@@ -149,6 +156,8 @@ def _points(entity: Entity) -> list[Point]:
                    math.atan2(y, x))
     if entity.kind == "SPLINE":
         return _spline(entity)
+    if entity.kind in _SOLIDS:  # the fourth corner, if there is one, is between these
+        return [point for code in (10, 11, 13, 12) for point in entity.points(code)]
     if entity.kind == "LWPOLYLINE":
         return _bulged(_lw_vertices(entity), bool(entity.flags() & 1))
     return _bulged([(vertex.point(10), vertex.number(42)) for vertex in entity.parts

@@ -1,7 +1,8 @@
-"""Files that a Gazebo world names: models and meshes that lie beside it."""
+"""Files that a Gazebo world names: models and meshes beside it, or where Gazebo searches them."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from desim.outside_xml import Element
 
 _MOST_BYTES = 100_000_000
 _MODELS = "models"  # the folder of models, below the world's own folder or beside it
+_SEARCHED = ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH")  # variables: folders of models
 
 
 class ModelFolder(NamedTuple):
@@ -32,6 +34,8 @@ class ModelFiles:
         self._places = [self.here, ModelFolder(here, _MODELS), ModelFolder(here.parent, _MODELS)]
         if here.parent.name == _MODELS:  # a model alone, which names itself
             self._places.append(ModelFolder(here.parent))
+        self._places += [ModelFolder(Path(folder)) for name in _SEARCHED
+                         for folder in os.environ.get(name, "").split(os.pathsep) if folder]
         self._read: dict[tuple[ModelFolder, str], bytes] = {}
 
     def content(self, uri: str, own: ModelFolder) -> tuple[ModelFolder, str, bytes]:

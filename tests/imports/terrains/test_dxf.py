@@ -102,6 +102,18 @@ def test_blocks_that_multiply_are_refused(tmp_path, monkeypatch):
                                                             names]))
 
 
+def test_solids_are_blocks(tmp_path):
+    """Their last two corners cross over; of a triangle they are one."""
+    square = "0 SOLID 8 W 10 1 20 1 11 3 21 1 12 1 22 2 13 3 23 2"
+    triangle = "0 TRACE 8 W 10 5 20 0 11 7 21 0 12 7 22 2"
+    found = read(tmp_path, drawing(square, triangle, triangle + " 13 7 23 2")).source
+    assert not found.walls
+    assert [one.points_m for one in found.polygons] == [
+        ((1, 1), (3, 1), (3, 2), (1, 2)), *[((5, 0), (7, 0), (7, 2))] * 2]
+    mirrored = read(tmp_path, drawing(triangle + " 230 -1")).source.polygons
+    assert sorted(x for x, _ in mirrored[0].points_m) == [-7, -7, -5]
+
+
 def test_layers_that_are_left_out(tmp_path):
     layers = ["0 LAYER 2 WALLS 70 0 62 7", "0 LAYER 2 OFF 70 0 62 -7", "0 LAYER 2 COLD 70 1 62 7",
               "0 LAYER 2 A-DOOR 70 0 62 7"]

@@ -137,6 +137,23 @@ def test_the_file_that_model_config_names(tmp_path):
     assert len(blocks(read(tmp_path, "<include><uri>model://crate</uri></include>"))) == 1
 
 
+@pytest.mark.parametrize("variable, count", [
+    ("GZ_SIM_RESOURCE_PATH", 1), ("GAZEBO_MODEL_PATH", 1), ("GZ_SIM_PATH", 0)])
+def test_models_are_searched_where_gazebo_does(tmp_path, monkeypatch, variable, count):
+    """After the folders beside the world; the last of these variables is none, the twin."""
+    for name in ("GZ_SIM_RESOURCE_PATH", "GAZEBO_MODEL_PATH"):
+        monkeypatch.delenv(name, raising=False)
+    crate = tmp_path / "installed" / "crate"
+    crate.mkdir(parents=True)
+    (crate / "model.sdf").write_text(f"<sdf version='1.6'>{box()}</sdf>")
+    monkeypatch.setenv(variable, f"/nowhere::{crate.parent}")
+    world = tmp_path / "world"
+    world.mkdir()
+    found = read(world, model("<box><size>1 1 1</size></box>")
+                 + "<include><uri>model://crate</uri></include>")
+    assert len(blocks(found)) == 1 + count
+
+
 def test_what_is_not_beside_the_file_is_named(tmp_path):
     """Nothing is read through a link, or from elsewhere."""
     (tmp_path / "outside").mkdir()
