@@ -5,10 +5,11 @@ from __future__ import annotations
 import errno
 import math
 import os
+import posixpath
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from desim.errors import InputError, unwritable
 from desim.operating_system.folders import (
@@ -58,6 +59,15 @@ def plain_parts(name: object) -> list[str]:
                and os.path.split(part) == ("", part) for part in parts):
         raise OSError(errno.EINVAL, f"{name!r} is no name of a file in a folder")
     return parts
+
+
+def name_in(folder: Path, name: str) -> str:
+    """A name for ``opened_below``, without parts that lead nowhere; of a path on another machine
+    its longest end that is in ``folder``."""
+    flat = PurePosixPath(posixpath.normpath(name))
+    ends = [PurePosixPath(*flat.parts[first:]) for first in range(1, len(flat.parts))]
+    here = [end for end in ends if flat.is_absolute() and (folder / end).is_file()]
+    return str(here[0] if here else flat)
 
 
 @contextmanager

@@ -46,11 +46,13 @@ def parse(path: object, document: bytes) -> Element:
     """The root of a document, which ``path`` has. Raises ``InputError``, with the line, for what is
     no XML, or too large or too deeply nested."""
     parser = expat.ParserCreate()
+    begun = document.lstrip()  # before the declaration, where ROS and Gazebo pass over it
+    above = document.count(b"\n", 0, len(document) - len(begun))
     top = Element("", {}, 0)
     open_elements, count = [top], 0
 
     def refused(reason: str) -> InputError:
-        return InputError(f"{path}:{parser.CurrentLineNumber}: {reason}")
+        return InputError(f"{path}:{above + parser.CurrentLineNumber}: {reason}")
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal count
@@ -59,7 +61,7 @@ def parse(path: object, document: bytes) -> Element:
             raise refused(f"nested too deeply; at most {_DEEPEST} elements")
         if count > _MOST_ELEMENTS:
             raise refused(f"too many elements; at most {_MOST_ELEMENTS}")
-        element = Element(tag.rpartition(":")[2], attributes, parser.CurrentLineNumber)
+        element = Element(tag.rpartition(":")[2], attributes, above + parser.CurrentLineNumber)
         open_elements[-1].children.append(element)
         open_elements.append(element)
 
@@ -78,8 +80,8 @@ def parse(path: object, document: bytes) -> Element:
     parser.CharacterDataHandler, parser.EntityDeclHandler = text, entity
     parser.buffer_text = True
     try:
-        parser.Parse(document, True)
+        parser.Parse(begun, True)
     except expat.ExpatError as error:
-        raise InputError(f"{path}:{error.lineno}: cannot be read as XML: "
+        raise InputError(f"{path}:{above + error.lineno}: cannot be read as XML: "
                          f"{expat.errors.messages[error.code]}") from None
     return top.children[0]

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from desim.imports.terrains.found import FoundTerrain
 from desim.report.picture_file import save
+from desim.scenario.schema.environment import Shape
 from desim.world.terrain import Raster
 
 _MOST_SQUARES = 2000  # along a side of the picture
@@ -33,8 +34,9 @@ def draw_terrain(found: FoundTerrain, title: str, path: Path) -> None:
         axes.imshow(shades, ListedColormap(["white", _SOLID, _WALL]), vmin=0, vmax=2,
                     origin="lower", extent=(x0, x0 + cols * edge_m, y0, y0 + rows * edge_m))
     else:
-        corners = terrain.solids[:, [0, 1, 2, 1, 2, 3, 0, 3]].reshape(-1, 4, 2)
-        axes.add_collection(PolyCollection(list(corners), facecolor=_SOLID, edgecolor=_SOLID,
+        blocks = ([np.array(block.points_m) for block in found.source.polygons]
+                  if isinstance(found.source, Shape) else [])
+        axes.add_collection(PolyCollection(blocks, facecolor=_SOLID, edgecolor=_SOLID,
                                            linewidth=0.2))
         axes.add_collection(LineCollection(list(terrain.walls.reshape(-1, 2, 2)), color=_WALL,
                                            linewidth=1.0))

@@ -55,7 +55,8 @@ _BY_LINE = [(CARMEN, rb"^(?:FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM) "),
             (BUILDING, rb"^levels\s*:"),
             (ROS_PARAMETERS, rb"^\s+ros__parameters\s*:|^\w*costmap\w*\s*:|^footprint\s*:|"
              rb"^\w+PlannerROS\s*:|^(?:controller_frequency|min_frontier_size)\s*:"),
-            (STAGE, rb"^\s*(?:define\s+\w+\s+\w+|floorplan|include\s+\"|\w+)\s*\(")]
+            (STAGE, rb"^\s*define\s+\w+\s+\w+\s*\(|^\s*include\s+\"|"
+             rb"^\s*(?:model|position|floorplan|window)\s*\(")]
 
 
 def kind_of(path: str | os.PathLike) -> FileKind | None:

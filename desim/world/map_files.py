@@ -19,14 +19,14 @@ from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from io import BufferedReader
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from desim import outside_yaml
 from desim.errors import InputError, did_you_mean
-from desim.files import content, opened, opened_below
+from desim.files import content, name_in, opened, opened_below
 from desim.ports import materials
 from desim.scenario import file_kinds
 from desim.scenario.schema.environment import MapFile
@@ -51,7 +51,7 @@ def load(map_file: MapFile, other: int) -> Terrain:
     path = Path(os.path.realpath(map_file.map))
     facts = _facts(path)
     if map_file.image is None:  # named by the map: not outside of its folder
-        name = PurePosixPath(str(facts["image"])).as_posix()
+        name = name_in(path.parent, str(facts["image"]))
         image = _read(path, path.parent / name, opened_below(path.parent, name, MOST_BYTES))
     else:
         image = _read(path, file := path.parent / map_file.image, opened(file, MOST_BYTES))
@@ -70,7 +70,7 @@ def load(map_file: MapFile, other: int) -> Terrain:
                             (x_m + map_file.offset_m[0] + corner[0] * resolution,
                              y_m + map_file.offset_m[1] + corner[1] * resolution),
                             map_file.height_m)
-    return replace(terrain, doubts=_doubts(path, image, is_free))
+    return replace(terrain, doubts=_doubts(path, image, facts["image"], is_free))
 
 
 class _States(NamedTuple):
@@ -99,9 +99,11 @@ def _states(path: Path, facts: dict[str, object], values: np.ndarray) -> _States
     raise InputError(f"{path}: unknown mode {facts['mode']!r}; allowed: trinary, scale, raw")
 
 
-def _doubts(path: Path, image: MapImage, is_free: np.ndarray) -> tuple[str, ...]:
+def _doubts(path: Path, image: MapImage, named: object, is_free: np.ndarray) -> tuple[str, ...]:
     """Sentences on what is likely to be wrong with a map that can be read."""
     doubts = []
+    if os.path.isabs(str(named)):
+        doubts.append(f"{path}: its image {named} is taken from its own folder")
     free = is_free[image.cells]
     grey = np.flatnonzero(np.rint(image.values) == _UNKNOWN)
     unknown = int(np.isin(image.cells, grey[is_free[grey]]).sum())

@@ -46,11 +46,20 @@ def test_what_it_prints():
     assert done("map", "house.building.yaml") == """\
 house.building.yaml: a building of the traffic editor
   size   22 m x 17 m, from x = -1 m, y = -16 m
-  walls  10, 160 m in all
+  walls  6, 82 m in all
   doors  1, which stand open
   free   361.9 m2, in 2 parts that no way connects: 295.3, 66.6 m2
 note: walls count as plasterboard, transparent ones as glass (--material)
 """
+
+
+def test_what_else_a_building_has_is_counted():
+    """Its furniture is not read, its lanes are no matter; a count of walls is that of the file."""
+    Path("house.building.yaml").write_text(
+        BUILDING + "    models: [{name: desk}, {name: bed}]\n    lanes: [[0, 1, {}]]\n"
+        "    racks: [[0, 1]]\nlifts: {lift1: {}}\n")
+    assert ("note: left out: models (2), racks (1), lifts (1)\n"
+            in done("map", "house.building.yaml"))
 
 
 def test_a_scenario_stands_on_it():

@@ -152,10 +152,56 @@ controller_patience: 3.0
         "robot.exploration.rate": "0.33 Hz", "robot.exploration.min_frontier": "0.75 m"}
 
 
+def laser(link, sensor, kind="ray"):
+    return (f'<gazebo reference="{link}"><sensor type="gpu_ray" name="{sensor}"><{kind}><scan>'
+            "<horizontal><samples>9</samples><min_angle>-1</min_angle><max_angle>1</max_angle>"
+            f"</horizontal></scan><range><max>8</max></range></{kind}></sensor></gazebo>")
+
+
+TWO = """
+<?xml version="1.0"?>
+<robot name="two">
+  <link name="base_link"/><link name="lidar_mount"/><link name="lidar"/><link name="scan_back"/>
+  <joint name="a"><parent link="base_link"/><child link="lidar_mount"/>
+    <origin xyz="0.1 0 0.2"/></joint>
+  <joint name="b"><parent link="lidar_mount"/><child link="lidar"/><origin xyz="0 0 0.1"/></joint>
+  <joint name="c"><parent link="base_link"/><child link="scan_back"/>
+    <origin xyz="-0.1 0 0.2" rpy="1.5707963 0 0"/></joint>
+  %s
+</robot>
+"""
+
+
+@pytest.mark.parametrize("sensors, names", [
+    ("", ["lidar", "scan_back"]), (laser("lidar", "top"), ["top"]),
+    (laser("lidar", "top") + laser("scan_back", "top", "gpu_ray"), ["top", "scan_back_top"])])
+def test_no_laser_is_lost(here, sensors, names):
+    """Of those without sensors of Gazebo each link counts that carries no other, of those with the
+    same name each is one. A description may begin with an empty line."""
+    (here / "two.urdf").write_text(TWO % sensors)
+    heights = {key: value for key, value in read("two.urdf").items() if key.endswith("height")}
+    assert heights == ({"robot.laser.height": "0.3 m"} if len(names) == 1 else {
+        f"robot.lasers.{name}.height": high
+        for name, high in zip(names, ("0.3 m", "0.2 m"), strict=True)})
+
+
+def test_what_a_description_has_beside_is_said(here):
+    camera = '<gazebo reference="lidar"><sensor type="depth" name="eye"/></gazebo>'
+    (here / "two.urdf").write_text(TWO % (camera + laser("scan_back", "back")))
+    assert json.loads(done("two.urdf", "--json"))["notes"] == [
+        "two.urdf:10: this laser is tilted by 90 degrees; here its plane is level",
+        "two.urdf: sensors left out: eye (depth)"]
+
+
 WRONG = {
     "xacro": ("a.xacro", "<robot><xacro:include filename='b'/></robot>",
               "a.xacro: has xacro:include, which desim does not expand; make a URDF of it with: "
               "xacro a.xacro > robot.urdf"),
+    "meshes": (
+        "a.urdf", "<robot><link name='a'><visual><geometry><mesh filename='a.stl'/></geometry>"
+        "</visual></link></robot>",
+        "a.urdf: has no key with a counterpart in a type of robot (docs/robots.md), has none; "
+        "a.urdf: meshes are not read, of: a"),
     "number of xacro": (
         "a.urdf", "<robot><link name='a'><collision>\n<geometry><box size='${x} 1 1'/></geometry>"
         "</collision></link></robot>",

@@ -36,9 +36,12 @@ KINDS = [
     (b"TrajectoryPlannerROS:\n", "a file of ROS parameters", "desim robot"),
     (b"define wall model\n(\n", "a Stage world", "desim map"),
     (b"include \"map.inc\" (", "a Stage world", "desim map"),
+    (b"# a hall\n  floorplan\n( name \"cave\" )", "a Stage world", "desim map"),
 ]
 OTHERS = [b"", b"name: x\nfleet: {size: 2}\n", b"<html>", b"1 2 3 4 5 6 7\n", POSE + b" 9\n",
-          b"image: a.pgm\n", b"\x89MCAP1\r\n", b"height 3 map"]
+          b"image: a.pgm\n", b"\x89MCAP1\r\n", b"height 3 map",
+          b"cmake_minimum_required(VERSION 3.5)\nproject(maze)\ninclude(CTest)\n",
+          b"#include \"map.h\"\nint main(\n) {}\n", b"A licence\n  grants (freely) this\n"]
 
 
 @pytest.mark.parametrize("content, name, command", KINDS)

@@ -54,7 +54,10 @@ def test_a_map_names_an_image_in_its_folder_and_a_scenario_any(tmp_path):
         Image.fromarray(np.full((4, 4), 254, np.uint8)).save(path)
     (folder / "link.pgm").symlink_to(other)
     os.mkfifo(folder / "pipe.pgm")
-    assert loaded(folder, "./below/in.pgm")
+    assert loaded(folder, "./below/in.pgm") and loaded(folder, "below/../below/in.pgm")
+    named = "/home/somebody/maps/below/in.pgm"  # as the machine that saved the map had it
+    assert loaded(folder, named).doubts[0] == (
+        f"{folder / 'map.yaml'}: its image {named} is taken from its own folder")
     for name, why in (("../other.pgm", "is no name of a file in a folder"),
                       (str(other), "is no name of a file in a folder"),
                       ("/dev/zero", "is no name of a file in a folder"),

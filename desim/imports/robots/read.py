@@ -39,8 +39,8 @@ def read_robot(files: Sequence[Path]) -> tuple[list[FileKind], FoundRobot]:
             _READERS[kind](path, found)
     if not found.values:
         keys = ", ".join(dict.fromkeys(unused.key for unused in found.unused)) or "none"
-        raise InputError(f"{files[0]}: has no key with a counterpart in a type of robot "
-                         f"(docs/robots.md), has {keys[:200]}")
+        raise InputError("; ".join([f"{files[0]}: has no key with a counterpart in a type of robot "
+                                    f"(docs/robots.md), has {keys[:200]}", *found.notes]))
     return kinds, found
 
 

@@ -26,6 +26,7 @@ _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 _XACRO = re.compile(rb"<xacro:(?!arg\b|property\b)(\w+)")
 _NAMESPACE = "${namespace}"  # before names of links, in files that may stay as they are
 _SENSORS = ("ray", "gpu_ray", "lidar", "gpu_lidar")
+_LEVEL = math.cos(math.radians(5.0))  # a laser's plane that is tilted by less counts as level
 
 
 def read(path: Path, found: FoundRobot) -> None:
@@ -99,28 +100,42 @@ class _Description:
         return np.concatenate([ring + up, ring - up])
 
     def _lasers(self, ground_m: float) -> None:
-        lasers = {}
+        lasers: dict[str, tuple[dict[str, object], Element]] = {}
+        others: list[str] = []
         for part in self._root.all("gazebo"):
             link = part.attributes.get("reference", "").replace(_NAMESPACE, "")
             for sensor in part.all("sensor"):
                 if sensor.attributes.get("type") in _SENSORS and link in self._poses:
-                    name = re.sub(r"\W", "_", sensor.attributes.get("name", link)) or "laser"
+                    name = _word(sensor.attributes.get("name", link))
+                    name = _word(f"{link}_{name}") if name in lasers else name
                     lasers[name] = self._laser(sensor, self._poses[link], ground_m), sensor
-        if len(lasers) > 1:
-            for name, (laser, sensor) in lasers.items():
-                self._found.put(("robot", "lasers", name), laser, self._place(sensor))
-        for laser, sensor in lasers.values() if len(lasers) == 1 else ():
-            self._found.put(("robot", "laser"), laser, self._place(sensor))
-        mounts = [name for name in self._poses if re.search("scan|laser|lidar", name.lower())]
-        if mounts and not lasers:
-            pose = self._poses[mounts[-1]]
-            self._found.put(("robot", "laser"), self._mount(pose, ground_m, 0.0),
-                            self._place(self._links[mounts[-1]]))
-            self._found.notes.append(f"{self._path}: no sensor of Gazebo; the laser stands where "
-                                     f"link {mounts[-1]} is, its beams are desim's defaults")
+                else:
+                    others.append(f"{sensor.attributes.get('name', link)} "
+                                  f"({sensor.attributes.get('type', 'of no type')})")
+        if others:
+            self._found.notes.append(f"{self._path}: sensors left out: {', '.join(others)}")
+        if not lasers and (mounts := self._mounts()):
+            lasers = {_word(name): (self._mount(self._poses[name], ground_m, 0.0, link), link)
+                      for name, link in mounts.items()}
+            self._found.notes.append(f"{self._path}: no sensor of Gazebo; lasers stand where these "
+                                     f"links are, with desim's default beams: {', '.join(mounts)}")
+        for name, (laser, element) in lasers.items():
+            path = ("robot", "laser") if len(lasers) == 1 else ("robot", "lasers", name)
+            self._found.put(path, laser, self._place(element))
+
+    def _mounts(self) -> dict[str, Element]:
+        """The links that are called as lasers are, without those that only carry another one."""
+        named = {name: self._links[name] for name in self._poses
+                 if re.search("scan|laser|lidar", name.lower())}
+        for joint in self._root.all("joint"):
+            carrier, carried = (end.attributes.get("link", "").replace(_NAMESPACE, "") if end
+                                else "" for end in (joint.first("parent"), joint.first("child")))
+            if carried in named:
+                named.pop(carrier, None)
+        return named
 
     def _laser(self, sensor: Element, pose: np.ndarray, ground_m: float) -> dict[str, object]:
-        ray = sensor.first("ray") or sensor.first("lidar") or Element("ray", {}, sensor.line)
+        ray = next(filter(None, map(sensor.first, _SENSORS)), Element("ray", {}, sensor.line))
         samples = self._within(ray, "scan", "horizontal", "samples")
         low = self._within(ray, "scan", "horizontal", "min_angle")
         high = self._within(ray, "scan", "horizontal", "max_angle")
@@ -141,7 +156,7 @@ class _Description:
         view_rad = min(high - low, 2.0 * math.pi)
         laser = {"beams": int(samples), "field_of_view": ANGLE.format(view_rad),
                  "max_range": LENGTH.format(farthest_m),
-                 **self._mount(pose, ground_m, 0.5 * (low + high))}
+                 **self._mount(pose, ground_m, 0.5 * (low + high), sensor)}
         noise_m = self._within(ray, "noise", "stddev")
         if noise_m:
             laser["noise"] = LENGTH.format(noise_m)
@@ -149,7 +164,12 @@ class _Description:
             laser["rate"] = FREQUENCY.format(rate_hz)
         return laser
 
-    def _mount(self, pose: np.ndarray, ground_m: float, middle_rad: float) -> dict[str, object]:
+    def _mount(self, pose: np.ndarray, ground_m: float, middle_rad: float, of: Element,
+               ) -> dict[str, object]:
+        if abs(pose[2, 2]) < _LEVEL:
+            tilt_deg = math.degrees(math.acos(abs(pose[2, 2])))
+            self._found.notes.append(f"{self._path}:{of.line}: this laser is tilted by "
+                                     f"{tilt_deg:.0f} degrees; here its plane is level")
         ahead = pose[:3, :3] @ (math.cos(middle_rad), math.sin(middle_rad), 0.0)
         x_m, y_m, yaw_rad = (round(float(value), 4) + 0.0 for value in (
             pose[0, 3], pose[1, 3], math.atan2(ahead[1], ahead[0])))
@@ -228,6 +248,10 @@ class _Description:
 
     def _place(self, element: Element) -> SourcePlace:
         return SourcePlace(str(self._path), element.line, 1)
+
+
+def _word(text: str) -> str:
+    return re.sub(r"\W", "_", text) or "laser"
 
 
 def _pose(x: float, y: float, z: float, roll: float, pitch: float, yaw: float) -> np.ndarray:

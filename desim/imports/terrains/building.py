@@ -20,6 +20,9 @@ from desim.imports.terrains.found import Choices, ImportedPlan, Point
 _MOST_BYTES = 20_000_000
 _THICKNESS_M, _HEIGHT_M = 0.1, 2.5
 _PIXELS, _METRES = "reference_image", "cartesian_meters"
+# Of a level: what is read, and what says where robots drive and how the plan was drawn.
+_KNOWN = ("vertices", "walls", "doors", "measurements", "lanes", "human_lanes", "floors",
+          "fiducials", "constraints", "features", "layers")
 
 
 def read(path: Path, choices: Choices) -> ImportedPlan:
@@ -49,6 +52,9 @@ def read(path: Path, choices: Choices) -> ImportedPlan:
     for start, end, _ in level.lines("doors", len(points)):
         plan.door(points[start], points[end])
     others = [other for other in levels if other != name]
+    if left_out := [*level.others(), *(f"lifts ({len(lifts)})" for lifts in [data.get("lifts")]
+                                       if isinstance(lifts, dict) and lifts)]:
+        plan.notes.append(f"left out: {', '.join(left_out)}")
     if others:
         plan.notes.append(f"level {name}; others: {', '.join(others)} (--level)")
     if choices.material is None:
@@ -85,6 +91,11 @@ class _Level:
             given = row[2] if isinstance(row, list) and len(row) > 2 else {}
             found.append((ends[0], ends[1], given if isinstance(given, dict) else {}))
         return found
+
+    def others(self) -> list[str]:
+        """Lists that are not read, with their lengths."""
+        return [f"{key} ({len(rows)})" for key, rows in self._data.items()
+                if key not in _KNOWN and isinstance(rows, list) and rows]
 
     def _rows(self, key: str) -> list[object]:
         rows = self._data.get(key) or []

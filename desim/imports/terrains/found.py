@@ -113,7 +113,8 @@ class ImportedPlan:
             if not (abs(x) <= _FARTHEST_M and abs(y) <= _FARTHEST_M):
                 raise ValueError(f"({x:g}, {y:g}) m is too far away; is the scale right? (--scale)")
         if len(self.walls) + len(self.polygons) >= _MOST_PARTS:
-            raise ValueError(f"more than {_MOST_PARTS} walls and blocks")
+            raise ValueError(f"more than {_MOST_PARTS} walls and blocks; an image of it can be "
+                             "read")
 
     def shape(self, path: object) -> Shape:
         """All of it, with bounds that leave a margin. Raises ``InputError`` for an empty plan."""

@@ -1,7 +1,7 @@
 """Worlds of Gazebo, Classic and new (SDF): the collisions of models, where robots meet them.
 
 The elements and their frames are those of sdformat.org's specification; ``include``'s pose takes
-the place of its model's, and a pose saved in ``state`` that of the world's.
+the place of its model's, and a pose that Gazebo Classic saved in ``state`` that of the world's.
 """
 
 from __future__ import annotations
@@ -26,8 +26,10 @@ _CELL_M = 0.05
 _DEEPEST = 20  # models in models
 _MOST_MODELS = 20_000
 _NO_MATTER = ("sun", "ground_plane")  # models of Gazebo's own
-_DRIVES = ("drive", "planar_move", "planarmove", "skid_steer", "velocitycontrol", "ackermann",
-           "mecanum")  # in the names of plug-ins that move a robot
+# In the names of plug-ins that move a robot.
+_DRIVES = ("drive", "planar_move", "planarmove", "skid_steer", "control", "ackermann", "mecanum",
+           "drone", "copter", "rotor")
+_CLASSIC = (1, 7)  # the newest SDF of Gazebo Classic; the new Gazebo does not restore a state
 
 
 def read(path: Path, choices: Choices) -> ImportedPlan:
@@ -37,6 +39,8 @@ def read(path: Path, choices: Choices) -> ImportedPlan:
     if world is root and not any(root.all("model", "include")):
         raise InputError(f"{path}: no <world> and no <model> in <{root.tag}>")
     reading = _Reading(path, choices)
+    if _version(root) > _CLASSIC:
+        world.children = [child for child in world.children if child.tag != "state"]
     reading.scope(world, _Source(str(path), reading.files.here), np.eye(4), False, 0)
     reading.take_notes(len(list(root.all("world"))))
     return reading.plan
@@ -142,7 +146,9 @@ class _Reading:
 
     def _add(self, found: list[Footprint | None], corners: np.ndarray) -> None:
         """Add footprints of a shape with these ``corners`` [n, 3]."""
-        if corners[:, 2].max() <= _SLAB.low_m:
+        if not np.ptp(corners, axis=0).any():
+            self._left_out["shape without size"] += 1
+        elif corners[:, 2].max() <= _SLAB.low_m:
             self._left_out["shape on or below the ground"] += 1
         elif corners[:, 2].min() >= _SLAB.high_m:
             self._left_out["shape overhead"] += 1
@@ -203,10 +209,14 @@ class _Reading:
         if self._robots:
             notes.append(f"robots, which are no part of the terrain: {', '.join(self._robots)}")
         if self._movable:
-            notes.append(f"{self._movable} models could be pushed (not static); here they stand "
-                         "still")
+            notes.append(f"models that could be pushed (not static) stand still: {self._movable}")
         if self._choices.material is None:
             notes.append("all counts as concrete (--material)")
+
+
+def _version(root: Element) -> tuple[int, ...]:
+    return tuple(int(part) for part in root.attributes.get("version", "").split(".")
+                 if part.isdecimal())
 
 
 def _drives(model: Element) -> bool:

@@ -164,15 +164,16 @@ class _Reading:
         self._shapes.append((np.array([at.point(x, y) for x, y in corners.tolist()]), top_m))
 
     def _dark(self, bitmap: StageValue) -> np.ndarray:
-        """[rows, cols] bool, row 0 lowest: the dark pixels of an image in the world's folder, cut
-        to the box around them."""
+        """[rows, cols] bool, row 0 lowest: the dark pixels of an image, cut to the box around
+        them."""
         name, folder = bitmap.words[0], self._path.absolute().parent
         try:
             with map_images.opened(folder / name, opened_below(
-                    folder, name, map_images.MOST_BYTES)) as image:
+                    *stage_files.near(folder, name), map_images.MOST_BYTES)) as image:
                 _, cells, values = map_images.greys(folder / name, image)
         except FileNotFoundError:
-            raise InputError(f"{bitmap.where}: bitmap: no file {name!r} in the world's folder"
+            raise InputError(f"{bitmap.where}: bitmap: no file {name!r} in the world's folder, "
+                             "and in the one above"
                              ) from None
         dark = (values <= _DARK)[cells][::-1]
         rows, cols = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))

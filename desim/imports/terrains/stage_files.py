@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from desim.errors import InputError
-from desim.files import content_below
+from desim.files import content_below, name_in
 
 _MOST_BYTES = 10_000_000
 _MOST_TOKENS = 500_000
@@ -85,12 +85,21 @@ def _tokens(file: str, content: bytes, folder: Path, missing: list[str], depth: 
     return found
 
 
+def near(folder: Path, name: str) -> tuple[Path, str]:
+    """A folder, and the name below it, of a file that a world in ``folder`` names: that one, or the
+    one above it."""
+    flat, above = name_in(folder, name), folder.parent
+    if flat.startswith("../"):
+        return above, flat[3:]
+    return (above, name_in(above, name)) if flat.startswith("/") else (folder, flat)
+
+
 def _included(name: str, where: str, folder: Path, missing: list[str], depth: int,
               ) -> list[StageToken]:
     if depth == _DEEPEST:
         raise InputError(f"{where}: include: more than {_DEEPEST} files include each other")
     try:
-        content = content_below(folder, name, _MOST_BYTES)
+        content = content_below(*near(folder, name), _MOST_BYTES)
     except OSError as error:
         missing.append(f"{name} ({error.strerror or error})")
         return []

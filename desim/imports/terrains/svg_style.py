@@ -63,7 +63,7 @@ def paint(style: Style, what: str) -> bool | None:
     except ValueError:
         return None
     alpha = _share(style.get(f"{what}-opacity", "1")) * _share(style.get("opacity", "1"))
-    if 255 - alpha * (255 - grey) < _DARK:
+    if 255 - alpha * (255 - grey) <= _DARK:
         return True
     return False if alpha > 0.5 else None
 

@@ -23,10 +23,10 @@ def box(size="2 1 1", **given):
     return model(f"<box><size>{size}</size></box>", **given)
 
 
-def read(folder, content, **choices):
+def read(folder, content, version="1.7", **choices):
     file = folder / "hall.world"
     file.parent.mkdir(exist_ok=True)
-    file.write_text(f"<sdf version='1.7'>\n<world name='w'>\n{content}\n</world>\n</sdf>")
+    file.write_text(f"<sdf version='{version}'>\n<world name='w'>\n{content}\n</world>\n</sdf>")
     return read_terrain(file, Choices(**choices))[1]
 
 
@@ -84,13 +84,14 @@ def test_what_is_on_the_ground_or_overhead_is_no_wall(tmp_path):
                  + model("<heightmap><uri>a.png</uri></heightmap>")
                  + "<actor name='a'/><model name='v'><link name='l'><visual name='v'/></link>"
                    "</model><model name='r'><pose>1 2 0 0 0 0</pose><plugin name='p' filename="
-                   "'libgazebo_ros_diff_drive.so'/></model>" + box(pose="5 0 0 0 0 0", more=""))
+                   "'libgazebo_ros_diff_drive.so'/></model>" + box(pose="5 0 0 0 0 0", more="")
+                 + box("0 0 0") + box(more="<plugin name='gz_ros2_control::System'/>"))
     assert len(blocks(found)) == 2
     assert found.notes == (
         SLAB, "left out: <actor> (1), <heightmap> (1), link without <collision> (1), shape on or "
-              "below the ground (1), shape overhead (1)",
-        "robots, which are no part of the terrain: r (1, 2)",
-        "1 models could be pushed (not static); here they stand still", CONCRETE)
+              "below the ground (1), shape overhead (1), shape without size (1)",
+        "robots, which are no part of the terrain: r (1, 2), m (0, 0)",
+        "models that could be pushed (not static) stand still: 1", CONCRETE)
 
 
 def test_frames(tmp_path):
@@ -106,10 +107,11 @@ def test_frames(tmp_path):
     assert blocks(found) == [square(8.0, 7.0, 12.0, 9.0)]
 
 
-def test_a_saved_state_moves_models(tmp_path):
+@pytest.mark.parametrize("version, x", [("1.4", 7.0), ("1.7", 7.0), ("1.8", 0.0), ("1.10", 0.0)])
+def test_a_saved_state_counts_in_worlds_of_gazebo_classic(tmp_path, version, x):
     found = read(tmp_path, box() + "<state world_name='w'><model name='m'>"
-                                   "<pose>7 0 0 0 0 0</pose></model></state>")
-    assert blocks(found) == [square(6.0, -0.5, 8.0, 0.5)]
+                 "<pose>7 0 0 0 0 0</pose></model></state>", version)
+    assert blocks(found) == [square(x - 1.0, -0.5, x + 1.0, 0.5)]
 
 
 @pytest.mark.parametrize("folder, uri", [

@@ -144,6 +144,20 @@ def test_robots_are_the_fleet_of_a_scenario(tmp_path, monkeypatch):
         (-6.0, 0.0, pytest.approx(math.pi / 4)), (6.5, -2.0, pytest.approx(-math.pi / 2))]
 
 
+@pytest.mark.parametrize("named", [
+    "plan.png", "./plan.png", "../maps/plan.png", "../worlds/./plan.png",
+    "/home/someone/pack/worlds/plan.png", "/home/someone/pack/maps/plan.png"])
+def test_files_of_the_package_that_a_world_is_in(tmp_path, named):
+    """Also those that stand in it as its author's machine had them."""
+    for folder in ("maps", "worlds"):
+        (tmp_path / "pack" / folder).mkdir(parents=True)
+        plan(tmp_path / "pack" / folder)
+    (tmp_path / "pack" / "maps" / "floor.inc").write_text("define floor model( size [20 10 1] )\n")
+    found = read(tmp_path / "pack" / "worlds",
+                 f'include "../maps/floor.inc"\nfloor( bitmap "{named}" )')
+    assert found.terrain.bounds == (-10.0, -5.0, 10.0, 5.0)
+
+
 @pytest.mark.parametrize("content, complaint", [
     ("model( size [1 1 1]", "hall.world:1: its ) is missing"),
     ("model(\n size [1 1 1", "hall.world:2: size: its ] is missing"),
@@ -158,9 +172,11 @@ def test_robots_are_the_fleet_of_a_scenario(tmp_path, monkeypatch):
     ("model( block( points 3 point[0] [0 0] ) )",
      "hall.world:1: block: points must say how many corners there are, at least 3, and "),
     ("\nmodel( bitmap \"none.png\" )",
-     "hall.world:2: bitmap: no file 'none.png' in the world's folder"),
-    ("model( bitmap \"../plan.png\" )",
+     "hall.world:2: bitmap: no file 'none.png' in the world's folder, and in the one above"),
+    ("model( bitmap \"../../plan.png\" )",
      "plan.png: cannot be read as an image: '../plan.png' is no name of a file in a folder"),
+    ("model( bitmap \"/etc/../plan.png\" )",
+     "plan.png: cannot be read as an image: '/plan.png' is no name of a file in a folder"),
     ("model( bitmap \"white.png\" )", "hall.world:1: bitmap 'white.png' has no dark pixel"),
     ("model( bitmap \"black.png\" )", "hall.world: no free ground between its bitmaps"),
     ("include \"loop.inc\"\nmodel()", "loop.inc:1: include: more than 20 files include each other"),

@@ -50,6 +50,7 @@ def test_lines_are_walls_and_dark_shapes_are_blocks(tmp_path):
     ("<rect width='9' height='9' fill='#fff'/>", 0), ("<rect width='9' height='9' fill='red'/>", 1),
     ("<rect width='9' height='9' fill='rgb(0,0,0)' fill-opacity='.2'/>", 0),
     ("<g opacity='50%'><rect width='9' height='9' opacity='0.4'/></g>", 0),
+    ("<g opacity='0.5'><rect width='9' height='9' fill='black'/></g>", 1),
     ("<rect width='9' height='9' fill='url(#pattern)'/>", 0),
     ("<style>.w{fill:none}</style><rect class='w' width='9' height='9'/>", 0),
     ("<style>rect, .x {fill: white}</style><rect width='9' height='9' style='fill:navy'/>", 1),
