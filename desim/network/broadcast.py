@@ -6,7 +6,7 @@ rest is settled at once, and listed only on demand.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any
 
 from desim.network.carrier import BroadcastCarrier
@@ -18,7 +18,7 @@ class Broadcast:
     """A frame that is not settled yet at ``left`` receivers. ``carrier`` and ``token`` are its
     sender's; ``terms`` are by receiver (None: plain ones)."""
 
-    __slots__ = ("carrier", "token", "frame", "terms", "left", "_settled")
+    __slots__ = ("carrier", "token", "frame", "terms", "left", "_settled", "_dropped")
 
     def __init__(self, carrier: BroadcastCarrier[Any], token: object, frame: Frame,
                  terms: dict[int, Terms] | None) -> None:
@@ -28,6 +28,7 @@ class Broadcast:
         self.terms = terms
         self.left = len(frame.receivers)
         self._settled: set[int] = set()
+        self._dropped: dict[int, set[int]] = {}  # by receiver: packets, by the model
 
     def settle(self, receivers: Sequence[int] | None) -> Collection[int]:
         """It is settled at ``receivers`` now, None: at all that are left. Returns them. Raises
@@ -59,6 +60,12 @@ class Broadcast:
         if self.terms is None:
             self.terms = dict.fromkeys(self.frame.receivers, PLAIN)
         self.terms[receiver] = terms
+
+    def all_dropped(self, receiver: int, packets: Iterable[int]) -> bool:
+        """The model drops ``packets`` at a receiver. Returns whether it has dropped all there."""
+        dropped = self._dropped.setdefault(receiver, set())
+        dropped.update(packets)
+        return len(dropped) == self.frame.segments
 
     def awaits(self, receiver: int) -> bool:
         """Whether it was meant for ``receiver`` and is not settled there."""

@@ -47,9 +47,15 @@ class Flights:
                         self._arrives, claim)
 
     def begin_on_terms(self, source: int, claim: Claim, delay_ns: int) -> None:
-        """The same for a frame that rules may have delayed or copied."""
-        self.count += 1
+        """The same for a frame that rules may have delayed or copied; it is dropped if they and the
+        model have lost all its packets between them."""
         rules_ns, copies_ns, lost, _ = claim[5]
+        if len(lost) == claim[4]:
+            reason = next(iter(lost.values()))
+            self._account.count_drops(reason, 1, 0)
+            claim[0].lost(claim[1], claim[2], reason)
+            return
+        self.count += 1
         entity = self._sources[source] | self._ids[claim[2]]
         if copies_ns and not lost:
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))

@@ -380,7 +380,7 @@ class Medium(Account):
             raise unexpected(self.model, self.name, frame, receiver)
         *_, segments, before = claim
         after = before.losing(before.numbers(packets, segments), reason)
-        if len(after.lost) == segments:
+        if broadcast.all_dropped(receiver, packets) if broadcast else len(after.lost) == segments:
             return False
         self.count_drops(reason, 0, len(after.lost) - len(before.lost))
         if reason in self.refuses and frame.receivers[0] == receiver:  # once a frame

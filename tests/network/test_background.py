@@ -76,6 +76,12 @@ def test_spells_have_their_means_and_are_full_while_they_last():
     assert gaps[between].mean() == pytest.approx(0.7 * S, rel=0.15)
 
 
+def test_a_source_of_spells_is_on_at_the_beginning_for_its_share():
+    """0.3 of the time, and a packet then comes within a period of 0.3 ms; within 4 deviations."""
+    first_ns = [next(on_off(1000, 8_000_000, stream(seed), SPELLS))[0] for seed in range(1000)]
+    assert np.mean(np.array(first_ns) <= 0.3 * MS) == pytest.approx(0.3, abs=0.058)
+
+
 @given(st.lists(st.integers(0, 1000), min_size=1, max_size=40), st.integers(0, 300))
 def test_trains_take_all_packets_along_and_none_late(gaps, grain_ns):
     times = np.cumsum(gaps)

@@ -430,3 +430,18 @@ def test_a_rule_cannot_act():
     for action in ("at", "settle", "settle_many", "transmit"):
         with pytest.raises(AttributeError):
             getattr(latency._context, action)
+
+
+def test_frames_that_carriers_expected_are_entered_for_each_receiver():
+    """Three trains of two packets for one host, one for another."""
+    medium = Bench(ImmediateNetwork(), 3).medium
+    medium.flights.count = 4
+    medium.flights.landed_each([1, 2], 100, 2, [3, 1])
+    assert (medium.delivered, medium.packets_delivered, medium.in_flight()) == (4, 8, 0)
+    assert medium.rx_bytes.tolist() == [0, 300, 100]
+
+
+def test_a_rule_may_deliver_without_a_delay():
+    bench = Bench(ImmediateNetwork(), 2, rules=[rule(Latency, delay="0 ns")])
+    bench.send(5, "host_1", "host_2", 100)
+    assert [(time_ns, fate) for time_ns, *_, fate in bench.run()] == [(5, "arrived")]

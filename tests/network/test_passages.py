@@ -7,6 +7,8 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import ModelError
+from desim.network import passages
+from desim.network.carrier import Carrier
 from desim.network.passages import Passages
 from desim.ports import TimePart
 from desim.testing import Bench, ImmediateNetwork, check_network
@@ -268,3 +270,13 @@ def test_the_ledger_keeps_frames_until_the_model_has_settled_them():
     one.run()
     assert parts(one) == {(label, "host_2"): [(TimePart.QUEUE, "host_1", 30)]
                           for label in range(5000)}
+
+
+def test_of_relayed_messages_the_last_ones_are_remembered(monkeypatch):
+    monkeypatch.setattr(passages, "RELAYED", 2)
+    known = Passages()
+    known.relay("unseen", 1, 5)
+    known.arriving = known.begin(0, 0, 1, Carrier(), None, 3)
+    for number in range(3):
+        known.relay(number, 1, 10 + number)
+    assert {key: time_ns for key, (_, time_ns) in known.relays.items()} == {(1, 1): 11, (2, 1): 12}

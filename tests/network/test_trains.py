@@ -9,8 +9,9 @@ from desim import ports
 from desim.errors import ModelError
 from desim.middleware.tcp.parameters import runs
 from desim.middleware.transports import stream_frame
-from desim.ports import Drop
+from desim.ports import FULL_PACKET_BYTES, Drop
 from desim.testing import Bench
+from netmodels.access_link import AccessLink
 
 
 def test_a_rule_takes_packets_out_and_the_model_never_sees_them():
@@ -142,3 +143,24 @@ def test_tcp_repairs_a_gap_within_a_round_trip():
     ((0, 2, 4), [(1, 2), (3, 4)])])
 def test_runs_of_segments_that_arrived(lost, left):
     assert runs(5, lost) == left
+
+
+def test_a_broadcast_of_which_rules_and_the_model_lose_all_between_them_is_dropped_there():
+    """The rule loses the first of two packets, and the link has no place for the second."""
+    class First:
+        reasons = ("first",)
+
+        def start(self, context, hosts):
+            pass
+
+        def judge(self, frame, receivers):
+            return [ports.Drop("first", (0,)) if receiver == 1 else ports.PASS
+                    for receiver in receivers]
+
+    bench = Bench(AccessLink(AccessLink.Params(queue="2 kB")), 3, rules=[First()])
+    bench.send(0, "host_1", ["host_2", "host_3"], 2 * FULL_PACKET_BYTES, 2, broadcast=True)
+    assert {(receiver, fate) for *_, receiver, fate in bench.run()} == {
+        ("host_2", "queue_full"), ("host_3", "arrived in part")}
+    medium = bench.medium
+    assert (medium.delivered, medium.dropped, medium.in_flight()) == (1, {"queue_full": 1}, 0)
+    assert medium.packets_dropped == {"first": 1, "queue_full": 2}
