@@ -60,7 +60,8 @@ def test_every_command_and_its_options_are_there():
     page = commands.page()
     for command in app.registered_commands:
         assert f"## desim {command.name}\n" in page
-    assert "| `--set A.B.C=VALUE` | a key's value; can be given again |" in page
+    assert ("| `--set A.B.C=VALUE` | a key's value; a mapping is merged into what is there, null "
+            "takes a named entry away; can be given again |") in page
     assert "| `--out OUT` | folder for results | `results` |" in page
     assert "desim trace RUN [options]" in page
 
