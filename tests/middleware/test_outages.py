@@ -178,12 +178,12 @@ def walk(model, kind, examples):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_walk_over_outages_ends_well(name):
-    walk(MODELS[name], Walk, 6)
+    walk(MODELS[name], Walk, 4)
 
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_walk_over_a_rough_network_ends_well(name):
-    walk(MODELS[name], RoughWalk, 12 if name == "fkie_1_3_groovy" else 4)
+    walk(MODELS[name], RoughWalk, 8 if name == "fkie_1_3_groovy" else 3)
 
 
 def test_only_lists_that_came_too_late_keep_hosts_deaf(monkeypatch):

@@ -84,7 +84,7 @@ def coverage(world, degrees):
     radio = DcfRadio(DcfRadio.Params(path_loss={"reference": "40 dB"}))
     bench = Bench(radio, 1)
     bench.medium._place.obstacles = world.obstacles()
-    at = (np.arange(280) + 0.5) * 0.1 - 14.0
+    at = (np.arange(140) + 0.5) * 0.2 - 14.0
     points = np.stack(np.meshgrid(at, at), axis=-1).reshape(-1, 2)
     sender = turned([(-4.5, -2, 0, 0)], degrees)[0, :2]
     return (radio.signal(sender, points).delivery >= 0.9).mean()

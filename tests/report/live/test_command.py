@@ -27,9 +27,9 @@ SEEN = """new Promise((resolve) => { const wait = () => {
 
 def test_robots_are_up_on_a_busy_machine(browser_here, repository, tmp_path):
     """Chromium, the run and two busy processes on one computer; seen early, later, at the end."""
-    run = subprocess.Popen(command(repository, tmp_path, "--until", "4 s", "--pace", "1"),
-                           stdout=subprocess.PIPE, text=True)
-    with run, load(), Browser(tmp_path / "profile") as browser:
+    with Browser(tmp_path / "profile") as browser, load(), subprocess.Popen(
+            command(repository, tmp_path, "--until", "4 s", "--pace", "1"),
+            stdout=subprocess.PIPE, text=True) as run:
         said, _, url = run.stdout.readline().strip().rpartition(" ")
         browser.open(url)
         seen = [browser.value(SEEN.replace("AT", str(at_s))) for at_s in (0.4, 2, 4)]

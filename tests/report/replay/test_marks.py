@@ -52,8 +52,9 @@ def test_counts_of_waiting_messages_are_beside_bodies(repository, tmp_path):
 
 def test_more_than_100_robots(repository, tmp_path):
     """Message dots come with a key, robots are 8 pixels wide."""
-    run = desim.run(desim.load(repository / "scenarios" / "warehouse_300.yaml",
-                               ["stop.elapsed=500 ms", "fleet.size=120"]), out=tmp_path)
+    run = desim.run(desim.load(repository / "scenarios" / "maze_30.yaml", [
+        "stop.elapsed=500 ms", "fleet.size=101",
+        "fleet.start={apart: 1 m, within: [[-38 m, -38 m], [38 m, 38 m]]}"]), out=tmp_path)
     with opened(run, tmp_path) as browser:
         shown = """[desimReplay.app.layers.has("messages"),
                     document.querySelector("#layers input[name=messages]").checked]"""
