@@ -19,7 +19,7 @@ FLEET = (
     "{rule: loss, probability: 1 %}]}}",
     "faults=[{at: 10 s, host: base, down_for: 6 s}, {at: 12 s, host: robot_3}, "
     "{at: 14 s, host: robot_2, down_for: 5 s}]",
-    "stop={by: all, explored: 100 %, elapsed: 70 s}",
+    "stop={by: all, explored: 100 %, elapsed: 60 s}",
 )
 _CHOICES = {
     "direct": "model: direct",

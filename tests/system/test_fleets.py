@@ -56,7 +56,7 @@ def test_the_fleet_goes_on(case, again, tmp_path):
 def check_graph(run, trace, folder):
     """Assert what ``desim graph`` shows at several instants; in the end nobody misses anything."""
     informed, links = run.graph.middleware.informed, run.monitor.links.table()
-    for at_s in (0, 5, 11, 20, 40, 70):
+    for at_s in (0, 5, 11, 20, 40, 60):
         at_ns = at_s * NS_PER_S
         known = folded(trace, at_ns, informed, linked_at(links, at_ns))
         console = Console(file=StringIO(), width=200)

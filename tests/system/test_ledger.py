@@ -16,13 +16,13 @@ LAN = "network.media.lan"
 LOSSY = ("rules: [{rule: loss, probability: 2 %}, {rule: reordering, probability: 5 %, "
          "delay: 20 ms}]")
 CASES = {
-    "testbed": (MAZE_30, "stop.elapsed=3 s"),
-    "field": (FIELD_30, "stop.elapsed=6 s", OFTEN),
-    "ros1": (MAZE_8, "stop.elapsed=10 s", "middleware.model=ros1",
+    "testbed": (MAZE_30, "stop.elapsed=2 s"),
+    "field": (FIELD_30, "stop.elapsed=3 s", OFTEN),
+    "ros1": (MAZE_8, "stop.elapsed=6 s", "middleware.model=ros1",
              f"network.media={{lan: {{model: switch, rate: 12 Mb/s, buffer: 60 kB, {LOSSY}}}}}"),
-    "dds": (MAZE_8, "stop.elapsed=10 s", "middleware={model: dds, preset: cyclonedds}",
+    "dds": (MAZE_8, "stop.elapsed=6 s", "middleware={model: dds, preset: cyclonedds}",
             f"network.media={{lan: {{model: switch, rate: 20 Mb/s, {LOSSY}}}}}"),
-    "multihop": (FIELD_30, "stop.elapsed=6 s", OFTEN, "network.fidelity=multihop"),
+    "multihop": (FIELD_30, "stop.elapsed=3 s", OFTEN, "network.fidelity=multihop"),
 }
 MORE = {
     "a port that loses some": (MAZE_8, "stop.elapsed=10 s", f"{LAN}.queue=fq_codel",
@@ -48,7 +48,7 @@ MORE = {
         MAZE_8, "stop.elapsed=15 s", "deployment=field",
         "network.media={lan: null, air: {model: radio, rules: [{rule: loss, probability: 10 %}]}}"),
 }
-MESSAGES = 3000  # at least, of the first cases
+MESSAGES = 1500  # at least, of the first cases
 
 
 @cache
