@@ -66,7 +66,7 @@ class Explore(Node):
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.inscribed_radius_m
         self._context = HostContext(self, team, queries, self, task)
         self._events = StrategyEvents(strategy, self._context, team)
-        self._pose = Latest(host)
+        self._pose: Latest
         self._mapped = False  # whether the costmap can be used
         self._target: Target | None = None
         self._moving = False  # whether move_base has a goal of this node

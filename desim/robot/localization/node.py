@@ -71,7 +71,7 @@ class LocalizationNode(Node):
         self._keeper = localization if isinstance(localization, Keeps) else None
         self._usable_m = robot.mapping.usable_range_m
         self._context = SensorContext(self, robot, start, bodies_m)
-        self._scan = Latest(host)
+        self._scan: Latest
         self._topics = tuple(robot.lasers_by_topic)[1:]
         self._others: list[Latest] = []  # of the lasers beside the first
         self._odometry: Pose | None = None  # the latest

@@ -53,7 +53,7 @@ class PosePublisher(Node):
 
     def __init__(self, host: Host) -> None:
         super().__init__(host, "pose_publisher")
-        self._correction = Latest(host)
+        self._correction: Latest
         self._odometry: Pose | None = None  # the latest
 
     def start(self) -> None:

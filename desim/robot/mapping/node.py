@@ -37,7 +37,7 @@ class Mapping(Node):
         super().__init__(host, "mapping" if topic == parameters.SCAN else f"{topic}/mapping")
         self.robot_map, self._topic = robot_map, topic
         self._mapping = mapping
-        self._scan = Latest(host)
+        self._scan: Latest
         self._pose: Pose | None = None  # the latest
         self._integrated: Pose | None = None  # of the last scan that was integrated
         self._matched_ns = -PATIENCE_NS  # stamp of the last pose that had a scan

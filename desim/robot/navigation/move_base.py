@@ -46,7 +46,7 @@ class MoveBase(Node):
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._local = LocalPlanner(navigation, body, costmap)
         self._patience = patience(navigation)
-        self._pose = self._map = self._sonar = Latest(host)
+        self._sonar = Latest(host)
         self._scans: list[Latest] = []
         self._mapped = False
         self._goal: Goal | None = None

@@ -45,7 +45,7 @@ class MapSharing(Node):
         self.robot_map, self.peers, self.team, self.own_map = robot_map, peers, team, own_map
         self._sharing = sharing
         self._keeper = sharing if isinstance(sharing, Keeps) else None
-        self._pose = Latest(host)
+        self._pose: Latest  # where maps are shared
         own = (host.name,) if isinstance(sharing, PlansWithMerged) else ()
         self._sources = frozenset((*peers, *own))  # of contributions
 
