@@ -1,16 +1,28 @@
 """The output while a campaign runs."""
 
+from contextlib import nullcontext
+from types import SimpleNamespace
+
 import pytest
 from designs import Here, written
 from typer.testing import CliRunner
 
+from desim.campaign.design.rehearsal import here
 from desim.campaign.running import driver
 from desim.campaign.running.prediction import Cost, Forecast
 from desim.campaign.running.work import work
 from desim.cli import app
+from desim.commands import campaigns
 from desim.commands.views.sweep import show_prediction
 from desim.commands.views.terminal import Terminal
 from desim.results.row import failure
+
+
+@pytest.fixture(autouse=True)
+def rehearsed_here(monkeypatch):
+    """What is tried before a campaign is tried in this process."""
+    monkeypatch.setattr(campaigns, "_worker",
+                        lambda plan, console: nullcontext(SimpleNamespace(made=here)))
 
 
 @pytest.fixture
