@@ -20,7 +20,7 @@ from desim.results.row import failure
 
 @pytest.fixture(autouse=True)
 def rehearsed_here(monkeypatch):
-    """What is tried before a campaign is tried in this process."""
+    """The trials before a campaign are made in this process."""
     monkeypatch.setattr(campaigns, "_worker",
                         lambda plan, console: nullcontext(SimpleNamespace(made=here)))
 
