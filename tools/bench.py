@@ -8,8 +8,11 @@ prints what this tree costs as a share of that commit, with 95 % intervals.
 `python tools/bench.py history [REV ...]` measures commits and adds what they cost to
 `docs/benchmarks.csv`; without a commit it prints what is there.
 
-Every figure is CPU time of one core after compilation; of short runs it is the best of several,
-because other processes on the machine can only slow a run down.
+`python tools/bench.py calls [--check | --write] [--functions N] [NAME ...]` counts Python calls of
+workloads, and `python tools/bench.py instructions [NAME ...]` their machine instructions.
+
+Every other figure is CPU time of one core after compilation; of short runs it is the best of
+several, because other processes on the machine can only slow a run down.
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import simpy
-from benchmarks import air, history, revisions
+from benchmarks import air, calls, history, instructions, revisions
 from benchmarks.beacons import beacons
 from benchmarks.campaign import finished, overhead
 from benchmarks.fleets import draw, fleets
@@ -361,6 +364,58 @@ def history_of(arguments: list[str]) -> None:
     show("CPU s of a simulated second, us of a message", rows)
 
 
+def calls_of(arguments: list[str]) -> None:
+    """``calls [--check | --write] [--functions N] [NAME ...]``."""
+    parser = argparse.ArgumentParser(prog="bench.py calls", description=calls.__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    add_workloads(parser)
+    do = parser.add_mutually_exclusive_group()
+    do.add_argument("--check", action="store_true", help="fail above 1 % more than calls.csv")
+    do.add_argument("--write", action="store_true", help="write the counts into calls.csv")
+    parser.add_argument("--functions", type=int, default=0, metavar="N",
+                        help="list the N functions and events with most calls, too")
+    wanted = parser.parse_args(arguments)
+    found = {name: calls.count(name) for name in wanted.names or calls.WORKLOADS}
+    totals = {name: counted.total for name, counted in found.items()}
+    show(f"Python calls of {calls.UNTIL_S} s", [
+        {"what": name, "calls": total, "a second": round(total / calls.UNTIL_S, 1),
+         "in calls.csv": calls.committed().get(name, "")} for name, total in totals.items()])
+    for name, counted in found.items() if wanted.functions else ():
+        show(f"{name}: calls a second by event", calls.event_rows(counted, wanted.functions))
+        show(f"{name}: calls a second of a function", calls.function_rows(counted,
+                                                                         wanted.functions))
+    if wanted.write:
+        calls.commit(totals)
+    complaints = calls.too_many(totals) if wanted.check else []
+    if complaints:
+        raise SystemExit("\n".join(complaints))
+
+
+def instructions_of(arguments: list[str]) -> None:
+    """``instructions [--from SECONDS] [--to SECONDS] [NAME ...]``."""
+    parser = argparse.ArgumentParser(prog="bench.py instructions", description=instructions.__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    add_workloads(parser)
+    parser.add_argument("--from", dest="start_s", type=float, default=5, metavar="SECONDS")
+    parser.add_argument("--to", dest="end_s", type=float, default=10, metavar="SECONDS")
+    wanted = parser.parse_args(arguments)
+    for name in wanted.names or calls.WORKLOADS:
+        show(f"{name}: million instructions a simulated second, {wanted.start_s:g} to "
+             f"{wanted.end_s:g} s", instructions.rows(name, wanted.start_s, wanted.end_s))
+
+
+def add_workloads(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("names", nargs="*", metavar="NAME", type=a_workload,
+                        help=f"of {'; '.join(calls.WORKLOADS)}; default: all")
+
+
+def a_workload(name: str) -> str:
+    if name not in calls.WORKLOADS:
+        raise argparse.ArgumentTypeError(f"unknown workload {name!r}; known: "
+                                         f"{'; '.join(calls.WORKLOADS)}")
+    return name
+
+
 def refuse_unknown(parser: argparse.ArgumentParser, parts: list[str]) -> None:
     unknown = sorted(name for name in parts if name not in PARTS)
     if unknown:
@@ -368,11 +423,10 @@ def refuse_unknown(parser: argparse.ArgumentParser, parts: list[str]) -> None:
 
 
 def main() -> None:
-    if sys.argv[1:2] == ["compare"]:
-        compare_with(sys.argv[2:])
-        return
-    if sys.argv[1:2] == ["history"]:
-        history_of(sys.argv[2:])
+    commands = {"compare": compare_with, "history": history_of, "calls": calls_of,
+                "instructions": instructions_of}
+    if sys.argv[1:] and sys.argv[1] in commands:
+        commands[sys.argv[1]](sys.argv[2:])
         return
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

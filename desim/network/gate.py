@@ -83,7 +83,8 @@ class Gate:
                 break
             if len(terms) < len(frame.receivers):
                 frame = frame._replace(receivers=tuple(terms))
-        return frame, terms, sum(queue.wait_ns for queue in self._queues)
+        wait_ns = sum(queue.wait_ns for queue in self._queues) if self._queues else 0
+        return frame, terms, wait_ns
 
     def _obey(self, rule: Rule, verdicts: Sequence[Verdict], frame: Frame,
               terms: dict[int, Terms] | None, carrier: Carrier[T], token: T) -> dict[int, Terms]:

@@ -1,0 +1,121 @@
+"""How many machine instructions does a simulated second take, and where?
+
+    python tools/bench.py instructions [--from SECONDS] [--to SECONDS] [NAME ...]
+
+A run is made twice under valgrind's callgrind: to the window's start and to its end. The window's
+instructions are the difference. They repeat to 0.1 %, as kernels are compiled for a generic
+processor. A workload takes minutes.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+MOST = 40  # rows of a table
+_NAME = re.compile(r"\((\d+)\)(?: (.*))?")
+
+
+def rows(workload: str, start_s: float, end_s: float) -> list[dict[str, object]]:
+    """Million instructions a simulated second by object, then by function."""
+    if shutil.which("valgrind") is None:
+        raise SystemExit("instructions: valgrind is not installed (apt install valgrind)")
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = Path(folder)
+        _run([], scratch, workload, 1)  # compiles the kernels
+        spent = _counted(scratch, workload, end_s)
+        spent.subtract(_counted(scratch, workload, start_s))
+    scale = 1e6 * (end_s - start_s)
+    objects: Counter[str] = Counter()
+    for (binary, _), count in spent.items():
+        objects[binary] += count
+    return [{"what": "all", "M a second": round(spent.total() / scale, 2)},
+            *({"what": binary, "M a second": round(count / scale, 2)}
+              for binary, count in objects.most_common(8)),
+            *({"what": f"{binary}: {function}", "M a second": round(count / scale, 2)}
+              for (binary, function), count in spent.most_common(MOST))]
+
+
+def _counted(scratch: Path, workload: str, until_s: float) -> Counter[tuple[str, str]]:
+    """Instructions of a run by object and function."""
+    profile = scratch / "callgrind.out"
+    kernels = _run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}"],
+                   scratch, workload, until_s)
+    return parse(profile.read_text(encoding="utf-8", errors="replace"), kernels)
+
+
+def _run(valgrind: list[str], scratch: Path, workload: str, until_s: float) -> dict[int, str]:
+    """Run a workload in a process of its own; the kernels' names by their addresses."""
+    done = subprocess.run(
+        [*valgrind, sys.executable, __file__, workload, str(until_s)], cwd=ROOT,
+        capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tools'}", "PYTHONHASHSEED": "0",
+                          "XDG_CACHE_HOME": str(scratch), "NUMBA_CPU_NAME": "generic"})
+    if done.returncode:
+        raise SystemExit(f"instructions: {workload} failed:\n{done.stderr[-2000:]}")
+    return {int(address): name for address, name in
+            (line.split(" ", 1) for line in done.stdout.splitlines())}
+
+
+def parse(profile: str, kernels: dict[int, str]) -> Counter[tuple[str, str]]:
+    """Instructions of themselves by object and function, of callgrind's format ("Callgrind Format
+    Specification" in valgrind's manual): names are given once and stand as numbers after that."""
+    names: dict[tuple[str, str], str] = {}
+    spent: Counter[tuple[str, str]] = Counter()
+    binary = function = ""
+    is_call = False
+
+    def named(kind: str, text: str) -> str:
+        match = _NAME.match(text)
+        if match is None:
+            return text
+        number, name = match.groups()
+        return names.setdefault((kind, number), name or "?")
+
+    for line in profile.splitlines():
+        key, _, value = line.partition("=")
+        if key in ("ob", "cob"):
+            found = named("ob", value)
+            binary = found if key == "ob" else binary
+        elif key in ("fn", "cfn"):
+            found = named("fn", value)
+            function = found if key == "fn" else function
+        elif key == "calls":
+            is_call = True
+        elif line[:1].isdigit() or line[:1] in ("+", "-", "*"):
+            if not is_call:
+                spent[binary.rpartition("/")[2], function] += int(line.split()[1])
+            is_call = False
+    return spent
+
+
+def main() -> None:
+    """Run a workload and print the addresses of its kernels."""
+    import desim
+    from benchmarks.calls import load
+    from desim.compiler import machine_code
+    addresses: dict[int, str] = {}
+    load_function = machine_code._function
+
+    def remembered(address: int, name: str):
+        addresses[address] = name
+        return load_function(address, name)
+
+    machine_code._function = remembered
+    machine_code.cpu = lambda: "generic"
+    name, until_s = sys.argv[1:]
+    with tempfile.TemporaryDirectory() as out:
+        desim.run(load(name, float(until_s)), out=out)
+    for address, kernel in addresses.items():
+        print(address, kernel)
+
+
+if __name__ == "__main__":
+    main()
