@@ -90,6 +90,15 @@ def test_a_new_way_gives_time_to_who_has_moved(moved_m, more_s):
     assert not made.is_over((5 + more_s) * S) and made.is_over((5 + more_s) * S + 1)
 
 
+def test_progress_on_a_new_way_counts_from_its_own_length():
+    made = progress(stuck_after="5 s")
+    made.note(0, 0.0, 0.0, 10.0, False)
+    made.begin_path(S, 0.0, 0.0)
+    made.note(S, 0.0, 0.0, 12.0, False)
+    made.note(2 * S, 0.0, 0.0, 11.0, False)
+    assert not made.is_over(7 * S) and made.is_over(7 * S + 1)
+
+
 def test_a_recovery_gives_the_way_new_time():
     made = progress(stuck_after="5 s")
     made.note(0, 0.0, 0.0, 10.0, False)
