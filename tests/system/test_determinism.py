@@ -15,15 +15,16 @@ from desim import api
 from desim.scenario.load import load
 
 CASES = {
-    "hello": (HELLO,),
+    "hello": (HELLO, "stop.elapsed=20 s"),
     "everything at once": (ROUGH,),
     "maze": (MAZE_8, "stop.elapsed=10 s"),
     "broadcast": (ROUGH, "coordination.exchange.via=broadcast"),
     "testbed under load": (
-        HELLO, "network.media.lan={model: switch, rate: 5 Mb/s, buffer: 20 kB}",
+        HELLO, "stop.elapsed=20 s",
+        "network.media.lan={model: switch, rate: 5 Mb/s, buffer: 20 kB}",
         "robot.laser.noise=2 cm", "robot.odometry.model=random_walk"),
     "radio": (
-        HELLO, "deployment=field",
+        HELLO, "stop.elapsed=20 s", "deployment=field",
         "network.media={lan: null, air: {model: netmodels.radio.dcf.radio:DcfRadio}}"),
 }
 
