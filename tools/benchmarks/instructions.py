@@ -98,8 +98,6 @@ def parse(profile: str, kernels: dict[int, str]) -> Counter[tuple[str, str]]:
 
 def main() -> None:
     """Run a workload and print the addresses of its kernels."""
-    import desim
-    from benchmarks.calls import load
     from desim.compiler import machine_code
     addresses: dict[int, str] = {}
     load_function = machine_code._function
@@ -109,12 +107,18 @@ def main() -> None:
         return load_function(address, name)
 
     machine_code._function = remembered
-    machine_code.cpu = lambda: "generic"
-    name, until_s = sys.argv[1:]
-    with tempfile.TemporaryDirectory() as out:
-        desim.run(load(name, float(until_s)), out=out)
+    machine_code.cpu = lambda: "generic"  # valgrind's processor is another
+    run(*sys.argv[1:])
     for address, kernel in addresses.items():
         print(address, kernel)
+
+
+def run(workload: str, until_s: str) -> None:
+    """Run a workload. Its modules are imported here, when kernels load as ``main`` says."""
+    import desim
+    from benchmarks.calls import load
+    with tempfile.TemporaryDirectory() as out:
+        desim.run(load(workload, float(until_s)), out=out)
 
 
 if __name__ == "__main__":
