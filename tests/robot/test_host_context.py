@@ -81,7 +81,7 @@ def test_a_host_without_a_body_has_no_place_and_does_not_drive():
     assert len(context.frontiers(origin=Place(1.0, 1.5))) == 1
 
 
-def test_a_robot_is_told_what_its_strategy_wants_and_sees():
+def test_a_robot_gets_what_its_strategy_wants_and_sees():
     body = Body()
     context = alone(body).context
     assert (context.has_body, context.pose, context.goal) == (
@@ -141,7 +141,7 @@ def test_ten_thousand_timers_may_wait_at_a_time():
 
 
 def speaking(content, size_bytes=None, queue=1):
-    """What ``b`` hears of ``a``, and its mind."""
+    """``b`` hears of ``a``, and of its mind."""
     heard = []
 
     def say(context):

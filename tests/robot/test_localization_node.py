@@ -80,7 +80,7 @@ def test_the_pose_is_what_the_plug_in_says_at_each_reading():
     assert heard[1][2].yaw_rad == pytest.approx(7.0 - math.tau)  # between -pi and pi
 
 
-def test_what_a_plug_in_is_told_of_its_robot():
+def test_what_a_plug_in_learns_of_its_robot():
     plug_in = Silent()
     _, _, hosts = play(plug_in, laser={"field_of_view": "180 deg", "beams": 181})
     context = plug_in.context
