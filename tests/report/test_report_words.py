@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 from synthetic import campaign, design, timed
 
-from desim.report.campaign import formatting
+from desim.report.campaign import campaign_report, formatting
 from desim.report.campaign.answers import methods
 from desim.report.campaign.answers.sensitivity import SobolIndices, sobol_table
 from desim.report.campaign.figures import layout, time_series
@@ -211,3 +211,17 @@ def test_a_run_that_has_ended_keeps_its_last_share(study, monkeypatch):
         "robots = 1", "robots = 2"]
     monkeypatch.setattr(time_series, "_read", lambda *_: [])
     assert time_series.explored_figure(study, panels(study)) is None
+
+
+def test_the_explored_share_over_time_is_a_section_where_there_is_some(monkeypatch):
+    drawn = ["a figure"]
+    monkeypatch.setattr(campaign_report.time_series, "explored_figure", lambda *_: drawn[0])
+    study = SimpleNamespace(is_sampled=False, metrics=["explored"])
+    page = SimpleNamespace(_study=study, _drawn=[], _figure=lambda *words: " | ".join(words))
+    section, = campaign_report._Report._explored(page)
+    assert (section.anchor, section.title, section.level) == ("time", "Explored share over time", 2)
+    assert section.body.startswith("a figure | explored_over_time | Median and quartiles over ")
+    drawn[0] = None
+    assert campaign_report._Report._explored(page) == []
+    drawn[0], study.is_sampled = "a figure", True
+    assert campaign_report._Report._explored(page) == []

@@ -16,7 +16,7 @@ from desim.engine.trace import ROW, Names, Trace
 from desim.errors import InputError
 from desim.ports import GridSpec
 from desim.results import folder as results
-from desim.results import maps
+from desim.results import maps, traces
 from desim.results.folder import RunFolder
 from desim.results.seal import seal
 from desim.results.traces import first_difference, kept, simulated, spools, trace_of
@@ -296,6 +296,33 @@ def test_the_first_difference_of_two_traces():
     assert first_difference(rows, other) == 7
     assert first_difference(rows, rows[:4]) == 4
     assert first_difference(rows, rows.copy()) is None
+
+
+@pytest.mark.parametrize("chunk", [2, 3, 1000])
+def test_traces_are_compared_in_parts_and_the_order_inside_an_instant_does_not_count(
+        monkeypatch, chunk):
+    monkeypatch.setattr(traces, "_CHUNK", chunk)
+    rows = np.zeros(10, ROW)
+    rows["t_ns"], rows["b"] = np.arange(10) // 2, np.arange(10)
+    other = rows.copy()
+    other[[4, 5]] = other[[5, 4]]
+    assert first_difference(rows, other) is None
+    other["b"][8] = 99
+    assert first_difference(rows, other) == 8
+
+
+def test_what_is_shown_live_are_the_events_that_are_kept(hello, tmp_path):
+    seen = []
+
+    @contextmanager
+    def watch(simulation, folder):
+        folder.on_events = seen.append
+        yield
+
+    run = desim.run(hello, overrides=("stop.elapsed=1 s",), out=tmp_path, watch=watch)
+    rows = np.concatenate(seen)
+    kept_rows = run.table("events")
+    assert len(rows) == len(next(iter(kept_rows.values()))) > 0
 
 
 def test_the_names_of_a_run_are_its_ids(finished):
