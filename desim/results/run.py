@@ -20,6 +20,7 @@ from desim.results.frames import data_frame
 from desim.results.seal import MOST_BYTES, Json, manifest_of, parsed, wrong_with
 from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
+from desim.scenario.complaints import lines, validated
 from desim.scenario.schema.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -45,7 +46,11 @@ class Run(InNotebooks):
         and its map need not be there any more. ``params`` of a plug-in that is not there raises
         ``InputError``."""
         with self._readable(SCENARIO) as text:
-            return Scenario.model_validate(yaml12.parse(text.decode(), SCENARIO)[0])
+            data, places = yaml12.parse(text.decode(), str(self.path / SCENARIO))
+            found = validated(Scenario, data)
+        if isinstance(found, list):
+            raise InputError(*lines(found, places))
+        return found
 
     @cached_property
     def metrics(self) -> Json:

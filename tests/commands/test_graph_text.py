@@ -177,6 +177,26 @@ def test_what_is_damaged_is_said_in_one_line(runs, tmp_path):
         assert f"{name}: damaged: " in graph(copy, "--at", "4s", code=2)
 
 
+@pytest.mark.parametrize("old, new, complaint", [
+    ("seed: 1\n", "seed: one\n", ":{line}:7: seed: must be a whole number, got 'one'"),
+    ("seed: 1\n", "sed: 1\n", ":{line}:1: sed: unknown key (did you mean 'seed'?)"),
+])
+def test_a_damaged_scenario_is_said_with_line_and_key(runs, tmp_path, old, new, complaint):
+    """By all commands that read it, in the same words."""
+    copy = copytree(runs[0], tmp_path / "copy")
+    path = copy / "scenario.resolved.yaml"
+    text = path.read_text("utf-8")
+    line = text[:text.index(old)].count("\n") + 1
+    path.write_text(text.replace(old, new, 1), "utf-8")
+    seal(copy, manifest_of(copy), set(manifest_of(copy)["files"]))
+    expected = f"{path}{complaint.format(line=line)}"
+    for words in (["graph", copy], ["view", copy], ["figure", copy],
+                  ["why", copy, "--message", "1"]):
+        result = CliRunner().invoke(app, [*map(str, words)])
+        assert result.exit_code == 2 and expected in result.output, words
+        assert "validation error" not in result.output
+
+
 def test_a_run_without_links_says_so(runs, tmp_path):
     copy = copytree(runs[0], tmp_path / "older")
     manifest = manifest_of(copy)
