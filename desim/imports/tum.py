@@ -39,7 +39,7 @@ def read_tum(paths: Sequence[Path]) -> RecordingContent:
         climbed_m = float(np.ptp(table[:, 2]))
         if climbed_m > _FLAT_M:
             content.notes.append(f"{path.name}: heights are left out; they differ by up to "
-                                 f"{climbed_m:.1f} m")
+                                 f"{climbed_m:.3g} m")
         x, y, z, w = table[:, 3:].T
         yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))
         content.tracks[name] = Trajectory(path.name, *in_order(
@@ -64,6 +64,9 @@ def _read(path: Path) -> tuple[np.ndarray, list[int]]:
                 if not 0 <= time_s < _LATEST_S:
                     raise InputError(f"{where}: the timestamp is {time_s:.10g}; wanted: seconds, 0 "
                                      f"to {_LATEST_S}")
+                if not any(row[3:]):
+                    raise InputError(f"{where}: the quaternion is 0 0 0 0; wanted: an "
+                                     "orientation, 0 0 0 1 for none")
                 rows.append(row)
                 times_ns.append(int(Decimal(words[0]) * NS_PER_S))
     except (EOFError, zlib.error) as error:

@@ -243,7 +243,7 @@ def _local_window(scenario: Scenario, _: Folder) -> Found:
         side = navigation.local_size_m / navigation.local_resolution_m
         if side > MAX_LOCAL_SIDE:
             yield (*path, "navigation", "local_resolution"), (
-                f"makes the local window {side:.0f} cells wide; allowed: {MAX_LOCAL_SIDE}")
+                f"makes the local window {side:.6g} cells wide; allowed: {MAX_LOCAL_SIDE}")
 
 
 def _one_raster(scenario: Scenario, _: Folder) -> Found:

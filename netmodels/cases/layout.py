@@ -25,11 +25,13 @@ class FlowParams(ports.Params):
     """The packets of one host for another one, over others, or for all. Hosts are named by their
     number in the list of places, from 0."""
 
-    source: int = Field(alias="from", ge=0, description="who sends")
-    to: int | None = Field(None, ge=0, description="who receives (none)")
+    source: int = Field(alias="from", ge=0, description="the number of the host that sends, from 0")
+    to: int | None = Field(None, ge=0, description=(
+        "the number of the host that receives (none)"))
     via: tuple[int, ...] = Field((), description=(
-        "hosts that pass the packets on, in their order; without to, the last one receives (none)"))
-    broadcast: bool = Field(False, description="to all that hear it, not acknowledged (no)")
+        "numbers of hosts that pass the packets on, in order; without to, the last one receives "
+        "(none)"))
+    broadcast: bool = Field(False, description="to all that hear it, not acknowledged (false)")
     protocol: Literal["udp", "tcp"] = Field("udp", description=(
         "tcp: messages over a connection, as Linux's TCP carries them (ns-3 reference)"))
     payload_bytes: ByteSize = Field("1000 B", ge=1, le=10**9, description=(

@@ -6,12 +6,16 @@ import importlib
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from contextlib import contextmanager
 
 import numba
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
 import pytest
 import typer
 from typer.testing import CliRunner
@@ -24,6 +28,7 @@ from desim.commands.views import progress
 from desim.commands.views.message_rows import story
 from desim.compiler.store import announced
 from desim.engine.kernel import Phase
+from desim.results.seal import manifest_of, seal
 from desim.results.traces import kept
 
 S = 1_000_000_000
@@ -250,6 +255,19 @@ def test_diff_of_a_run_with_itself_and_with_another(hello, run_path, tmp_path):
     assert "entities differ" in said
     assert "is the first that differs" in said
     assert sum(line.lstrip().startswith(">") for line in said.splitlines()) == 2
+
+
+def test_diff_reads_the_poses_of_runs_with_one_digest(run_path, tmp_path):
+    """A table that was changed and sealed again has the digest of what happened."""
+    copy = shutil.copytree(run_path, tmp_path / "copy")
+    rows = pq.read_table(copy / "poses.parquet")
+    moved = pc.add(rows["x_mm"], pa.scalar(250, rows.schema.field("x_mm").type))
+    pq.write_table(rows.set_column(rows.schema.get_field_index("x_mm"),
+                                   rows.schema.field("x_mm"), moved), copy / "poses.parquet")
+    seal(copy, manifest_of(copy), set(manifest_of(copy)["files"]))
+    assert desim_("diff", run_path, copy, code=1) == (
+        "the digests are equal, but poses are not: robot_0 parts at 0 s, by 0.25 m; "
+        "a folder was changed\n")
 
 
 def test_diff_of_a_failed_run_says_so(hello, run_path, tmp_path, monkeypatch):

@@ -214,4 +214,4 @@ def test_relations_of_another_log_are_refused():
     true = Relations(np.array([[50.0, 51.0]]), np.zeros((1, 3)))
     with pytest.raises(InputError) as error:
         errors_of(np.array([0.0, 2.0]), np.zeros((2, 3)), true)
-    assert str(error.value) == "--relations: none is within the log, which is from 0.000 to 2.000 s"
+    assert str(error.value) == "--relations: none is within the log, which is from 0 to 2 s"

@@ -44,6 +44,8 @@ def test_heights_that_are_left_out_are_said(tmp_path):
 
 @pytest.mark.parametrize("line, text", [
     ("1 0 0 0 0 0 0", ":5: has 7 values; wanted: timestamp tx ty tz qx qy qz qw"),
+    ("1 0 0 0 0 0 0 0",
+     ":5: the quaternion is 0 0 0 0; wanted: an orientation, 0 0 0 1 for none"),
     ("1 0 0 nan 0 0 0 1", ":5: a pose has 'nan' where a number is wanted"),
     ("1305031102000000000 0 0 0 0 0 0 1",
      ":5: the timestamp is 1.305031102e+18; wanted: seconds, 0 to 4000000000")])

@@ -111,6 +111,8 @@ def test_wrong_words(words, says):
 def test_the_help_lists_the_keys_of_the_file():
     said = net("--help").stdout
     assert all(key in said for key in ("flows[].via", "broadcast_rate", "places", "--seed"))
+    assert "the number of the host that sends, from 0" in said  # not its name, which is refused
+    assert "default false" in said and "default no" not in said
 
 
 # ---------------------------------------------------------------------------- the radio's own keys

@@ -111,7 +111,7 @@ def title(case: str, seed: int, params: Params) -> str:
 
 
 def _word(value: object) -> str:
-    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def measures_table(measures: Measures) -> Table:

@@ -7,6 +7,7 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 from desim import api
+from desim.results.comparison import ComparedRuns
 from desim.results.file_names import TRACE
 from desim.results.folder import RunFolder
 from desim.results.run import Run
@@ -47,7 +48,7 @@ def checked(loaded: Loaded, out: Path, watch: api.Watch | None,
 
 
 def difference(first: Path, second: Path, trust: bool) -> str | None:
-    """The first difference between two runs, in words; None if their traces are equal.
+    """The first difference between two runs, in words; None if their traces and poses are equal.
 
     Where rows were not kept, the scenario is run again. Raises ``InputError`` for a failed run.
     """
@@ -59,17 +60,20 @@ def difference(first: Path, second: Path, trust: bool) -> str | None:
             run.file(TRACE)  # what is equal is the rows, as far as they are there
     digests = [run.manifest["digest"] for run in runs]
     if digests[0] is not None and digests[0] == digests[1]:
-        return None
+        parted = ComparedRuns(*runs).parted
+        return None if parted is None else (
+            f"the digests are equal, but poses are not: {parted.robot} parts at {parted.time_s:g} "
+            f"s, by {parted.apart_m:.3g} m; a folder was changed")
     with spools() as folder:
         one, other = (trace_of(run, folder / str(i)) for i, run in enumerate(runs))
-        parted = _difference(one, other, str(first), str(second))
-    if parted is None:
+        row = _difference(one, other, str(first), str(second))
+    if row is None:
         return ("the digests differ, but the rows are equal now; the runs were made with "
                 "other versions, or on other machines (see their manifests)")
     entities, others = (run.manifest.get("digest_by_entity", {}) for run in runs)
     unlike = [name for name in sorted(entities | others) if entities.get(name) != others.get(name)]
     shown = ", ".join(unlike[:_SHOWN]) + (", ..." if len(unlike) > _SHOWN else "")
-    return f"{len(unlike)} of {len(entities | others)} entities differ: {shown}\n{parted}"
+    return f"{len(unlike)} of {len(entities | others)} entities differ: {shown}\n{row}"
 
 
 def _difference(one: Rows, other: Rows, name: str, other_name: str) -> str | None:

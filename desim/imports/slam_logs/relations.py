@@ -73,8 +73,8 @@ def errors_of(times_s: np.ndarray, poses: np.ndarray, relations: Relations) -> P
     inside = ((relations.times_s >= times_s[0] - _BESIDE_S)
               & (relations.times_s <= times_s[-1] + _BESIDE_S)).all(1)
     if not inside.any():
-        raise InputError(f"--relations: none is within the log, which is from {times_s[0]:.3f} to "
-                         f"{times_s[-1]:.3f} s")
+        raise InputError(f"--relations: none is within the log, which is from {times_s[0]:.13g} to "
+                         f"{times_s[-1]:.13g} s")
     columns = (poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2]))
     ends = [np.stack([np.interp(at, times_s, column) for column in columns], axis=-1)
             for at in relations.times_s[inside].T]
