@@ -39,7 +39,7 @@ def read_tum(paths: Sequence[Path]) -> RecordingContent:
         climbed_m = float(np.ptp(table[:, 2]))
         if climbed_m > _FLAT_M:
             content.notes.append(f"{path.name}: heights are left out; they differ by up to "
-                                 f"{climbed_m:.3g} m")
+                                 f"{round(climbed_m, 1):g} m")
         x, y, z, w = table[:, 3:].T
         yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y**2 + z**2))
         content.tracks[name] = Trajectory(path.name, *in_order(
