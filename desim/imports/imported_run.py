@@ -87,7 +87,7 @@ def _check(path: Path, content: RecordingContent) -> None:
                          "some may count from 0, and others from 1970; --topic takes some only")
     farthest_m = max(float(np.abs(track.poses[:, :2]).max()) for track in found.values())
     if farthest_m > _FARTHEST_M:
-        raise InputError(f"{path}: its robots are up to {farthest_m:.6g} m from the origin; at "
+        raise InputError(f"{path}: its robots are up to {farthest_m:.7g} m from the origin; at "
                          f"most {_FARTHEST_M} m: poses in a local frame are wanted")
     if len(found) > MAX_ROBOTS:
         raise InputError(f"{path}: it has {len(found)} robots; at most {MAX_ROBOTS}; --topic takes "
