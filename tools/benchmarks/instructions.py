@@ -15,11 +15,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from bisect import bisect_left
 from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST = 40  # rows of a table
+_FARTHEST = 1 << 16  # bytes from the beginning of a kernel's code to its entry
 _NAME = re.compile(r"\((\d+)\)(?: (.*))?")
 
 
@@ -65,12 +67,19 @@ def _run(valgrind: list[str], scratch: Path, workload: str, until_s: float) -> d
 
 
 def parse(profile: str, kernels: dict[int, str]) -> Counter[tuple[str, str]]:
-    """Instructions of themselves by object and function, of callgrind's format ("Callgrind Format
+    """Instructions of functions themselves, by object and function, of callgrind's format ("Callgrind Format
     Specification" in valgrind's manual): names are given once and stand as numbers after that."""
     names: dict[tuple[str, str], str] = {}
     spent: Counter[tuple[str, str]] = Counter()
     binary = function = ""
     is_call = False
+    entries = sorted(kernels)
+
+    def kernel(address: str) -> str:
+        """The kernel to which code without a name belongs: its entry comes behind it."""
+        k = bisect_left(entries, int(address, 16))
+        near = k < len(entries) and entries[k] - int(address, 16) < _FARTHEST
+        return kernels[entries[k]] if near else address
 
     def named(kind: str, text: str) -> str:
         match = _NAME.match(text)
@@ -86,7 +95,8 @@ def parse(profile: str, kernels: dict[int, str]) -> Counter[tuple[str, str]]:
             binary = found if key == "ob" else binary
         elif key in ("fn", "cfn"):
             found = named("fn", value)
-            function = found if key == "fn" else function
+            if key == "fn":
+                function = kernel(found) if found.startswith("0x") else found
         elif key == "calls":
             is_call = True
         elif line[:1].isdigit() or line[:1] in ("+", "-", "*"):
