@@ -67,8 +67,9 @@ def _run(valgrind: list[str], scratch: Path, workload: str, until_s: float) -> d
 
 
 def parse(profile: str, kernels: dict[int, str]) -> Counter[tuple[str, str]]:
-    """Instructions of functions themselves, by object and function, of callgrind's format ("Callgrind Format
-    Specification" in valgrind's manual): names are given once and stand as numbers after that."""
+    """Instructions of functions themselves, by object and function, of callgrind's format
+    ("Callgrind Format Specification" in valgrind's manual): names are given once and stand as
+    numbers after that. ``kernels``: their names by the addresses of their entries."""
     names: dict[tuple[str, str], str] = {}
     spent: Counter[tuple[str, str]] = Counter()
     binary = function = ""
