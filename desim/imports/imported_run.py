@@ -83,7 +83,7 @@ def _check(path: Path, content: RecordingContent) -> None:
     found, (start_ns, end_ns) = content.tracks, content.span_ns()
     days = (end_ns - start_ns) / (86_400 * NS_PER_S)
     if days > _MOST_DAYS:
-        raise InputError(f"{path}: its stamps are {days:.6g} days apart; at most {_MOST_DAYS}: "
+        raise InputError(f"{path}: its stamps are {days:.0f} days apart; at most {_MOST_DAYS}: "
                          "some may count from 0, and others from 1970; --topic takes some only")
     farthest_m = max(float(np.abs(track.poses[:, :2]).max()) for track in found.values())
     if farthest_m > _FARTHEST_M:
