@@ -61,6 +61,12 @@ def test_a_delay_of_one_message_has_no_error():
                 delay_p99_ms=2.5)[2] == "delay         2.500 ms  mean"
 
 
+def test_the_number_stands_out_between_its_name_and_its_meaning():
+    columns = cases.measures_table(MEASURES).columns
+    assert [(column.style, column.justify) for column in columns] == [
+        ("cyan", "left"), ("", "right"), ("dim", "left")]
+
+
 class Inside(Params):
     at_m: Length = Field("1 m", description="where")
 
@@ -87,7 +93,7 @@ def test_the_keys_of_a_file_with_those_inside_of_its_own_blocks():
         "  places          of hosts", "  places.HOST.at  where; default 1 m",
         "  flows           between them", "  flows[].at      where; default 1 m",
         "  near            one block", "  near[].at       where; default 1 m",
-        "  rts             ask first; default no", "  number          how many; default 3", "",
+        "  rts             ask first; default false", "  number          how many; default 3", "",
         "and those of the radio (desim describe radio has the keys inside):", "",
         "  gain            of the antenna; default 1.5", "  inside          a block", "",
         "  --seed N  of all random numbers; default 1", "  --json    one JSON object"]
@@ -105,9 +111,10 @@ def test_the_usage_of_a_case_has_its_options():
 def test_the_line_about_a_layout_counts_its_hosts_and_says_what_the_radio_is_given():
     given = Layout(places={"a": {}, "b": {}}, flows=({},), gain=2.0)
     assert cases.title("layout", 7, given) == (
-        "layout: hosts 2, flows 1, gain 2.0, rts no, number 3, seed 7")
+        "layout: hosts 2, flows 1, gain 2.0, rts false, number 3, seed 7")
     plain = Layout(places={"a": {}})
-    assert cases.title("layout", 7, plain) == "layout: hosts 1, flows 0, rts no, number 3, seed 7"
+    assert cases.title("layout", 7, plain) == (
+        "layout: hosts 1, flows 0, rts false, number 3, seed 7")
     assert cases.title("toy", 1, Inside()) == "toy: at 1 m, seed 1"
 
 
