@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from drawn import costmap, drawn
-from fleets import Hosts
+from robot_fleets import Hosts
 
 from desim.errors import InputError, ModelError
 from desim.middleware.node import Node

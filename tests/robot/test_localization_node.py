@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from fleets import Ears, Hosts
+from robot_fleets import Ears, Hosts
 
 from desim.errors import ModelError
 from desim.middleware.contents import LaserScan, Pose

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from fleets import Ears, Hosts
+from robot_fleets import Ears, Hosts
 
 from desim.middleware.contents import Goal, GoalResult, Pose
 from desim.ports import GridSpec, Peer, Place
