@@ -1,5 +1,6 @@
 """Designs on a scenario that runs in a few milliseconds, and rows of runs that nobody made."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from desim.campaign.design.design import LoadedDesign, load_design
@@ -32,6 +33,20 @@ def loaded(folder: Path, text: str) -> LoadedDesign:
 
 def planned(folder: Path, text: str) -> Plan:
     return Plan(loaded(folder, text))
+
+
+def deployed(folder: Path, sizes: Sequence[int] = (1, 6, 3)) -> Path:
+    """The file of a design of fleets of these sizes in the testbed, 2 to 5 runs of 100 s each."""
+    file = folder / "design.yaml"
+    file.write_text(f"""\
+name: deployed
+base: {Path(__file__).parents[1] / "scenarios" / "maze_8.yaml"}
+set: {{stop.elapsed: 100 s}}
+parameters:
+  robots: {{key: fleet.size, values: {list(sizes)}}}
+iterations: {{metric: exploration_time_s, width: 10 %, at_least: 2, at_most: 5}}
+""")
+    return file
 
 
 def labels(plan: Plan) -> list[tuple[str, ...]]:

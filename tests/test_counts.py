@@ -49,6 +49,10 @@ def test_counts_of_other_workloads_stay_when_some_are_written(committed):
     assert calls.committed() == {"hello": 900, "maze_30": 100_000}
 
 
+def test_every_workload_has_a_committed_figure():
+    assert calls.committed().keys() == calls.WORKLOADS.keys()
+
+
 def test_calls_are_counted_by_function_and_by_event(monkeypatch):
     monkeypatch.setattr(calls, "UNTIL_S", 1)
     first, second = calls.count("hello"), calls.count("hello")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from designs import deployed
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -111,21 +112,9 @@ def test_an_image_that_is_no_multiple_of_a_part():
     assert round_ends_ns(model, [[("a", "b")]], 8_001_000) == [size_bytes * 1000]
 
 
-DESIGN = """
-name: deployed
-base: {base}
-set: {{stop.elapsed: 100 s}}
-parameters:
-  robots: {{key: fleet.size, values: [1, 6, 3]}}
-iterations: {{metric: exploration_time_s, width: 10 %, at_least: 2, at_most: 5}}
-"""
-
-
 @pytest.fixture(scope="module")
-def design(repository, tmp_path_factory):
-    file = tmp_path_factory.mktemp("design") / "design.yaml"
-    file.write_text(DESIGN.format(base=repository / "scenarios" / "maze_8.yaml"))
-    return file
+def design(tmp_path_factory):
+    return deployed(tmp_path_factory.mktemp("design"))
 
 
 def test_the_largest_team_counts(design):

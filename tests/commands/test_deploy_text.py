@@ -3,31 +3,19 @@
 import json
 
 import pytest
+from designs import deployed
 from typer.testing import CliRunner
 
 from desim.cli import app
 
-DESIGN = """
-name: deployed
-base: {base}
-set: {{stop.elapsed: 100 s}}
-parameters:
-  robots: {{key: fleet.size, values: [1, 6, 3]}}
-iterations: {{metric: exploration_time_s, width: 10 %, at_least: 2, at_most: 5}}
-"""
-
 
 @pytest.fixture(scope="module")
-def design(repository, tmp_path_factory):
-    file = tmp_path_factory.mktemp("design") / "design.yaml"
-    file.write_text(DESIGN.format(base=repository / "scenarios" / "maze_8.yaml"))
-    return file
+def design(tmp_path_factory):
+    return deployed(tmp_path_factory.mktemp("design"))
 
 
-def test_one_of_each(tmp_path, repository):
-    file = tmp_path / "design.yaml"
-    file.write_text(DESIGN.format(base=repository / "scenarios" / "maze_8.yaml").replace(
-        "[1, 6, 3]", "[1]"))
+def test_one_of_each(tmp_path):
+    file = deployed(tmp_path, sizes=[1])
     shown = CliRunner().invoke(app, ["deploy", str(file), "--image", "20 MB"])
     assert "deployed: 1 node for 1 virtual machine, up to 4 on a node" in shown.output
 

@@ -46,14 +46,15 @@ def test_the_plainest_campaign(study):
         "Student's t."]
 
 
-def test_versions_models_and_settings_are_named(study):
+@pytest.mark.parametrize("stop", [{"explored": None}, {"explored": 1.0, "by": "none"}])
+def test_versions_models_and_settings_are_named(study, stop):
     manifest = {"desim_version": "0.6", "source": "abc", "plugins": {"x": "b", "y": "a"},
                 "versions": {"desim": "0.6", "numpy": "2.0", "numba": "0.60"},
                 "machine": {"libm": "glibc 2.36", "machine": "x86_64"}}
     study.design = design({"robots": [1, 2]}, iterations=2, set={"a": "b", "c": [1, 2]},
                           measure={"period": "1 s"})
     made, *_ = said(study, SimpleNamespace(
-        manifest=manifest, stop={"elapsed": "9 s", "explored": None}))
+        manifest=manifest, stop={"elapsed": "9 s"} | stop))
     assert made == (
         "The campaign “made_up” was simulated with desim 0.6 (source abc; numpy 2.0, numba 0.60), "
         "with the models a, b; glibc 2.36 on x86_64. The base scenario was small.yaml, with a = b, "

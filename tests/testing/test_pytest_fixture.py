@@ -4,21 +4,13 @@ import subprocess
 import sys
 
 import pytest
+from designs import BASE
 
 pytest_plugins = ["pytester"]
-SCENARIO = """\
-name: small
-environment: {terrain: {size: [12 m, 12 m], drawing: {cell: 4 m, lines: [
-  "+--+--+--+", "|     |  |", "+  +  +  +", "|  |     |",
-  "+  +--+  +", "|        |", "+--+--+--+"]}}}
-fleet: {size: 2, start: {from: [-4 m, 4 m], step: [2 m, 0 m]}}
-robot: {laser: {beams: 20}}
-stop: {elapsed: 100 ms}
-"""
 
 
 def outcome(pytester, body, **wanted):
-    (pytester.path / "small.yaml").write_text(SCENARIO)
+    (pytester.path / "small.yaml").write_text(BASE)
     pytester.makepyfile(body)
     result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
     result.assert_outcomes(**wanted)

@@ -111,6 +111,8 @@ def _made(study: Study, sources: Sources) -> str:
     varied = {getattr(shape, "key", None) for shape in design.parameters.values()}
     shared = {key: value for key, value in (sources.stop or design.stop).items()
               if value is not None and f"stop.{key}" not in varied}
+    if shared.get("by") == "none":
+        shared = {key: value for key, value in shared.items() if key not in ("explored", "by")}
     stop = f" A run stopped at {_settings(shared)}, whatever came first." if shared else ""
     measure = f" Measured: {_settings(design.measure)}." if design.measure else ""
     return text + "." + stop + measure
