@@ -2,13 +2,13 @@
 
     python tools/bench.py instructions [--from SECONDS] [--to SECONDS] [NAME ...]
 
-A run is made twice under valgrind's callgrind: to the window's start and to its end. The window's
-instructions are the difference. They repeat to 0.1 %, as kernels are compiled for a generic
-processor. A workload takes minutes.
+A run is made under valgrind's callgrind, which counts from the window's start to its end. Kernels
+are compiled for a generic processor. It needs valgrind with its headers, and a C compiler.
 """
 
 from __future__ import annotations
 
+import ctypes
 import os
 import re
 import shutil
@@ -17,23 +17,35 @@ import sys
 import tempfile
 from bisect import bisect_left
 from collections import Counter
+from contextlib import contextmanager
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 MOST = 40  # rows of a table
+SWITCH = """\
+#include <valgrind/callgrind.h>
+void start(void) { CALLGRIND_START_INSTRUMENTATION; }
+void stop(void) { CALLGRIND_STOP_INSTRUMENTATION; }
+"""
+_SWITCH = "switch.so"
 _FARTHEST = 1 << 16  # bytes from the beginning of a kernel's code to its entry
 _NAME = re.compile(r"\((\d+)\)(?: (.*))?")
 
 
 def rows(workload: str, start_s: float, end_s: float) -> list[dict[str, object]]:
     """Million instructions a simulated second by object, then by function."""
-    if shutil.which("valgrind") is None:
-        raise SystemExit("instructions: valgrind is not installed (apt install valgrind)")
+    for program in ("valgrind", "cc"):
+        if shutil.which(program) is None:
+            raise SystemExit(f"instructions: {program} is not installed (apt install valgrind gcc)")
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
-        _run([], scratch, workload, 1)  # compiles the kernels
-        spent = _counted(scratch, workload, end_s)
-        spent.subtract(_counted(scratch, workload, start_s))
+        subprocess.run(["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", scratch / _SWITCH],
+                       input=SWITCH, text=True, check=True)
+        _run([], scratch, workload, start_s, end_s)  # compiles the kernels
+        profile = scratch / "callgrind.out"
+        kernels = _run(["valgrind", "--tool=callgrind", "--instr-atstart=no",
+                        f"--callgrind-out-file={profile}"], scratch, workload, start_s, end_s)
+        spent = parse(profile.read_text(encoding="utf-8", errors="replace"), kernels)
     scale = 1e6 * (end_s - start_s)
     objects: Counter[str] = Counter()
     for (binary, _), count in spent.items():
@@ -45,18 +57,12 @@ def rows(workload: str, start_s: float, end_s: float) -> list[dict[str, object]]
               for (binary, function), count in spent.most_common(MOST))]
 
 
-def _counted(scratch: Path, workload: str, until_s: float) -> Counter[tuple[str, str]]:
-    """Instructions of a run by object and function."""
-    profile = scratch / "callgrind.out"
-    kernels = _run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}"],
-                   scratch, workload, until_s)
-    return parse(profile.read_text(encoding="utf-8", errors="replace"), kernels)
-
-
-def _run(valgrind: list[str], scratch: Path, workload: str, until_s: float) -> dict[int, str]:
+def _run(valgrind: list[str], scratch: Path, workload: str, start_s: float, end_s: float
+         ) -> dict[int, str]:
     """Run a workload in a process of its own; the kernels' names by their addresses."""
     done = subprocess.run(
-        [*valgrind, sys.executable, __file__, workload, str(until_s)], cwd=ROOT,
+        [*valgrind, sys.executable, __file__, workload, str(start_s), str(end_s), str(scratch)],
+        cwd=ROOT,
         capture_output=True, text=True,
         env=os.environ | {"PYTHONPATH": f"{ROOT}:{ROOT / 'tools'}", "PYTHONHASHSEED": "0",
                           "XDG_CACHE_HOME": str(scratch), "NUMBA_CPU_NAME": "generic"})
@@ -78,8 +84,9 @@ def parse(profile: str, kernels: dict[int, str]) -> Counter[tuple[str, str]]:
 
     def kernel(address: str) -> str:
         """The kernel to which code without a name belongs: its entry comes behind it."""
-        k = bisect_left(entries, int(address, 16))
-        near = k < len(entries) and entries[k] - int(address, 16) < _FARTHEST
+        place = int(address.partition("'")[0], 16)  # '2 is behind a function that calls itself
+        k = bisect_left(entries, place)
+        near = k < len(entries) and entries[k] - place < _FARTHEST
         return kernels[entries[k]] if near else address
 
     def named(kind: str, text: str) -> str:
@@ -124,12 +131,24 @@ def main() -> None:
         print(address, kernel)
 
 
-def run(workload: str, until_s: str) -> None:
-    """Run a workload. Its modules are imported here, when kernels load as ``main`` says."""
+def run(workload: str, start_s: str, end_s: str, scratch: str) -> None:
+    """Run a workload, counted in the window. Its modules are imported here, when kernels load as
+    ``main`` says."""
     import desim
     from benchmarks.calls import load
+    from desim.engine.kernel import Phase
+    from desim.units import NS_PER_S
+    switch = ctypes.CDLL(str(Path(scratch) / _SWITCH))
+
+    @contextmanager
+    def counting(simulation, _):
+        for at_s, turn in ((start_s, switch.start), (end_s, switch.stop)):
+            simulation.kernel.at(int(float(at_s) * NS_PER_S), Phase.WORLD, 0,
+                                 lambda _, turn=turn: turn())
+        yield
+
     with tempfile.TemporaryDirectory() as out:
-        desim.run(load(workload, float(until_s)), out=out)
+        desim.run(load(workload, float(end_s) + 0.02), out=out, watch=counting)
 
 
 if __name__ == "__main__":
