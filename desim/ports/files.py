@@ -32,7 +32,10 @@ class CsvTable:
         if line.lstrip().startswith("{"):
             self.facts = self._json(line)
             self.line, line = 2, next(self._lines, "")
-        self._columns = [column.strip() for column in next(csv.reader([line]), [])]
+        try:
+            self._columns = [column.strip() for column in next(csv.reader([line]), [])]
+        except csv.Error as error:
+            raise self.wrong(f"this is no CSV: {error}") from None
         self._names = self._columns
 
     def _text(self) -> Iterator[str]:
@@ -48,6 +51,8 @@ class CsvTable:
             facts: dict[str, object] = json.loads(line)
         except ValueError as error:
             raise self.wrong(f"this is no JSON: {error}") from None
+        except RecursionError:
+            raise self.wrong("this JSON is nested too deeply") from None
         return facts
 
     def named(self, known: Mapping[str, str], needed: tuple[str, ...]) -> None:

@@ -260,6 +260,8 @@ def test_hosts_without_a_link_now_are_parted(file):
     (PLAIN + "30,a,b,1,2\n", "{0}:6: 5 cells; allowed: at most 4, one for each column"),
     ("{'start_date': 3}\n", "{0}:1: this is no JSON: Expecting property name enclosed in double "
                             "quotes: line 1 column 2 (char 1)"),
+    ('{"a": ' + "[" * 100_000, "{0}:1: this JSON is nested too deeply"),
+    ("t" * 200_000, "{0}:1: this is no CSV: field larger than field limit (131072)"),
     (K7.replace("2018-01-11 16:33:07,18", "yesterday,18"),
      "{0}:5: datetime is 'yesterday'; allowed: a date and time as 2018-01-11 16:33:07"),
     (K7.replace("2018-01-11 16:33:07,18", "2018-13-11 16:33:07,18"),
