@@ -48,15 +48,18 @@ _BY_BYTES = [(MCAP, rb"\x89MCAP0\r\n"), (ROS_1_BAG, rb"#ROSBAG V"),
              (TUM, rb"(?:\s*#[^\n]*\n)*\s*" + rb"[ \t]+".join([_NUMBER] * 8) + rb"\s*?(?:\n|\Z)")]
 _BY_ROOT = {b"sdf": SDF, b"gazebo": SDF, b"world": SDF, b"svg": SVG, b"robot": URDF,
             b"launch": LAUNCH}
-_ROOT = re.compile(rb"\s*(?:<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\])?[^>]*>|\s)*"
-                   rb"<(?:\w+:)?(\w+)", re.DOTALL)
-_BY_LINE = [(CARMEN, rb"^(?:FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM) "),
-            (MAP_SERVER, rb"^image\s*:.*^resolution\s*:|^resolution\s*:.*^image\s*:"),
-            (BUILDING, rb"^levels\s*:"),
-            (ROS_PARAMETERS, rb"^\s+ros__parameters\s*:|^\w*costmap\w*\s*:|^footprint\s*:|"
-             rb"^\w+PlannerROS\s*:|^(?:controller_frequency|min_frontier_size)\s*:"),
-            (STAGE, rb"^\s*define\s+\w+\s+\w+\s*\(|^\s*include\s+\"|"
-             rb"^\s*(?:model|position|floorplan|window)\s*\(")]
+# Possessive: to search again from each place would take a hostile file's size squared.
+_ROOT = re.compile(rb"(?:<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*+(?>\[.*?\])?[^>]*+>|\s++)*+"
+                   rb"<(?:\w++:)?+(\w+)", re.DOTALL)
+# All of a format's lines must be there.
+_BY_LINE = [(CARMEN, [rb"^(?:FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM) "]),
+            (MAP_SERVER, [rb"^image[ \t]*:", rb"^resolution[ \t]*:"]),
+            (BUILDING, [rb"^levels[ \t]*:"]),
+            (ROS_PARAMETERS, [
+                rb"^(?:[ \t]++ros__parameters|(?=\w*costmap)\w++|\w++(?<=\wPlannerROS)|footprint|"
+                rb"controller_frequency|min_frontier_size)[ \t]*:"]),
+            (STAGE, [rb"^[ \t]*+(?:define[ \t]++\w++[ \t]++\w++|"
+                     rb"model|position|floorplan|window)\s*+\(|^[ \t]*+include[ \t]++\""])]
 
 
 def kind_of(path: str | os.PathLike) -> FileKind | None:
@@ -68,8 +71,8 @@ def kind_of(path: str | os.PathLike) -> FileKind | None:
             return kind
     if root := _ROOT.match(head):
         return _BY_ROOT.get(root[1])
-    return next((kind for kind, pattern in _BY_LINE
-                 if re.search(pattern, head, re.MULTILINE | re.DOTALL)), None)
+    return next((kind for kind, patterns in _BY_LINE
+                 if all(re.search(pattern, head, re.MULTILINE) for pattern in patterns)), None)
 
 
 def advice(path: str | os.PathLike) -> str:

@@ -60,6 +60,15 @@ def test_of_a_file_that_cannot_be_read_nothing_is_said(tmp_path):
     assert advice(tmp_path / "none") == "" and advice("\0") == ""
 
 
+@pytest.mark.parametrize("again", [
+    "\n", "define\n", "costmap", "image:\n", " ros__parameters\n", "<!---->", "<!DOCTYPE [", "]",
+    "PlannerROS"])
+def test_a_hostile_head_takes_no_time_that_grows_with_its_square(tmp_path, again):
+    """Where a search began again at each place, 64 KiB of spaces took 44 s."""
+    (tmp_path / "file").write_bytes(b"<!DOCTYPE [" * (again == "]") + again.encode() * 65_536)
+    assert kind_of(tmp_path / "file") is None
+
+
 def test_comments_and_licences_of_64_kib_are_passed_over(tmp_path):
     for behind, known in ((65_536 - len("<svg>"), True), (65_536, False)):
         (tmp_path / "file").write_bytes(b" " * behind + b"<svg>")

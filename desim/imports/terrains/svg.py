@@ -29,7 +29,7 @@ _UNITS_M = {"mm": 1e-3, "cm": 1e-2, "in": 0.0254, "pt": 0.0254 / 72, "pc": 0.025
 _SMALLEST_M = 3.0  # a drawing that is smaller is one on paper
 _MOST_CORNERS = 1000  # of a polygon in a scenario
 _MOST_ELEMENTS, _DEEPEST = 500_000, 200  # with those that <use> repeats
-_TRANSFORM = re.compile(r"(\w+)\s*\(([^)]*)\)")
+_TRANSFORM = re.compile(r"\b(\w+)\s*\(([^()]*)\)")
 _GROUPS = ("svg", "g", "a", "switch", "symbol")
 _LEFT_OUT = {"text": "texts", "image": "images", "foreignObject": "foreign objects"}
 

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 
 from desim.outside_xml import Element
 
-_RULE = re.compile(r"([^{}]+)\{([^{}]*)\}")
+_COMMENT = re.compile(r"/\*.*?(?:\*/|\Z)", re.DOTALL)
+_RULE = re.compile(r"(?<![^{}])([^{}]+)\{([^{}]*)\}")
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(%?)")
 _INHERITED = ("fill", "stroke", "stroke-width", "fill-rule", "fill-opacity", "stroke-opacity",
               "visibility", "color")
@@ -24,7 +25,7 @@ class StyleSheet:
     def __init__(self, root: Element) -> None:
         self._rules: dict[str, Style] = {}
         for text in _sheets(root):
-            for selectors, body in _RULE.findall(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)):
+            for selectors, body in _RULE.findall(_COMMENT.sub("", text)):
                 for selector in selectors.split(","):
                     self._rules.setdefault(selector.strip(), {}).update(_declared(body))
 

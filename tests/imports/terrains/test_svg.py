@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from desim.errors import InputError
-from desim.imports.terrains import svg, svg_path
+from desim.imports.terrains import svg, svg_path, svg_style
 from desim.imports.terrains.areas import Area, trapezoids
 from desim.imports.terrains.found import Choices
 from desim.imports.terrains.read import read_terrain
@@ -173,3 +173,11 @@ def test_uses_that_multiply_are_refused(tmp_path, monkeypatch):
         read(tmp_path, bomb + "<line id='g9' x2='1'/>")
     with pytest.raises(InputError, match="more than 5000 elements, or nested more than 200"):
         read(tmp_path, "<g id='a'><use href='#a'/></g>")
+
+
+@pytest.mark.parametrize("pattern", [svg._TRANSFORM, svg_style._RULE])
+def test_hostile_text_takes_no_time_that_grows_with_its_square(pattern):
+    """Where a search began again at each place, this took two minutes."""
+    for text in ("a(" * 100_000, "a" * 200_000, "a{" * 100_000):
+        assert pattern.findall(text) == []
+    assert svg_style._COMMENT.sub("", "/* " * 100_000) == ""
