@@ -64,7 +64,7 @@ def test_of_a_file_that_cannot_be_read_nothing_is_said(tmp_path):
     "\n", "define\n", "costmap", "image:\n", " ros__parameters\n", "<!---->", "<!DOCTYPE [", "]",
     "PlannerROS"])
 def test_a_hostile_head_takes_no_time_that_grows_with_its_square(tmp_path, again):
-    """Where a search began again at each place, 64 KiB of spaces took 44 s."""
+    """A search that begins again at each place took 44 s for 64 KiB of spaces."""
     (tmp_path / "file").write_bytes(b"<!DOCTYPE [" * (again == "]") + again.encode() * 65_536)
     assert kind_of(tmp_path / "file") is None
 

@@ -177,7 +177,7 @@ def test_uses_that_multiply_are_refused(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("pattern", [svg._TRANSFORM, svg_style._RULE])
 def test_hostile_text_takes_no_time_that_grows_with_its_square(pattern):
-    """Where a search began again at each place, this took two minutes."""
+    """A search that begins again at each place took two minutes."""
     for text in ("a(" * 100_000, "a" * 200_000, "a{" * 100_000):
         assert pattern.findall(text) == []
     assert svg_style._COMMENT.sub("", "/* " * 100_000) == ""
