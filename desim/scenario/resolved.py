@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from desim.errors import InputError
 from desim.files import content
 from desim.scenario import plugin_choices, yaml12
+from desim.scenario.interrupts import interruptible
 from desim.scenario.schema.environment import MapFile
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Data
@@ -51,7 +52,8 @@ def _content(file: str) -> bytes:
 
 
 def _dumped(scenario: Scenario) -> Data:
-    return scenario.model_dump(mode="json", by_alias=True)
+    with interruptible():
+        return scenario.model_dump(mode="json", by_alias=True)
 
 
 def _data(scenario: Scenario, data: Data, written: Callable[[str], str]) -> Data:

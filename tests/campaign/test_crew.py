@@ -224,7 +224,7 @@ def test_ctrl_c_and_termination(campaign, number):
     process, workers, out = campaign
     process.send_signal(number)
     _, errors = process.communicate(timeout=30)
-    assert process.returncode == 130
+    assert process.returncode == 130, errors
     assert re.fullmatch(r"interrupted; what there is until then: \d+ of 4000 runs in .*/out; the "
                         r"same command goes on from there\n", errors)
     assert gone(workers)

@@ -16,6 +16,7 @@ from pydantic import (
 
 from desim.ports import Params
 from desim.ports.antenna import Antenna
+from desim.scenario.interrupts import interruptible
 from desim.scenario.plugin_parameters import parse_parameters
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.computer import ComputerParams
@@ -72,7 +73,8 @@ class PluginChoice(Params):
 
     def __reduce__(self) -> tuple[Callable[..., PluginChoice], tuple[object, ...]]:
         # As text: a module that lies beside a scenario is found by the name that stands there.
-        text = self.model_dump_json(by_alias=True)
+        with interruptible():
+            text = self.model_dump_json(by_alias=True)
         return _unpickled, (type(self), text, self._params is not None)
 
 

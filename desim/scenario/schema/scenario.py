@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from desim.ports import Params
+from desim.scenario.interrupts import interruptible
 from desim.scenario.schema.clock import ClockParams
 from desim.scenario.schema.communication import (
     Coordination,
@@ -102,4 +103,5 @@ class Scenario(Params):
 
     def __hash__(self) -> int:
         # Mappings have no hash of their own, and Python's hash of text differs between processes.
-        return zlib.crc32(self.model_dump_json(by_alias=True).encode())
+        with interruptible():
+            return zlib.crc32(self.model_dump_json(by_alias=True).encode())
