@@ -39,7 +39,7 @@ def test_each_change_is_one_and_annotations_stay():
 
 @pytest.mark.parametrize(("code", "expected"), [
     ("LIMIT = 1", ""), ("LIMIT = 2", "test_a.py::test_limit"), ("LIMIT =", "test_a.py"),
-    ("while True: pass", LATE)])
+    ("while True: pass", LATE), ("import threading; threading.Event().wait()", LATE)])
 def test_a_test_that_fails_kills(tmp_path, code, expected):
     (tmp_path / "a.py").write_text(code)
     (tmp_path / "test_a.py").write_text("import a\ndef test_limit(): assert a.LIMIT == 1\n")

@@ -22,6 +22,7 @@ import os
 import random
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -34,6 +35,7 @@ from sources import ROOT, Source, below
 
 PATIENCE = 5  # a mutant may take so many times as long as its tests do
 START_S = 20  # and this, in which pytest starts; of a processor, for others may use it, too
+WAIT = 3  # seconds of the wall clock for one of the processor
 LATE = "the limit of time"
 OTHER: dict[type[ast.AST], type[ast.AST]] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt,
@@ -148,16 +150,22 @@ def verdict(folder: Path, tests: list[str], limit_s: int) -> str:
     def limit() -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (limit_s, limit_s))
 
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header",
-         "--tb=no", "-rfE", "-m", "not validation", *tests], cwd=folder, text=True,
-        capture_output=True, preexec_fn=limit, env={**os.environ, "PYTHONPATH": str(folder)})
-    if done.returncode < 0:
-        return LATE
-    if done.returncode == 0:
-        return ""
-    failed = [line.partition(" ")[2].partition(" - ")[0] for line in done.stdout.splitlines()
-              if line.startswith(("FAILED", "ERROR"))]
+    with tempfile.TemporaryFile("w+") as output:
+        pytest = subprocess.Popen(
+            [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header",
+             "--tb=no", "-rfE", "-m", "not validation", *tests], cwd=folder, stdout=output,
+            stderr=subprocess.DEVNULL, preexec_fn=limit, start_new_session=True,
+            env={**os.environ, "PYTHONPATH": str(folder)})
+        try:
+            status = pytest.wait(WAIT * limit_s)
+        except subprocess.TimeoutExpired:  # it sleeps, or waits for what never comes
+            os.killpg(pytest.pid, signal.SIGKILL)
+            status = pytest.wait()
+        if status <= 0:
+            return LATE if status else ""
+        output.seek(0)
+        failed = [line.strip().partition(" ")[2].partition(" - ")[0] for line in output
+                  if line.startswith(("FAILED", "ERROR"))]
     return failed[0] if failed else tests[0]  # nothing can be imported
 
 
