@@ -108,6 +108,20 @@ def test_a_node_that_only_looks_has_the_newest_message_and_no_callback():
     assert (counts.delivered, counts.queued) == (3, 0)
 
 
+def test_a_node_that_only_looks_sees_messages_in_the_order_of_their_arrival():
+    """The one that was sent first is large, and arrives last: 200 kB at 10 Mb/s take 160 ms."""
+    seen = []
+
+    def looker(node):
+        latest = node.latest("/talk")
+        for time_ns in (20 * MS, 400 * MS):
+            node.after(time_ns, lambda _: seen.append(latest.message.content.text))
+
+    Net({"a": talker([(10 * MS, "large")], size_bytes=200_000),
+         "b": talker([(11 * MS, "small")]), "c": looker}, link(rate="10 Mb/s")).run(S)
+    assert seen == ["small", "large"]
+
+
 def test_names_are_relative_to_the_host():
     heard = []
     Net({"a": talker([(0, "mine")], topic="pose"), "b": listener(heard, topic="pose"),

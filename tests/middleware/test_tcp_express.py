@@ -192,6 +192,18 @@ def test_a_sender_knows_of_a_message_when_it_is_heard():
     assert log[-1][1:] == ("unacked", [])
 
 
+def test_what_is_on_its_way_is_pending():
+    """Of the third message, which goes by express, and after all have been heard."""
+    pair, pending = Pair(wire(), params=IMPLIED), []
+    pair.call(nodelay=True)
+    for k in range(3):
+        pair.at(S + k * MS, pair.say, k, 800)
+    for time_ns in (S + 2 * MS, 2 * S):
+        pair.at(time_ns, lambda: pending.append(pair.connection.sender(0).pending))
+    pair.run(2 * S + 1)
+    assert pending == [800, 0]
+
+
 @pytest.mark.parametrize("before", [[], [(S, say)]])
 def test_an_end_that_closes_when_it_hears_something_hears_nothing_more(before):
     log, _ = pair_with(*before, (2 * S, say_the_last), (2 * S + 20_000, say), (3 * S, say))

@@ -95,6 +95,15 @@ def keepalive(interval_s=10.0):
             and probes_s == [*range(60, 150, 10), 150])
 
 
+def late_keepalive(interval_s=10.0):
+    """Linux checks timers of 60 s every 512 ticks of 4 ms, those of 10 s every 64: the first of
+    these instants after the 15,000 ticks and the 2500 ticks, 30 * 512 and 280 * 64."""
+    pair = Pair(params={"keepalive_interval": f"{interval_s} s"})
+    pair.call()
+    pair.at(10 * MS, pair.stop, 1).run(72 * S)
+    return [row[0] for row in pair.rows("control")[3:]] == [61_440 * MS, 71_680 * MS]
+
+
 def calling(first_rto_s=1.0):
     """A SYN goes again after 1, 2, 3, 4, 5, 7, 11, 19, 35 and 67 s; after 131 s the caller gives
     up."""
@@ -161,7 +170,8 @@ def avoidance(initial_window=40):
 
 
 CHECKS = [(handshake, 21.0), (slow_start, 11), (saturation, 10.5), (retransmissions, 0.11),
-          (waking, 210), (keepalive, 10.5), (calling, 1.1), (giving_up, 126),
+          (waking, 210), (keepalive, 10.5), (late_keepalive, 10.5), (calling, 1.1),
+          (giving_up, 126),
           (round_trip_times, 160.0), (avoidance, 37)]
 
 

@@ -130,6 +130,16 @@ def test_a_fate_has_the_instants_of_the_first_and_the_last_frame():
         ("delivered", 5000, 5206), ("link_closed", 7000, 13_366)]
 
 
+def test_what_never_left_has_no_instants():
+    """The first message has 8 s to go when its host stops, the second is behind it."""
+    net = net_of({"a": talker([(5 * S, "one"), (5 * S, "two")], size_bytes=10**6),
+                  "b": listener([])}, link(rate="1 Mb/s"))
+    net.at(6 * S, net.graph.host("a").stop)
+    (_, *one), two = net.run(8 * S).fates
+    assert one[2] == "sender_down" and one[3] == 5 * S < one[4] < 6 * S
+    assert two == (2, "b", 6 * S, "sender_down", -1, -1)
+
+
 def test_a_stream_that_blocks_a_link_closes_it():
     """From 5 s on nothing gets through. Batches fill, then the publisher waits; 5 s later the link
     is closed, long before the lease."""

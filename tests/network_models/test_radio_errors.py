@@ -35,6 +35,13 @@ def test_differential_bpsk():
     assert bit_error(1, 0.5) == pytest.approx(0.5 * np.exp(-11))
 
 
+@pytest.mark.parametrize(("ratio", "error"), [
+    (0.0999, 0.5), (0.1, 0.4702), (10, 2.2415e-5), (10.001, 0.0)])
+def test_the_fit_of_11_mbps_holds_from_a_tenth_to_ten(ratio, error):
+    """The rational fit of Pei and Henderson, for ratios between these bounds, both included."""
+    assert bit_error(11, ratio) == pytest.approx(error, rel=1e-3)
+
+
 def through_table(mbps: float, db: np.ndarray, size_bytes: int) -> np.ndarray:
     table = error_table((mbps,))
     at = (db - table.first_db) / table.step_db
