@@ -37,10 +37,10 @@ def test_each_of_six_hosts_sends_its_messages_and_may_pass_on_those_of_others(me
 
 
 def test_the_error_of_an_availability_is_that_of_a_chain_of_two_states():
-    """40,000 looks, 5 s apart: their variance and all their covariances, from the rates alone."""
+    """40,000 samples, 5 s apart: their variance and all their covariances, from the rates alone."""
     rates = np.array([[-1 / 40, 1 / 40], [1 / 10, -1 / 10]])  # up and down
     step = np.linalg.matrix_power(np.eye(2) + rates * 5 / 2 ** 20, 2 ** 20)
-    both_up = [np.linalg.matrix_power(step, looks)[0, 0] for looks in range(200)]
+    both_up = [np.linalg.matrix_power(step, samples)[0, 0] for samples in range(200)]
     covariances = [0.8 * (chance - 0.8) for chance in both_up]
     error = np.sqrt((covariances[0] + 2 * sum(covariances[1:])) / 40_000)
     check, = FlappingAvailability().checks(lambda setup: {"loss": 0.2})
