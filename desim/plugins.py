@@ -19,7 +19,7 @@ from desim import ports
 from desim.errors import InputError, did_you_mean, first_line
 from desim.modules import module_at, source_of, why
 from desim.ports.cases import Case, Validation
-from desim.ports.computers import CostModel, MemoryModel
+from desim.ports.computers import CostModel, MemoryModel, UnusedRows
 from desim.ports.localization import Localization
 from desim.ports.middleware import Middleware
 from desim.ports.sharing import FollowsScans, Sharing
@@ -67,7 +67,7 @@ _OPTIONAL: dict[str, tuple[type, ...]] = {
     "strategy": (ports.Starts, ports.FollowsGoals, ports.FollowsMap, ports.FollowsTeam),
     "sharing": (FollowsScans,),
     "task": (Briefs, VisitsPlaces, GivesMap, FollowsKnowledge, JudgesMap, Measures),
-    "computers": (MemoryModel,),
+    "computers": (MemoryModel, UnusedRows),
 }
 _ALL_OR_NONE = (MemoryModel,)  # of these, one method is of no use without the others
 

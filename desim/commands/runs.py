@@ -87,7 +87,7 @@ def run(scenario: ScenarioPath,
 
 def _say_doubts(loaded: Loaded) -> None:
     """Say before the run what it need not show."""
-    from desim.scenario.doubts import media_beside, too_late
+    from desim.advice.doubts import media_beside, too_late
 
     for note in media_beside(loaded.scenario, loaded.places):
         say(f"note: {note}", err=True)
@@ -107,8 +107,8 @@ def _servers(live: bool, port: int, foxglove: bool, loaded: Loaded) -> list[Serv
 
 
 def _show(finished: Run, console: Terminal, loaded: Loaded) -> None:
+    from desim.advice.doubts import too_late
     from desim.commands.views.key_figures import result_table
-    from desim.scenario.doubts import too_late
 
     manifest = finished.manifest
     console.print(result_table(finished.metrics, manifest, console.is_narrow))

@@ -15,7 +15,6 @@ from desim.monitor.monitor import BYTES, Monitor
 from desim.monitor.samples import LEAST_WINDOW_NS, Sample, mean, mean_over
 from desim.monitor.traffic import background, by_kind, packets_lost, replaced, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
-from desim.monitor.warnings import warnings
 from desim.robot.mapping.tiles import raster
 from desim.units import NS_PER_S
 
@@ -79,7 +78,6 @@ def summarize(monitor: Monitor, now_ns: int) -> Sample:
         **monitor.bottlenecks.summary(),
         "robots": robots,
         "hosts": monitor.stationary_hosts.summary(now_ns),
-        "warnings": warnings(monitor),
     }
     if not monitor.robots:
         general |= dict.fromkeys(OF_ROBOTS)

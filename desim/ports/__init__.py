@@ -78,6 +78,7 @@ from desim.ports.strategies import (
     TeamLink,
 )
 from desim.ports.time_parts import Ledger, TimePart
+from desim.ports.unused_keys import KnowsUnusedKeys, UnusedKeys, changed_keys
 from desim.ports.worlds import GridSpec, HasDoubts, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
@@ -86,14 +87,12 @@ __all__ = [
     "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier",
     "GoalEnd", "GridSpec", "Handle", "HasDoubts", "HearsAntennas", "Itemizes",
     "JudgesTransmissions",
-    "KnowsDepartures", "KnowsLinks", "Ledger", "LimitsReach", "Mark", "MovesObstacles",
-    "NetworkModel", "Obstacles", "PASS", "Params", "Pass", "PassesMany", "Peer", "Place", "Pose2D",
-    "PredictsSignal", "Preset", "Queues",
-    "RandomStreams", "RecordedPaths", "Refuses", "Retransmits", "Rule", "RuleContext",
-    "RuleFunction", "SendsMany",
+    "KnowsDepartures", "KnowsLinks", "KnowsUnusedKeys", "Ledger", "LimitsReach", "Mark",
+    "MovesObstacles", "NetworkModel", "Obstacles", "PASS", "Params", "Pass", "PassesMany", "Peer",
+    "Place", "Pose2D", "PredictsSignal", "Preset", "Queues", "RandomStreams",
+    "RecordedPaths", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany",
     "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage",
-    "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Topics", "Verdict",
-    "World", "function_rule", "natural_key", "packet_sizes", "rule_of", "scope_beside", "tuples",
-    "with_preset",
-    "with_scope", "yaml_key",
+    "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Topics",
+    "UnusedKeys", "Verdict", "World", "changed_keys", "function_rule", "natural_key",
+    "packet_sizes", "rule_of", "scope_beside", "tuples", "with_preset", "with_scope", "yaml_key",
 ]

@@ -6,7 +6,7 @@ nothing else to do. A model changes when things happen, never what is computed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple, Protocol, runtime_checkable
 
 from desim.ports import parameters
@@ -87,3 +87,11 @@ class MemoryModel(Protocol):
 
     def process_bytes(self, kept: Kept) -> int:
         """The memory that the process of a node has to itself."""
+
+
+@runtime_checkable
+class UnusedRows(Protocol):
+    """A cost model that knows which of its rows a run did not use."""
+
+    def unused_rows(self, ran: Collection[str]) -> Iterable[str]:
+        """Warnings of them at the end of a run. ``ran``: the nodes that it had."""

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
+from desim.advice.warnings import warnings
 from desim.engine.trace import Names, RowSink
 from desim.errors import InputError
 from desim.files import refuse_link
@@ -103,7 +104,8 @@ class RunFolder:
         """Write the results and move the folder to its place. Returns that place, or None if a
         finished run is there already and stays. ``manifest`` has ``status`` and ``digest`` and what
         the caller measured."""
-        summary = {**summarize(monitor, now_ns), "digest": manifest["digest"]}
+        summary = {**summarize(monitor, now_ns), "warnings": warnings(monitor),
+                   "digest": manifest["digest"]}
         with self._writing():
             self._close_tables()
             parquet.write(self._partial / SAMPLES, samples_table(monitor))

@@ -30,7 +30,7 @@ PACKAGES = ("desim", "numpy", "numba", "llvmlite", "simpy", "scipy", "networkx",
 _COMPUTES = frozenset({"units.py", "errors.py", "files.py", "modules.py", "outside_yaml.py",
                        "plugins.py", "unpacking.py", "compiler",
                        "ports", "engine", "scenario", "world", "network", "computers", "middleware",
-                       "robot", "monitor", "simulation", "results"})
+                       "robot", "monitor", "advice", "simulation", "results"})
 
 
 class Identity:

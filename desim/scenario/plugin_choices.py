@@ -15,7 +15,7 @@ from pydantic import ValidationError
 from desim import plugins
 from desim.errors import InputError
 from desim.files import opened
-from desim.ports import BesideScenario, Params
+from desim.ports import BesideScenario, Params, yaml_key
 from desim.scenario.complaints import Complaint, complaints_of
 from desim.scenario.merge import CHOICES
 from desim.scenario.plugin_parameters import parse_parameters
@@ -107,6 +107,19 @@ def file_keys(kind: str, name: str) -> tuple[str, ...]:
 def _file_keys(block: type[Params]) -> tuple[str, ...]:
     return tuple(info.alias or field for field, info in block.model_fields.items()
                  if any(isinstance(mark, BesideScenario) for mark in info.metadata))
+
+
+def chosen(part: object, path: str = "") -> Iterator[tuple[str, PluginChoice]]:
+    """The plug-ins that a ``part`` of a scenario at ``path`` names, with their paths."""
+    if isinstance(part, PluginChoice):
+        yield path, part
+    if isinstance(part, Params):
+        part = {yaml_key(name): getattr(part, name) for name in type(part).model_fields}
+    elif isinstance(part, tuple):
+        part = dict(enumerate(part))
+    if isinstance(part, dict):
+        for key, inner in part.items():
+            yield from chosen(inner, f"{path}.{key}" if path else key)
 
 
 def has_fidelity(medium: MediumChoice) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
@@ -10,6 +10,8 @@ from pydantic import ValidationError
 from desim import plugins, ports
 from desim.errors import InputError
 from desim.scenario.complaints import lines, validated
+from desim.scenario.load import from_mapping
+from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Places, SourcePlace
 
 P = TypeVar("P")
@@ -68,3 +70,18 @@ def check_form(kind: str, cls: PluginClass[object], params: dict[str, object]) -
         again = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}"
                           for one in error.errors())
     need(again == written, cls, f"read its parameters as it writes them; {written} gave {again}")
+    if isinstance(parsed, ports.KnowsUnusedKeys):
+        _check_unused(cls, parsed, parsed.without_effect(from_mapping({"name": "check"}).scenario))
+
+
+def _check_unused(cls: object, parsed: ports.Params, found: Iterable[ports.UnusedKeys]) -> None:
+    """Check that keys without effect are keys of the plug-in's block or of scenarios."""
+    own = [ports.yaml_key(name) for name in type(parsed).model_fields]
+    for one in found:
+        need(isinstance(one, ports.UnusedKeys) and one.why, cls,
+             f"give for without_effect ports.UnusedKeys with a reason, not {one!r}")
+        for key in one.keys:
+            first, _, second = key.partition(".")
+            need(first in Scenario.model_fields or not first and second in own, cls,
+                 f"name for without_effect a key of its own, {', '.join(f'.{n}' for n in own)}, or "
+                 f"of a scenario, not {key!r}")

@@ -3,6 +3,7 @@
 import pytest
 from runs import HELLO, Tally, audited, built, finished
 
+from desim.advice.warnings import warnings
 from desim.monitor.summary import summarize
 from desim.monitor.traffic import packets_lost
 
@@ -129,9 +130,9 @@ def test_the_ledger_and_several_networks_do_not_mind():
 def test_a_warning_of_frames_under_way_says_where_they_are(slow, quick, said):
     """In the queue of a sending host, or on a link that knows when each will arrive."""
     def warned(model):
-        _, summary = fleet_of(f"network.media.lan={{model: {model}}}", *flows(
+        simulation, _ = fleet_of(f"network.media.lan={{model: {model}}}", *flows(
             "medium: lan, between: [nas, pc], rate: 2 Gb/s, size: 1000 B"), seconds=2)
-        return [text for text in summary["warnings"] if "at the end" in text]
+        return [text for text in warnings(simulation.monitor) if "at the end" in text]
 
     (text,) = warned(slow)
     assert text.startswith("medium lan: ") and text.endswith(said)
@@ -139,8 +140,8 @@ def test_a_warning_of_frames_under_way_says_where_they_are(slow, quick, said):
 
 
 def test_frames_that_arrive_after_the_end_are_no_fault_of_their_model():
-    _, summary = fleet_of("network.media.lan={model: link, latency: 1 h}", seconds=2)
-    assert summary["warnings"] == [
+    simulation, _ = fleet_of("network.media.lan={model: link, latency: 1 h}", seconds=2)
+    assert warnings(simulation.monitor) == [
         "host workstation: no message from or to it has arrived; of its topics were dropped: 204 "
         "outbox_full: is lan too slow for them, or the host out of reach there?",
         "no robot has moved: does the strategy choose goals, and do commands arrive?"]

@@ -3,6 +3,7 @@
 import pytest
 from runs import HELLO, Tally, audited, built, finished
 
+from desim.advice.warnings import warnings
 from desim.errors import InputError
 from desim.export.pcap.capture import write_pcap
 from desim.monitor.summary import summarize
@@ -52,9 +53,11 @@ def test_scans_over_a_slow_line_are_old_and_few():
 
 @pytest.mark.parametrize(("model", "said"), [("radio", 1), ("link", 0)])
 def test_a_medium_that_carries_nothing_from_a_host_to_itself_is_named(model, said):
-    summary = summary_of(f"network.media.line={{model: {model}, inside: true}}", SENSORS,
-                         "stop.elapsed=3 s")
-    texts = [text for text in summary["warnings"] if text.startswith("medium line: nothing")]
+    simulation = built(HELLO, *FIELD, f"network.media.line={{model: {model}, inside: true}}",
+                       SENSORS, "stop.elapsed=3 s")
+    simulation.run()
+    texts = [text for text in warnings(simulation.monitor)
+             if text.startswith("medium line: nothing")]
     assert len(texts) == said
 
 

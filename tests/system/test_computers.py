@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from runs import HELLO, MAZE_8, ROUGH, built, finished, outcome_of
 
+from desim.advice.warnings import warnings
 from desim.engine.kernel import Phase
 from desim.errors import InputError
 from desim.monitor.summary import robots_table, samples_table, summarize
-from desim.monitor.warnings import warnings
 from desim.units import NS_PER_S
 
 SHORT = "stop.elapsed=20 s"

@@ -6,11 +6,11 @@ from recorded import made, quiet
 from runs import HELLO, SCENARIOS, built, call_often, finished
 from typer.testing import CliRunner
 
+from desim.advice.warnings import warnings
 from desim.api import recording_of
 from desim.cli import app
 from desim.export.csv_tables import write_csv
 from desim.monitor.summary import summarize
-from desim.monitor.warnings import warnings
 from desim.units import NS_PER_S
 
 FOLLOW = SCENARIOS / "follow.yaml"

@@ -6,8 +6,8 @@ import pytest
 from runs import SCENARIOS, audited, built
 
 import desim
+from desim.advice.warnings import warnings
 from desim.monitor.summary import summarize
-from desim.monitor.warnings import warnings
 from desim.report.key_figures import key_figures
 from desim.report.replay.facts import facts
 from desim.robot.coordination.strategies import cyclic_patrol

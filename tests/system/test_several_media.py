@@ -160,7 +160,7 @@ def test_a_pattern_without_a_topic_is_a_warning():
         "network.media.lan={model: link, rules: [{rule: range, distance: 1 km}, "
         "{rule: loss, probability: 1 %, topics: [scan, /*/maps]}]}")
     simulation.run()
-    from desim.monitor.warnings import warnings
+    from desim.advice.warnings import warnings
     known = ("/map_exchange/*, cmd_vel, costmap, distance, explored_map, goal, goal_result, map, "
              "odom, peers, pose, scan, true_pose")
     assert [text for text in warnings(simulation.monitor) if "topic" in text] == [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
@@ -91,8 +91,8 @@ class TableOfCosts(LinearCosts):
 
     def __init__(self, params: Params) -> None:
         processes = params.memory.processes
-        self.nodes = *params.callbacks, *(node for node in processes if node != ANY)  # with rows
-        self.triggers = tuple((node, trigger) for node, rows in params.callbacks.items()
+        self._nodes = *params.callbacks, *(node for node in processes if node != ANY)  # with rows
+        self._triggers = tuple((node, trigger) for node, rows in params.callbacks.items()
                               for trigger in rows if trigger != ANY)
         send, receive = params.send, params.receive
         super().__init__(
@@ -104,11 +104,22 @@ class TableOfCosts(LinearCosts):
                 node: ProcessMemory(row.fixed_bytes, row.per)
                 for node, row in processes.items()}))
 
-    def never_declared(self) -> list[str]:
-        """A warning of each row that has been used and has quantities that never came."""
-        return [f"computers: {trigger!r} of node {node!r} never declared "
-                f"{_in_order(own.missing)}; it declared: {_in_order(own.names) or 'nothing'}"
-                for (node, trigger), own in self.declared.items() if own.called and own.missing]
+    def unused_rows(self, ran: Collection[str]) -> Iterator[str]:
+        """See ``UnusedRows``."""
+        for node in dict.fromkeys(self._nodes):
+            if node not in ran:
+                yield (f"computers: no node of the run was called {node!r}"
+                       f"{did_you_mean(node, sorted(ran))}")
+        for node, trigger in self._triggers:
+            if node in ran and (node, trigger) not in self.asked:
+                known = sorted(own for other, own in self.asked if other == node)
+                yield (f"computers: node {node!r} had no trigger {trigger!r}"
+                       f"{did_you_mean(trigger, known)}; it had: {', '.join(known)}")
+        for (node, trigger), own in self.declared.items():
+            if own.called and own.missing:
+                yield (f"computers: {trigger!r} of node {node!r} never declared "
+                       f"{_in_order(own.missing)}; it declared: "
+                       f"{_in_order(own.names) or 'nothing'}")
 
 
 def _in_order(quantities: Collection[str]) -> str:

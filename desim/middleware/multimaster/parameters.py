@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Literal, NamedTuple
 
@@ -75,6 +76,11 @@ class MultimasterParams(RosParams):
         "only after it was offline for so long (master_sync.py)"))
     ignore_topics: list[str] = Field([], description=(
         "names or patterns with * and ? of topics that are not copied (none)"))
+
+    def without_effect(self, scenario: object) -> Iterator[ports.UnusedKeys]:
+        """See ``ports.KnowsUnusedKeys``."""
+        yield ports.UnusedKeys(ports.changed_keys(self, "polling_ns", "polled_topics"),
+                               "each process has its master on its own host")
 
     @model_validator(mode="before")
     @classmethod

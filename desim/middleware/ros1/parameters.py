@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
@@ -92,6 +93,12 @@ class RosParams(ports.Params):
         if self.client != "rospy":
             return None
         return Retries(NS_PER_S, 32 * NS_PER_S, (*_UNREACHED, "reset", "fin"))
+
+    def without_effect(self, scenario: object) -> Iterator[ports.UnusedKeys]:
+        """See ``ports.KnowsUnusedKeys``."""
+        if self.polling_ns is None:
+            yield ports.UnusedKeys(ports.changed_keys(self, "polled_topics"),
+                                   "middleware.polling is null")
 
     @model_validator(mode="before")
     @classmethod

@@ -7,15 +7,17 @@ and Rocha 2013 (mean interval between the visits of a place).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from desim import ports
+from desim import plugins, ports
 from desim.errors import InputError
 from desim.monitor.tasks.places import drawn, free_cells
 from desim.ports.tasks import Patrol, TaskContext
+from desim.scenario.schema.scenario import Scenario
 from desim.units import LENGTH, NS_PER_S, Length, Position
 
 _SAMPLE_NS = NS_PER_S // 10
@@ -38,6 +40,16 @@ class Patrolling:
             "it; unknown: robots find their ways"))
         rounds: int | None = Field(None, ge=1, description=(
             "done when each place was visited so often (null: when stop says so)"))
+
+        def without_effect(self, scenario: Scenario) -> Iterator[ports.UnusedKeys]:
+            """See ``ports.KnowsUnusedKeys``."""
+            if self.places:
+                yield ports.UnusedKeys(ports.changed_keys(self, "drawn", "clearance_m"),
+                                       "task.places are given, and none is drawn")
+            yield ports.UnusedKeys(
+                [f"stop{key}" for key in ports.changed_keys(scenario.stop, "explored", "by")],
+                "they end the task exploration, and the task is "
+                f"{plugins.bare(scenario.task.model)}")
 
     gives = Patrol
     leads = ("idleness_mean_s", "idleness_worst_s")

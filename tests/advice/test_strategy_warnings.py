@@ -3,7 +3,7 @@
 import pytest
 from runs import HELLO, SCENARIOS, built
 
-from desim.monitor.warnings import warnings
+from desim.advice.warnings import warnings
 from desim.plugins import misfit
 from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
 

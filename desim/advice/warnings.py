@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from desim.computers.costs.table import TableOfCosts
+from desim.advice.doubts import too_late
+from desim.advice.unused_networks import unused_networks
+from desim.advice.without_effect import without_effect
 from desim.errors import did_you_mean
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
+from desim.monitor.monitor import Monitor
 from desim.monitor.tasks.places import free_cells
 from desim.monitor.traffic import family
-from desim.monitor.unused_networks import unused_networks
-from desim.monitor.without_effect import without_effect
 from desim.network.scoped_rule import Scoped
+from desim.ports.computers import UnusedRows
 from desim.ports.scope import is_topic
 from desim.ports.tasks import VisitsPlaces
-from desim.scenario.doubts import too_late
 from desim.scenario.robot_types import used_types
 from desim.units import LENGTH
-
-if TYPE_CHECKING:
-    from desim.monitor.monitor import Monitor
 
 
 def warnings(monitor: Monitor) -> list[str]:
@@ -77,28 +73,16 @@ def _too_small(graph: Graph) -> list[str]:
 
 
 def _strange_nodes(graph: Graph) -> list[str]:
-    """Warnings of nodes that have a priority or a row of a table of costs, and that never ran, of
-    triggers with a row that those that ran never had, and of quantities with a cost that never
-    came."""
+    """Warnings of nodes that have a priority and never ran, and of the cost model's rows that the
+    run did not use."""
     computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
     ran = {program for host in computers for program in host.programs}
-    named: dict[tuple[str, str], None] = {}  # key of the scenario and node
-    triggers: dict[tuple[str, str], TableOfCosts] = {}  # node and trigger
-    undeclared: dict[str, None] = {}
-    for host in computers:
-        named |= dict.fromkeys(("computer.priorities", node) for node in host.computer.priorities)
-        model = host.computer.model
-        if isinstance(model, TableOfCosts):
-            named |= dict.fromkeys(("computers", node) for node in model.nodes)
-            triggers |= {row: model for row in model.triggers if row not in model.asked}
-            undeclared |= dict.fromkeys(model.never_declared())
-    return [*(f"{key}: no node of the run was called {node!r}{did_you_mean(node, sorted(ran))}"
-              for key, node in named if node not in ran),
-            *(f"computers: node {node!r} had no trigger {trigger!r}"
-              f"{did_you_mean(trigger, known)}; it had: {', '.join(known)}"
-              for (node, trigger), model in triggers.items() if node in ran
-              for known in [sorted(own for other, own in model.asked if other == node)]),
-            *undeclared]
+    named = dict.fromkeys(node for host in computers for node in host.computer.priorities)
+    models = {id(host.computer.model): host.computer.model for host in computers}
+    return [*(f"computer.priorities: no node of the run was called {node!r}"
+              f"{did_you_mean(node, sorted(ran))}" for node in named if node not in ran),
+            *(warning for model in models.values() if isinstance(model, UnusedRows)
+              for warning in model.unused_rows(ran))]
 
 
 def _silent(graph: Graph) -> list[str]:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.middleware.topics import Topic
+from desim.monitor.monitor import Monitor
 from desim.network.medium import Medium
 from desim.ports import HearsAntennas, Separates
 from desim.scenario.schema.scenario import Scenario
-
-if TYPE_CHECKING:
-    from desim.monitor.monitor import Monitor
 
 _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 

@@ -13,9 +13,9 @@ from desim.simulation.simulation import Outcome, Simulation
 from desim.units import NS_PER_S
 
 HERE = Path(__file__).resolve().parent
-SCENARIOS = HERE.parent.parent / "scenarios"
+SCENARIOS = HERE.parent / "scenarios"
 HELLO, MAZE_8, MAZE_30 = (SCENARIOS / f"{name}.yaml" for name in ("hello", "maze_8", "maze_30"))
-ROUGH, ANNEX = HERE / "rough.yaml", HERE / "annex.yaml"
+ROUGH, ANNEX = (HERE / "system" / f"{name}.yaml" for name in ("rough", "annex"))
 LONGEST_S = 1000  # the slowest frame of any scenario here is through by then
 
 

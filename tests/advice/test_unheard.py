@@ -3,7 +3,7 @@
 import pytest
 from runs import HELLO, built
 
-from desim.monitor.warnings import warnings
+from desim.advice.warnings import warnings
 
 NOBODY_MOVES = "no robot has moved: does the strategy choose goals, and do commands arrive?"
 

@@ -5,9 +5,9 @@ import json
 import pytest
 from typer.testing import CliRunner
 
+from desim.advice.doubts import media_beside, too_late
 from desim.cli import app
 from desim.errors import InputError
-from desim.scenario.doubts import media_beside, too_late
 from desim.scenario.load import load
 
 BEGIN = """name: doubts

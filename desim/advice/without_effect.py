@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
-from desim.middleware.multimaster.parameters import MultimasterParams
-from desim.middleware.ros1.parameters import RosParams
-from desim.monitor.tasks.patrolling import Patrolling
-from desim.ports.parameters import yaml_key
+from desim.monitor.monitor import Monitor
+from desim.ports import KnowsUnusedKeys, yaml_key
+from desim.scenario.plugin_choices import chosen
 from desim.scenario.quantities import ROBOTS_TABLE
 from desim.scenario.recipients import monitors
 from desim.scenario.robot_types import equipment_by_path
 from desim.scenario.schema.communication import Background
 from desim.scenario.schema.computer import ComputerParams, WorkstationComputer
-from desim.scenario.schema.experiment import Stop
 from desim.scenario.schema.power import ComputerPower
 from desim.scenario.schema.robot import ExplorationParams, LocalizationChoice, MappingParams
 from desim.scenario.schema.scenario import Scenario, SubscribingProcesses, Testbed
-
-if TYPE_CHECKING:
-    from desim.monitor.monitor import Monitor
 
 Found = Iterator[tuple[Sequence[str], str]]  # keys, and why they had no effect
 
@@ -43,8 +38,8 @@ def without_effect(monitor: Monitor) -> list[str]:
                                                 for host in monitor.graph.hosts)
     found = (*(_of_ideal_computers(scenario) if ideal else _of_computers(scenario, monitor)),
              *_of_testbed(scenario, ideal), *_of_networks(scenario, monitor.graph),
-             *_of_middleware(scenario), *_of_maps(scenario, monitor),
-             *_of_measurements(scenario, monitor), *_of_patrol(scenario, monitor))
+             *_of_maps(scenario, monitor), *_of_measurements(scenario, monitor),
+             *_of_plugins(scenario))
     return [f"{', '.join(keys)}: no effect, because {why}" for keys, why in found if keys]
 
 
@@ -103,18 +98,6 @@ def _of_networks(scenario: Scenario, graph: Graph) -> Found:
             ], "only pattern: on_off has spells")
 
 
-def _of_middleware(scenario: Scenario) -> Found:
-    params = scenario.middleware.params
-    if not isinstance(params, RosParams):
-        return
-    block = [Block("middleware", params, type(params)())]
-    if isinstance(params, MultimasterParams):
-        yield (_changed(block, "polling_ns", "polled_topics"),
-               "each process has its master on its own host")
-    elif params.polling_ns is None:
-        yield _changed(block, "polled_topics"), "middleware.polling is null"
-
-
 def _of_maps(scenario: Scenario, monitor: Monitor) -> Found:
     default = LocalizationChoice()
     slam = [Block(f"{'.'.join(map(str, path))}.localization", equipment.localization,
@@ -150,15 +133,12 @@ def _naming(scenario: Scenario, quantity: str) -> list[str]:
     return [key for key, text in conditions.items() if quantity in text]
 
 
-def _of_patrol(scenario: Scenario, monitor: Monitor) -> Found:
-    params = scenario.task.params
-    if not isinstance(params, Patrolling.Params):
-        return
-    if params.places:
-        yield (_changed([Block("task", params, Patrolling.Params())], "drawn", "clearance_m"),
-               "task.places are given, and none is drawn")
-    yield (_changed([Block("stop", scenario.stop, Stop())], "explored", "by"),
-           f"they end the task exploration, and the task is {monitor.task_name}")
+def _of_plugins(scenario: Scenario) -> Found:
+    """The keys that plug-ins know of, in their own blocks and elsewhere."""
+    for path, choice in chosen(scenario):
+        if isinstance(choice.params, KnowsUnusedKeys):
+            for keys, why in choice.params.without_effect(scenario):
+                yield [f"{path}{key}" if key.startswith(".") else key for key in keys], why
 
 
 def _is_testbed(scenario: Scenario) -> bool:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from desim.monitor import warnings
+from desim.advice import warnings
 from desim.ports.tasks import Place
 from desim.scenario.load import from_mapping
 

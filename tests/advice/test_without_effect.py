@@ -1,9 +1,11 @@
 """The warnings of a run about keys that had no effect, each with a twin in which they have one."""
 
+import leaky_rule
 import pytest
 from runs import HELLO, built
 
-from desim.monitor.warnings import warnings
+from desim.advice.warnings import warnings
+from desim.testing import check_rule
 
 IDEAL = "callbacks take neither time nor memory with computers: ideal"
 SAYS = "computers={model: table, memory: {system: 1 MB}}"
@@ -110,3 +112,16 @@ PLACES = "places: [[-10 m, 10 m], [-4 m, 10 m]]"
 def test_keys_of_another_task_or_of_another_way_to_find_places_are_said(overrides, lines, twin):
     assert said(*overrides) == lines
     assert said(*overrides, twin) == []
+
+
+def test_a_plug_in_from_outside_says_which_of_its_keys_had_no_effect():
+    lan = (f"network.media.lan={{model: switch, rules: [{{rule: '{leaky_rule.__file__[:-3]}:Leaky',"
+           " first: 3%s}]}")
+    assert said(lan % "") == ["network.media.lan.rules.0.first: no effect, because nth is 0"]
+    assert said(lan % ", nth: 2") == said(lan.replace("3", "1") % "") == []
+
+
+def test_the_check_of_plug_ins_finds_keys_that_there_are_not():
+    check_rule(leaky_rule.Leaky, first=3)
+    with pytest.raises(AssertionError, match=r"\.nth, \.first, .*not '\.second'"):
+        check_rule(leaky_rule.Misspelt, first=3)

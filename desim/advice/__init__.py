@@ -1,0 +1,1 @@
+"""Advice about scenarios and runs: what their author may not have meant."""
