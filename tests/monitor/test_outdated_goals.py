@@ -8,7 +8,7 @@ import pytest
 from desim.monitor.outdated_goals import OutdatedGoals
 from desim.monitor.summary import summarize
 from desim.ports import GridSpec
-from desim.robot.mapping.tiles import CELLS
+from desim.robot.mapping.tiles import CELLS, cell_numbers
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
 
@@ -43,6 +43,16 @@ def test_a_goal_that_a_teammate_knows_counts_while_the_robot_moves():
     one.ends(0)
     one.each_second(9 * S, np.array([9.0, 0.0]), [map_of(), map_of()])
     assert one.summary()["outdated_goal_m"] == 2.0
+
+
+@pytest.mark.parametrize(("cells", "time_s"), [(10, 4.0), (11, 0.0)])
+def test_cells_up_to_a_metre_away_are_near_a_goal(cells, time_s):
+    """One cell of 0.1 m is to be explored, so many cells beside the goal."""
+    one, numbers, (column, row) = goals(0, 1), cell_numbers(GRID), GRID.cell(3.2, 3.2)
+    inside = one._coverage.known_to_some[0].reshape(-1)
+    inside[numbers[GRID.width + row] + numbers[column - cells]] = 1
+    one.sets_out(0, 3.2, 3.2)
+    assert drive(one, 4)["outdated_goal_s"] == time_s
 
 
 @pytest.mark.parametrize("case", [

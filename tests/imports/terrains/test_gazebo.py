@@ -94,6 +94,22 @@ def test_what_is_on_the_ground_or_overhead_is_no_wall(tmp_path):
         "models that could be pushed (not static) stand still: 1", CONCRETE)
 
 
+@pytest.mark.parametrize(("normal", "turn", "left_out"), [
+    ("0 0 1", "0 0 1.5", ()), ("0 0 2", "0 3.1416 0", ()),
+    ("1 0 1", "0 0 0", ("left out: plane that is not level (1)",)),
+    ("0 0 1", "1.5708 0 0", ("left out: plane that is not level (1)",))])
+def test_a_plane_is_the_ground_if_it_is_level(tmp_path, normal, turn, left_out):
+    plane = f"<plane><normal>{normal}</normal></plane>"
+    found = read(tmp_path, box() + model(plane, pose=f"0 0 0 {turn}"))
+    assert len(blocks(found)) == 1 and found.notes == (SLAB, *left_out, CONCRETE)
+
+
+def test_of_several_worlds_the_first_is_read(tmp_path):
+    found = read(tmp_path, box() + "</world><world name='second'>" + box("4 4 4") * 2)
+    assert blocks(found) == [square(-1, -0.5, 1, 0.5)]
+    assert found.notes == (SLAB, "the first of 2 worlds", CONCRETE)
+
+
 def test_frames(tmp_path):
     found = read(tmp_path, """
         <frame name='corner'><pose>10 0 0 0 0 0</pose></frame>
