@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from inspect import Parameter, Signature, getattr_static, isfunction, signature
 from operator import attrgetter
-from types import FunctionType
 from typing import Any
 
 from pydantic import ValidationError
@@ -20,9 +19,9 @@ from desim.errors import InputError, did_you_mean, first_line
 from desim.modules import module_at, source_of, why
 from desim.ports.cases import Case, Validation
 from desim.ports.computers import CostModel, MemoryModel, UnusedRows
-from desim.ports.localization import Localization
+from desim.ports.localization import Localization, LocalizationTraits
 from desim.ports.middleware import Middleware
-from desim.ports.sharing import FollowsScans, Sharing
+from desim.ports.sharing import FollowsScans, Sharing, SharingTraits
 from desim.ports.tasks import (
     Briefs,
     FollowsKnowledge,
@@ -30,8 +29,10 @@ from desim.ports.tasks import (
     JudgesMap,
     Measures,
     Task,
+    TaskTraits,
     VisitsPlaces,
 )
+from desim.ports.traits import Traits
 
 GROUPS = {
     "network": "desim.networks",
@@ -68,6 +69,13 @@ _OPTIONAL: dict[str, tuple[type, ...]] = {
     "sharing": (FollowsScans,),
     "task": (Briefs, VisitsPlaces, GivesMap, FollowsKnowledge, JudgesMap, Measures),
     "computers": (MemoryModel, UnusedRows),
+}
+# What the class of a plug-in may declare of itself.
+_TRAITS: dict[str, type[Traits]] = {
+    "strategy": ports.StrategyTraits,
+    "sharing": SharingTraits,
+    "localization": LocalizationTraits,
+    "task": TaskTraits,
 }
 _ALL_OR_NONE = (MemoryModel,)  # of these, one method is of no use without the others
 
@@ -140,7 +148,9 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
                 found.append(_misfit(name, getattr(cls, name), wanted))
             elif part is contract:
                 found.append(f"have a method {name}({', '.join(wanted)})")
-    found += _misspelled(kind, cls)
+    members, used = _own_members(cls), _used_names(cls)
+    found += _misspelled(kind, members, used)
+    found += _undeclared(kind, cls, members, used)
     found += _half(kind, cls)
     for attribute, fewest in (("reasons", 0), ("leads", 1)):
         names = getattr(cls, attribute, None)
@@ -151,24 +161,44 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
         block_of(cls) or ports.Params))))
 
 
-def _misspelled(kind: str, cls: Callable[..., object]) -> list[str]:
+def _misspelled(kind: str, members: dict[str, object], used: set[str]) -> list[str]:
     """Advice about methods that are named nearly like an event, which nobody calls."""
     events = [name for part in (CONTRACTS[kind], *_OPTIONAL.get(kind, ()))
               for name in _methods(part) if name.startswith("on_")]
-    own, used = _own_methods(cls), _used_names(cls)
-    return [f"have no method {name}, which is never called{meant}" for name in own
-            if name.startswith("on_") and name not in events and name not in used
-            and (meant := did_you_mean(name, events))]
+    return [f"have no method {name}, which is never called{meant}"
+            for name, method in members.items() if name.startswith("on_") and isfunction(method)
+            and name not in events and name not in used and (meant := did_you_mean(name, events))]
 
 
-def _own_methods(cls: Callable[..., object]) -> dict[str, FunctionType]:
-    return {name: method for base in getattr(cls, "__mro__", ())[:-1]
-            for name, method in vars(base).items() if isfunction(method)}
+def _undeclared(kind: str, cls: Callable[..., object], members: dict[str, object],
+                used: set[str]) -> Iterator[str]:
+    """Advice about traits that are declared in another form, which nobody reads."""
+    traits = _TRAITS.get(kind)
+    if traits is None:
+        return
+    right, known = f"declare traits = {traits.__name__}", traits.__dataclass_fields__
+    declared = getattr(cls, "traits", None)
+    if not isinstance(declared, traits | None):
+        yield f"{right}(...), not {declared!r}"
+    for name, value in members.items():
+        if name in known and not isfunction(value):
+            yield f"{right}({name}=...), not {name} = ..., which nobody reads"
+        elif not (callable(value) or name == "traits" or name in used
+                  or hasattr(CONTRACTS[kind], name)) and (
+                      meant := did_you_mean(name, ["traits", *known])):
+            yield f"have no attribute {name}, which nobody reads{meant}"
+
+
+def _own_members(cls: Callable[..., object]) -> dict[str, object]:
+    """The public members that a class and its bases define, by name."""
+    return {name: member for base in getattr(cls, "__mro__", ())[-2::-1]
+            for name, member in vars(base).items() if not name.startswith("_")}
 
 
 def _used_names(cls: Callable[..., object]) -> set[str]:
     """The names of attributes and functions that its methods use."""
-    return {name for method in _own_methods(cls).values() for name in method.__code__.co_names}
+    return {name for base in getattr(cls, "__mro__", ())[:-1] for method in vars(base).values()
+            if isfunction(method) for name in method.__code__.co_names}
 
 
 def _half(kind: str, cls: Callable[..., object]) -> list[str]:
@@ -204,81 +234,6 @@ def block_of(cls: object) -> type[ports.Params] | None:
     """The parameter block inside of a plug-in's class."""
     block = getattr(cls, "Params", None)
     return block if isinstance(block, type) and issubclass(block, ports.Params) else None
-
-
-def reads_team_state(strategy: str) -> bool:
-    """Whether a strategy wants the poses and goals of teammates every second."""
-    return bool(getattr(load("strategy", strategy), "reads_team_state", False))
-
-
-def speaks(strategy: str) -> bool:
-    """Whether a strategy has code that advertises topics."""
-    return "advertise" in _used_names(load("strategy", strategy))
-
-
-def fusion(sharing: str) -> str:
-    """The rule by which robots fuse maps where a scenario names none."""
-    return str(getattr(load("sharing", sharing), "fusion", "evidence"))
-
-
-def has_common_frame(sharing: str) -> bool:
-    """Whether robots know how their frames lie to each other."""
-    return bool(getattr(load("sharing", sharing), "common_frame", True))
-
-
-def needs_body(sharing: str) -> bool:
-    """Whether a host without a body would get no map by it."""
-    return bool(getattr(load("sharing", sharing), "needs_body", False))
-
-
-def follows_scans(sharing: str) -> bool:
-    """Whether it shares what the robot itself draws of its scans."""
-    return issubclass(load("sharing", sharing), FollowsScans)
-
-
-def draws_map(localization: str) -> bool:
-    """Whether a localization makes the robot's map, too."""
-    return bool(getattr(load("localization", localization), "draws_map", False))
-
-
-def uncoordinated(strategy: str, others: Iterable[str]) -> bool:
-    """Whether a strategy of robots needs a coordinator of its own class, which is not among the
-    strategies of hosts without a body."""
-    cls = load("strategy", strategy)
-    return (bool(getattr(cls, "needs_coordinator", False))
-            and not any(load("strategy", other) is cls for other in others))
-
-
-def needs(strategy: str) -> type | None:
-    """The class of the briefing that a strategy needs, if it needs one."""
-    found: type | None = getattr(load("strategy", strategy), "needs", None)
-    return found
-
-
-def gives(task: str) -> str:
-    """The name of the class of a task's briefing, empty if it gives none."""
-    found = getattr(load("task", task), "gives", type(None))
-    return "" if found is type(None) else str(found.__name__)
-
-
-def unbriefed(strategy: str, task: str) -> str:
-    """A complaint if the strategy needs what the task does not tell; else an empty string."""
-    wanted = needs(strategy)
-    if wanted is None or issubclass(getattr(load("task", task), "gives", type(None)), wanted):
-        return ""
-    given = gives(task)
-    return (f"{bare(strategy)!r} needs a task that gives robots a {wanted.__name__}; the task "
-            f"{bare(task)!r} gives {f'a {given}' if given else 'nothing'}")
-
-
-def quantities(task: str) -> tuple[str, ...]:
-    """The quantities that a task has of its own, for ``stop.when``."""
-    return tuple(getattr(load("task", task), "quantities", ()))
-
-
-def leads(task: str) -> tuple[str, ...]:
-    """The metrics of a task that reports show first."""
-    return tuple(load("task", task).leads)
 
 
 @cache

@@ -180,6 +180,17 @@ WRONG = [  # kind of plug-in, what is wrong with its class, what is said
     ("network", "reasons = None\n        def send(self): pass",
      "must take (self, frame) in send, not (self), and declare reasons = ('...',), a tuple of "
      "names, not None"),
+    ("strategy", "reads_team_state = True",
+     "must declare traits = StrategyTraits(reads_team_state=...), not reads_team_state = ..., "
+     "which nobody reads"),
+    ("strategy", "needs = Right", "must declare traits = StrategyTraits(needs=...), not needs = "
+     "..., which nobody reads"),
+    ("strategy", "read_team_state = True", "must have no attribute read_team_state, which nobody "
+     "reads (did you mean 'reads_team_state'?)"),
+    ("strategy", "trait = ports.StrategyTraits(needs_coordinator=True)",
+     "must have no attribute trait, which nobody reads (did you mean 'traits'?)"),
+    ("strategy", "traits = {'needs_coordinator': True}",
+     "must declare traits = StrategyTraits(...), not {'needs_coordinator': True}"),
     ("rule", "class Params(ports.Params):\n            at_m: Position = 0.0",
      "must correct the default of at_m, 0.0: 0.0 has no unit; allowed: m, km, cm, mm, e.g. "
      "'-38 m'"),
@@ -233,6 +244,18 @@ def test_a_module_that_exits_does_not_end_desim(tmp_path, monkeypatch):
     with pytest.raises(InputError) as caught:
         plugins.load("strategy", "exits_at_once:Any")
     assert str(caught.value) == "cannot load strategy 'exits_at_once:Any': SystemExit(0)"
+
+
+@pytest.mark.parametrize("declared, says", [
+    ("needs_coordinater=True", "StrategyTraits has no 'needs_coordinater' (did you mean "
+     "'needs_coordinator'?); known: reads_team_state, needs_coordinator, needs"),
+    ("needs_coordinator=1", "needs_coordinator of StrategyTraits is a bool, not 1")])
+def test_a_wrong_trait_names_its_line(tmp_path, declared, says):
+    (tmp_path / "declares.py").write_text(
+        f"from desim import ports\nTRAITS = ports.StrategyTraits({declared})\n")
+    with pytest.raises(InputError) as caught:
+        plugins.load("strategy", f"{tmp_path}/declares:Any")
+    assert str(caught.value) == f"cannot load strategy 'declares:Any': {says} at declares.py:2"
 
 
 def test_a_module_that_fails_names_its_line(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import NoneType
+
 import numpy as np
 
 from desim.advice.doubts import too_late
@@ -15,10 +17,12 @@ from desim.monitor.monitor import Monitor
 from desim.monitor.tasks.places import free_cells
 from desim.monitor.traffic import family
 from desim.network.scoped_rule import Scoped
+from desim.plugins import load
+from desim.ports import StrategyTraits
 from desim.ports.computers import UnusedRows
 from desim.ports.scope import is_topic
-from desim.ports.tasks import VisitsPlaces
-from desim.scenario.robot_types import used_types
+from desim.ports.tasks import GivesMap, TaskTraits, VisitsPlaces
+from desim.scenario.robot_types import strategies_of, used_types
 from desim.units import LENGTH
 
 
@@ -33,13 +37,22 @@ def warnings(monitor: Monitor) -> list[str]:
     said += _strange_nodes(monitor.graph)
     said += _too_small(monitor.graph)
     said += _silent(monitor.graph)
-    said += [f"the strategy {name!r} has nothing to explore: the task {monitor.task_name!r} gives "
-             f"robots the map; choose one that needs a {monitor.task_gives} (needs of its class)"
-             for name in monitor.uninformed]
+    said += _uninformed(monitor)
     said += _out_of_reach(monitor)
     if monitor.explorers and not monitor.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said
+
+
+def _uninformed(monitor: Monitor) -> list[str]:
+    """Warnings of strategies that ignore the task's briefing, where there is nothing to explore."""
+    task, gives = monitor.task, TaskTraits.of(monitor.task).gives
+    if gives is NoneType or not (isinstance(task, GivesMap) and task.gives_map()):
+        return []
+    names = dict.fromkeys(choice.strategy for choice in strategies_of(monitor.scenario))
+    return [f"the strategy {name!r} has nothing to explore: the task {monitor.task_name!r} gives "
+            f"robots the map; choose one that needs a {gives.__name__} (needs of its traits)"
+            for name in names if StrategyTraits.of(load("strategy", name)).needs is object]
 
 
 def _strange_topics(graph: Graph) -> list[str]:

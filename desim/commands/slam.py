@@ -87,7 +87,7 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
             trial = play(found, done)
         if not trial.processed.any():
             raise ModelError(f"{localization} drew none of {len(trial.processed)} scans; wanted: "
-                             "some, as it says draws_map = True")
+                             "some, as its traits say draws_map")
         facts = outcome(found, trial, true)
         heading = {"log": log.name, "localization": bare(localization),
                    "particles": trial.particles, "seed": seed, "resolution_m": resolution}

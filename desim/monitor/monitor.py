@@ -39,12 +39,11 @@ from desim.monitor.stationary_hosts import StationaryHosts
 from desim.monitor.task_view import TaskView
 from desim.monitor.traffic import Families, totals
 from desim.monitor.triggers import Triggers
-from desim.plugins import bare, gives, needs
-from desim.ports.tasks import FollowsKnowledge, GivesMap, Ground, JudgesMap, Measures, Task
+from desim.plugins import bare
+from desim.ports.tasks import FollowsKnowledge, Ground, JudgesMap, Measures, Task, TaskTraits
 from desim.robot.mapping.robot_map import RobotMap
 from desim.scenario.expression import condition, number
 from desim.scenario.quantities import ROBOTS, ROBOTS_TABLE, quantities
-from desim.scenario.robot_types import strategies_of
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.scenario.schema.power import PowerParams
 from desim.scenario.schema.scenario import Scenario
@@ -134,7 +133,7 @@ class Monitor:
         self.started_ns = 0  # when the first robot's software started
         self._has_started = False
         self._measures = task if isinstance(task, Measures) else None
-        names = quantities(scenario, self._measures.quantities if self._measures else ())
+        names = quantities(scenario, TaskTraits.of(task).quantities)
         self._condition = (condition(scenario.stop.when, names) if scenario.stop.when else None)
         self._triggers = Triggers(scenario.measure.when, names)
         self._cost = number(scenario.measure.cost, (*names, ROBOTS))
@@ -163,11 +162,7 @@ class Monitor:
 
     def _begin(self, task: Task, scenario: Scenario, streams: Streams) -> None:
         self.task, self._view = task, TaskView(self, self._kernel, streams, scenario.stop)
-        self.task_name, self.task_gives = bare(scenario.task.model), gives(scenario.task.model)
-        # Strategies of robots that say nothing of the task, where there is nothing to explore.
-        self.uninformed = ([name for name in dict.fromkeys(
-            choice.strategy for choice in strategies_of(scenario)) if not needs(name)]
-            if self.task_gives and isinstance(task, GivesMap) and task.gives_map() else [])
+        self.task_name = bare(scenario.task.model)
         self._follows = task if isinstance(task, FollowsKnowledge) else None
         with below("task"):
             task.start(self._view)
@@ -275,7 +270,7 @@ class Monitor:
         """The task's own quantities."""
         if self._measures is None:
             return {}
-        values, wanted = dict(self._measures.measure()), tuple(self._measures.quantities)
+        values, wanted = dict(self._measures.measure()), TaskTraits.of(self.task).quantities
         if sorted(values) != sorted(wanted) or not set(QUANTITIES).isdisjoint(wanted):
             raise ModelError(f"{class_of(self.task)} measured {values}; wanted: its quantities, "
                              f"{wanted}, with other names than those of every run")

@@ -74,6 +74,7 @@ from desim.ports.strategies import (
     Strategy,
     StrategyContext,
     StrategyMessage,
+    StrategyTraits,
     TeamArea,
     TeamLink,
 )
@@ -92,7 +93,7 @@ __all__ = [
     "Place", "Pose2D", "PredictsSignal", "Preset", "Queues", "RandomStreams",
     "RecordedPaths", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany",
     "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage",
-    "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Topics",
-    "UnusedKeys", "Verdict", "World", "changed_keys", "function_rule", "natural_key",
+    "StrategyTraits", "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow",
+    "Topics", "UnusedKeys", "Verdict", "World", "changed_keys", "function_rule", "natural_key",
     "packet_sizes", "rule_of", "scope_beside", "tuples", "with_preset", "with_scope", "yaml_key",
 ]

@@ -9,12 +9,14 @@ it has better poses.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from desim.ports import parameters
 from desim.ports.strategies import Pose2D
+from desim.ports.traits import Traits
 
 
 class LaserGeometry(NamedTuple):
@@ -117,12 +119,21 @@ class LocalizationContext(Protocol):
         where computers get busy, how long it takes depends on that."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class LocalizationTraits(Traits):
+    """The traits of localization.
+
+    ``draws_map``: it makes the robot's map (``LocalizationContext.draw``); if not, the robot itself
+    draws scans from the poses that the plug-in returns, after enough motion.
+    """
+
+    draws_map: bool = False
+
+
 class Localization(Protocol):
     """Finds a robot's pose. Built as ``Localization(params)``, one for each life of a robot.
 
-    A class with ``draws_map = True`` makes the robot's map (``LocalizationContext.draw``). With any
-    other, the robot itself draws scans from the poses that the plug-in returns, after enough
-    motion.
+    Its class may declare ``traits``, a ``LocalizationTraits``.
     """
 
     @property

@@ -8,12 +8,14 @@ come late, twice or not at all.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol, Self, runtime_checkable
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 
 from desim.ports import parameters
 from desim.ports.strategies import Peer, Pose2D
+from desim.ports.traits import Traits
 from desim.ports.worlds import GridSpec
 
 
@@ -191,13 +193,25 @@ class SharingContext(Protocol):
         where computers get busy, how long it takes depends on that."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class SharingTraits(Traits):
+    """The traits of map sharing.
+
+    ``fusion``: the default of ``coordination.exchange.fusion`` | ``common_frame``: robots know the
+    relative poses of their frames; if not, nothing but map sharing may send teammates places |
+    ``needs_body``: it merges into the map of its host's own scans; a scenario with a coordinator is
+    refused, which has no body and no scans.
+    """
+
+    fusion: Literal["evidence", "max", "greedy"] = "evidence"
+    common_frame: bool = True
+    needs_body: bool = False
+
+
 class Sharing(Protocol):
     """Shares maps. Built as ``Sharing(params)``, one for each host.
 
-    ``fusion`` of its class, if it has one, is the default of ``coordination.exchange.fusion``. With
-    ``common_frame = False`` robots do not know the relative poses of their frames, and nothing but
-    map sharing may send teammates places. With ``needs_body = True`` it merges into the map of its
-    host's own scans; a scenario with a coordinator is refused, which has no body and no scans.
+    Its class may declare ``traits``, a ``SharingTraits``.
     """
 
     @property

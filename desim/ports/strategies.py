@@ -8,6 +8,7 @@ each call it gets a ``StrategyContext``, through which it acts.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol, runtime_checkable
@@ -16,6 +17,7 @@ import numpy as np
 from pydantic import Field
 
 from desim.ports import parameters
+from desim.ports.traits import Traits
 from desim.ports.worlds import GridSpec
 from desim.units import Duration
 
@@ -238,13 +240,25 @@ class StrategyContext(Protocol):
         not recorded does not iterate over ``marks``, so nothing in a run may depend on that."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class StrategyTraits(Traits):
+    """The traits of a strategy.
+
+    ``reads_team_state``: it gets the poses and goals of ``peers`` every second, unless the scenario
+    says otherwise (``coordination.team_state``) | ``needs_coordinator``: it is refused on robots
+    unless a host without a body runs it, too | ``needs``: a class; it serves only tasks whose
+    briefing is of that class.
+    """
+
+    reads_team_state: bool = False
+    needs_coordinator: bool = False
+    needs: type = object
+
+
 class Strategy(Protocol):
     """Decides where a robot goes next. Built as ``Strategy(params)``, one for each host.
 
-    A class with ``reads_team_state = True`` gets the poses and goals of ``peers`` every second,
-    unless the scenario says otherwise (``coordination.team_state``). One with ``needs``, a class,
-    serves only tasks whose briefing is of that class. One with ``needs_coordinator = True`` is
-    refused on robots unless a host without a body runs it, too.
+    Its class may declare ``traits``, a ``StrategyTraits``.
     """
 
     @property

@@ -14,6 +14,7 @@ import numpy as np
 
 from desim.ports import parameters
 from desim.ports.strategies import Place
+from desim.ports.traits import Traits
 from desim.ports.worlds import GridSpec
 
 
@@ -117,10 +118,21 @@ class TaskContext(Protocol):
         """Random numbers by name, the task's own."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class TaskTraits(Traits):
+    """The traits of a task.
+
+    ``gives``: the class of its briefing | ``quantities``: the names of what it ``Measures``.
+    """
+
+    gives: type = type(None)
+    quantities: tuple[str, ...] = ()
+
+
 class Task(Protocol):
     """The work of a fleet. Built as ``Task(params)``, one for each run.
 
-    ``gives`` of its class, if it has one, is the class of its briefing.
+    Its class may declare ``traits``, a ``TaskTraits``.
     """
 
     @property
@@ -188,12 +200,8 @@ class JudgesMap(Protocol):
 
 @runtime_checkable
 class Measures(Protocol):
-    """A task with quantities of its own for samples and for ``stop.when``; ``quantities`` of its
-    class are their names."""
-
-    @property
-    def quantities(self) -> tuple[str, ...]:
-        """Their names."""
+    """A task with quantities of its own for samples and for ``stop.when``, whose names are in
+    ``TaskTraits.quantities``."""
 
     def measure(self) -> Mapping[str, float]:
         """Their present values, all of them."""

@@ -13,7 +13,6 @@ from desim.ports.sharing import Sharing
 from desim.robot import monitor_feed, transform_broadcaster
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
-from desim.robot.localization.checks import draws_map
 from desim.robot.localization.node import LocalizationNode
 from desim.robot.localization.pose_publisher import CorrectionNode, PosePublisher
 from desim.robot.localization.remote_slam import RemoteSlam
@@ -107,13 +106,13 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
     source = SENSORS.get(type(localization))
     if source is not None:
         nodes: list[Node] = [SensorPose(host, source)]
-    elif isinstance(host, BusyHost):
-        nodes = [CorrectionNode(host, localization, robot, robot_map, start, bodies_m),
-                 PosePublisher(host)]
     else:
-        nodes = [LocalizationNode(host, localization, robot, robot_map, start, bodies_m)]
-    if draws_map(localization):
-        return nodes
+        is_busy = isinstance(host, BusyHost)
+        node = (CorrectionNode if is_busy else LocalizationNode)(
+            host, localization, robot, robot_map, start, bodies_m)
+        nodes = [node, PosePublisher(host)] if is_busy else [node]
+        if node.draws_map:
+            return nodes
     return [*nodes, *(Mapping(host, robot.mapping, robot_map, topic)
                     for topic in robot.lasers_by_topic)]
 

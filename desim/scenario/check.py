@@ -9,6 +9,7 @@ from itertools import pairwise
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
+from desim.ports.tasks import TaskTraits
 from desim.scenario import (
     body_checks,
     clock_checks,
@@ -282,7 +283,7 @@ def _radios(scenario: Scenario, _: Folder) -> Found:
 def _expressions(scenario: Scenario, _: Folder) -> Found:
     """Those of stop and measure."""
     try:
-        names = quantities(scenario, plugins.quantities(scenario.task.model))
+        names = quantities(scenario, _measured(scenario))
     except InputError:
         return  # there is no such task, which is complained of where it is named
     written: list[tuple[Path, str, Callable[[str, Collection[str]], object], Collection[str]]] = [
@@ -302,10 +303,15 @@ def _expressions(scenario: Scenario, _: Folder) -> Found:
             yield path, str(error)
 
 
+def _measured(scenario: Scenario) -> tuple[str, ...]:
+    """The quantities that the task has of its own."""
+    return TaskTraits.of(plugins.load("task", scenario.task.model)).quantities
+
+
 def _periods(scenario: Scenario, _: Folder) -> Found:
     """Those of single measurements."""
     try:
-        known = measurements(plugins.quantities(scenario.task.model))
+        known = measurements(_measured(scenario))
     except InputError:
         return  # as above
     for name in scenario.measure.periods:

@@ -6,7 +6,8 @@ import os
 from typing import TypeVar, get_args
 
 from desim import plugins
-from desim.ports import Params, natural_key
+from desim.ports import Params, StrategyTraits, natural_key
+from desim.ports.sharing import SharingTraits
 from desim.scenario import plugin_choices
 from desim.scenario.cluster_nodes import cluster_nodes
 from desim.scenario.names import fleet_size
@@ -176,7 +177,8 @@ def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
 def _coordination(scenario: Scenario) -> Coordination:
     coordination = scenario.coordination
     if "team_state" not in coordination.model_fields_set and any(
-            plugins.reads_team_state(choice.strategy) for choice in strategies_of(scenario)):
+            StrategyTraits.of(plugins.load("strategy", choice.strategy)).reads_team_state
+            for choice in strategies_of(scenario)):
         coordination = _changed(coordination, team_state=TeamStateParams())
     exchange = coordination.exchange
     if exchange is None:
@@ -185,7 +187,7 @@ def _coordination(scenario: Scenario) -> Coordination:
             - exchange.written.keys())
     missing = {key: value for key, value in _EXCHANGE[scenario.deployment].items() if key in free}
     if exchange.fusion is None:
-        missing["fusion"] = plugins.fusion(exchange.model)
+        missing["fusion"] = SharingTraits.of(plugins.load("sharing", exchange.model)).fusion
     return _changed(coordination, exchange=_changed(exchange, **missing))
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
+from types import NoneType
 
 from desim import plugins
 from desim.errors import InputError
-from desim.ports import RecordedPaths
+from desim.ports import RecordedPaths, StrategyTraits
+from desim.ports.sharing import SharingTraits
+from desim.ports.tasks import TaskTraits
 from desim.scenario.names import robot_names
 from desim.scenario.robot_types import type_names, types_by_name
 from desim.scenario.schema.scenario import Scenario
@@ -18,13 +21,24 @@ Found = Iterator[tuple[Path, str]]
 
 def briefed(scenario: Scenario, _: Folder) -> Found:
     """Strategies that need the briefing of another task."""
-    for path, strategy in _chosen(scenario):
-        try:
-            complaint = plugins.unbriefed(strategy, scenario.task.model)
-        except InputError:
-            continue  # there is no such plug-in, which is complained of where it is named
-        if complaint:
-            yield path, complaint
+    task = scenario.task.model
+    with suppress(InputError):  # there is no such task, which is complained of where it is named
+        gives = TaskTraits.of(plugins.load("task", task)).gives
+        for path, strategy in _chosen(scenario):
+            needs = StrategyTraits.of(_loaded("strategy", strategy)).needs
+            if not issubclass(gives, needs):
+                given = "nothing" if gives is NoneType else f"a {gives.__name__}"
+                yield path, (f"{plugins.bare(strategy)!r} needs a task that gives robots a "
+                             f"{needs.__name__}; the task {plugins.bare(task)!r} gives {given}")
+
+
+def _loaded(kind: str, name: str) -> type | None:
+    """The class of a plug-in. None if there is none, which is complained of where it is named."""
+    try:
+        cls: type = plugins.load(kind, name)
+    except InputError:
+        return None
+    return cls
 
 
 def _chosen(scenario: Scenario) -> list[tuple[Path, str]]:
@@ -55,40 +69,30 @@ def held(scenario: Scenario, _: Folder) -> Found:
 
 def frames(scenario: Scenario, _: Folder) -> Found:
     """Places that are told to teammates who do not know where they are."""
-    coordination = scenario.coordination
-    try:
-        if coordination.exchange is None or plugins.has_common_frame(coordination.exchange.model):
-            return
-        model = repr(plugins.bare(coordination.exchange.model))
-        if coordination.team_state is not None:
-            yield ("coordination", "team_state"), (
-                f"with {model} robots do not know where the others started: their poses and goals "
-                "mean nothing to them; set it to null")
-        elif "team_state" not in coordination.model_fields_set:
-            for path, strategy in _chosen(scenario):
-                if plugins.reads_team_state(strategy):
-                    way_out = (", and it speaks to its team of places: choose a strategy that is "
-                               "silent, or" if plugins.speaks(strategy) else
-                               "; set coordination.team_state to null to do without, or choose")
-                    yield path, (f"{plugins.bare(strategy)!r} wants its team's poses and goals "
-                                 f"every second, which mean nothing with {model}{way_out} another "
-                                 "coordination.exchange.model")
-    except InputError:
-        return  # there is no such plug-in, which is complained of where it is named
+    coordination, exchange = scenario.coordination, scenario.coordination.exchange
+    if exchange is None or SharingTraits.of(_loaded("sharing", exchange.model)).common_frame:
+        return
+    model = repr(plugins.bare(exchange.model))
+    if coordination.team_state is not None:
+        yield ("coordination", "team_state"), (
+            f"with {model} robots do not know where the others started: their poses and goals "
+            "mean nothing to them; set it to null")
+    elif "team_state" not in coordination.model_fields_set:
+        for path, strategy in _chosen(scenario):
+            if StrategyTraits.of(_loaded("strategy", strategy)).reads_team_state:
+                yield path, (f"{plugins.bare(strategy)!r} wants its team's poses and goals every "
+                             f"second, which mean nothing with {model}; choose another "
+                             "coordination.exchange.model or, for a strategy without messages of "
+                             "its own, set coordination.team_state to null to do without")
 
 
 def uncoordinated(scenario: Scenario, _: Folder) -> Found:
     """Strategies whose robots would wait for a coordinator that is not there."""
-    there = [host.strategy.strategy for host in scenario.hosts.values()
-             if host.strategy is not None]
+    there = [_loaded("strategy", strategy) for path, strategy in _chosen(scenario)
+             if path[0] == "hosts"]
     for path, strategy in _chosen(scenario):
-        if path[0] == "hosts":
-            continue
-        try:
-            is_missed = plugins.uncoordinated(strategy, there)
-        except InputError:
-            continue  # there is no such plug-in, which is complained of where it is named
-        if is_missed:
+        cls = _loaded("strategy", strategy)
+        if path[0] != "hosts" and cls not in there and StrategyTraits.of(cls).needs_coordinator:
             name = plugins.bare(strategy)
             yield path, (f"{name!r} needs a host without a body that runs it, too; write hosts: "
                          f"{{base: {{strategy: {name}}}}}")
@@ -101,16 +105,13 @@ def coordinators(scenario: Scenario, _: Folder) -> Found:
     if not names:
         return
     path: Path
-    try:
-        if exchange is None:
-            path, why = ("coordination", "exchange"), "null means that nobody sends a map"
-        elif plugins.needs_body(exchange.model):
-            path, why = ("coordination", "exchange", "model"), (
-                f"{plugins.bare(exchange.model)!r} merges into the map of a robot's own scans")
-        else:
-            return
-    except InputError:
-        return  # there is no such plug-in, which is complained of where it is named
+    if exchange is None:
+        path, why = ("coordination", "exchange"), "null means that nobody sends a map"
+    elif SharingTraits.of(_loaded("sharing", exchange.model)).needs_body:
+        path, why = ("coordination", "exchange", "model"), (
+            f"{plugins.bare(exchange.model)!r} merges into the map of a robot's own scans")
+    else:
+        return
     yield path, (f"{why}; {', '.join(names)}, with a strategy and without a body, would get no "
                  f"map; allowed with a coordinator: {', '.join(_without_body())}")
 
@@ -119,5 +120,5 @@ def _without_body() -> Iterator[str]:
     """The installed kinds of map sharing that need no body."""
     for name in plugins.available("sharing"):
         with suppress(InputError):  # somebody's plug-in that cannot be loaded
-            if not plugins.needs_body(name):
+            if not SharingTraits.of(plugins.load("sharing", name)).needs_body:
                 yield name

@@ -7,6 +7,8 @@ from contextlib import suppress
 
 from desim import plugins
 from desim.errors import InputError
+from desim.ports.localization import LocalizationTraits
+from desim.ports.sharing import FollowsScans
 from desim.scenario.names import unknown
 from desim.scenario.recipients import listeners
 from desim.scenario.robot_types import equipment_by_path
@@ -24,11 +26,11 @@ def hosts(scenario: Scenario, _: Folder) -> Found:
         if choice.host not in known:
             yield (*path, "host"), unknown("host", str(choice.host), known)
         with suppress(InputError):  # no such plug-in, which is complained of where it is named
-            if not plugins.draws_map(choice.model):
+            if not _draws(plugins.load("localization", choice.model)):
                 yield (*path, "host"), (
                     f"{plugins.bare(choice.model)!r} draws no map, so it runs on the robot; "
                     "allowed on another host: "
-                    f"{', '.join(_installed('localization', plugins.draws_map))}")
+                    f"{', '.join(_installed('localization', _draws))}")
 
 
 def sharing(scenario: Scenario, _: Folder) -> Found:
@@ -36,8 +38,9 @@ def sharing(scenario: Scenario, _: Folder) -> Found:
     exchange = scenario.coordination.exchange
     for path, choice in _elsewhere(scenario):
         with suppress(InputError):
-            if exchange is not None and plugins.follows_scans(exchange.model):
-                others = _installed("sharing", lambda name: not plugins.follows_scans(name))
+            if exchange is not None and issubclass(plugins.load("sharing", exchange.model),
+                                                   FollowsScans):
+                others = _installed("sharing", lambda cls: not issubclass(cls, FollowsScans))
                 yield (*path, "host"), (
                     f"{plugins.bare(exchange.model)!r} shares scans as the robot draws them, and "
                     f"{choice.host} draws them; allowed then: {', '.join(others)}")
@@ -50,9 +53,13 @@ def _elsewhere(scenario: Scenario) -> Iterator[tuple[Path, LocalizationChoice]]:
             if equipment.localization.host is not None)
 
 
-def _installed(kind: str, fits: Callable[[str], bool]) -> Iterator[str]:
+def _draws(cls: type) -> bool:
+    return LocalizationTraits.of(cls).draws_map
+
+
+def _installed(kind: str, fits: Callable[[type], bool]) -> Iterator[str]:
     """The installed plug-ins of this kind that fit."""
     for name in plugins.available(kind):
         with suppress(InputError):  # somebody's plug-in that cannot be loaded
-            if fits(name):
+            if fits(plugins.load(kind, name)):
                 yield name

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Generator, Iterator, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import NamedTuple
 
 from desim import plugins
@@ -24,6 +24,7 @@ from desim.middleware.node import Node
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.ports import HasDoubts, Pose2D, World
+from desim.ports.sharing import SharingTraits
 from desim.ports.tasks import Briefs, GivesMap, Ground
 from desim.robot.declared_traffic import (
     Copied,
@@ -245,10 +246,15 @@ class Simulation:
         """A new team: the other hosts with a strategy, in natural order."""
         names = tuple(plan.name for plan in self.plan
                       if plan.name != own and (plan.name in self._explorers or plan.strategy))
-        exchange = self.scenario.coordination.exchange
         return Team(names, self.scenario.coordination.lost_after_ns,
-                    partial(self._signals.of, own),
-                    exchange is None or plugins.has_common_frame(exchange.model))
+                    partial(self._signals.of, own), self._common_frame)
+
+    @cached_property
+    def _common_frame(self) -> bool:
+        """Whether robots know how their frames lie to each other."""
+        exchange = self.scenario.coordination.exchange
+        return exchange is None or SharingTraits.of(
+            plugins.load("sharing", exchange.model)).common_frame
 
     def _watch(self, robot: str, robot_map: RobotMap | None) -> None:
         for watcher in self._watchers:

@@ -14,11 +14,12 @@ from desim.ports.localization import (
     LaserGeometry,
     Localization,
     LocalizationContext,
+    LocalizationTraits,
     MapSettings,
     OdometryErrors,
     ScanWithOdometry,
 )
-from desim.robot.localization.checks import checked_path, draws_map, writes_checked
+from desim.robot.localization.checks import checked_path, writes_checked
 from desim.testing.advice import need
 
 LASER = LaserGeometry(-2.25, 4.5 / 180, 12.0, 0.05)  # 181 beams
@@ -58,7 +59,8 @@ class LocalizationBench:
         return Streams(0).key(self.name, *name)
 
     def draw(self, scan: ScanWithOdometry, pose: Pose2D) -> None:
-        self._need(draws_map(self._localization), "say draws_map = True in its class, as it draws")
+        self._need(LocalizationTraits.of(self._localization).draws_map,
+                   "declare traits = LocalizationTraits(draws_map=True), as it draws")
         self._need(scan is self._undrawn and scan is not None,
                    "draw the scan that has just come, and once")
         self._need(is_pose(pose), f"draw from a Pose2D of three finite numbers, not {pose!r}")

@@ -10,8 +10,7 @@ import numpy as np
 
 from desim.engine.streams import Streams
 from desim.ports import Pose2D
-from desim.ports.localization import Localization
-from desim.robot.localization.checks import draws_map
+from desim.ports.localization import Localization, LocalizationTraits
 from desim.robot.transforms import compose, motion_between, wrapped
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
@@ -149,8 +148,8 @@ def _play(cls: PluginClass[Localization], params: dict[str, object], fine: list[
     bench = LocalizationBench(localization, fine[0].odometry)
     now_ns = _read(bench, fine, 0)
     poses = list(bench.poses)
-    need(bool(bench.drawn) or not draws_map(localization), cls,
-         "draw scans, as its class says draws_map: context.draw")
+    need(bool(bench.drawn) or not LocalizationTraits.of(cls).draws_map, cls,
+         "draw scans, as its traits say draws_map: context.draw")
     now_ns = _read(bench, rough, now_ns)
     again = LocalizationBench(made(cls, params), None, now_ns)
     _read(again, fine[:len(fine) // 4] + rough, now_ns)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from desim.ports import Pose2D
-from desim.ports.sharing import SharedMessage, Sharing
+from desim.ports.sharing import SharedMessage, Sharing, SharingTraits
 from desim.robot.mapping.tiles import LayerSnapshot, TilePool
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
@@ -24,7 +24,7 @@ def check_sharing(cls: PluginClass[Sharing], **params: object) -> None:
     ``robot_1`` starts again elsewhere with empty memory. What ``robot_2`` takes in must be what
     ``robot_1`` knows, it must come through, what was said before the restart must be forgotten, and
     the same must happen again. A coordinator without a body, which hears what is carried, must get
-    a map as well, unless the class says ``needs_body``."""
+    a map as well, unless its traits say ``needs_body``."""
     check_form("sharing", cls, params)
     with own_streams(cls), own_state(cls):
         played = [_Play(cls, params).played() for _ in range(2)]
@@ -56,9 +56,9 @@ class _Play:
         self._check_truth()
         need(len(self._heard()), cls, f"hand to the map in {_TALK_S} s what a teammate has sent: "
                                       "context.take_in")
-        need("robot_1" in self._base.robot_map.received or getattr(cls, "needs_body", False), cls,
+        need("robot_1" in self._base.robot_map.received or SharingTraits.of(cls).needs_body, cls,
              "hand to the map of a host without a body, a coordinator, what a robot has sent; or "
-             "declare needs_body = True")
+             "declare traits = SharingTraits(needs_body=True)")
         self._known.append(self._one.own())
         first, before = self._heard(), self._one.sizes
         self._one, self._line_m = self._robot("robot_1", "robot_2"), 55.0

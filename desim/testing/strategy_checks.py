@@ -34,10 +34,10 @@ def check_strategy(cls: PluginClass[ports.Strategy], briefing: object = None,
     and when there is no frontier left. ``briefing`` of its task; where a ``Patrol`` is needed, one
     of three places. What a run would refuse raises the ``ModelError`` of the run."""
     check_form("strategy", cls, params)
-    needs = getattr(cls, "needs", None)
+    needs = ports.StrategyTraits.of(cls).needs
     if needs is Patrol and briefing is None:
         briefing = _PATROL
-    need(needs is None or isinstance(briefing, needs), cls,
+    need(isinstance(briefing, needs), cls,
          f"be checked with the briefing that it needs: check_strategy(..., briefing={needs}(...))")
     with own_streams(cls), own_state(cls):
         choices = [_Play(cls, params, briefing).played() for _ in range(2)]
@@ -65,7 +65,7 @@ class _Play:
         others = tuple(other for other in ("robot_1", "robot_2", "robot_10", "base")
                        if other != name)
         self._bench = StrategyBench([], name, others,
-                                    team_state=bool(getattr(cls, "reads_team_state", False)))
+                                    team_state=ports.StrategyTraits.of(cls).reads_team_state)
         self._bench.task = briefing
         self._team = Team(others, _LOST_AFTER_NS)
         self._events = StrategyEvents(self._strategy, self._bench, self._team)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from desim.ports.tasks import Briefs, JudgesMap, Measures, Task
+from desim.ports.tasks import Briefs, JudgesMap, Measures, Task, TaskTraits
 from desim.scenario.schema.experiment import QUANTITIES
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
@@ -31,9 +31,10 @@ def _play(cls: PluginClass[Task], params: dict[str, object]) -> list[object]:
     task = made(cls, params)
     bench = TaskBench(task)
     briefing = task.briefing() if isinstance(task, Briefs) else None
-    gives = getattr(cls, "gives", type(None))
-    need(isinstance(briefing, gives), cls, f"declare gives = {type(briefing).__name__}, the class "
-                                           f"of its briefing, not {gives.__name__}")
+    gives = TaskTraits.of(cls).gives
+    need(isinstance(briefing, gives), cls,
+         f"declare traits = TaskTraits(gives={type(briefing).__name__}), the class of its "
+         f"briefing, not {gives.__name__}")
     before, seen = repr(briefing), [_looked(cls, task)]
     for step in range(1, _STEPS + 1):
         bench.move(0, 2.0 * step - 1.0, 4.0)
@@ -62,11 +63,10 @@ def _looked(cls: PluginClass[Task], task: Task) -> str:
          "return some metrics by their names")
     need(general or set(task.leads) <= set(metrics), cls,
          f"lead with some of its metrics, {', '.join(metrics)}, not with {', '.join(task.leads)}")
-    if not isinstance(task, Measures):
-        return text
-    measured = dict(task.measure())
-    need(tuple(measured) == tuple(task.quantities), cls,
-         f"measure the quantities that it declares, {task.quantities}, not {tuple(measured)}")
+    declared = TaskTraits.of(cls).quantities
+    measured = dict(task.measure()) if isinstance(task, Measures) else {}
+    need(tuple(measured) == declared, cls,
+         f"measure the quantities that its traits declare, {declared}, not {tuple(measured)}")
     need(all(type(value) in (int, float) for value in measured.values()), cls,
          f"measure numbers, not {measured}")
     return text + repr(measured)

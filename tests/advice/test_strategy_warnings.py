@@ -41,7 +41,7 @@ def test_a_topic_that_no_strategy_advertises_is_a_warning(tmp_path, topic, warne
 
 def test_a_strategy_of_exploration_where_the_map_is_known_is_a_warning():
     nothing = ("the strategy 'minpos' has nothing to explore: the task 'patrolling' gives robots "
-               "the map; choose one that needs a Patrol (needs of its class)")
+               "the map; choose one that needs a Patrol (needs of its traits)")
 
     def of(*overrides):
         return said(SCENARIOS / "patrol.yaml", "stop.elapsed=5 s", *overrides)

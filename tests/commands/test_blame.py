@@ -74,6 +74,8 @@ MIDDLEWARE = HEAD.replace("context, hosts", "context") + """
         def subscribe(self, subscriber): pass
         {body}
 """
+QUANTITIES = ("from desim.ports.tasks import TaskTraits\n"
+              "        traits = TaskTraits(quantities=('{}',))\n        ")
 ON_START = "def on_start(self, view): "
 PLACES = {MIDDLEWARE: "middleware: {model: 'NAME:Plugin'}",
           COMPUTERS: "computers: 'NAME:Plugin'",
@@ -116,7 +118,8 @@ def desim(tmp_path, monkeypatch):
     ("l_text", LOCALIZATION, "return 'here'", "l_text.Plugin (l_text.py:4) returned 'here' in "
      "on_odometry; wanted: a Pose2D of three finite numbers (robot_"),
     ("l_draws", LOCALIZATION, "context.draw(scan, odometry)", "localization l_draws:Plugin "
-     "draws a scan; wanted: draws_map = True in its class at l_draws.py:12 (robot_"),
+     "draws a scan; wanted: traits = LocalizationTraits(draws_map=True) in its class at "
+     "l_draws.py:12 (robot_"),
     ("l_writes", LOCALIZATION, "scan and scan.ranges.fill(0.0); return odometry", "localization "
      "l_writes:Plugin writes into what it may only read, as scans are (ValueError: assignment "
      "destination is read-only); wanted: a copy at l_writes.py:12 (robot_"),
@@ -277,10 +280,10 @@ def test_the_plug_in_is_named_with_its_line_host_and_time(desim, name, template,
 
 
 @pytest.mark.parametrize("name, body, says", [
-    ("q_more", "quantities = ('more',)\n        def measure(self): return {'less': 1}",
+    ("q_more", QUANTITIES.format("more") + "def measure(self): return {'less': 1}",
      "q_more.Plugin (q_more.py:4) measured {'less': 1}; wanted: its quantities, ('more',), with "
      "other names than those of every run"),
-    ("q_taken", "quantities = ('explored',)\n        def measure(self): return {'explored': 1}",
+    ("q_taken", QUANTITIES.format("explored") + "def measure(self): return {'explored': 1}",
      "q_taken.Plugin (q_taken.py:4) measured {'explored': 1}; "),
     ("q_nan", "def metrics(self): return {'share': float('nan')}", "q_nan.Plugin (q_nan.py:4) has "
      "the metric share = nan; wanted: finite numbers, words, None, lists and mappings of them"),

@@ -92,6 +92,7 @@ PLUGIN = """
 
     from desim import ports
     from desim.ports import Pose2D
+    from desim.ports.localization import LocalizationTraits
     from desim.robot.localization.kinds.ground_truth import GroundTruth
 
 
@@ -115,7 +116,7 @@ PLUGIN = """
 
 
     class Timid(Scaled):
-        draws_map = True
+        traits = LocalizationTraits(draws_map=True)
 
 
     class Cheat(GroundTruth):
@@ -164,8 +165,8 @@ def test_the_text_of_a_plug_in_has_no_particles(plugin):
 @pytest.mark.parametrize("name, words, code, says", [
     ("Broken", (), 1, "localization of_logs:Broken raised ZeroDivisionError: division by zero at "
                       "of_logs.py:25 (2.2 s)\n"),
-    ("Timid", (), 1, "of_logs:Timid drew none of 207 scans; wanted: some, as it says draws_map = "
-                     "True\n"),
+    ("Timid", (), 1, "of_logs:Timid drew none of 207 scans; wanted: some, as its traits say "
+                     "draws_map\n"),
     ("Cheat", (), 2, "--localization: 'of_logs:Cheat' reads the true pose, which is in the "),
     ("Scaled", ("--set", "scale=-1"), 2, "--set scale: must be above 0, got -1"),
 ])

@@ -10,6 +10,7 @@ from desim.imports.slam_logs.localization_trial import play_localization
 from desim.imports.slam_logs.log_robot import LogRobot
 from desim.imports.slam_logs.slam_trial import play
 from desim.ports import Pose2D
+from desim.ports.localization import LocalizationTraits
 from desim.robot.localization.kinds.odometry import DeadReckoning
 from desim.robot.localization.kinds.scan_matching import ScanMatching
 from desim.robot.slam.kinds import scan_matching
@@ -54,7 +55,7 @@ def test_dead_reckoning_is_the_odometry(log, settings):
 class Noting:
     """Draws the first three scans, and shifts them all at the last scan."""
 
-    draws_map = True
+    traits = LocalizationTraits(draws_map=True)
 
     def __init__(self, scans):
         self.scans, self.seen, self.called_ns = scans, [], []
@@ -114,7 +115,7 @@ class Twice(Noting):
 
 
 class Undeclared(Noting):
-    draws_map = False
+    traits = LocalizationTraits()
 
 
 class Short(Noting):
@@ -135,7 +136,7 @@ class Away(Noting):
 
 @pytest.mark.parametrize("cls, says", [
     (Twice, "draws something else than the scan that has just come, or that twice; wanted: that "),
-    (Undeclared, "draws a scan; wanted: draws_map = True in its class"),
+    (Undeclared, "draws a scan; wanted: traits = LocalizationTraits.draws_map=True. in its class"),
     (Short, r"draws the map anew with float64 \[2, 3\]; wanted: finite poses \[1, 3\]"),
     (Nowhere, "returned Pose2D.*nan.* in on_odometry; wanted: a Pose2D of three finite numbers"),
     (Away, r"draws a scan from \(0.0, 0.0, 0.0\); wanted: a Pose2D of three finite numbers"),

@@ -10,6 +10,7 @@ from robot_fleets import Ears, Hosts
 from desim.errors import ModelError
 from desim.middleware.contents import LaserScan, Pose
 from desim.ports import GridSpec, Pose2D
+from desim.ports.localization import LocalizationTraits
 from desim.robot.localization.checks import checked_path, checked_pose, drawable, writes_checked
 from desim.robot.localization.node import LocalizationNode
 from desim.robot.localization.pose_publisher import Correction, CorrectionNode, PosePublisher
@@ -39,7 +40,7 @@ class Silent:
 class Drawing(Silent):
     """One that draws each scan where the odometry is."""
 
-    draws_map = True
+    traits = LocalizationTraits(draws_map=True)
 
     def on_odometry(self, context, odometry, scan):
         if scan is not None:
@@ -152,7 +153,7 @@ def test_there_is_nothing_to_draw_anew_before_the_first_scan():
 PATH = "draws the map anew with {}; wanted: finite poses [2, 3], one for each scan that was drawn"
 WRONG = [
     (lambda: drawable(Silent(), 1, 1, Pose2D(0.0, 0.0, 0.0)),
-     "draws a scan; wanted: draws_map = True in its class"),
+     "draws a scan; wanted: traits = LocalizationTraits(draws_map=True) in its class"),
     (lambda: drawable(Drawing(), 1, None, Pose2D(0.0, 0.0, 0.0)),
      "draws something else than the scan that has just come, or that twice; wanted: that scan, "
      "once"),

@@ -75,13 +75,9 @@ WRONG = {
     "a strategy without a common frame": (
         "coordination: {exchange: {model: registered_maps}, strategy: minpos}", [
             "2:62: coordination.strategy: 'minpos' wants its team's poses and goals every second, "
-            "which mean nothing with 'registered_maps'; set coordination.team_state to null to do "
-            "without, or choose another coordination.exchange.model"]),
-    "a strategy that speaks without a common frame": (
-        "coordination: {exchange: {model: registered_maps}, strategy: market}", [
-            "2:62: coordination.strategy: 'market' wants its team's poses and goals every second, "
-            "which mean nothing with 'registered_maps', and it speaks to its team of places: "
-            "choose a strategy that is silent, or another coordination.exchange.model"]),
+            "which mean nothing with 'registered_maps'; choose another "
+            "coordination.exchange.model or, for a strategy without messages of its own, set "
+            "coordination.team_state to null to do without"]),
     **{f"a coordinator that would get no map by {model}": (
         "hosts: {base: {strategy: {strategy: nearest_frontier}}, camp: {at: [0 m, 0 m]}}\n"
         f"coordination: {{exchange: {{model: {model}}}}}", [

@@ -105,7 +105,7 @@ def silence(frame, receivers, context):
 class Tuning(NearestFrontier):
     """Chooses by the signals of its teammates, and notes them."""
 
-    reads_team_state = True
+    traits = ports.StrategyTraits(reads_team_state=True)
 
     def choose(self, context):
         frontiers = context.frontiers()

@@ -10,6 +10,7 @@ import pytest
 from desim import plugins
 from desim.errors import ModelError
 from desim.ports import Pose2D
+from desim.ports.localization import LocalizationTraits
 from desim.robot.localization.kinds.odometry import DeadReckoning
 from desim.robot.localization.kinds.scan_matching import ScanMatching
 from desim.testing import check_localization
@@ -89,7 +90,7 @@ class Draws(DeadReckoning):
 
 
 class Twice(Draws):
-    draws_map = True
+    traits = LocalizationTraits(draws_map=True)
 
     def on_odometry(self, context, odometry, scan):
         super().on_odometry(context, odometry, scan)
@@ -97,7 +98,7 @@ class Twice(Draws):
 
 
 class Blank(DeadReckoning):
-    draws_map = True
+    traits = LocalizationTraits(draws_map=True)
 
 
 @pytest.mark.parametrize(("cls", "says"), [
@@ -106,9 +107,9 @@ class Blank(DeadReckoning):
     (Backwards, r"be about as good as the odometry in a room: 1\d\.\d\d m and "),
     (Shared, r"keep its state in self: Shared.readings changed, and all robots share it$"),
     (Throws, "draw from context.stream.* only, not from random or numpy.random$"),
-    (Draws, "say draws_map = True in its class, as it draws$"),
+    (Draws, "declare traits = LocalizationTraits.draws_map=True., as it draws$"),
     (Twice, "draw the scan that has just come, and once$"),
-    (Blank, "draw scans, as its class says draws_map: context.draw$"),
+    (Blank, "draw scans, as its traits say draws_map: context.draw$"),
 ])
 def test_the_kit_names_what_is_wrong(cls, says):
     with pytest.raises(AssertionError, match=rf"{cls.__name__} must {says}"):

@@ -78,7 +78,7 @@ class Global(OwnMaps):
     (Timeless, "forget what a robot said before it started again with empty memory; tiles "),
     (Forgetful, "forget what a robot said before it started again with empty memory; tiles "),
     (Rooted, "hand to the map of a host without a body, a coordinator, what a robot has sent; or "
-             "declare needs_body = True$"),
+             "declare traits = SharingTraits.needs_body=True.$"),
     (Global, "draw from context.stream.* only, not from random or numpy.random$"),
 ])
 def test_the_kit_names_what_is_wrong(cls, says):

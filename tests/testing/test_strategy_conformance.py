@@ -248,7 +248,7 @@ def test_a_strategy_may_drive_home_and_hear(cls):
 class ReadsGoals(NearestFrontier):
     """Keeps away from the goals of others, and takes for granted that they are known."""
 
-    reads_team_state = True
+    traits = ports.StrategyTraits(reads_team_state=True)
 
     def choose(self, context):
         taken = [peer.goal.x_m for peer in context.peers.values()]
@@ -257,7 +257,7 @@ class ReadsGoals(NearestFrontier):
 
 def test_goals_of_teammates_are_known_only_to_a_strategy_that_reads_their_state():
     check_strategy(ReadsGoals)
-    undeclared = type("Undeclared", (ReadsGoals,), {"reads_team_state": False})
+    undeclared = type("Undeclared", (ReadsGoals,), {"traits": ports.StrategyTraits()})
     with pytest.raises(AttributeError, match="'NoneType' object has no attribute 'x_m'"):
         check_strategy(undeclared)
 

@@ -1,6 +1,7 @@
 """The kit's check of tasks: ours pass, and what breaks the contract is named."""
 
 import random
+from dataclasses import replace
 
 import pytest
 
@@ -24,7 +25,7 @@ def test_patrols_keep_it_with_given_places():
 
 
 class Secretive(Patrolling):
-    gives = type(None)
+    traits = replace(Patrolling.traits, gives=type(None))
 
 
 class Fickle(Patrolling):
@@ -51,7 +52,7 @@ class Leaderless(Exploration):
 
 
 class Unmeasured(Patrolling):
-    quantities = ("idleness_s",)
+    traits = replace(Patrolling.traits, quantities=("idleness_s",))
 
 
 class Chancy(Exploration):
@@ -72,14 +73,15 @@ class Partial(Exploration):
 
 
 @pytest.mark.parametrize("cls, advice", [
-    (Secretive, "declare gives = Patrol, the class of its briefing, not NoneType"),
+    (Secretive, "declare traits = TaskTraits(gives=Patrol), the class of its briefing, not "
+                "NoneType"),
     (Fickle, "leave its briefing as it was at the start"),
     (Vague, "return metrics that JSON can hold"),
     (Mute, "return some metrics by their names"),
     (Boastful, "lead with some of its metrics, censored, exploration_time_s, union_time_s, "
                "fleet_time_s, not with glory"),
     (Leaderless, "declare leads = ('...',), a tuple of names, not ()"),
-    (Unmeasured, "measure the quantities that it declares"),
+    (Unmeasured, "measure the quantities that its traits declare"),
     (Chancy, "draw from context.stream(name) only"),
     (Floating, "no ints"),
     (Partial, "judge a place among explorers or None"),

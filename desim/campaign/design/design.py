@@ -159,7 +159,7 @@ def led_by(design: Design, tasks: Iterable[str]) -> Design:
     """The design whose report shows what leads ``tasks``, unless it names metrics itself."""
     if design.report.metrics:
         return design
-    leads = dict.fromkeys(name for task in tasks for name in plugins.leads(task))
+    leads = dict.fromkeys(name for task in tasks for name in plugins.load("task", task).leads)
     return design.model_copy(update={"report": design.report.model_copy(
         update={"metrics": tuple(leads)})})
 

@@ -99,7 +99,8 @@ class Metrics:
         return evaluate
 
     def _refuse_unknown(self, plan: Plan) -> None:
-        design, leads = plan.design, {lead for task in plan.tasks for lead in plugins.leads(task)}
+        design = plan.design
+        leads = {lead for task in plan.tasks for lead in plugins.load("task", task).leads}
         asked: list[tuple[tuple[str | int, ...], str]] = [
             (("report", "metrics", i), name) for i, name in enumerate(design.report.metrics)]
         if isinstance(design.iterations, Until):

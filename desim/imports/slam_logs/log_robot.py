@@ -14,6 +14,7 @@ from desim.ports.arguments import check_callback, check_period
 from desim.ports.localization import (
     Localization,
     LocalizationContext,
+    LocalizationTraits,
     MapSettings,
     OdometryErrors,
     ScanWithOdometry,
@@ -22,7 +23,6 @@ from desim.robot.localization.checks import (
     checked_path,
     checked_pose,
     drawable,
-    draws_map,
 )
 from desim.robot.slam.settings import SlamSettings
 from desim.units import NS_PER_S
@@ -58,7 +58,7 @@ class LogRobot:
                                settings.angular_update_rad, laser.longest_m)
         self.drawn: list[int] = []
         self.path: list[Pose2D] = []
-        self.draws_map = draws_map(localization)
+        self.draws_map = LocalizationTraits.of(localization).draws_map
         self._localization, self._streams = localization, streams
         self._scans, self._began_s = 0, 0.0
         self._scan: LogScan | None = None  # that may be drawn now

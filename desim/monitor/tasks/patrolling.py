@@ -16,7 +16,7 @@ from pydantic import Field
 from desim import plugins, ports
 from desim.errors import InputError
 from desim.monitor.tasks.places import drawn, free_cells
-from desim.ports.tasks import Patrol, TaskContext
+from desim.ports.tasks import Patrol, TaskContext, TaskTraits
 from desim.scenario.schema.scenario import Scenario
 from desim.units import LENGTH, NS_PER_S, Length, Position
 
@@ -51,9 +51,8 @@ class Patrolling:
                 "they end the task exploration, and the task is "
                 f"{plugins.bare(scenario.task.model)}")
 
-    gives = Patrol
     leads = ("idleness_mean_s", "idleness_worst_s")
-    quantities = ("idleness_s", "idleness_worst_s", "visits")
+    traits = TaskTraits(gives=Patrol, quantities=("idleness_s", "idleness_worst_s", "visits"))
 
     def __init__(self, params: Params) -> None:
         self._params = params

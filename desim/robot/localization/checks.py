@@ -1,4 +1,4 @@
-"""Checks of a localization: whether it draws the map, and of the poses that it gives."""
+"""Checks of the poses that a localization gives."""
 
 from __future__ import annotations
 
@@ -11,14 +11,9 @@ import numpy as np
 from desim.errors import ModelError, class_of, described
 from desim.ports import Pose2D
 from desim.ports.arguments import is_pose
-from desim.ports.localization import Localization
+from desim.ports.localization import Localization, LocalizationTraits
 
 S = TypeVar("S")  # a scan with its odometry
-
-
-def draws_map(localization: Localization) -> bool:
-    """Whether ``localization`` makes the robot's map, too."""
-    return bool(getattr(localization, "draws_map", False))
 
 
 @contextmanager
@@ -45,9 +40,9 @@ def checked_pose(localization: Localization, pose: object) -> Pose2D:
 def drawable(localization: Localization, scan: object, last: S | None, pose: object) -> S:
     """``scan``, if ``localization`` draws maps, and draws from a pose the ``last`` scan, which was
     not drawn yet. Raises ``ModelError`` if not."""
-    if not draws_map(localization):
-        raise ModelError(f"{class_of(localization)} draws a scan; wanted: draws_map = True in its "
-                         "class")
+    if not LocalizationTraits.of(localization).draws_map:
+        raise ModelError(f"{class_of(localization)} draws a scan; wanted: traits = "
+                         "LocalizationTraits(draws_map=True) in its class")
     if last is None or scan is not last:
         raise ModelError(f"{class_of(localization)} draws something else than the scan that has "
                          "just come, or that twice; wanted: that scan, once")

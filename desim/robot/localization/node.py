@@ -15,12 +15,11 @@ from desim.middleware.node import Node
 from desim.middleware.topics import Latest
 from desim.ports import Pose2D
 from desim.ports.computers import Keeps
-from desim.ports.localization import Localization
+from desim.ports.localization import Localization, LocalizationTraits
 from desim.robot.localization.checks import (
     checked_path,
     checked_pose,
     drawable,
-    draws_map,
     writes_checked,
 )
 from desim.robot.localization.context import SensorContext
@@ -65,7 +64,7 @@ class LocalizationNode(Node):
     def __init__(self, host: Host, localization: Localization, robot: Equipment,
                  robot_map: RobotMap, start: Pose2D | None, bodies_m: float,
                  namespace: str | None = None) -> None:
-        self.draws_map = draws_map(localization)
+        self.draws_map = LocalizationTraits.of(localization).draws_map
         super().__init__(host, "slam" if self.draws_map else "localization", namespace)
         self.localization, self.robot_map = localization, robot_map
         self._keeper = localization if isinstance(localization, Keeps) else None

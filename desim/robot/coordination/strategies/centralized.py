@@ -37,7 +37,7 @@ class Centralized:
         failsafe_after_ns: Duration = Field("15 s", description=(
             "without any task of the base, for whomever: go on alone (15 periods)"))
 
-    needs_coordinator = True
+    traits = ports.StrategyTraits(needs_coordinator=True)
 
     def __init__(self, params: Params) -> None:
         self._params = params

@@ -21,7 +21,7 @@ class ConscientiousReactive:
             "so many places are the nearest (those of a crossing of streets: the literature's are "
             "the neighbours in a graph)"))
 
-    needs = Patrol
+    traits = ports.StrategyTraits(needs=Patrol)
 
     def __init__(self, params: Params) -> None:
         self._neighbours = params.neighbours

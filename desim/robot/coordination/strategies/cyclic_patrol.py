@@ -22,7 +22,7 @@ class CyclicPatrol:
     class Params(ports.Params):
         """None."""
 
-    needs = Patrol
+    traits = ports.StrategyTraits(needs=Patrol)
 
     def __init__(self, params: Params) -> None:
         self._tour: list[ports.Place] = []

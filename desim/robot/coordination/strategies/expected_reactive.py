@@ -22,7 +22,7 @@ class ExpectedReactive:
         speed_mps: Speed = Field("0.8 m/s", gt=0, description=(
             "that robots expect of themselves (a Pioneer 3-DX at 1.2 m/s that starts and turns)"))
 
-    needs = Patrol
+    traits = ports.StrategyTraits(needs=Patrol)
 
     def __init__(self, params: Params) -> None:
         self._speed_mps = params.speed_mps

@@ -24,7 +24,7 @@ class GreedyAssignment:
             "of the laser: a goal at a distance d takes 1 - d / range of the utility (usable_range)"
             ))
 
-    reads_team_state = True
+    traits = ports.StrategyTraits(reads_team_state=True)
 
     def __init__(self, params: Params) -> None:
         self._beta_m, self._range_m = params.beta_m, params.range_m

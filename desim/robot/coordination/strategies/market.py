@@ -35,7 +35,7 @@ class Market:
         failsafe_after_ns: Duration = Field("30 s", description=(
             "without any word of the team: go on alone (six periods of the exchange of maps)"))
 
-    reads_team_state = True
+    traits = ports.StrategyTraits(reads_team_state=True)
 
     def __init__(self, params: Params) -> None:
         self._params, self._contact = params, Contact()

@@ -13,7 +13,7 @@ class MinPos:
     class Params(ports.Params):
         """None."""
 
-    reads_team_state = True
+    traits = ports.StrategyTraits(reads_team_state=True)
 
     def __init__(self, params: Params) -> None:
         self.params = params

@@ -33,7 +33,7 @@ class Rendezvous:
         failsafe_after_ns: Duration = Field("20 s", description=(
             "wait for those who do not come: then go on alone (24 m of way at 1.2 m/s)"))
 
-    reads_team_state = True
+    traits = ports.StrategyTraits(reads_team_state=True)
 
     def __init__(self, params: Params) -> None:
         self._params, self._explorer = params, MinPos(MinPos.Params())

@@ -39,7 +39,7 @@ class RoleBased:
         failsafe_after_ns: Duration = Field("30 s", description=(
             "wait for the partner: then go on alone (36 m of way at 1.2 m/s)"))
 
-    reads_team_state = True
+    traits = ports.StrategyTraits(reads_team_state=True)
 
     def __init__(self, params: Params) -> None:
         self._params, self._minpos = params, MinPos(MinPos.Params())

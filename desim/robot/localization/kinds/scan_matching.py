@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
 
 import numpy as np
 from pydantic import Field
 
 from desim import ports
 from desim.ports import Pose2D
-from desim.ports.localization import LocalizationContext, OdometryErrors, ScanWithOdometry
+from desim.ports.localization import (
+    LocalizationContext,
+    LocalizationTraits,
+    OdometryErrors,
+    ScanWithOdometry,
+)
 from desim.robot.slam.kinds import scan_matching
 from desim.robot.slam.settings import OdometryNoise, SlamSettings
 from desim.robot.transforms import compose, motion_to, moved
@@ -24,7 +28,7 @@ class ScanMatching:
     Without a known start (after a restart) the first reading of the odometer is taken as the pose.
     """
 
-    draws_map: ClassVar = True
+    traits = LocalizationTraits(draws_map=True)
     particles = 1
     new_filter = staticmethod(scan_matching)
 

@@ -10,7 +10,7 @@ from pydantic import Field
 from desim import ports
 from desim.middleware.contents import MAP_FRAME_BYTES, POSE_STAMPED_BYTES
 from desim.ports import Pose2D
-from desim.ports.sharing import Contribution, Evidence, SharingContext
+from desim.ports.sharing import Contribution, Evidence, SharingContext, SharingTraits
 from desim.robot.mapping.kernels.tiles import MISS
 from desim.robot.mapping.tiles import FREE, OCCUPIED, raster
 from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
@@ -47,7 +47,8 @@ class Frontiers:
         period_ns: Pace = Field("5 s", description="(as own_maps, for comparison)")
         via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
 
-    needs_body = True  # a host without scans would know edges of free terrain, and nothing inside
+    # A host without scans would know edges of free terrain, and nothing inside.
+    traits = SharingTraits(needs_body=True)
 
     def __init__(self, params: Params) -> None:
         self._params = params

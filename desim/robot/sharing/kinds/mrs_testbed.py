@@ -11,7 +11,14 @@ from pydantic import Field
 from desim import ports
 from desim.middleware.contents import POSE_STAMPED_BYTES
 from desim.ports import Pose2D
-from desim.ports.sharing import Contribution, Evidence, Scan, SharedMessage, SharingContext
+from desim.ports.sharing import (
+    Contribution,
+    Evidence,
+    Scan,
+    SharedMessage,
+    SharingContext,
+    SharingTraits,
+)
 from desim.robot.sharing.map_message import MapFormat, MapUpdate
 from desim.units import NS_PER_S, Length, Pace
 
@@ -48,8 +55,9 @@ class MrsTestbed:
     middleware ``ros1`` models that as ``polling``.
     """
 
-    fusion = "greedy"  # greedyMerging: its own evidence, then partners fill in what is unknown
-    needs_body = True  # each merging takes an update of the own map, and a pose
+    # greedyMerging: its own evidence, then partners fill in what is unknown. Each merging takes an
+    # update of the own map, and a pose.
+    traits = SharingTraits(fusion="greedy", needs_body=True)
 
     class Params(ports.Params):
         """The period of maps, and the reach of merging."""

@@ -20,6 +20,7 @@ from desim.ports.sharing import (
     Scan,
     SharedMessage,
     SharingContext,
+    SharingTraits,
 )
 from desim.robot.mapping.tiles import FREE, OCCUPIED, cropped, raster
 from desim.robot.sharing.map_resampling import resampled
@@ -91,8 +92,8 @@ class RegisteredMaps:
     other frame fits nearly as well; before that it uses neither the map nor the pose. It takes both
     back if the walls disagree later."""
 
-    common_frame = False
-    needs_body = True  # a frame is found by laying maps over the own one
+    # A frame is found by laying maps over the own one.
+    traits = SharingTraits(common_frame=False, needs_body=True)
 
     class Params(ports.Params):
         """The period of maps, and the acceptance of frames."""
