@@ -164,7 +164,7 @@ def test_the_text_of_a_plug_in_has_no_particles(plugin):
 
 @pytest.mark.parametrize("name, words, code, says", [
     ("Broken", (), 1, "localization of_logs:Broken raised ZeroDivisionError: division by zero at "
-                      "of_logs.py:25 (2.2 s)\n"),
+                      "of_logs.py:26 (2.2 s)\n"),
     ("Timid", (), 1, "of_logs:Timid drew none of 207 scans; wanted: some, as its traits say "
                      "draws_map\n"),
     ("Cheat", (), 2, "--localization: 'of_logs:Cheat' reads the true pose, which is in the "),
