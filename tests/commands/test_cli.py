@@ -257,6 +257,16 @@ def test_diff_of_a_run_with_itself_and_with_another(hello, run_path, tmp_path):
     assert sum(line.lstrip().startswith(">") for line in said.splitlines()) == 2
 
 
+def test_diff_names_a_line_of_the_entities_that_differ(hello, run_path, tmp_path):
+    """Each robot that one run has and the other has not is one of them."""
+    desim_("run", hello, "--until", "100 ms", "--set", "fleet.size=16", "--set",
+           "fleet.start={from: [-8 m, 10 m], step: [1 m, 0 m], snap: true}", "--out", tmp_path,
+           "--quiet")
+    first, *_ = desim_("diff", run_path, only(tmp_path / "hello"), code=1).splitlines()
+    count, _, names = re.fullmatch(r"(\d+) of (\d+) entities differ: (.*), \.\.\.", first).groups()
+    assert int(count) > 13 and len(names.split(", ")) == 12
+
+
 def test_diff_reads_the_poses_of_runs_with_one_digest(run_path, tmp_path):
     """A table that was changed and sealed again has the digest of what happened."""
     copy = shutil.copytree(run_path, tmp_path / "copy")

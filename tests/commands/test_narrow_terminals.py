@@ -33,6 +33,13 @@ def lines(console):
     return [line.rstrip() for line in console.file.getvalue().splitlines()]
 
 
+@pytest.mark.parametrize(("width", "is_terminal", "is_narrow"), [
+    (63, True, True), (64, True, False), (63, False, False)])
+def test_a_terminal_below_64_columns_is_narrow_and_a_file_never_is(width, is_terminal, is_narrow):
+    console = Terminal(file=StringIO(), width=width, force_terminal=is_terminal)
+    assert console.is_narrow is is_narrow
+
+
 @pytest.mark.parametrize("width", [40, 60, 120])
 def test_a_list_names_its_runs(runs, monkeypatch, width):
     console = terminal(monkeypatch, results_list, width)

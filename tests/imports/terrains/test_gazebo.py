@@ -275,6 +275,8 @@ def test_a_mesh_of_walls_keeps_its_room(tmp_path):
     found = read(tmp_path, model("<mesh><uri>ring.stl</uri></mesh>"), resolution_m=0.1)
     assert len(blocks(found)) == 4
     assert area(found) == pytest.approx(10.1 * 5.1 - 8.9 * 3.9)
+    points = sum(blocks(found), [])
+    assert (min(points), max(points)) == ((-0.05, -0.05), (10.05, 5.05))
     (tmp_path / "four.stl").write_bytes(binary(
         corners(0, 0, 10, 0.5), corners(0, 4.5, 10, 5), corners(0, 0.6, 0.5, 4.4),
         corners(9.5, 0.6, 10, 4.4)))

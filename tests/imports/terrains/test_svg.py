@@ -79,6 +79,21 @@ def test_a_door_painted_over_a_wall_is_open(tmp_path):
     assert [(x1, x2) for x1, _, x2, _, _ in walls(found)] == [(0.0, 2.0), (3.0, 10.0)]
 
 
+@pytest.mark.parametrize("ends", [(1, 14), (14, 1)])
+@pytest.mark.parametrize("aside", [-12, -2, 2, 12])
+@pytest.mark.parametrize("axis", ["xy", "yx"])
+def test_doors_are_open_wherever_the_wall_begins(tmp_path, ends, aside, axis):
+    """A wall of 13 m along x or y, this far from the axis, with doors of 1 m near both its ends."""
+    along, across = axis
+    size = {"x": "width", "y": "height"}
+    found = read(tmp_path, f"""<line {along}1='{100 * ends[0]}' {along}2='{100 * ends[1]}'
+        {across}1='{100 * aside}' {across}2='{100 * aside}' stroke='#000' stroke-width='8'/>"""
+        + "".join(f"""<rect {along}='{start}' {across}='{100 * aside - 6}' {size[along]}='100'
+            {size[across]}='12' fill='#eee'/>""" for start in (200, 1200)))
+    lengths = sorted(math.dist(wall[:2], wall[2:4]) for wall in walls(found))
+    assert lengths == pytest.approx([1.0, 1.0, 9.0])
+
+
 def test_walls_drawn_as_one_path_with_a_hole(tmp_path):
     for rule in ("fill-rule='evenodd' d='M0 0h1000v1000h-1000z M100 100h800v800h-800z'",
                  "d='M0 0h1000v1000h-1000z M100 100v800h800v-800z'"):
