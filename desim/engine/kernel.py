@@ -115,7 +115,7 @@ class Ticker:
     def _tick(self, _: object) -> None:
         self._k = k = self._k + 1
         # The next tick is booked first, so that the callback may cancel it.
-        self._again(self.time_ns(k), self._order, self._call)
+        self._again(self._start_ns + k * self._step // self._num, self._order, self._call)
         self._fn(k - 1)
 
     def cancel(self) -> None:

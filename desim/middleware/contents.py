@@ -56,18 +56,18 @@ class Lazy:
     or never makes no difference to anything else.
     """
 
-    __slots__ = ("size_bytes", "_compute", "_value")
+    __slots__ = ("size_bytes", "compute", "value")
 
     def __init__(self, size_bytes: int, compute: Callable[[], object]) -> None:
         self.size_bytes = size_bytes
-        self._compute: Callable[[], object] | None = compute
-        self._value: Any = None
+        self.compute: Callable[[], object] | None = compute  # None: ``value`` is the result
+        self.value: Any = None
 
     def read(self) -> Any:
-        if self._compute is not None:
-            self._value = self._compute()
-            self._compute = None
-        return self._value
+        if self.compute is not None:
+            self.value = self.compute()
+            self.compute = None
+        return self.value
 
 
 class Filler(NamedTuple):

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from desim.network.medium import Medium
     from desim.network.passages import Passages
 
-_SELDOM = (1 << 8) - 1  # rows and latencies are flushed after so many messages: a mask
+_SELDOM = (1 << 12) - 1  # rows and latencies are flushed after so many messages: a mask
 
 OnFate = Callable[[Message, int, int, "str | None", int, int], object]
 # Host, kind, points [n, 2] m, texts [n] or none.
@@ -198,8 +198,6 @@ class Graph:
 
     def deliver(self, message: Message, receiver: int, first_ns: int, last_ns: int) -> None:
         """``message`` has arrived at host ``receiver``."""
-        if self._read_at_delivery:
-            message.content  # noqa: B018 - reading computes it
         host = self.hosts[receiver]
         if host.receive(message):
             self.arrive(message, host, self.kernel.now_ns, first_ns, last_ns)
@@ -209,6 +207,8 @@ class Graph:
     def arrive(self, message: Message, host: Host, time_ns: int, first_ns: int, last_ns: int
                ) -> None:
         """``host`` has ``message`` since ``time_ns``: enter it in the account."""
+        if self._read_at_delivery:
+            message.content  # noqa: B018 - reading computes it
         latency_ns = time_ns - message.born_ns
         origin, counts = message.origin, message.about.counts
         counts.bytes += message.size_bytes
@@ -250,12 +250,6 @@ class Graph:
         if self.on_fate is not None:
             for receiver in receivers:
                 self.on_fate(message, receiver, now_ns, None, born_ns, born_ns)
-
-    def land(self, message: Message, host: Host, time_ns: int, first_ns: int, last_ns: int) -> None:
-        """``message`` is at ``host``, which keeps the latest, since ``time_ns``."""
-        if self._read_at_delivery:
-            message.content  # noqa: B018 - reading computes it
-        self.arrive(message, host, time_ns, first_ns, last_ns)
 
     def catch_up(self) -> None:
         """Enter in the account what has arrived by now at those who were not waiting for it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,7 @@ from desim.ports.middleware import Addressing, Endpoint, Offer, TransportKind
 from desim.ports.networks import Handle
 
 if TYPE_CHECKING:
+    from desim.middleware.busy.executor import Executor
     from desim.middleware.graph import Graph
     from desim.middleware.node import Node
     from desim.middleware.transports import StreamLink
@@ -39,12 +40,13 @@ class Host:
 
     ``software`` makes the nodes, afresh at every start. ``last_arrival_ns[k]`` is when host k last
     received a message of this host (0: not since k started); ``on_next_arrival[k](time_ns)`` is
-    called once, when k receives the next one.
+    called once, when k receives the next one. ``calling``: the executor whose callback runs now;
+    None where callbacks take no time.
     """
 
     __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "clock", "software",
                  "nodes", "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
-                 "_inbox", "sockets", "refused")
+                 "_inbox", "sockets", "refused", "calling")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -57,6 +59,7 @@ class Host:
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
         self.published = 0
+        self.calling: Executor | None = None
         self.refused: deque[StreamLink] = deque()  # those whose interface is full
         self.sockets = HostSockets(self, graph.sockets)
         self.last_arrival_ns = array("q")
@@ -70,7 +73,7 @@ class Host:
     @property
     def holds(self) -> bool:
         """Whether what is published now leaves later."""
-        return False
+        return self.calling is not None
 
     @property
     def up(self) -> bool:
@@ -189,9 +192,6 @@ class Host:
               ) -> Handle:
         """Call ``fn(arg)``, which is ``node``'s, once, ``delay_ns`` from now."""
         return self.graph.kernel.after(delay_ns, _CONTROL, self.id, fn, arg)
-
-    def worked(self, node: str, quantities: Mapping[str, int]) -> None:
-        """See ``Node.worked``: here it takes no time."""
 
     def block(self, node: str) -> None:
         """``node`` waits for room in the send buffer of a socket: it runs no callback meanwhile."""

@@ -35,7 +35,8 @@ class Message:
     @property
     def stamp_ns(self) -> int:
         """The time of its publication, by the clock of its host."""
-        return self.origin.clock_ns(self.born_ns)
+        clock = self.origin.clock
+        return self.born_ns if clock is None else clock.read(self.born_ns)
 
     @property
     def topic(self) -> str:
@@ -50,4 +51,6 @@ class Message:
     @property
     def content(self) -> Any:
         content = self._content
-        return content.read() if type(content) is Lazy else content
+        if type(content) is not Lazy:
+            return content
+        return content.value if content.compute is None else content.read()

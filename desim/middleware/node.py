@@ -86,12 +86,8 @@ class Node:
     @property
     def now_ns(self) -> int:
         """The time that the host's clock shows."""
-        return self.host.clock_ns(self._graph.kernel.now_ns)
-
-    def age_ns(self, message: Message) -> int:
-        """The time since ``message`` was published. A receiver to which they come at once knows it
-        by when they came, whatever the clocks show."""
-        return self._graph.kernel.now_ns - message.born_ns
+        now_ns, clock = self._graph.kernel.now_ns, self.host.clock
+        return now_ns if clock is None else clock.read(now_ns)
 
     @property
     def round(self) -> int:
@@ -154,7 +150,9 @@ class Node:
     def worked(self, **quantities: int) -> None:
         """Add to the work of the present callback, by the names of ``ports.computers.QUANTITIES``.
         Where computers get busy, its time depends on that."""
-        self.host.worked(self.name, quantities)
+        calling = self.host.calling
+        if calling is not None:
+            calling.worked(quantities)
 
     def kept(self) -> Mapping[str, int]:
         """The quantities that the node keeps in memory now, besides messages, by the names of

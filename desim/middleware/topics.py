@@ -109,7 +109,7 @@ class Latest:
     a ``callback``. ``wait_set`` is notified.
     """
 
-    __slots__ = ("feed", "number", "host", "_message", "_unread", "_expected", "_wait_set")
+    __slots__ = ("feed", "number", "host", "_message", "_unread", "_expected", "_ready")
 
     def __init__(self, host: Host, wait_set: WaitSet | None = None) -> None:
         self.feed: Feed | None = None
@@ -117,7 +117,7 @@ class Latest:
         self._message: Message | None = None
         self._unread = False
         self._expected: list[tuple[int, Expecting, Message]] = []  # by time of arrival
-        self._wait_set = wait_set
+        self._ready = None if wait_set is None else wait_set.ready
         self.number = 0 if wait_set is None else wait_set.join()
 
     @property
@@ -127,17 +127,11 @@ class Latest:
             self.catch_up()
         return self._read() if self._unread else self._message
 
-    def news(self) -> Message | None:
-        """The last message that has arrived, if it has not been read yet."""
-        if self._expected or self.feed is not None:
-            self.catch_up()
-        return self._read() if self._unread else None
-
     def put(self, message: Message) -> None:
         """``message`` has arrived."""
-        self._take(message)
-        if self._wait_set is not None:
-            self._wait_set.add(self)
+        self._message, self._unread = message, True
+        if self._ready is not None:
+            self._ready[self] = None
 
     def expect(self, link: Expecting, message: Message, due_ns: int) -> None:
         """``message`` will arrive over ``link`` at ``due_ns``."""
@@ -145,8 +139,8 @@ class Latest:
         if len(self._expected) > 1:
             self._expected.sort(key=itemgetter(0))
         self.host.graph.expecting[self] = None
-        if self._wait_set is not None:
-            self._wait_set.add(self)
+        if self._ready is not None:
+            self._ready[self] = None
 
     def catch_up(self) -> None:
         """Take what has arrived by now, in order of arrival."""
@@ -155,31 +149,33 @@ class Latest:
             if message is not None:
                 self._message, self._unread = message, True
         expected = self._expected
-        while expected and self.host.graph.kernel.over(expected[0][0], Phase.DELIVER):
-            due_ns, link, message = self._next_expected()
+        if not expected:
+            return
+        kernel = self.host.graph.kernel
+        now_ns = kernel.now_ns
+        while expected and (expected[0][0] < now_ns or kernel.over(expected[0][0], Phase.DELIVER)):
+            due_ns, link, message = expected.pop(0)
             self._take(message)
             link.land(message, due_ns)
+        if not expected:
+            self.host.graph.expecting.pop(self, None)
 
     def take_from(self, feed: Feed | None) -> None:
         """From now on messages come from ``feed``, too."""
         self.catch_up()
         self.feed = feed
-        if feed is not None and self._wait_set is not None:
-            self._wait_set.add(self)
+        if feed is not None and self._ready is not None:
+            self._ready[self] = None
 
     def book(self) -> None:
         """Somebody waits now: make events of the arrivals that are still to come."""
         self.catch_up()
         if self.feed is not None:
             self.feed.release()
-        while self._expected:
-            due_ns, link, message = self._next_expected()
+        expected, self._expected = self._expected, []
+        self.host.graph.expecting.pop(self, None)
+        for due_ns, link, message in expected:
             link.await_(message, due_ns)
-
-    @property
-    def expects(self) -> bool:
-        """Whether messages may arrive without an event."""
-        return bool(self._expected) or self.feed is not None
 
     def _take(self, message: Message) -> None:
         self._message = message
@@ -196,20 +192,15 @@ class Latest:
                            message.seq, message.about.id))
         return message
 
-    def _next_expected(self) -> tuple[int, Expecting, Message]:
-        if len(self._expected) == 1:
-            del self.host.graph.expecting[self]
-        return self._expected.pop(0)
-
 
 class WaitSet:
     """The subscriptions of a node that may have something new, as rclcpp's of this name: it need
     not look at all of them."""
 
-    __slots__ = ("_ready", "_members")
+    __slots__ = ("ready", "_members")
 
     def __init__(self) -> None:
-        self._ready: dict[Latest, None] = {}
+        self.ready: dict[Latest, None] = {}  # those that may have something new
         self._members = 0
 
     def join(self) -> int:
@@ -217,18 +208,17 @@ class WaitSet:
         self._members += 1
         return self._members
 
-    def add(self, latest: Latest) -> None:
-        """``latest``, which has joined, may have something new."""
-        self._ready[latest] = None
-
     def news(self) -> Iterator[tuple[Latest, Message]]:
         """The subscriptions with a message that has arrived and was not read, and that message, in
         the order of subscribing."""
-        ready, self._ready = sorted(self._ready, key=_by_number), {}
+        ready = sorted(self.ready, key=_by_number)
+        self.ready.clear()
         for latest in ready:
-            message = latest.news()
-            if latest.expects:
-                self._ready[latest] = None
+            if latest._expected or latest.feed is not None:
+                latest.catch_up()
+                if latest._expected or latest.feed is not None:
+                    self.ready[latest] = None
+            message = latest._read() if latest._unread else None
             if message is not None:
                 yield latest, message
 

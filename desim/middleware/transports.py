@@ -182,7 +182,7 @@ class StreamLink(Carrier["Message"]):
         self._timer: Handle | None = None
         self._closed: str | None = None
         self._entity = pair(source.id, destination.id)
-        self.ahead = False
+        self.ahead = self._flights is not None
         self._latest: Latest | None = None  # expects the message on the wire
 
     # For batches: see ``BatchLink``.
@@ -203,7 +203,6 @@ class StreamLink(Carrier["Message"]):
         self._wire = message
         self._train = stream_frame(message.size_bytes)
         self._first_ns = self._sent_ns = message.born_ns
-        self.ahead = False
         return message
 
     def offer(self, message: Message) -> None:
@@ -211,6 +210,7 @@ class StreamLink(Carrier["Message"]):
             self._latest.catch_up()
         if self._wire is None:
             self._first_ns = message.born_ns  # which is now
+            self._wire, self._train = message, stream_frame(message.size_bytes)
             self._transmit(message, message.born_ns)
             return
         if self._latest is not None:  # what waits shall set out when that has arrived
@@ -242,7 +242,7 @@ class StreamLink(Carrier["Message"]):
         self._latest = self._wire = None
         flights.landed(host.index, *self._train)
         self.note_trip(due_ns - self._sent_ns)
-        self._graph.land(message, host, due_ns, self._first_ns, self._sent_ns)
+        self._graph.arrive(message, host, due_ns, self._first_ns, self._sent_ns)
 
     def await_(self, message: Message, due_ns: int) -> None:
         """The arrival of the message on the wire shall be an event."""
@@ -262,7 +262,9 @@ class StreamLink(Carrier["Message"]):
         self._graph.deliver(message, receiver, self._first_ns, self._sent_ns)
         if self._outbox and self._wire is None:
             self._first_ns = now_ns = self._graph.kernel.now_ns
-            self._transmit(self._outbox.popleft(), now_ns)
+            self._wire = message = self._outbox.popleft()
+            self._train = stream_frame(message.size_bytes)
+            self._transmit(message, now_ns)
 
     def arrived_in_part(self, message: Message, receiver: int, lost: dict[int, str]) -> None:
         """Send the lost segments again."""
@@ -357,18 +359,11 @@ class StreamLink(Carrier["Message"]):
         if self in self._refused:
             self._refused.remove(self)
         self._timer = None
-        self._transmit_train(message, self._graph.kernel.now_ns)
+        self._transmit(message, self._graph.kernel.now_ns)
 
     def _transmit(self, message: Message, now_ns: int) -> None:
-        self._wire = message
-        self._train = stream_frame(message.size_bytes)
-        self._transmit_train(message, now_ns)
-
-    def _transmit_train(self, message: Message, now_ns: int) -> None:
         graph = self._graph
         self._sent_ns = now_ns
         size_bytes, segments = self._train
         graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
-        self.ahead = (self._flights is not None and self._host.latest_without_callbacks(
-            message.about.name) is not None)
         self._send(self._from, self._to, size_bytes, segments, False, self, message)

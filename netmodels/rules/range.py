@@ -37,14 +37,12 @@ class Range:
         # nothing to measure.
         self._placeless = np.isnan(context.positions(context.now_ns)).any(axis=1).tolist()
 
-    def judge(self, frame: ports.Frame, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
-        return self._judge(frame.source, receivers)
-
     def all_pass(self, frames: ports.Frames) -> bool:
-        return self._judge(frames.source, frames.receivers) is None
+        return self.judge(frames, frames.receivers) is None
 
-    def _judge(self, source: int, receivers: tuple[int, ...]) -> list[ports.Verdict] | None:
-        placeless = self._placeless
+    def judge(self, frame: ports.Frame | ports.Frames, receivers: tuple[int, ...]
+              ) -> list[ports.Verdict] | None:
+        source, placeless = frame.source, self._placeless
         if placeless[source] or len(receivers) == 1 and placeless[receivers[0]]:
             return None
         now_ns = self._context.now_ns

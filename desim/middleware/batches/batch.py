@@ -120,7 +120,9 @@ class Member(Carrier[Batch]):
 
     def await_(self, batch: Batch, arrival_ns: int) -> None:
         """Book the arrival of a message, for a callback that waits for it."""
-        self._batches.kernel.at(arrival_ns, Phase.DELIVER, self._entity, self._hand_over, batch)
+        kernel = self._batches.kernel
+        kernel.after(arrival_ns - kernel.now_ns, Phase.DELIVER, self._entity, self._hand_over,
+                     batch)
 
     def _hand_over(self, batch: Batch) -> None:
         if self.index not in batch.given:
@@ -140,7 +142,9 @@ class Member(Carrier[Batch]):
 
     def newer(self, known: Message | None) -> Message | None:
         """The last message that has arrived, unless it is ``known`` or older."""
-        batch, m = self._last_over(), self.message_index
+        batch, m = self._batches.last, self.message_index
+        if batch is not None and batch.arrivals[self.index] >= self._batches.kernel.now_ns:
+            batch = self._last_over()
         if batch is None or known is not None and batch.seq + m <= known.seq \
                 or batch.arrivals[self.index] == UNKNOWN_NS:  # its link delivers it
             return None

@@ -110,8 +110,15 @@ class PaidLatest(Latest):
         super().expect(link, message, due_ns)
         self._mark_uncharged()
 
+    def put(self, message: Message) -> None:
+        super().put(message)
+        self._charge(message)
+
     def _take(self, message: Message) -> None:
-        self._message, self._unread = message, True
+        super()._take(message)
+        self._charge(message)
+
+    def _charge(self, message: Message) -> None:
         trigger, size_bytes = self.trigger, message.size_bytes
         for executor in self.readers:
             executor.owed_ns += executor.receive_ns(trigger, size_bytes)

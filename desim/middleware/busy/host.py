@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -35,13 +35,12 @@ class BusyHost(Host):
     one.
     """
 
-    __slots__ = ("computer", "memory", "calling", "after_callback", "programs", "_executors",
+    __slots__ = ("computer", "memory", "after_callback", "programs", "_executors",
                  "_timers", "_missed_ticks", "_subscriptions", "_ends_by_node", "_awake", "_booked")
 
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
         super().__init__(graph, name, index)
         self.computer = computer
-        self.calling: Executor | None = None  # its callback is being called now
         self._missed_ticks = 0  # of callbacks that are over
         self._timers: list[BusyTimer] = []
         self.programs: dict[str, None] = {}  # that have run here, in the order of their starts
@@ -64,10 +63,6 @@ class BusyHost(Host):
     def missed_ticks(self) -> int:
         """The ticks that its timers have missed so far, those of nodes that are still busy, too."""
         return self._missed_ticks + sum([timer.overdue_ticks() for timer in self._timers])
-
-    @property
-    def holds(self) -> bool:
-        return self.calling is not None
 
     def stop(self) -> None:
         for executor in self._executors.values():
@@ -94,11 +89,6 @@ class BusyHost(Host):
     def after(self, node: str, name: str, delay_ns: int, fn: Callable[..., object], arg: object
               ) -> Handle:
         return OneShot(self.graph.kernel, self.id, self._executor(node), name, delay_ns, fn, arg)
-
-    def worked(self, node: str, quantities: Mapping[str, int]) -> None:
-        calling = self.calling
-        if calling is not None:
-            calling.worked(quantities)
 
     def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
         latest = super().latest(node, topic, wait_set)

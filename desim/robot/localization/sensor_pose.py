@@ -20,8 +20,8 @@ class SensorPose(Node):
         self._source = source
 
     def start(self) -> None:
-        self.advertise("pose")
+        self._pose = self.advertise("pose")
         self.subscribe(self._source, self._on_pose)
 
     def _on_pose(self, message: Message) -> None:
-        self.publish("pose", message.unread)
+        self._pose.publish(message.unread)

@@ -49,6 +49,7 @@ class LocalPlanner:
             rollout_s * body.max_speed_mps + _MARGIN_M, navigation.keep_right_m,
             navigation.path_weight, navigation.goal_weight, navigation.obstacle_weight,
             navigation.speed_samples, navigation.turn_samples)
+        self.is_blocked = False  # whether no velocity was clear when ``steer`` was last called
         self.costmap = LocalCostmap(
             navigation.local_size_m, navigation.local_resolution_m,
             around_m - inscribed_m + max(navigation.inflation_radius_m,
@@ -65,8 +66,11 @@ class LocalPlanner:
     def steer(self, x_m: float, y_m: float, yaw_rad: float) -> tuple[float, float, float]:
         """The next forward speed in m/s and turn rate in rad/s, and the length in m of the rest of
         the path."""
-        return _steer(x_m, y_m, yaw_rad, self.speed_mps, self.turn_radps, self._state, self._path,
-                      *self._seen)
+        speed_mps, turn_radps, togo_m, blocked = _steer(
+            x_m, y_m, yaw_rad, self.speed_mps, self.turn_radps, self._state, self._path,
+            *self._seen)
+        self.is_blocked = blocked > 0.0
+        return speed_mps, turn_radps, togo_m
 
     def can_turn(self, x_m: float, y_m: float, yaw_rad: float, by_rad: float) -> bool:
         """Whether the robot can turn on the spot ``by_rad`` to the left. A disc can."""
@@ -74,16 +78,14 @@ class LocalPlanner:
             x_m, y_m, yaw_rad, by_rad, self._setup, self._cover, self.costmap.near2,
             self.costmap.scan)
 
-    @property
-    def is_blocked(self) -> bool:
-        """Whether no velocity was clear when ``steer`` was last called."""
-        return bool(self._state[0]["blocked"])
-
     def command(self, speed_mps: float, turn_radps: float) -> None:
         """Note that this velocity was commanded. The motors get as near to it as they can in one
         control period."""
-        self.speed_mps = _towards(self.speed_mps, speed_mps, self._speed_step_mps)
-        self.turn_radps = _towards(self.turn_radps, turn_radps, self._turn_step_radps)
+        speed_step, turn_step = self._speed_step_mps, self._turn_step_radps
+        self.speed_mps = min(max(speed_mps, self.speed_mps - speed_step),
+                             self.speed_mps + speed_step)
+        self.turn_radps = min(max(turn_radps, self.turn_radps - turn_step),
+                              self.turn_radps + turn_step)
 
     def extrapolate(self, pose: Pose, at_ns: int) -> Position:
         """The position at an instant near that of ``pose``, at the present velocity."""
@@ -93,9 +95,3 @@ class LocalPlanner:
         ahead_m = self.speed_mps * ahead_s
         return (pose.x_m + ahead_m * math.cos(heading_rad),
                 pose.y_m + ahead_m * math.sin(heading_rad), pose.yaw_rad + turned_rad)
-
-
-def _towards(now: float, wanted: float, step: float) -> float:
-    if wanted < now - step:
-        return now - step
-    return now + step if wanted > now + step else wanted

@@ -56,7 +56,7 @@ class MoveBase(Node):
         self._arriving = False  # the goal is reached when the present turn is complete
 
     def start(self) -> None:
-        self.advertise("cmd_vel")
+        self._velocity = self.advertise("cmd_vel")
         self.advertise("goal_result")
         self.advertise("costmap", latch=True)
         self._scans = [self.latest(topic) for topic in self._robot.lasers_by_topic]
@@ -99,7 +99,9 @@ class MoveBase(Node):
         if goal is None or pose is None or self._retreat_until_ns:
             return
         self._spin, self._arriving = None, False
-        self._recover(goal, pose.content, self._here(pose.content), self.now_ns, Recovery.RETREAT)
+        now_ns = self.now_ns
+        self._recover(goal, pose.content, self._here(pose.content, now_ns), now_ns,
+                      Recovery.RETREAT)
 
     def _observe(self, _: int) -> None:
         """Take the newest scan of each laser, and of the sonar, into the local costmap."""
@@ -129,11 +131,12 @@ class MoveBase(Node):
         goal = self._goal
         if goal is None:
             return
-        now_ns, pose = self.now_ns, self._pose.message
-        if pose is None or not self._is_current(pose, now_ns):
+        now_ns, message = self.now_ns, self._pose.message
+        pose = message.content if message is not None and self._senses(message) else None
+        if pose is None or now_ns - pose.stamp_ns > self._navigation.transform_tolerance_ns:
             self._drive(0.0, 0.0)
             return
-        here = self._here(pose.content)
+        here = self._here(pose, now_ns)
         if self._spin is not None:
             turn_radps = self._spin.turn_radps(here[2], now_ns)
             # As rotate_recovery, it does not turn where its footprint would meet something.
@@ -145,37 +148,42 @@ class MoveBase(Node):
             if self._arriving:
                 self._finish(goal, True)
         elif self._retreat_until_ns:
-            self._retreat(goal, pose.content, here, now_ns)
+            self._retreat(goal, pose, here, now_ns)
         elif self._pathless:
-            self._wait(goal, pose.content, here, now_ns)
+            self._wait(goal, pose, here, now_ns)
         else:
-            self._approach(goal, pose.content, here, now_ns)
+            self._approach(goal, pose, here, now_ns)
 
-    def _here(self, pose: Pose) -> Position:
+    def _here(self, pose: Pose, now_ns: int) -> Position:
         """The robot's position now; that of ``pose`` itself if its stamp is yet to come."""
-        return self._local.extrapolate(pose, max(self.now_ns, pose.stamp_ns))
+        return self._local.extrapolate(pose, max(now_ns, pose.stamp_ns))
 
-    def _is_current(self, pose: Message, now_ns: int) -> bool:
-        """Whether scans and poses have come lately, and the newest pose is not stamped too long ago
-        by the clock of this host (costmap_2d: sensors not current, transform timeout)."""
-        timeout_ns = self._sensor_timeout_ns
-        return (self.age_ns(pose) <= timeout_ns
-                and all(scan.message is not None and self.age_ns(scan.message) <= timeout_ns
-                        for scan in self._scans)
-                and now_ns - pose.content.stamp_ns <= self._navigation.transform_tolerance_ns)
+    def _senses(self, pose: Message) -> bool:
+        """Whether ``pose`` and a scan of each laser have come lately (costmap_2d: sensors not
+        current)."""
+        since_ns = self._graph.kernel.now_ns - self._sensor_timeout_ns
+        if pose.born_ns < since_ns:
+            return False
+        for scan in self._scans:
+            message = scan.message
+            if message is None or message.born_ns < since_ns:
+                return False
+        return True
 
     def _approach(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
-        if self._reached(goal, *here[:2]):
+        x_m, y_m, yaw_rad = here
+        local = self._local
+        if self._reached(goal, x_m, y_m):
             self._finish(goal, True)
             return
-        self.worked(candidates=self._local.candidates)
-        speed_mps, turn_radps, togo_m = self._local.steer(*here)
-        self._patience.note(now_ns, *here[:2], togo_m, self._local.is_blocked)
+        self.worked(candidates=local.candidates)
+        speed_mps, turn_radps, togo_m = local.steer(x_m, y_m, yaw_rad)
+        self._patience.note(now_ns, x_m, y_m, togo_m, local.is_blocked)
         if self._patience.is_over(now_ns):
             self._recover(goal, pose, here, now_ns)
             return
         self._drive(speed_mps, turn_radps)
-        if self._patience.insists and self._local.is_blocked:
+        if self._patience.insists and local.is_blocked:
             self._plan(goal, pose)
 
     def _wait(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
@@ -259,14 +267,13 @@ class MoveBase(Node):
 
     def _drive(self, speed_mps: float, turn_radps: float) -> None:
         self._local.command(speed_mps, turn_radps)
-        self.publish("cmd_vel", Twist(speed_mps, 0.0, turn_radps))
+        self._velocity.publish(Twist(speed_mps, 0.0, turn_radps))
 
     def _halt(self) -> None:
         """Stop, and send no more velocities until the next goal."""
         self._goal = None
         self.display("plan", _NOWHERE)
-        self._local.command(0.0, 0.0)
-        self.publish("cmd_vel", Twist(0.0, 0.0, 0.0))
+        self._drive(0.0, 0.0)
 
     def _finish(self, goal: Goal, reached: bool) -> None:
         self.record("goal_reached" if reached else "goal_aborted", bits(goal.x_m), bits(goal.y_m))

@@ -352,13 +352,13 @@ def can_turn(x, y, yaw, by, setup, cover, near2, scan):
                          required2(near2, setup, cover, x, y, yaw))
 
 
-@lean(types.UniTuple(_f8, 3)(*[_f8] * 5, _state, _f8x2, _setup, _f8x2, _f4x2, LAYER_ARRAY,
+@lean(types.UniTuple(_f8, 4)(*[_f8] * 5, _state, _f8x2, _setup, _f8x2, _f4x2, LAYER_ARRAY,
                              SCAN_ARRAY, _u1x1, FRAME_ARRAY))
 def steer(x, y, yaw, speed, turn, state, way, setup, cover, near2, layer, scan, flat, frame):
-    """The next velocity on ``way`` for a robot at this pose on the map and this velocity, and the
-    length of the rest of the path. Numbers as arguments and results: to write and read a record
-    from Python takes 1 us."""
+    """The next velocity on ``way`` for a robot at this pose on the map and this velocity, the
+    length of the rest of the path, and 1.0 if the robot is blocked. Numbers as arguments and
+    results: to write and read a record from Python takes 1 us."""
     s = state[0]
     s.x_m, s.y_m, s.yaw_rad, s.speed_mps, s.turn_radps = x, y, yaw, speed, turn
     find_velocity(state, way, setup, cover, near2, layer, scan, flat, frame)
-    return s.next_mps, s.next_radps, s.togo_m
+    return s.next_mps, s.next_radps, s.togo_m, s.blocked
