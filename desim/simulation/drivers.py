@@ -124,7 +124,8 @@ class Driver(Node):
         ``kinds_of_lasers``; beams are cast when a node reads the scan."""
         if kind in self._scans:
             laser, (sensors, publisher) = self._scans[kind]
-            publisher.publish(partial(self._scan, laser, sensors, snapshot, tick))
+            publisher.publish(partial(self._scan, laser, sensors, snapshot,
+                                      self.host.clock_ns(snapshot.time_ns), tick))
 
     def sense_sonar(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish reading number ``tick`` of every sonar of a kind, by its index in
@@ -138,14 +139,15 @@ class Driver(Node):
         the equipment of the fleet, and the true poses of these robots."""
         if kind in self._poses:
             sensors, publisher = self._poses[kind]
-            publisher.publish(partial(self._pose, sensors, snapshot, tick))
+            publisher.publish(partial(self._pose, sensors, snapshot,
+                                      self.host.clock_ns(snapshot.time_ns), tick))
 
-    def _scan(self, laser: Laser, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int,
-              i: int) -> LaserScan:
+    def _scan(self, laser: Laser, sensors: tuple[Sensor, ...], snapshot: Snapshot, stamp_ns: int,
+              tick: int, i: int) -> LaserScan:
         robot, number = sensors[i]
         ranges = self._world.scan(snapshot, self._alone[robot], tick, number)[0].view()
         ranges.flags.writeable = False  # all that read the message share it
-        return LaserScan(self.host.clock_ns(snapshot.time_ns), ranges, laser.angle_min_rad,
+        return LaserScan(stamp_ns, ranges, laser.angle_min_rad,
                          laser.increment_rad, laser.max_range_m, laser.x_m, laser.y_m,
                          laser.height_m <= self._lowest_m[robot])
 
@@ -160,14 +162,15 @@ class Driver(Node):
                                    cone.x_m, cone.y_m))
         return SonarReadings(tuple(scans))
 
-    def _pose(self, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int, i: int) -> Pose:
+    def _pose(self, sensors: tuple[Sensor, ...], snapshot: Snapshot, stamp_ns: int, tick: int,
+              i: int) -> Pose:
         """Of each robot its odometer's, then its true one."""
         robot, is_true = sensors[i]
         if is_true:
             x_m, y_m, yaw_rad = snapshot.poses[robot].tolist()
         else:
             x_m, y_m, yaw_rad = map(float, self._world.odometry(snapshot, robot, tick))
-        return Pose(self.host.clock_ns(snapshot.time_ns), x_m, y_m, yaw_rad)
+        return Pose(stamp_ns, x_m, y_m, yaw_rad)
 
     def bump(self, robot: int) -> None:
         """Publish that ``robot`` has come into contact with something, if it has a bumper here."""

@@ -12,22 +12,31 @@ from desim.ports.kernels import compiled_function
 from netmodels.kernels import Addresses
 from netmodels.switch.kernels import machine, records
 from netmodels.switch.kernels.records import ALL_SENT, FULL, NEVER
-from netmodels.switch.reference_queues import Fate
 from netmodels.switch.trains import PacketTrain
 
 T = TypeVar("T")  # the sender's token of a frame
 
+# A frame's fate at one exit: its token, after how many ns the last of its packets is at the
+# receivers, and which packets are lost.
+Fate = tuple[T, int, Sequence[int]]
+
 
 class CompiledQueues(Generic[T]):
-    """The same as ``ReferenceQueues``, but by whole frames: ``due_ns`` is when the next frame will
-    have been sent. And with a shortcut: a frame that will be in the switch within ``ahead_ns`` is
-    not queued if no other is in its way."""
+    """All interfaces and exits of a switch. ``hop_ns``: from a packet's end on one wire to its
+    arrival at the other end of the cable. ``limit_ns``: what an exit may hold, as time on its wire.
+    ``due_ns``: when the next frame will have been sent. A frame that will be in the switch within
+    ``ahead_ns`` is not queued if no other is in its way.
+
+    ``send(rows, now_ns, port, exit_, train)`` books a frame on a port's line, and returns the delay
+    until it is at its receiver. Negative: that is not known, or it has several exits (``exit_`` is
+    -1); ``put`` it.
+    """
 
     def __init__(self, ports: int, hop_ns: int, limit_ns: int, fair: bool, ahead_ns: int,
                  local_ns: int) -> None:
         self.due_ns = NEVER
         self._fair = fair
-        self._send = compiled_function(machine.send)
+        self.send = compiled_function(machine.send)
         self._put = compiled_function(machine.put)
         self._wake = compiled_function(machine.wake)
         self._flows: dict[Hashable, int] = {}  # records; the first are the one flow of each port
@@ -49,12 +58,6 @@ class CompiledQueues(Generic[T]):
             np.zeros(1, np.int64)))
         self._grow(4)
 
-    def send(self, now_ns: int, port: int, exit_: int, train: PacketTrain) -> int | None:
-        """Book a frame on a port's line. Returns the delay until it is at its receiver. None: that
-        is not known, or it has several exits (``exit_`` is -1); ``put`` it."""
-        delay_ns = self._send(self._rows, now_ns, port, exit_, train)
-        return None if delay_ns < 0 else delay_ns
-
     def put(self, now_ns: int, port: int, flow: Hashable, train: PacketTrain,
             exits: Sequence[tuple[int, T]], unicast: bool) -> None:
         """Queue the frame that was booked last; each of its exits has a token of its own."""
@@ -63,7 +66,7 @@ class CompiledQueues(Generic[T]):
         for number, (exit_, token) in enumerate(exits, 1):
             while True:
                 record, self.due_ns = self._put(
-                    self._rows, now_ns, port, flow_record, exit_, copy, unicast,
+                    self.rows, now_ns, port, flow_record, exit_, copy, unicast,
                     number == len(exits), train)
                 if record != FULL:
                     break
@@ -81,7 +84,7 @@ class CompiledQueues(Generic[T]):
             self._own(self._state._replace(many=np.zeros(count, np.int64)))
         while True:
             self._state.many[:count] = exits
-            taken, self.due_ns = machine.send_many(self._rows, now_ns, port, count, train)
+            taken, self.due_ns = machine.send_many(self.rows, now_ns, port, count, train)
             if taken != FULL:
                 break
             self._grow()
@@ -95,7 +98,7 @@ class CompiledQueues(Generic[T]):
     def wake(self, now_ns: int) -> list[Fate[T]]:
         """Send up to now. Returns the fates of frames that have been sent, or will be soon."""
         while True:
-            noted, self.due_ns, record, packet, delay_ns = self._wake(self._rows, now_ns)
+            noted, self.due_ns, record, packet, delay_ns = self._wake(self.rows, now_ns)
             if noted != FULL:
                 break
             self._grow()
@@ -135,7 +138,7 @@ class CompiledQueues(Generic[T]):
     def busy_ns(self, now_ns: int, ports: Sequence[int]) -> list[int]:
         """For how long there has been something on the wire, in either direction of ``ports``; a
         packet that is foreseen counts as if it were in the switch."""
-        while not machine.run(self._rows, now_ns):
+        while not machine.run(self.rows, now_ns):
             self._grow()
         lines, exits = self._state.ports[ports], self._state.exits[ports]
         into = lines["booked_ns"] - np.maximum(lines["free_ns"] - now_ns, 0)
@@ -148,7 +151,7 @@ class CompiledQueues(Generic[T]):
         """Work on these arrays, and try out the future on copies."""
         self._state = state
         self._arrays = Addresses(state, records.Wires(*(array.copy() for array in state)))
-        self._rows = self._arrays.rows
+        self.rows = self._arrays.rows
         self._notes = state.notes.ravel().data  # read in a third of numpy's time
 
     def _grow(self, frames: int = 0) -> None:

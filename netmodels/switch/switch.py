@@ -15,7 +15,6 @@ from desim.units import BitRate, ByteSize, Duration, airtime_ns
 from netmodels.ethernet import GAP_BYTES
 from netmodels.switch.compiled_queues import CompiledQueues
 from netmodels.switch.kernels.records import NEVER
-from netmodels.switch.reference_queues import ReferenceQueues
 from netmodels.switch.times import Copy, SwitchTimes
 from netmodels.switch.trains import cut
 
@@ -52,8 +51,6 @@ class Switch:
                                                             "all others have one each (none)")
         local_latency_ns: Duration = Field("0 ns", description="between hosts of one port (the "
                                                                "paper does not say)")
-        per_segment: bool = Field(False, description=(
-            "packet by packet, without the shortcut: exact, and slower"))
 
     reasons = ("queue_full",)
 
@@ -75,12 +72,8 @@ class Switch:
         self._context = context
         self._port = _assign(self._params.ports, hosts)
         count = max(self._port, default=0) + 1
-        self._queues: ReferenceQueues[Copy] | CompiledQueues[Copy]
-        if self._params.per_segment:
-            self._queues = ReferenceQueues(count, self._hop_ns, self._limit_ns, self._fair)
-        else:
-            self._queues = CompiledQueues(count, self._hop_ns, self._limit_ns, self._fair,
-                                          self._ahead_ns, self._local_ns)
+        self._queues: CompiledQueues[Copy] = CompiledQueues(
+            count, self._hop_ns, self._limit_ns, self._fair, self._ahead_ns, self._local_ns)
         self._due_ns = NEVER
         self._timer: ports.Handle | None = None
         # The exits of a batch; a fleet's sensors always have the same receivers.
@@ -103,16 +96,16 @@ class Switch:
             copies = [(exit_, (frame, receivers))]
         train, now_ns = self._cut(size_bytes, segments), self._context.now_ns
         queues = self._queues
-        delay_ns = queues.send(now_ns, port, exit_, train)
-        if delay_ns is None:
+        delay_ns = queues.send(queues.rows, now_ns, port, exit_, train)
+        if delay_ns < 0:
             queues.put(now_ns, port, self._context.flow(frame) if self._fair else None, train,
                        copies, not broadcast)
             self._book(queues.due_ns)
         if self._times is not None:
             self._times.sent(frame, sum(len(there) for _, (_, there) in copies), now_ns)
-            if delay_ns is not None:
+            if delay_ns >= 0:
                 self._times.passed(frame, receivers, (), queues.left_ns(port), now_ns + delay_ns)
-        return delay_ns
+        return None if delay_ns < 0 else delay_ns
 
     def send_many(self, frames: ports.Frames) -> Sequence[int | None]:
         _, source, receivers, size_bytes, segments = frames

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from desim.ports import Frame, Ledger, TimePart
-from netmodels.switch.reference_queues import Fate
+from netmodels.switch.compiled_queues import Fate
 from netmodels.switch.trains import PacketTrain
 
 # A frame at one exit, and the receivers there, which are settled together.

@@ -7,6 +7,7 @@ import random
 from itertools import pairwise
 
 import pytest
+from packet_by_packet import PacketByPacket
 
 from desim.engine.kernel import Phase
 from desim.monitor.utilisation import utilisation
@@ -63,22 +64,21 @@ def test_what_is_booked_is_not_yet_sent():
     assert bench.medium.model.busy_ns((0, 1)) == [4 * MS, 0]
 
 
-def switched(*sent, per_segment=False):
-    bench = Bench(Switch(Switch.Params(rate="10 Mb/s", propagation="0 ns",
-                                       per_segment=per_segment)), 3)
+def switched(*sent, model=Switch):
+    bench = Bench(model(Switch.Params(rate="10 Mb/s", propagation="0 ns")), 3)
     for time_ns, source, receiver, size_bytes, segments in sent:
         bench.send(time_ns, source, receiver, size_bytes, segments)
     bench.run(100 * MS)
     return bench.medium.model.busy_ns((0, 1, 2))
 
 
-@pytest.mark.parametrize("per_segment", [False, True])
-def test_both_directions_of_a_switch(per_segment):
+@pytest.mark.parametrize("model", [Switch, PacketByPacket])
+def test_both_directions_of_a_switch(model):
     """A packet of 980 B and one of 1480 B take 0.8 and 1.2 ms with preamble and gap, a train of two
     packets of 1480 B twice that."""
     into_1, into_2, into_3, *out = switched(
         (0, "host_1", "host_3", 980, 1), (0, "host_2", "host_3", 1480, 1),
-        (20 * MS, "host_3", "host_1", 2960, 2), per_segment=per_segment)
+        (20 * MS, "host_3", "host_1", 2960, 2), model=model)
     assert (into_1, into_2, into_3) == (800 * US, 1200 * US, 2400 * US)
     assert out == [2400 * US, 0, 2000 * US]
 

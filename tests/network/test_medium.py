@@ -5,6 +5,7 @@ import pytest
 import simpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from packet_by_packet import PacketByPacket
 
 from desim import plugins, ports
 from desim.engine.kernel import Kernel
@@ -304,7 +305,7 @@ models = st.sampled_from([
     lambda: rule(Disk, range="70 m", rate="10 Mb/s"),
     lambda: rule(AccessLink, rate="10 Mb/s", queue="20 kB"),
     lambda: rule(Switch, rate="10 Mb/s", buffer="20 kB", ports={"node": ["host_1", "host_2"]}),
-    lambda: rule(Switch, rate="10 Mb/s", buffer="20 kB", per_segment=True)])
+    lambda: rule(PacketByPacket, rate="10 Mb/s", buffer="20 kB")])
 
 
 @settings(max_examples=60, deadline=None)

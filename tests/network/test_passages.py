@@ -3,6 +3,7 @@
 import random
 
 import pytest
+from packet_by_packet import PacketByPacket
 from pydantic import Field
 
 from desim import ports
@@ -39,8 +40,8 @@ def parts(one):
             for label, _, receiver, _, stamps in one.spent}
 
 
-def switch(**params):
-    return Switch(Switch.Params(**params))
+def switch(model=Switch, **params):
+    return model(Switch.Params(**params))
 
 
 def test_one_frame_through_a_switch():
@@ -51,9 +52,9 @@ def test_one_frame_through_a_switch():
     assert one.log[0][0] == 2 * (AIR_NS + CABLE_NS)
 
 
-@pytest.mark.parametrize("per_segment", [False, True])
-def test_the_second_frame_at_an_exit_waits_for_the_first_ones_serialization(per_segment):
-    one = bench(switch(per_segment=per_segment), (0, "host_1", "host_3", FULL, 1),
+@pytest.mark.parametrize("model", [Switch, PacketByPacket])
+def test_the_second_frame_at_an_exit_waits_for_the_first_ones_serialization(model):
+    one = bench(switch(model), (0, "host_1", "host_3", FULL, 1),
                 (0, "host_2", "host_3", FULL, 1))
     first, second = parts(one)[0, "host_3"], parts(one)[1, "host_3"]
     assert [part for part, *_ in first].count(TimePart.QUEUE) == 0
@@ -66,9 +67,9 @@ def test_the_second_frame_of_a_host_waits_at_its_interface():
     assert parts(one)[1, "host_3"][0] == (TimePart.QUEUE, "host_1", PACKET_NS)
 
 
-@pytest.mark.parametrize("per_segment", [False, True])
-def test_the_last_packet_of_a_train_stands_for_it(per_segment):
-    one = bench(switch(per_segment=per_segment), (0, "host_1", "host_2", 9 * FULL + 64, 10))
+@pytest.mark.parametrize("model", [Switch, PacketByPacket])
+def test_the_last_packet_of_a_train_stands_for_it(model):
+    one = bench(switch(model), (0, "host_1", "host_2", 9 * FULL + 64, 10))
     last_ns = 8 * (64 + 20)
     assert parts(one)[0, "host_2"] == [
         (TimePart.AIRTIME, "host_1", 9 * PACKET_NS + last_ns - GAP_NS),
@@ -97,7 +98,7 @@ def test_whole_frames_have_the_parts_of_the_reference_packet_by_packet(queue, bu
     params = {"queue": queue, "buffer": buffer, "rate": "100 Mb/s"}
     quick = switch(**params)
     quick._ahead_ns = -1  # the shortcut ahead of time has times of its own
-    slow = bench(switch(**params, per_segment=True), *frames)
+    slow = bench(switch(PacketByPacket, **params), *frames)
     assert slow.medium.packets_dropped or buffer == "4 MB"
     assert parts(bench(quick, *frames)) == parts(slow)
 

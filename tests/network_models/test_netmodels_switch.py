@@ -9,9 +9,11 @@ from collections import defaultdict
 from statistics import mean
 
 import numpy as np
+import packet_by_packet
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from packet_by_packet import PacketByPacket
 
 from desim.engine.kernel import Phase
 from desim.netcases.case import play as play_case
@@ -21,7 +23,7 @@ from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench
 from desim.units import airtime_ns
 from netmodels.ethernet import GAP_BYTES, PREAMBLE_BYTES
-from netmodels.switch import Switch, reference_queues
+from netmodels.switch import Switch
 
 GB = 10**9
 CABLE_NS = 500
@@ -174,8 +176,8 @@ def test_flows_in_turn():
 def test_turns_are_of_bytes(quantum, monkeypatch):
     """While flows of short and of long packets wait, each gets half of the bytes, to a quantum and
     a packet (Shreedhar and Varghese 1995, theorem 1), not half of the packets."""
-    monkeypatch.setattr(reference_queues, "QUANTUM_BYTES", quantum)
-    bench = bench_of(per_segment=True, rate="10 Mb/s")
+    monkeypatch.setattr(packet_by_packet, "QUANTUM_BYTES", quantum)
+    bench = bench_of(model=PacketByPacket, rate="10 Mb/s")
     for k in range(400):
         bench.send(0, "host_1", "host_2", 1518, label=("long", k))
         bench.send(0, "host_1", "host_3", 300, label=("short", k))
@@ -345,7 +347,7 @@ def test_trains_are_what_their_packets_are(frames, queue, buffer, ports):
     """To the nanosecond, at a load of up to 25 trains in 2 ms: arrivals, and which packets are
     lost."""
     trains, single = (play(frames, queue=queue, buffer=buffer, ports=ports, ahead=0, **how)
-                      for how in ({}, {"per_segment": True}))
+                      for how in ({}, {"model": PacketByPacket}))
     assert sorted(trains.log, key=str) == sorted(single.log, key=str)
     assert trains.parts == single.parts
     assert trains.medium.model.busy_ns(range(5)) == single.medium.model.busy_ns(range(5))
@@ -358,20 +360,20 @@ SATURATING = [(k * 1000, 1 + k % 4, 5, (6000, 4)) for k in range(24)] + [
 @pytest.mark.parametrize(("name", "wrong"), [("QUANTUM_BYTES", 1514 * 93 // 100)])
 def test_the_twin_another_quantum_is_seen(name, wrong, monkeypatch):
     def logs():
-        return [play(SATURATING, ahead=0, **how).log for how in ({}, {"per_segment": True})]
+        return [play(SATURATING, ahead=0, **how).log for how in ({}, {"model": PacketByPacket})]
 
     trains, single = logs()
     assert trains == single
-    monkeypatch.setattr(reference_queues, name, wrong)
+    monkeypatch.setattr(packet_by_packet, name, wrong)
     trains, single = logs()
     assert trains != single
 
 
-@pytest.mark.parametrize("per_segment", [True, False])
+@pytest.mark.parametrize("model", [Switch, PacketByPacket])
 @pytest.mark.parametrize(("buffer_bytes", "held"), [(2 * 1538, 2), (2 * 1538 - 1, 1)])
-def test_a_buffer_holds_what_fits_to_the_last_byte(per_segment, buffer_bytes, held):
+def test_a_buffer_holds_what_fits_to_the_last_byte(model, buffer_bytes, held):
     """Of three packets that come at once each takes 1538 B of the wire."""
-    bench = bench_of(ahead=0, per_segment=per_segment, buffer=f"{buffer_bytes} B")
+    bench = bench_of(ahead=0, model=model, buffer=f"{buffer_bytes} B")
     for source in ("host_2", "host_3", "host_4"):
         bench.send(0, source, "host_1", FULL, label=source)
     assert len(arrivals(bench)) == held
@@ -379,7 +381,7 @@ def test_a_buffer_holds_what_fits_to_the_last_byte(per_segment, buffer_bytes, he
 
 def test_the_twin_a_smaller_buffer_is_seen():
     lost = [play(SATURATING, ahead=0, buffer=buffer, **how).medium.packets_dropped["queue_full"]
-            for buffer, how in (("20 kB", {}), ("20 kB", {"per_segment": True}), ("18 kB", {}))]
+            for buffer, how in (("20 kB", {}), ("20 kB", {"model": PacketByPacket}), ("18 kB", {}))]
     assert lost[0] == lost[1] < lost[2]
 
 

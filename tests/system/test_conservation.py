@@ -24,7 +24,7 @@ CASES = {
         HELLO, f"{LAN}={{model: switch, rate: 5 Mb/s, buffer: 3 kB, propagation: 1 ms}}",
         "testbed.robots_per_node=2", "coordination.exchange.period=200 ms", "stop.elapsed=15 s"),
     "packet by packet": (
-        HELLO, f"{LAN}={{model: switch, rate: 5 Mb/s, buffer: 3 kB, per_segment: true}}",
+        HELLO, f"{LAN}={{model: packet_by_packet:PacketByPacket, rate: 5 Mb/s, buffer: 3 kB}}",
         "testbed.robots_per_node=1", "coordination.exchange.period=200 ms", "stop.elapsed=15 s"),
     "no network in the way": (
         HELLO, f"{LAN}={{model: ideal, delay: 7 ms}}"),

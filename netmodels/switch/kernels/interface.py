@@ -1,6 +1,6 @@
 """Packets at the interface of a port: flows in turn, by deficit round robin.
 
-``reference_queues.py`` compiled.
+In plain Python: ``tests/packet_by_packet.py``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """The wires of a switch as a state machine: frames come and go, and ``wake`` moves it to now.
 
-``reference_queues.py`` compiled, by whole frames: to the nanosecond, but for the shortcut for
-frames that will be in the switch soon (``exits.foresee``). Its state: ``records``.
+By whole frames, and to the nanosecond what it would be packet by packet (in plain Python:
+``tests/packet_by_packet.py``), but for the shortcut for frames that will be in the switch soon
+(``exits.foresee``). Its state: ``records``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The queues of a switch, packet by packet, in plain Python: the reference for compiled ones.
+"""A switch packet by packet, in plain Python: the reference for the compiled one.
 
 A port's line serves flows by deficit round robin, new ones first (Linux sch_fq_codel.c): each may
 send ``QUANTUM_BYTES`` in its turn. With one flow a port that is first in, first out.
@@ -12,14 +12,21 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from netmodels.switch import Switch
+from netmodels.switch.compiled_queues import Fate
 from netmodels.switch.kernels.records import NEVER, QUANTUM_BYTES
 from netmodels.switch.trains import PacketTrain
 
 T = TypeVar("T")  # the sender's token of a frame
 
-# A frame's fate at one exit: its token, after how many ns the last of its packets is at the
-# receivers, and which packets are lost.
-Fate = tuple[T, int, Sequence[int]]
+
+class PacketByPacket(Switch):
+    """The same switch, exact and slow. Capabilities: CountsBusyTime, Itemizes, SendsMany."""
+
+    def start(self, context, hosts):
+        super().start(context, hosts)
+        self._queues = ReferenceQueues(max(self._port, default=0) + 1, self._hop_ns,
+                                       self._limit_ns, self._fair)
 
 
 class _QueuedTrain(Generic[T]):
@@ -91,6 +98,8 @@ class ReferenceQueues(Generic[T]):
     arrival at the other end of the cable. ``limit_ns``: what an exit may hold, as time on its wire.
     """
 
+    rows = None
+
     def __init__(self, ports: int, hop_ns: int, limit_ns: int, fair: bool) -> None:
         self._lines: list[InterfaceQueue[T]] = [InterfaceQueue() for _ in range(ports)]
         self._free_ns = [0] * ports  # when all will be sent
@@ -108,11 +117,11 @@ class ReferenceQueues(Generic[T]):
         """The time (ns) of the next ``wake``."""
         return min(line.end_ns for line in self._lines)
 
-    def send(self, now_ns: int, port: int, exit_: int, train: PacketTrain) -> int | None:
-        """Book a frame on a port's line. Always None: ``put`` it."""
+    def send(self, rows: None, now_ns: int, port: int, exit_: int, train: PacketTrain) -> int:
+        """Book a frame on a port's line. Always negative: ``put`` it."""
         self._free_ns[port] = max(self._free_ns[port], now_ns) + train.total_ns
         self._booked_ns[port] += train.total_ns
-        return None
+        return -1
 
     def put(self, now_ns: int, port: int, flow: Hashable, train: PacketTrain,
             exits: Sequence[tuple[int, T]], unicast: bool) -> None:
