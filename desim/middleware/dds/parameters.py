@@ -60,7 +60,7 @@ class DdsParams(ports.Params):
         "whenever it finds a participant, one announces itself to all and to each that it knows "
         "(fastdds yes, cyclonedds no; measured)"))
     responses: int = Field(0, ge=0, le=1000, description=(
-        "announcements to somebody whose multicast is new, and to that one alone (fastdds 0, "
+        "announcements sent to a newly heard participant alone (fastdds 0, "
         "cyclonedds 4; measured)"))
     response_period_ns: Pace = Field("1 s", description="between these (cyclonedds, measured)")
     liveliness_period_ns: Duration | None = Field("0 ns", description=(
@@ -124,7 +124,7 @@ class DdsParams(ports.Params):
         "until a reader asks again for the same things, unless they were sent again (fastdds: "
         "whenever it is asked, not verified; cyclonedds NackDelay 100 ms)"))
     nack_renewal_ns: Pace | None = Field(None, description=(
-        "until a reader that nobody answers asks again; null: never (fastdds never, not verified; "
+        "until an unanswered reader asks again; null: never (fastdds never, not verified; "
         "cyclonedds AutoReschedNack 3 s)"))
     ack_again_ns: Duration = Field("0 ns", description=(
         "until a reader acknowledges the same again (fastdds: whenever it is asked, not verified; "
@@ -137,7 +137,7 @@ class DdsParams(ports.Params):
     nack_response_ns: Duration = Field("5 ms", description=(
         "until a writer repeats something (fastdds 5 ms; cyclonedds at once, measured)"))
     repeated_message_bytes: ByteSize = Field("65500 B", le=65_500, description=(
-        "of one RTPS message of endpoints that are told once more (fastdds maximum, cyclonedds "
+        "of one RTPS message that announces endpoints again (fastdds maximum, cyclonedds "
         "rexmit message)"))
     fragment_bytes: ByteSize = Field("65324 B", ge=1000, le=65_400, description=(
         "of a sample that get lost, are asked for and sent again by themselves (fastdds: in UDP "

@@ -24,7 +24,7 @@ class ZenohParams(ports.Params):
         "2024 (DEFAULT_RMW_ZENOH_ROUTER_CONFIG.json5)"))
     discovery: Literal["multicast", "connect"] = Field("multicast", description=(
         "routers find each other by multicast scouting, or only by the endpoints of connect "
-        "(rmw_zenoh comes with multicast off and no endpoints, which finds nobody)"))
+        "(rmw_zenoh comes with multicast off and no endpoints, and so finds no other router)"))
     connect: list[str] = Field([], description=(
         "hosts whose routers all others connect to (zenoh connect/endpoints)"))
     routers: list[str] = Field([], description=(
