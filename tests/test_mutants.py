@@ -7,7 +7,7 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from mutants import LATE, made, mutants, nearest, room_of, verdict
+from mutants import LATE, Mutant, killer, made, mutants, nearest, room_of, verdict
 
 CODE = textwrap.dedent("""\
     def late(a: int | None, b: int) -> bool:
@@ -46,6 +46,18 @@ def test_a_test_that_fails_kills(tmp_path, code, expected):
     assert verdict(tmp_path, ["test_a.py"], 3) == expected
 
 
+@pytest.mark.parametrize(("changed", "by"), [(1, ""), (2, "test_a.py::test_limit")])
+def test_what_fails_without_a_mutant_kills_none(tmp_path, changed, by):
+    """Neither a test that fails nor a file that cannot be imported."""
+    (tmp_path / "a.py").write_text("LIMIT = 1")
+    (tmp_path / "test_a.py").write_text(
+        "import a\ndef test_no(): assert False\ndef test_limit(): assert a.LIMIT == 1\n")
+    (tmp_path / "test_b.py").write_text("import b")
+    mutant, unfit = Mutant(Path("a.py"), 1, "", f"LIMIT = {changed}"), []
+    assert killer(tmp_path, mutant, ["test_b.py", "test_a.py"], 9, set(), unfit) == by
+    assert unfit == ["test_b.py", "test_a.py::test_no"]
+
+
 def test_a_modules_own_tests_are_the_nearest():
     files = nearest(Path("desim/middleware/tcp/scoreboard.py"), 20)
     assert files[0] == "tests/middleware/test_scoreboard.py"
@@ -53,7 +65,6 @@ def test_a_modules_own_tests_are_the_nearest():
 
 def test_compiled_code_is_left_out():
     assert {path.name for path in room_of("netmodels/switch")} == {
-        "__init__.py", "compiled_queues.py", "reference_queues.py", "switch.py", "times.py",
-        "trains.py"}
+        "__init__.py", "compiled_queues.py", "switch.py", "times.py", "trains.py"}
     with pytest.raises(SystemExit, match="^mutants: there is no nowhere and no desim/nowhere$"):
         room_of("nowhere")

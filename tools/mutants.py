@@ -169,6 +169,23 @@ def verdict(folder: Path, tests: list[str], limit_s: int) -> str:
     return failed[0] if failed else tests[0]  # nothing can be imported
 
 
+def killer(folder: Path, mutant: Mutant, tests: list[str], limit_s: int, killers: set[str],
+           unfit: list[str]) -> str:
+    """The first test of ``tests`` that fails in a checkout with a mutant; nothing if it survives.
+    What fails without it, too, and is not one of ``killers``, is added to ``unfit``, tests and
+    files that are not run."""
+    file = folder / mutant.path
+    original = file.read_bytes()
+    while tests := [name for name in tests if name not in unfit]:
+        file.write_text(mutant.text)
+        by = verdict(folder, [*tests, *(f"--deselect={name}" for name in unfit)], limit_s)
+        file.write_bytes(original)
+        if not by or by in killers or not verdict(folder, [by], limit_s):
+            return by
+        unfit.append(by)
+    return ""
+
+
 def copied(folder: Path) -> None:
     """Copy the files of the checkout, as they are now, but for what git ignores."""
     names = subprocess.run(["git", "ls-files", "-z", "-co", "--exclude-standard"], cwd=ROOT,
@@ -206,16 +223,8 @@ def main() -> int:
         folder = Path(name)
         copied(folder)
         for mutant in sorted((made(*place) for place in drawn), key=lambda one: one[:2]):
-            file = folder / mutant.path
-            original = file.read_bytes()
             tests, limit_s = nearest(mutant.path, given.seconds), START_S + PATIENCE * given.seconds
-            while True:
-                file.write_text(mutant.text)
-                by = verdict(folder, [*tests, *unfit], limit_s) if tests else ""
-                file.write_bytes(original)
-                if not by or by in killers or not verdict(folder, [by], limit_s):
-                    break
-                unfit.append(f"--deselect={by}")  # it fails without a mutant, too
+            by = killer(folder, mutant, tests, limit_s, killers, unfit)
             killers.add(by)
             total += 1
             killed += bool(by)

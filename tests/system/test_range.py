@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from runs import HELLO, MAZE_8, audited, built, call_often, finished
 
-from desim.monitor.summary import summarize, warnings
+from desim.advice.warnings import warnings
+from desim.monitor.summary import summarize
 from desim.units import NS_PER_S
 
 LAN = ("network.media.lan.rules.0.distance={}",)
