@@ -179,6 +179,20 @@ def numba_is_behind_the_compiler(source: Source) -> Complaints:
                 yield line, "imports numba; take what declares kernels from desim/ports/kernels.py"
 
 
+def nothing_listens_to_imports(source: Source) -> Complaints:
+    for node in nodes(source.tree):
+        if isinstance(node, ast.Attribute) and dotted(node) == "sys.meta_path":
+            yield node.lineno, "hooks into imports; desim/compiler/store.py announces what compiles"
+
+
+def plug_ins_declare_their_traits(source: Source) -> Complaints:
+    for node in nodes(source.tree):
+        match node:
+            case ast.Call(func=ast.Name("getattr"), args=[ast.Call(
+                    func=ast.Name("load") | ast.Attribute(attr="load")), *_]):
+                yield node.lineno, "asks a plug-in by a name; declare it in desim/ports/ as Traits"
+
+
 def kernels_are_in_kernels_files(source: Source) -> Complaints:
     if not is_kernels(source) and not inside(source.module, "desim.compiler"):
         for line, name in source.imports():
@@ -338,6 +352,8 @@ RULES: list[Callable[[Source], Complaints]] = [
     only_listed_files_import_by_name,
     simpy_is_behind_the_kernel,
     numba_is_behind_the_compiler,
+    nothing_listens_to_imports,
+    plug_ins_declare_their_traits,
     kernels_are_in_kernels_files,
     kernels_have_signatures,
     kernels_take_transcendentals_from_one_module,
@@ -388,6 +404,11 @@ TWINS = [
     (only_listed_files_import_by_name, "desim/world/a.py", "import sys\nsys.modules['desim.api']"),
     (simpy_is_behind_the_kernel, "netmodels/a.py", "from simpy import Store"),
     (numba_is_behind_the_compiler, "desim/world/kernels/a.py", "from numba import njit"),
+    (nothing_listens_to_imports, "desim/a.py", "import sys\nsys.meta_path.insert(0, finder)"),
+    (plug_ins_declare_their_traits, "desim/a.py",
+     "from desim.plugins import load\ngetattr(load('task', name), 'gives', None)"),
+    (plug_ins_declare_their_traits, "desim/a.py",
+     "from desim import plugins\ngetattr(plugins.load('task', name), 'gives')"),
     (kernels_are_in_kernels_files, "desim/world/a.py", "from desim.ports.kernels import lean"),
     (kernels_have_signatures, "desim/ports/kernels.py", "@kernel\ndef f(x):\n    return x"),
     (kernels_have_signatures, "desim/ports/kernels.py", "@lean()\ndef f(x):\n    return x"),

@@ -12,9 +12,8 @@ import os
 import sys
 import sysconfig
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import contextmanager, suppress
 from functools import cache
-from importlib.abc import MetaPathFinder
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter, process_time
@@ -26,7 +25,7 @@ from desim.compiler import machine_code
 from desim.compiler.kernel import CompiledKernel
 from desim.errors import InputError
 
-_listeners: list[Callable[[], object]] = []  # called before kernels are compiled
+_unsaid: list[Callable[[], object]] = []  # called before a kernel is compiled, once each
 _spent_s = [0.0, 0.0]  # on compiling: clock time, CPU time
 
 
@@ -36,8 +35,8 @@ def functions(kernels: Sequence[CompiledKernel], keep: bool) -> list[Callable[..
     path = _path(kernels[0].__module__) if keep else None
     code = None if path is None else _read(path)
     if code is None:
-        for listener in _listeners:
-            listener()
+        while _unsaid:
+            _unsaid.pop()()
         begin_s = perf_counter(), process_time()
         from desim.compiler.units import Unit
 
@@ -67,52 +66,13 @@ def symbol_of(kernel: CompiledKernel) -> str:
 
 @contextmanager
 def announced(say: Callable[[], object]) -> Iterator[None]:
-    """Call ``say`` before the first kernel that is compiled inside, desim's or a plug-in's own."""
-    said = False
-
-    def first() -> None:
-        nonlocal said
-        if not said:
-            said = True
-            say()
-
-    finder = _OfNumba(first)
-    _listeners.append(first)
-    sys.meta_path.insert(0, finder)
+    """Call ``say`` before the first kernel that is compiled inside."""
+    _unsaid.append(say)
     try:
-        if "numba.core.event" in sys.modules:
-            finder.listen()
         yield
     finally:
-        sys.meta_path.remove(finder)
-        finder.listening.close()
-        _listeners.remove(first)
-
-
-class _OfNumba(MetaPathFinder):
-    """An import hook that notices when numba's compiler is imported, and calls ``heard`` for what
-    that compiles from then on. It finds no modules. desim itself imports numba only to compile."""
-
-    def __init__(self, heard: Callable[[], object]) -> None:
-        self._heard, self.listening = heard, ExitStack()
-
-    def find_spec(self, name: str, *_: object) -> None:
-        if name == "numba.core.dispatcher":
-            self.listen()
-
-    def listen(self) -> None:
-        from numba.core.event import Event, Listener, install_listener
-
-        heard = self._heard
-
-        class Compilations(Listener):
-            def on_start(self, event: Event) -> None:
-                heard()
-
-            def on_end(self, event: Event) -> None:
-                pass
-
-        self.listening.enter_context(install_listener("numba:compile", Compilations()))
+        with suppress(ValueError):  # it was called
+            _unsaid.remove(say)
 
 
 def _path(module: str) -> Path:

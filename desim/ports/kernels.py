@@ -3,6 +3,9 @@
 Kernels of desim and of plug-ins take sin, cos, exp, log and atan2 from here and nowhere else, so
 that portable versions can replace the platform's libm in one place. A kernel's signature is one of
 numba's, as are ``types``, ``from_dtype`` and ``carray`` (``desim.compiler.deferred``).
+
+A kernel that is declared by ``kernel``, ``lean`` or ``inner`` is announced before it is compiled,
+and kept. A plug-in may also import numba and compile by itself, which desim does not notice.
 """
 
 from __future__ import annotations
