@@ -21,6 +21,7 @@ from desim.robot.mapping.tiles import (
     Received,
     TilePool,
     cell_numbers,
+    difference_of,
     fuse,
     replacement,
     tiles_across,
@@ -28,7 +29,7 @@ from desim.robot.mapping.tiles import (
 from desim.robot.stamped_poses import laser_at
 
 _integrate = compiled_function(evidence.integrate)
-_exchange = compiled_function(kernels.exchange_all)
+_add = compiled_function(kernels.add_all)
 
 
 _NEVER = evidence.CLAMP_HIGH + 1  # no evidence is so strong: all cells can be cleared
@@ -40,7 +41,8 @@ class _Scans:
     def __init__(self, spec: GridSpec) -> None:
         self._spec, count = spec, math.prod(tiles_across(spec)) * CELLS
         self._scan = np.zeros(1, evidence.SCAN)
-        self._sheet = evidence.Sheet(cell_numbers(spec), np.zeros(count, np.uint8))
+        self._sheet = evidence.Sheet(cell_numbers(spec), np.zeros(count, np.uint8),
+                                     np.empty(CELLS, np.int8))
         self._stamp = -1  # that of the last scan's hits; no cell has that of the next one's
 
     def integrate(self, x_m: float, y_m: float, yaw_rad: float, scan: LaserScan,
@@ -115,24 +117,23 @@ class RobotMap:
             self.received[source] = change.after
             taken.append(change)
         if len(taken) == 1:
-            _, _, tiles, old, new = taken[0]
+            _, _, tiles, differences = taken[0]
         else:
-            tiles, old, new = (np.concatenate(column) for column in
-                               zip(*(change[2:] for change in taken), strict=True))
-        count = _exchange(tiles, old, new, np.empty(len(tiles), np.int32), self.version + 1,
-                          self.pool.arrays, self.sum)
-        return self._note(count)
+            tiles, differences = (np.concatenate(column) for column in
+                                  zip(*(change[2:] for change in taken), strict=True))
+        return self._note(_add(tiles, differences, np.empty(len(tiles), np.int32),
+                               self.version + 1, self.sum))
 
     def redraw_own(self, scans: Iterable[tuple[np.ndarray, LaserScan]], usable_range_m: float
                    ) -> None:
         """Replace the own layer by the evidence of ``scans``, each from its pose [3]; the
         ``scan_observers`` had them before."""
         tiles = self.own.snapshot().filled()
-        count = _exchange(tiles, self.own.indices[tiles], np.zeros(len(tiles), np.int32),
-                          np.empty(len(tiles), np.int32), self.version + 1, self.pool.arrays,
-                          self.sum)
+        differences = difference_of(self.pool, np.zeros(len(tiles), np.int32),
+                                    self.own.indices[tiles])
         self.own = Layer(self.pool, self.tiles)
-        self._note(count)
+        self._note(_add(tiles, differences, np.empty(len(tiles), np.int32), self.version + 1,
+                        self.sum))
         poses = []
         for (x_m, y_m, yaw_rad), scan in scans:
             self._integrate(x_m, y_m, yaw_rad, scan, usable_range_m)
@@ -145,10 +146,9 @@ class RobotMap:
         scans. Returns whether that changed the knowledge."""
         before, self.own = self.own, Layer.of(whole)
         tiles = before.changed_since(whole)
-        count = _exchange(tiles, before.indices[tiles], whole.indices[tiles],
-                          np.empty(len(tiles), np.int32), self.version + 1, self.pool.arrays,
-                          self.sum)
-        return self._note(count)
+        differences = difference_of(self.pool, whole.indices[tiles], before.indices[tiles])
+        return self._note(_add(tiles, differences, np.empty(len(tiles), np.int32),
+                               self.version + 1, self.sum))
 
     def layers(self) -> tuple[LayerSnapshot, ...]:
         """Snapshots of all layers, own first: the map as it is now, immutable."""

@@ -22,6 +22,7 @@ TILE = 32
 CELLS = TILE * TILE
 _hold_all = compiled_function(kernels.hold_all)
 _drop_all = compiled_function(kernels.drop_all)
+_subtract = compiled_function(kernels.subtract)
 
 FREE, OCCUPIED = int(kernels.FREE), int(kernels.OCCUPIED)  # the sum's thresholds
 
@@ -202,14 +203,13 @@ class Received(LayerSnapshot):
 
 
 class Replacement(NamedTuple):
-    """The evidence ``before`` an update and ``after`` it: in ``tiles`` [k], tile ``new`` [k] of the
-    pool comes in the place of ``old`` [k]."""
+    """The evidence ``before`` an update and ``after`` it: in ``tiles`` [k] it changes by
+    ``differences`` int16 [k, 1024], computed once for all robots that take in the update."""
 
     before: Received | None
     after: Received
     tiles: np.ndarray
-    old: np.ndarray
-    new: np.ndarray
+    differences: np.ndarray
 
 
 def replacement(before: Received | None, tiles: np.ndarray, version: int,
@@ -244,7 +244,15 @@ def _replaced(before: Received | None, tiles: np.ndarray, version: int,
         newest = version if before is None else max(version, before.newest)
         after = Received(update.pool, tiles, indices, sent, newest)
     differ = old != new
-    return Replacement(before, after, replaced[differ], old[differ], new[differ])
+    return Replacement(before, after, replaced[differ],
+                       difference_of(update.pool, new[differ], old[differ]))
+
+
+def difference_of(pool: TilePool, new: np.ndarray, old: np.ndarray) -> np.ndarray:
+    """int16 [k, 1024]: the evidence of the tiles ``new`` [k] of the pool minus that of ``old``."""
+    differences = np.empty((len(new), CELLS), np.int16)
+    _subtract(new, old, pool.arrays.data, differences)
+    return differences
 
 
 def fuse(layers: tuple[LayerSnapshot, ...]) -> np.ndarray:

@@ -16,6 +16,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.mapping.kernels import evidence
+from desim.robot.mapping.kernels.tiles import HIT, MISS
 from desim.robot.mapping.node import Mapping
 from desim.robot.mapping.robot_map import RobotMap, _Scans
 from desim.robot.mapping.tiles import FREE, OCCUPIED, TilePool, cell_numbers, raster
@@ -31,7 +32,8 @@ SPEC = GridSpec(0.2, 72, 62, -0.1, -0.1)  # whole multiples of 0.2 m are centres
 
 def cells_on_line(spec, x, y, angle, length):
     """Columns and rows, in order, by the kernel; all in units of cells."""
-    sheet = evidence.Sheet(cell_numbers(spec), np.zeros(4096 * 8, np.uint8))
+    sheet = evidence.Sheet(cell_numbers(spec), np.zeros(4096 * 8, np.uint8),
+                           np.empty(1024, np.int8))
     evidence.walk(x, y, math.cos(angle), math.sin(angle), length, spec.width, spec.height, 1, sheet)
     tile, place = np.divmod(np.flatnonzero(sheet.marks), 1024)
     tiles_x = -(-spec.width // 32)
@@ -78,6 +80,30 @@ def test_a_line_through_corners_skips_no_cell(angle):
         assert (30 + round(math.copysign(k, math.cos(angle)) if abs(math.cos(angle)) > 0.1 else 0),
                 30 + round(math.copysign(k, math.sin(angle)) if abs(math.sin(angle)) > 0.1 else 0)
                 ) in walked
+
+
+# ---- evidence ----------------------------------------------------------------------------------
+
+
+def plain_change(old, marks, hit, spared, low=evidence.CLAMP_LOW):
+    """The change of evidence ``old`` by a scan with this stamp of hits."""
+    new = old.astype(int)
+    new[marks == hit] += HIT
+    new[(marks == (hit + 1) % 256) & (old < spared)] += MISS
+    return np.clip(new, low, evidence.CLAMP_HIGH) - old
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 126).map(lambda half: 2 * half),
+       st.sampled_from((OCCUPIED, evidence.CLAMP_HIGH + 1)), st.sampled_from((0, 1)))
+def test_a_tile_changes_by_hits_and_misses_up_to_the_clamps(seed, hit, spared, tile):
+    rng = np.random.default_rng(seed)
+    old = rng.integers(evidence.CLAMP_LOW, evidence.CLAMP_HIGH + 1, 1024).astype(np.int8)
+    marks = rng.choice(np.array([hit, hit + 1, hit + 3, 0, 255], np.uint8), 2048)
+    found, seen = np.empty(1024, np.int8), marks[1024 * tile:][:1024]
+    assert evidence.weigh(marks, hit, spared, tile, old, found)
+    assert np.array_equal(found, plain_change(old, seen, hit, spared))
+    assert not np.array_equal(found, plain_change(old, seen, hit, spared, -128))  # the twin
+    assert not evidence.weigh(np.full(2048, hit + 2, np.uint8), hit, spared, tile, old, found)
 
 
 # ---- a toy world of thin walls ------------------------------------------------------------------

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.ports.kernels import cos, from_dtype, inner, kernel, sin, types
-from desim.robot.mapping.kernels.tiles import FREE, FUSED, HIT, MISS, OCCUPIED, POOL, make_own
+from desim.robot.mapping.kernels.tiles import FUSED, HIT, MISS, POOL, add, make_own, note_rows
 
 # Evidence is clamped to log-odds of -2.0 .. 3.5, in units of 0.05 nat (OctoMap, as ``HIT``).
 CLAMP_LOW, CLAMP_HIGH = -40, 70
@@ -19,10 +19,11 @@ DEPTH = 0.05  # cells; more than ranges err by rounding (float32), less than the
 class Sheet(NamedTuple):
     """Arrays of all maps of one size: ``numbers`` [width + height], the number of a cell is
     ``numbers[column] + numbers[width + row]`` | ``marks`` [cells], the stamp of what a scan last
-    found there."""
+    found there | ``difference`` [1024], what a scan changes of a tile's evidence, to work in."""
 
     numbers: np.ndarray
     marks: np.ndarray
+    difference: np.ndarray
 
 
 # A scan to take in, one record: the sensor's place and heading, its beams, the range from which on
@@ -34,7 +35,7 @@ SCAN = np.dtype([(name, "f8") for name in (
     + [("width", "i8"), ("height", "i8"), ("stamp", "i8"), ("spared", "i8")])
 
 _scan = types.Array(from_dtype(SCAN), 1, "C")
-_sheet = types.NamedTuple([types.uint32[::1], types.uint8[::1]], Sheet)
+_sheet = types.NamedTuple([types.uint32[::1], types.uint8[::1], types.int8[::1]], Sheet)
 _f8, _i8, _f8x2 = types.float64, types.int64, types.float64[:, ::1]
 
 
@@ -56,7 +57,7 @@ def walk(x, y, along_x, along_y, length, width, height, stamp, sheet):
     (32 bits behind the point), so that it is at most one row away. No step reads what another one
     writes, so that they overlap in time (a scan's lines: 20 us, with a list of new cells 76 us).
     """
-    numbers, marks = sheet
+    numbers, marks, _ = sheet
     if not (0.0 <= x < width and 0.0 <= y < height):
         return
     length = min(length, rim(x, along_x, width), rim(y, along_y, height))
@@ -66,16 +67,19 @@ def walk(x, y, along_x, along_y, length, width, height, stamp, sheet):
     step = 1 if along_x > 0.0 else -1
     slope = step * along_y / along_x
     edge = int(x) + (step + 1) // 2
-    leave, climb = int((y + abs(edge - x) * slope) * FIXED), int(slope * FIXED)
-    at = columns + int(x)
-    marks[numbers[at] + numbers[rows + int(y)]] = stamp
+    # Unsigned, as nothing here is below 0: numba then needs no test for that in each step.
+    leave, climb = np.uint64((y + abs(edge - x) * slope) * FIXED), np.uint64(int(slope * FIXED))
+    at, rows, stride = np.uint64(columns + int(x)), np.uint64(rows), np.uint64(step)
+    column = numbers[at]
+    marks[column + numbers[rows + np.uint64(y)]] = stamp
     for _ in range(abs(int(x + along_x * length) - int(x))):
-        row = numbers[rows + (leave >> 32)]
-        marks[numbers[at] + row] = stamp
-        at += step
+        row = numbers[rows + (leave >> np.uint64(32))]
+        marks[column + row] = stamp
+        at += stride
         leave += climb
-        marks[numbers[at] + row] = stamp
-    marks[numbers[at] + numbers[rows + int(y + along_y * length)]] = stamp
+        column = numbers[at]
+        marks[column + row] = stamp
+    marks[column + numbers[rows + np.uint64(y + along_y * length)]] = stamp
 
 
 @inner(types.void(_f8x2, _f8x2, _scan, _sheet))
@@ -130,7 +134,7 @@ def sweep(ranges, scan, sheet):
     s = scan[0]
     x, y, no_return, usable, width, height = s.x, s.y, s.no_return, s.usable, s.width, s.height
     hit = np.uint8(s.stamp)
-    numbers, marks = sheet
+    numbers, marks, _ = sheet
     beams = len(ranges)
     ray, end = np.empty((beams, 3)), np.empty((beams, 2))
     left, right, low, high = x, x, y, y
@@ -155,47 +159,34 @@ def sweep(ranges, scan, sheet):
 
 
 @inner("i1(i1, u1, u1, i1)")
-def revised(old, mark, hit, spared):
-    """The evidence of a cell after a scan with this stamp of hits. Without a branch: it becomes
-    vector instructions."""
-    more = np.int8(HIT) if mark == hit else np.int8(0)
-    less = np.int8(MISS) if mark == np.uint8(hit + 1) else np.int8(0)
-    less = less if old < spared else np.int8(0)
-    new = np.int8(np.int8(old + more) + less)
-    new = new if new > np.int8(CLAMP_LOW) else np.int8(CLAMP_LOW)
-    return new if new < np.int8(CLAMP_HIGH) else np.int8(CLAMP_HIGH)
+def change(old, mark, hit, spared):
+    """The change of a cell's evidence by a scan with this stamp of hits. Without a branch, and
+    clamped as a number without sign: it becomes vector instructions that all processors have."""
+    more = np.uint8(HIT) if mark == hit else np.uint8(0)
+    less = np.uint8(-MISS) if mark == np.uint8(hit + 1) else np.uint8(0)
+    less = less if old < spared else np.uint8(0)
+    before = np.uint8(np.uint8(old) + np.uint8(128))
+    after = max(np.uint8(np.uint8(before + more) - less), np.uint8(CLAMP_LOW + 128))
+    return np.int8(np.uint8(min(after, np.uint8(CLAMP_HIGH + 128)) - before))
 
 
-@inner("u8(u1[::1], u1, i1, u8, i1[:,::1], u8)")
-def news(marks, hit, spared, tile, data, index):
-    """The rows of a tile in which a scan changes evidence, a bit each. A cell at its clamp stays as
-    it is."""
-    rows, first = np.uint64(0), tile << np.uint64(10)
-    for row in range(np.uint64(32)):
-        differing, place = np.uint8(0), row << np.uint64(5)
-        for c in range(place, place + np.uint64(32)):
-            old = data[index, c]
-            differing = np.uint8(differing | np.uint8(revised(old, marks[first + c], hit, spared)
-                                 ^ old))
-        rows |= np.uint64(differing != 0) << row
-    return rows
+@inner("b1(u1[::1], u1, i1, u8, i1[::1], i1[::1])")
+def weigh(marks, hit, spared, tile, evidence, difference):
+    """Write what a scan changes of a tile's ``evidence`` to ``difference``. Returns whether that is
+    anything: a cell at its clamp stays as it is."""
+    changed, first = np.int8(0), tile << np.uint64(10)
+    for c in range(np.uint64(1024)):
+        by = change(evidence[c], marks[first + c], hit, spared)
+        difference[c] = by
+        changed = np.int8(changed | by)
+    return changed != 0
 
 
-@inner("b1(u1[::1], u1, i1, u8, u8, i1[:,::1], u8, i2[:,::1])")
-def revise(marks, hit, spared, tile, row, data, index, fused):
-    """Change the evidence of a tile's row, and the sum. Whether a cell became free, occupied or
-    unknown: as in ``tiles.exchange``."""
-    turned, first, place = np.int16(0), tile << np.uint64(10), row << np.uint64(5)
-    for c in range(place, place + np.uint64(32)):
-        old = data[index, c]
-        new = revised(old, marks[first + c], hit, spared)
-        before = fused[tile, c]
-        after = np.int16(before + np.int16(np.int16(new) - np.int16(old)))
-        turned = np.int16(turned | np.int16(FREE - before) ^ np.int16(FREE - after)
-                          | np.int16(before - OCCUPIED) ^ np.int16(after - OCCUPIED))
-        data[index, c] = new
-        fused[tile, c] = after
-    return turned < 0
+@inner("void(i1[::1], i1[::1])")
+def revise(difference, evidence):
+    """Change a tile's evidence."""
+    for c in range(1024):
+        evidence[c] = np.int8(evidence[c] + difference[c])
 
 
 @kernel(types.int64(types.float32[::1], _scan, _sheet, types.int64, types.int32[::1], POOL, FUSED))
@@ -204,21 +195,16 @@ def integrate(ranges, scan, sheet, version, indices, pool, total):
     Returns the number of tiles in ``total.changed``."""
     first, last, bottom, top = sweep(ranges, scan, sheet)
     across, hit, count = (scan[0].width + 31) >> 5, np.uint8(scan[0].stamp), 0
-    spared = np.int8(scan[0].spared)
+    spared, difference = np.int8(scan[0].spared), sheet.difference
     for tile_row in range(bottom >> 5, (top >> 5) + 1):
         for tile in range(tile_row * across + (first >> 5), tile_row * across + (last >> 5) + 1):
-            rows = news(sheet.marks, hit, spared, tile, pool.data, indices[tile])
-            if rows == 0:
+            if not weigh(sheet.marks, hit, spared, tile, pool.data[indices[tile]], difference):
                 continue
             make_own(tile, indices, pool)
-            turned = False
-            for row in range(np.uint64(32)):
-                if rows >> row & np.uint64(1) and revise(sheet.marks, hit, spared, tile, row,
-                                                         pool.data, indices[tile], total.fused):
-                    total.row_version[tile, row] = version
-                    turned = True
-            if turned:
+            revise(difference, pool.data[indices[tile]])
+            if add(difference, total.fused[tile]):
                 total.tile_version[tile] = version
+                note_rows(difference, version, total.fused[tile], total.row_version[tile])
                 total.changed[count] = tile
                 count += 1
     return count

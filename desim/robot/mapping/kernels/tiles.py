@@ -1,4 +1,4 @@
-"""Loops of shared tiles: copies on write, and the exchange of tiles between layers.
+"""Loops of shared tiles: copies on write, and their sum.
 
 A layer is ``indices`` [tiles] into the pool. Callers see to it that enough tiles are free. A cell
 of the sum is known free at or below ``FREE``, known occupied at or above ``OCCUPIED``, and unknown
@@ -90,14 +90,16 @@ def make_own(tile, indices, pool):
     indices[tile] = fresh
 
 
-@inner("void(i8, i8, i1[:,::1], i2[::1])")
-def differ(old, new, data, difference):
-    """Add the evidence ``new`` minus ``old`` to ``difference`` [1024]."""
-    for c in range(1024):
-        difference[c] += np.int16(np.int16(data[new, c]) - np.int16(data[old, c]))
+@lean("void(i4[::1], i4[::1], i1[:,::1], i2[:,::1])")
+def subtract(new, old, data, differences):
+    """The evidence ``new`` [k] minus ``old`` [k], to ``differences`` [k, 1024]."""
+    for k in range(len(new)):
+        minuend, subtrahend, difference = data[new[k]], data[old[k]], differences[k]
+        for c in range(1024):
+            difference[c] = np.int16(np.int16(minuend[c]) - np.int16(subtrahend[c]))
 
 
-@inner("b1(i2[::1], i2[::1])")
+@inner(["b1(i2[::1], i2[::1])", "b1(i1[::1], i2[::1])"])
 def add(difference, fused):
     """Add to a tile of the sum. Returns whether a cell became free, occupied or unknown. It is a
     plain loop, which becomes vector instructions.
@@ -115,7 +117,7 @@ def add(difference, fused):
     return turned < 0
 
 
-@inner("void(i2[::1], i4, i2[::1], i4[::1])")
+@inner(["void(i2[::1], i4, i2[::1], i4[::1])", "void(i1[::1], i4, i2[::1], i4[::1])"])
 def note_rows(difference, version, fused, row_version):
     """Note the rows of a tile in which a cell became free, occupied or unknown by ``add``. One tile
     in five has any, so that this costs less than a test of each row there."""
@@ -130,15 +132,29 @@ def note_rows(difference, version, fused, row_version):
             row_version[row] = version
 
 
-@lean(types.int64(_i4x1, _i4x1, _i4x1, _i4x1, _i8, POOL, FUSED))
-def exchange_all(tiles, old, new, after, version, pool, total):
-    """Put the evidence ``new`` [k] of ``tiles`` [k] in the place of ``old`` [k] in the sum, which
-    is of ``version`` then. Returns the number of tiles in ``total.changed``.
+@inner("void(i2[::1], i2[::1])")
+def copy(tile, to):
+    """Copy a tile of differences."""
+    for c in range(1024):
+        to[c] = tile[c]
+
+
+@inner("void(i2[::1], i2[::1])")
+def collect(difference, total):
+    """Add a tile of differences to another one."""
+    for c in range(1024):
+        total[c] += difference[c]
+
+
+@lean(types.int64(_i4x1, types.int16[:, ::1], _i4x1, _i8, FUSED))
+def add_all(tiles, differences, after, version, total):
+    """Add ``differences`` [k, 1024] to ``tiles`` [k] of the sum, which is of ``version`` then.
+    Returns the number of tiles in ``total.changed``.
 
     A tile may be there several times: the sum, which is in no cache, is visited once for all of
     them. ``after`` [k] to work in: the next entry of the same tile.
     """
-    first, difference, count = total.first, total.difference, 0
+    first, count = total.first, 0
     for k in range(len(tiles)):
         after[k] = first[tiles[k]]
         first[tiles[k]] = k
@@ -147,10 +163,13 @@ def exchange_all(tiles, old, new, after, version, pool, total):
         if k < 0:
             continue
         first[tile] = -1
-        difference[:] = 0
-        while k >= 0:
-            differ(old[k], new[k], pool.data, difference)
+        difference = differences[k]
+        if after[k] >= 0:
+            difference = total.difference
+            copy(differences[k], difference)
+        while after[k] >= 0:
             k = after[k]
+            collect(differences[k], difference)
         if add(difference, total.fused[tile]):
             total.tile_version[tile] = version
             note_rows(difference, version, total.fused[tile], total.row_version[tile])
