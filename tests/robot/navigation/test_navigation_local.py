@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from desim.middleware.contents import LaserScan, Pose
 from desim.robot.mapping.tiles import FREE
+from desim.robot.navigation.kernels import local_costmap as kernels
 from desim.robot.navigation.local_planner import LocalPlanner
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
@@ -59,6 +60,38 @@ def test_the_layer_holds_the_distance_to_the_nearest_return(returns):
     # A return within 3 cm of another one is not entered.
     assert np.allclose(np.sqrt(made.costmap.near2[near]), distance[near], atol=0.031)
     assert (np.sqrt(made.costmap.near2) >= distance - 1e-3)[np.isfinite(distance)].all()
+
+
+def plain_stamps(places, size, cell_m, reach_m):
+    """The layer of these points, in squares of ``reach_m`` around each."""
+    layer, middle = np.full((size, size), kernels.FAR2), 0.5 * size - 0.5
+    for x, y in places:
+        columns, rows = (np.arange(max(math.ceil((at - reach_m) / cell_m + middle), 0),
+                                   min(math.floor((at + reach_m) / cell_m + middle) + 1, size))
+                         for at in (x, y))
+        dx2 = ((columns - middle) * cell_m - x).astype(np.float32)**2
+        dy2 = (((rows - middle) * cell_m - y)**2).astype(np.float32)
+        square = np.ix_(rows, columns)
+        layer[square] = np.minimum(layer[square], dx2 + dy2[:, None])
+    return layer
+
+
+@given(st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)), min_size=1, max_size=6),
+       st.integers(3, 30), st.sampled_from((0.05, 0.1, 0.3)), st.floats(0.1, 0.9))
+def test_a_point_is_entered_in_a_square_and_nowhere_else(places, size, cell_m, reach_m):
+    around = np.full((size + 2) * size, kernels.FAR2)  # a row before and after the layer
+    layer, work = around[size:-size].reshape(size, size), np.empty(size, np.float32)
+    for x, y in places:
+        kernels.stamp(x, y, cell_m, reach_m, layer, work)
+    assert np.array_equal(layer, plain_stamps(places, size, cell_m, reach_m))
+    assert (around[:size] == kernels.FAR2).all() and (around[-size:] == kernels.FAR2).all()
+
+
+def test_a_square_of_another_size_is_noticed():
+    layer = np.full((30, 30), kernels.FAR2)
+    kernels.stamp(0.3, -0.2, 0.1, 0.55, layer, np.empty(30, np.float32))
+    assert np.array_equal(layer, plain_stamps([(0.3, -0.2)], 30, 0.1, 0.55))
+    assert not np.array_equal(layer, plain_stamps([(0.3, -0.2)], 30, 0.1, 0.45))
 
 
 @given(hits, st.floats(0.0, 1.2), st.floats(-2.0, 2.0), st.floats(-1.0, 1.0))

@@ -41,26 +41,40 @@ _f4x1, _f4x2 = types.float32[::1], types.float32[:, ::1]
 _f8x2, _u1x1 = types.float64[:, ::1], types.uint8[::1]
 
 
+@inner("f8(f8, f8, f4[:,::1])")
+def farthest(cell_m, reach_m, near2):
+    """The distance along x or y from which on a point is too far away to matter, or a little more.
+    """
+    return reach_m + (0.5 * near2.shape[0] + 0.5) * cell_m
+
+
 @inner("b1(f8, f8, f8, f8, f4[:,::1], f4[::1])")
 def stamp(x, y, cell_m, reach_m, near2, dx2):
-    """Mark a point in the layer; False if it is too far away to matter. dx2 [n]: to work in."""
+    """Mark a point in the layer; False if it is too far away to matter. dx2 [n]: to work in.
+
+    All rows are as wide as a multiple of eight cells, if the layer is: vector instructions leave no
+    rest. The cells added are at ``FAR2``, which no minimum takes.
+    """
     size = near2.shape[0]
     middle = 0.5 * size - 0.5  # in cells, of the centre of cell 0
-    if max(abs(x), abs(y)) > reach_m + (middle + 1.0) * cell_m:
-        return False  # most points are; the divisions below would find it too
     c0 = max(int(np.ceil((x - reach_m) / cell_m + middle)), 0)
     c1 = min(int(np.floor((x + reach_m) / cell_m + middle)) + 1, size)
     r0 = max(int(np.ceil((y - reach_m) / cell_m + middle)), 0)
     r1 = min(int(np.floor((y + reach_m) / cell_m + middle)) + 1, size)
     if c0 >= c1 or r0 >= r1:
         return False
+    width = min(c1 - c0 + 7 & -8, size)
+    first = min(c0, size - width)
+    for k in range(width):
+        dx2[k] = FAR2
     for k in range(c1 - c0):
         dx = np.float32((c0 + k - middle) * cell_m - x)
-        dx2[k] = dx * dx
+        dx2[np.uint64(c0 - first) + np.uint64(k)] = dx * dx
     for row in range(r0, r1):
-        dy2, line = np.float32(((row - middle) * cell_m - y)**2), near2[row, c0:c1]
-        for k in range(c1 - c0):
-            line[k] = min(line[k], dx2[k] + dy2)
+        dy2 = np.float32(((row - middle) * cell_m - y)**2)
+        for k in range(np.uint64(width)):
+            cell = np.uint64(first) + k
+            near2[np.uint64(row), cell] = min(near2[np.uint64(row), cell], dx2[k] + dy2)
     return True
 
 
@@ -70,11 +84,14 @@ def mark(ranges, beams, scan, layer, near2):
     no_return_m, cell_m, reach_m = scan[0].no_return_m, layer[0].cell_m, layer[0].reach_m
     near2[:] = FAR2
     last_x, last_y, dx2 = 1e9, 1e9, np.empty(len(near2), np.float32)
+    far_m = farthest(cell_m, reach_m, near2)
     for b in range(len(ranges)):
         r = float(ranges[b])
         if not 0.0 < r < no_return_m:
             continue
         x, y = r * beams[b, 0], r * beams[b, 1]
+        if max(abs(x), abs(y)) > far_m:
+            continue  # as most points are; ``stamp`` would find it too
         if (x - last_x)**2 + (y - last_y)**2 < (0.3 * cell_m)**2:
             continue  # as good as the point before
         if stamp(x, y, cell_m, reach_m, near2, dx2):
