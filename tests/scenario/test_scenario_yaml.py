@@ -64,3 +64,10 @@ def test_any_text_is_read_or_refused(text):
         yaml12.parse(text, "text")
     except InputError as error:
         assert all(line.startswith("text:") for line in error.args)
+
+
+def test_lists_and_tuples_are_dumped_on_one_line_if_they_are_short():
+    """But mappings in them have lines of their own."""
+    assert yaml12.dump({"short": [1, "x"], "pair": ("0 m", 2.5), "mappings": [{"at": 1}],
+                        "long": [10**9] * 7}) == (
+        "short: [1, x]\npair: [0 m, 2.5]\nmappings:\n- at: 1\nlong:\n" + "- 1000000000\n" * 7)
