@@ -73,9 +73,9 @@ class Routing:
         if receiver == source.index:
             return self.inside(source, topic)
         choice = self._choice(topic) if self._choices and topic else None
-        if not self.detours:
+        if not self._forwards and self.link_states is None:
             others = self._graph.hosts[receiver].media
-            for medium in self._media(source, choice):
+            for medium in source.media if choice is None else self._media(source, choice):
                 if medium in others:
                     return medium
             return None

@@ -25,7 +25,10 @@ class Departures:
     def last_ns(self, host: int) -> int:
         """The time when all that ``host`` has sent so far has left it, as far as the model and the
         rules know; 0: they do not."""
-        return max([departure_ns(host) for departure_ns in self._parts], default=0)
+        last_ns = 0
+        for departure_ns in self._parts:
+            last_ns = max(last_ns, departure_ns(host))
+        return last_ns
 
     def left(self, frame: Frame) -> None:
         """``frame`` has left its sender."""

@@ -103,7 +103,7 @@ class UdpSocket:
             taken = truesize_bytes(size_bytes, packets)
             heappush(self._leaving, (leaves_ns, taken))
             self.used_bytes += taken
-        elif not first.departures.known and first.is_open(number):
+        elif due_ns is None and not first.departures.known and first.is_open(number):
             taken = truesize_bytes(size_bytes, packets)
             first.departures.held[number] = self._left, taken
             self.used_bytes += taken
