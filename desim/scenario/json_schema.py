@@ -47,7 +47,7 @@ def json_schema() -> Data:
         alone = [_ALONE] * (choice in CHOICES.values())
         definitions[names[choice]] = {
             "description": own.get("description", ""),
-            "anyOf": [*alternatives, _dotted(own, key), *alone]}
+            "anyOf": [*alternatives, _dotted(own, key), _unnamed(own, key), *alone]}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "desim scenario",
             **{key: value for key, value in root.items() if key not in ("title", "required")},
             "anyOf": [{"required": root["required"]}, {"required": ["extends"]}],
@@ -81,3 +81,11 @@ def _dotted(own: Data, key: str) -> Data:
     return {"type": "object", "title": "package.module:Class", "additionalProperties": True,
             "description": "a plug-in by its dotted path, with its own parameters",
             "properties": {**own["properties"], key: chosen}, "required": [key]}
+
+
+def _unnamed(own: Data, key: str) -> Data:
+    return {"type": "object", "title": f"without {key}", "additionalProperties": True,
+            "description": "parameters of the plug-in that the deployment or `extends` names",
+            "properties": {name: value for name, value in own["properties"].items()
+                           if name != key},
+            "not": {"required": [key]}}

@@ -424,5 +424,8 @@ def test_the_json_schema_knows_keys_units_and_plugins():
     assert re.search(rate["pattern"], "54 Mb/s")
     assert not re.search(rate["pattern"], "54")
     assert "package.module:Class" in media
+    # As in `network.media.lan: {rate: 10 Mb/s}`, where the deployment names the model.
+    assert media["without model"]["not"] == {"required": ["model"]}
+    assert "model" not in media["without model"]["properties"]
     via = schema["$defs"]["TeamStateParams"]["properties"]["via"]
     assert via["enum"] == ["unicast", "broadcast"]
