@@ -2,6 +2,7 @@
 
 import pytest
 
+from desim.errors import InputError
 from desim.scenario.load import from_mapping
 from desim.scenario.names import fleet_size, host_names, unknown
 from desim.scenario.recipients import (
@@ -75,3 +76,20 @@ def test_of_many_names_the_first_and_the_last_are_said():
     assert unknown("host", "robot9", names) == (
         "unknown host 'robot9' (did you mean 'robot_8'?); allowed: robot_0, robot_1, robot_2, ..., "
         "robot_8")
+
+
+@pytest.mark.parametrize(("own", "holds"), [
+    ("{behind: 3 s}", False), ("{behind: 3 s, ahead: 0 s}", True), ("{ahead: 3 s}", True)])
+def test_the_clock_of_a_type_is_that_of_all_robots_but_for_what_it_says_itself(own, holds):
+    """All clocks are 5 s ahead, so one that is behind must not be ahead."""
+    def load():
+        return from_mapping({"name": "s"}, [
+            "robot.clock.ahead=5 s", f"fleet.types.scout={{robot: {{clock: {own}}}}}",
+            "fleet.robots=scout"])
+
+    if holds:
+        load()
+    else:
+        with pytest.raises(InputError, match=r"clock: must be ahead or behind, not both, got 5 s "
+                                             "ahead and 3 s behind"):
+            load()
