@@ -198,7 +198,7 @@ def copied(folder: Path) -> None:
 
 def room_of(name: str) -> list[Path]:
     """The files of a room, without those with compiled code."""
-    place = next((place for place in (ROOT / name, ROOT / "desim" / name) if place.exists()), None)
+    place = next((place for place in (ROOT / "desim" / name, ROOT / name) if place.exists()), None)
     if place is None:
         raise SystemExit(f"mutants: there is no {name} and no desim/{name}")
     files = sorted(place.rglob("*.py")) if place.is_dir() else [place]
