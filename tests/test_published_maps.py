@@ -7,7 +7,7 @@ import numpy as np
 import published_maps
 import pytest
 
-from desim.monitor.localization_errors import wall_errors
+from desim.monitor.meters.localization_errors import wall_errors
 from desim.ports import GridSpec
 from desim.ports.tasks import Ground
 

@@ -10,7 +10,7 @@ import numpy as np
 from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.middleware.topics import Topic
-from desim.monitor.monitor import Monitor
+from desim.monitor.truth import Truth
 from desim.network.medium import Medium
 from desim.ports import HearsAntennas, Separates
 from desim.scenario.schema.scenario import Scenario
@@ -18,17 +18,17 @@ from desim.scenario.schema.scenario import Scenario
 _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 
-def unused_networks(monitor: Monitor) -> Iterator[str]:
+def unused_networks(truth: Truth) -> Iterator[str]:
     """Warnings of media that settle nothing or carry nothing inside of hosts, of hosts without a
     body that nobody can hear, and of flows of background traffic of which nothing arrives."""
-    graph, scenario = monitor.graph, monitor.scenario
+    graph, scenario = truth.graph, truth.scenario
     for name, media in _by_name(graph).items():
         if media[0] in graph.inside and not any(medium.delivered for medium in media):
             yield from _silent_inside(name, media, scenario)
         else:
             yield from _under_way(name, media)
     for host in graph.hosts:
-        if host.nodes and host.name not in monitor.robots:
+        if host.nodes and host.name not in truth.robots:
             yield from _silent_host(host, scenario)
     yield from _silent_flows(graph, scenario)
 

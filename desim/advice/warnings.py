@@ -16,13 +16,15 @@ from desim.middleware.topics import Topic
 from desim.monitor.monitor import Monitor
 from desim.monitor.tasks.places import free_cells
 from desim.monitor.traffic import family
+from desim.monitor.truth import Truth
 from desim.network.scoped_rule import Scoped
-from desim.plugins import load
+from desim.plugins import bare, load
 from desim.ports import StrategyTraits
 from desim.ports.computers import UnusedRows
 from desim.ports.scope import is_topic
-from desim.ports.tasks import GivesMap, TaskTraits, VisitsPlaces
+from desim.ports.tasks import GivesMap, Task, TaskTraits, VisitsPlaces
 from desim.scenario.robot_types import strategies_of, used_types
+from desim.scenario.schema.scenario import Scenario
 from desim.units import LENGTH
 
 
@@ -31,27 +33,29 @@ def warnings(monitor: Monitor) -> list[str]:
     the end, of networks that carry nothing, of names that match no topic or node, of computers
     without memory for their software, of topics that nobody advertises, of strategies that have
     nothing to do, of places out of reach, and of fleets that never move."""
-    said = [*monitor.ground.doubts, *without_effect(monitor), *too_late(monitor.scenario)]
-    said += unused_networks(monitor)
-    said += _strange_topics(monitor.graph)
-    said += _strange_nodes(monitor.graph)
-    said += _too_small(monitor.graph)
-    said += _silent(monitor.graph)
-    said += _uninformed(monitor)
-    said += _out_of_reach(monitor)
-    if monitor.explorers and not monitor.travelled_m().any():
+    truth, graph = monitor.truth, monitor.truth.graph
+    said = [*truth.ground.doubts, *without_effect(monitor), *too_late(truth.scenario)]
+    said += unused_networks(truth)
+    said += _strange_topics(graph)
+    said += _strange_nodes(graph)
+    said += _too_small(graph)
+    said += _silent(graph)
+    said += _uninformed(monitor.task, truth.scenario)
+    said += _out_of_reach(monitor.task, truth)
+    if truth.explorers and not truth.travelled_m().any():
         said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
     return said
 
 
-def _uninformed(monitor: Monitor) -> list[str]:
+def _uninformed(task: Task, scenario: Scenario) -> list[str]:
     """Warnings of strategies that ignore the task's briefing, where there is nothing to explore."""
-    task, gives = monitor.task, TaskTraits.of(monitor.task).gives
+    gives = TaskTraits.of(task).gives
     if gives is NoneType or not (isinstance(task, GivesMap) and task.gives_map()):
         return []
-    names = dict.fromkeys(choice.strategy for choice in strategies_of(monitor.scenario))
-    return [f"the strategy {name!r} has nothing to explore: the task {monitor.task_name!r} gives "
-            f"robots the map; choose one that needs a {gives.__name__} (needs of its traits)"
+    names = dict.fromkeys(choice.strategy for choice in strategies_of(scenario))
+    return [f"the strategy {name!r} has nothing to explore: the task "
+            f"{bare(scenario.task.model)!r} gives robots the map; choose one that needs a "
+            f"{gives.__name__} (needs of its traits)"
             for name in names if StrategyTraits.of(load("strategy", name)).needs is object]
 
 
@@ -113,16 +117,16 @@ def _silent(graph: Graph) -> list[str]:
             and any(topic.listening for topic in topics)]
 
 
-def _out_of_reach(monitor: Monitor) -> list[str]:
+def _out_of_reach(task: Task, truth: Truth) -> list[str]:
     """Warnings of places of a patrol that nobody has visited, and to which no path leads from where
     the robots are."""
-    task, scenario = monitor.task, monitor.scenario
-    if not isinstance(task, VisitsPlaces) or not task.unvisited() or not monitor.explorers:
+    scenario = truth.scenario
+    if not isinstance(task, VisitsPlaces) or not task.unvisited() or not truth.explorers:
         return []
     radius_m = min(scenario.fleet.types[name].inscribed_radius_m
                    for name in used_types(scenario.fleet))
-    starts_m = monitor.poses()[[monitor.robots.index(name) for name in monitor.explorers], :2]
-    cells_m = free_cells(monitor.ground, starts_m, radius_m)
+    starts_m = truth.poses()[[truth.robots.index(name) for name in truth.explorers], :2]
+    cells_m = free_cells(truth.ground, starts_m, radius_m)
     places = task.briefing().places
     return [f"task.places.{i}: nobody has been at {LENGTH.format(places[i].x_m)}, "
             f"{LENGTH.format(places[i].y_m)}: no path leads there from where the robots are"

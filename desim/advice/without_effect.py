@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.monitor.monitor import Monitor
-from desim.ports import KnowsUnusedKeys, yaml_key
+from desim.ports import GridSpec, KnowsUnusedKeys, yaml_key
 from desim.scenario.plugin_choices import chosen
 from desim.scenario.quantities import ROBOTS_TABLE
 from desim.scenario.recipients import monitors
@@ -34,11 +34,11 @@ class Block(NamedTuple):
 def without_effect(monitor: Monitor) -> list[str]:
     """A warning for each reason, with the keys whose value is not the default. (A run's resolved
     scenario has all keys, so which of them somebody wrote is not known.)"""
-    scenario, ideal = monitor.scenario, not any(isinstance(host, BusyHost)
-                                                for host in monitor.graph.hosts)
+    truth, scenario = monitor.truth, monitor.truth.scenario
+    ideal = not any(isinstance(host, BusyHost) for host in truth.graph.hosts)
     found = (*(_of_ideal_computers(scenario) if ideal else _of_computers(scenario, monitor)),
-             *_of_testbed(scenario, ideal), *_of_networks(scenario, monitor.graph),
-             *_of_maps(scenario, monitor), *_of_measurements(scenario, monitor),
+             *_of_testbed(scenario, ideal), *_of_networks(scenario, truth.graph),
+             *_of_maps(scenario, truth.ground.grid), *_of_measurements(scenario, monitor),
              *_of_plugins(scenario))
     return [f"{', '.join(keys)}: no effect, because {why}" for keys, why in found if keys]
 
@@ -57,8 +57,7 @@ def _of_computers(scenario: Scenario, monitor: Monitor) -> Found:
            "priorities count only with scheduling: fixed_priority")
     yield (_unused(blocks, "respawn_delay_ns", lambda own: own.memory_bytes is not None),
            "software dies only where memory has a limit")
-    if not any(own["peak_ram_mb"] for own in (*monitor.memory_use.summary().values(),
-                                              *monitor.stationary_hosts.memory().values())):
+    if not any(own["peak_ram_mb"] for own in monitor.by_host().values()):
         yield (_changed(blocks, "memory_bytes"),
                f"nothing takes memory with computers: {scenario.computers.model}")
 
@@ -98,14 +97,14 @@ def _of_networks(scenario: Scenario, graph: Graph) -> Found:
             ], "only pattern: on_off has spells")
 
 
-def _of_maps(scenario: Scenario, monitor: Monitor) -> Found:
+def _of_maps(scenario: Scenario, grid: GridSpec) -> Found:
     default = LocalizationChoice()
     slam = [Block(f"{'.'.join(map(str, path))}.localization", equipment.localization,
                   default if equipment is scenario.robot else scenario.robot.localization)
             for path, equipment in equipment_by_path(scenario)]
     yield (_unused(slam, "map_period_ns", lambda own: own.host is not None),
            "maps go to the robot where SLAM runs on another host (localization.host)")
-    grid, mapping = monitor.ground.grid, scenario.robot.mapping
+    mapping = scenario.robot.mapping
     if not mapping.padding(grid.width * grid.height):
         yield (_changed([Block("robot.mapping", mapping, MappingParams())], "published_size_m"),
                f"the terrain's own map is no smaller, {grid.width} x {grid.height} cells")

@@ -10,7 +10,7 @@ between the thresholds, so that a robot's count can also shrink; the union's nev
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from desim.monitor import kernels
 from desim.ports.tasks import Ground
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import FREE, OCCUPIED, raster, tiles_of
-from desim.units import NS_PER_S
 
 _recount = compiled_function(kernels.recount)
 
@@ -32,20 +31,6 @@ def states(log_odds: np.ndarray) -> np.ndarray:
     out[log_odds <= FREE] = 0
     out[log_odds >= OCCUPIED] = 100
     return out
-
-
-def map_age_s(maps: Mapping[str, RobotMap | None], now_ns: int, ahead_ns: Mapping[str, int] = {}
-              ) -> float | None:
-    """The age of the newest map update that one robot holds from another, as a mean over ordered
-    pairs of robots that are up; as old as the run where it never got one. None without pairs.
-    Updates have the stamps of their senders; ``ahead_ns``: of the clocks that are wrong."""
-    up = {name: robot_map for name, robot_map in maps.items() if robot_map is not None}
-    pairs = len(up) * (len(up) - 1)
-    if not pairs:
-        return None
-    heard_ns = sum(max(layer.newest - ahead_ns.get(name, 0), 0) for own, robot_map in up.items()
-                   for name, layer in robot_map.received.items() if name in up and name != own)
-    return (now_ns - heard_ns / pairs) / NS_PER_S
 
 
 class Coverage:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
+from desim.monitor.meters.meter import Due
 from desim.scenario.quantities import ALWAYS
 
 
@@ -15,9 +16,11 @@ class Periods:
         self._every_ns, self._own_ns = every_ns, own_ns
         self._all_ns = sorted({every_ns, *own_ns.values()})
 
-    def due(self, now_ns: int) -> Callable[[str], bool]:
+    def due(self, now_ns: int) -> Due:
         """Whether the measurement of a name is due."""
         own_ns, every_ns = self._own_ns, self._every_ns
+        if not own_ns:
+            return all_due
         return lambda name: name in ALWAYS or now_ns % own_ns.get(name, every_ns) == 0
 
     def next_ns(self, now_ns: int) -> int:

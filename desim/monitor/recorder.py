@@ -16,8 +16,8 @@ from desim.engine.kernel import Kernel, Phase
 from desim.engine.trace import Names
 from desim.middleware.graph import Graph
 from desim.monitor.map_growth import GrowingMap, Life, MapGrowth, halvings
+from desim.monitor.meters.reachability import SampledReachability
 from desim.monitor.monitor import Monitor
-from desim.monitor.reachability import SampledReachability
 from desim.ports import GridSpec, MovesObstacles, World
 from desim.robot.mapping.robot_map import RobotMap
 from desim.units import MM_PER_M
@@ -78,7 +78,7 @@ class Recorder:
         """The run is put together: from now on it is watched."""
         self._kernel, self._world, self.robots = kernel, world, world.robots
         self.names = names
-        self._halvings = halvings(grid, len(monitor.explorers))
+        self._halvings = halvings(grid, len(monitor.truth.explorers))
         own = Names()  # the run's have what happened in it alone
         self._frequent = np.array([own.id(kind) for kind in _FREQUENT], np.uint32)
         self._media = np.array([medium.id for medium in graph.media], np.uint32)
@@ -89,7 +89,7 @@ class Recorder:
         entity = own.id("recorder")
         kernel.ticker(rate_hz, Phase.OBSERVE, entity, self._sample)
         if monitor.links is None:
-            kernel.ticker(1, Phase.OBSERVE, entity, lambda _: self.links.sample(kernel.now_ns))
+            kernel.ticker(1, Phase.OBSERVE, entity, lambda _: self.links.note(kernel.now_ns))
 
     def watch(self, robot: str, robot_map: RobotMap | None) -> None:
         """``robot`` has a fresh map (its software started), or none (its host stopped)."""

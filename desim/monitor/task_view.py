@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from desim.engine.kernel import Kernel, Phase
+from desim.engine.kernel import Phase
 from desim.engine.streams import Streams
 from desim.errors import ModelError
-from desim.monitor.coverage import Coverage
 from desim.ports.arguments import check_callback, check_period
-from desim.ports.tasks import Ground, TaskContext
-from desim.scenario.schema.experiment import Stop
+from desim.ports.tasks import TaskContext
 from desim.units import NS_PER_S
 
 if TYPE_CHECKING:
@@ -24,16 +22,14 @@ if TYPE_CHECKING:
 class TaskView:
     """See ``TaskContext``."""
 
-    def __init__(self, monitor: Monitor, kernel: Kernel, streams: Streams, stop: Stop) -> None:
-        self._monitor, self._kernel, self._streams, self._stop = monitor, kernel, streams, stop
-
-    @property
-    def robots(self) -> tuple[str, ...]:
-        return self._monitor.robots
-
-    @property
-    def explorers(self) -> tuple[str, ...]:
-        return self._monitor.explorers
+    def __init__(self, monitor: Monitor, streams: Streams) -> None:
+        truth = monitor.truth
+        self._monitor, self._kernel, self._trace = monitor, truth.kernel, truth.trace
+        self._streams, stop = streams, truth.scenario.stop
+        self.robots, self.explorers, self.ground = truth.robots, truth.explorers, truth.ground
+        self.poses, self.travelled_m = truth.poses, truth.travelled_m
+        self.knowledge = monitor.coverage
+        self.stop_explored, self.stop_by = stop.explored, stop.by
 
     @property
     def now_ns(self) -> int:
@@ -43,42 +39,20 @@ class TaskView:
     def started_ns(self) -> int:
         return self._monitor.started_ns
 
-    @property
-    def ground(self) -> Ground:
-        return self._monitor.ground
-
-    @property
-    def knowledge(self) -> Coverage:
-        return self._monitor.coverage
-
-    @property
-    def stop_explored(self) -> float:
-        return self._stop.explored
-
-    @property
-    def stop_by(self) -> Literal["any", "union", "all", "none"]:
-        return self._stop.by
-
-    def poses(self) -> np.ndarray:
-        return self._monitor.poses()
-
-    def travelled_m(self) -> np.ndarray:
-        return self._monitor.travelled_m()
-
     def every(self, period_ns: int, callback: Callable[[TaskContext], object]) -> None:
         check_period(period_ns)
         check_callback(callback, "context")
         self._kernel.ticker(Fraction(NS_PER_S, period_ns), Phase.OBSERVE,
-                            self._monitor.trace.names.id("task"), lambda _: callback(self),
+                            self._trace.names.id("task"), lambda _: callback(self),
                             self.now_ns + period_ns)
 
     def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
-        names = self._monitor.trace.names
+        names = self._trace.names
         if robot not in self.robots:
             raise ModelError(f"a task's row is about a robot, not {robot!r}")
         if type(a) is not int or type(b) is not int:
             raise ModelError(f"a task's row has ints, not {a!r} and {b!r}")
-        self._monitor.trace.row(self.now_ns, names.id(kind), names.id(robot), a, b)
+        self._trace.row(self.now_ns, names.id(kind), names.id(robot), a, b)
 
     def end(self, reason: str) -> None:
         if not isinstance(reason, str) or not reason:

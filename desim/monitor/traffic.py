@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from functools import cache
 from typing import NamedTuple
-
-import numpy as np
 
 from desim.middleware.counts import EDGES_NS
 from desim.middleware.graph import Graph
-from desim.units import NS_PER_S
 
 KINDS = ("coordination", "monitoring", "simulation", "other")
 SENSORS = frozenset({"scan", "odom", "true_pose", "cmd_vel", "tf", "bumper",
@@ -36,14 +32,17 @@ class Totals(NamedTuple):
 
 def totals(graph: Graph) -> Totals:
     """All topics together."""
-    counts = [topic.counts for topic in tuple(graph.topics.values())]
+    sent = delivered = unmatched = 0
     dropped: dict[str, int] = {}
-    for own in counts:
-        for reason, count in tuple(own.dropped.items()):
+    for topic in tuple(graph.topics.values()):
+        counts = topic.counts
+        sent += counts.intended
+        delivered += counts.delivered
+        unmatched += counts.unmatched
+        for reason, count in tuple(counts.dropped.items()):
             dropped[reason] = dropped.get(reason, 0) + count
-    return Totals(sum(own.intended for own in counts), sum(own.delivered for own in counts),
-                  dropped, sum(own.unmatched for own in counts),
-                  sum(medium.bytes_on_air for medium in graph.media))
+    return Totals(sent, delivered, dropped, unmatched,
+                  sum([medium.bytes_on_air for medium in graph.media]))
 
 
 def family(topic: str, hosts: frozenset[str]) -> str:
@@ -63,58 +62,6 @@ def kind(topic: str) -> str:
     if last in SENSORS:
         return "simulation"
     return "monitoring" if last in MONITORING else "other"
-
-
-class Families:
-    """The topics of a graph by family, each name worked out once."""
-
-    def __init__(self, graph: Graph) -> None:
-        hosts = frozenset(host.name for host in graph.hosts)
-        self._graph, self._of = graph, cache(lambda topic: family(topic, hosts))
-
-    def bytes(self) -> dict[str, int]:
-        """Bytes delivered between hosts, without headers, by family."""
-        out: Counter[str] = Counter()
-        for name, topic in self._graph.topics.items():
-            if topic.counts.intended:
-                out[self._of(name)] += topic.counts.bytes
-        return out
-
-    def fates(self) -> dict[str, dict[str, int]]:
-        """The fates of each family's messages: published = delivered + dropped + unmatched +
-        in flight, one per message and receiving host; and the bytes delivered."""
-        out: dict[str, Counter[str]] = {}
-        for name, topic in self._graph.topics.items():
-            counts = topic.counts
-            if counts.published:
-                out.setdefault(self._of(name), Counter()).update(
-                    published=counts.published, delivered=counts.delivered,
-                    dropped=sum(counts.dropped.values()), unmatched=counts.unmatched,
-                    in_flight=counts.in_flight, bytes=counts.bytes)
-        return {key: dict(out[key]) for key in sorted(out)}
-
-    def latency(self) -> dict[str, dict[str, float]]:
-        """By family: deliveries, and median, 95th percentile and longest latency in seconds,
-        rounded up to the edge of a histogram bin (at most 12.2 % too high)."""
-        bins: dict[str, np.ndarray] = {}
-        for name, topic in self._graph.topics.items():
-            if topic.counts.delivered:
-                key = self._of(name)
-                bins[key] = bins.get(key, 0) + topic.counts.latency.bins()
-        return {key: {"count": int(own.sum()), "p50_s": _quantile_s(own, 0.5),
-                      "p95_s": _quantile_s(own, 0.95), "max_s": _quantile_s(own, 1.0)}
-                for key, own in sorted(bins.items())}
-
-
-def by_kind(graph: Graph) -> dict[str, dict[str, int]]:
-    """Messages sent, delivered and dropped between hosts, and bytes delivered, by kind; also those
-    of which there are none."""
-    out = {kind: Counter(sent=0, delivered=0, dropped=0, bytes=0) for kind in KINDS}
-    for name, topic in graph.topics.items():
-        counts = topic.counts
-        out[kind(name)].update(sent=counts.intended, delivered=counts.delivered,
-                               dropped=sum(counts.dropped.values()), bytes=counts.bytes)
-    return {kind: dict(own) for kind, own in out.items()}
 
 
 def replaced(graph: Graph) -> int:
@@ -148,8 +95,3 @@ def latency_table(graph: Graph) -> dict[str, list]:
             for b, count in enumerate(topic.counts.latency.bins().tolist()) if count]
     return {column: [row[i] for row in rows]
             for i, column in enumerate(("topic", "from_ns", "to_ns", "count"))}
-
-
-def _quantile_s(bins: np.ndarray, q: float) -> float:
-    at = int(np.searchsorted(np.cumsum(bins), q * bins.sum()))
-    return int(EDGES_NS[min(at, len(EDGES_NS) - 1)]) / NS_PER_S

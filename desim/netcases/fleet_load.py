@@ -207,5 +207,5 @@ def _positions(parts: Simulation, streams: Streams, spread: bool) -> np.ndarray:
     if spread:
         for index, host in enumerate(parts.plan):
             if host.robot is not None:
-                places[index] = free_place(parts.monitor.ground, streams, "spread", host.name)
+                places[index] = free_place(parts.monitor.truth.ground, streams, "spread", host.name)
     return places

@@ -24,7 +24,7 @@ _MOST = 5000  # scans; a terrain that needs more is known well enough after thes
 def whole_map_bytes(parts: Simulation, exchange: OwnMaps.Params, streams: Streams) -> int:
     """The size of an update with all of a robot's own evidence, in the scenario's content and
     encoding, when 99 % of what can be seen is known from scans at free places that are drawn."""
-    ground = parts.monitor.ground
+    ground = parts.monitor.truth.ground
     robot_map = RobotMap(ground.grid, TilePool())
     wanted = EXPLORED * np.count_nonzero(ground.reachable)
     for number in range(_MOST):
@@ -48,7 +48,7 @@ def free_place(ground: Ground, streams: Streams, *name: str | int) -> tuple[floa
 
 def _scan(parts: Simulation, robot_map: RobotMap, streams: Streams, number: int) -> None:
     """Scan ``number`` of the first robot, from a place and with a heading of its own."""
-    ground, robot = parts.monitor.ground, parts.scenario.robot
+    ground, robot = parts.monitor.truth.ground, parts.scenario.robot
     x_m, y_m = free_place(ground, streams, "survey", number)
     yaw_rad = float(streams("survey", "heading", number).uniform(-np.pi, np.pi))
     snapshot = parts.world.snapshot()

@@ -44,7 +44,7 @@ def draw(scenario: Scenario, at: str | None, medium: str | None, path: Path) -> 
     label, place = _place(at, names, places)
     figure = Figure(figsize=(13, 6.2), dpi=160, layout="constrained")
     one, all_ = figure.subplots(1, 2)
-    ground = simulation.monitor.ground
+    ground = simulation.monitor.truth.ground
     share = _around(one, model, ground, place)
     one.set_title(f"(a) Received from {label}; white: {SHARE:.0%} of packets get through")
     linked, pairs = _between(all_, model, ground, names, places)

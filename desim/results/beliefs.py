@@ -13,7 +13,7 @@ from desim import plugins
 from desim.engine.trace import Names
 from desim.errors import InputError, did_you_mean
 from desim.middleware.beliefs import Beliefs
-from desim.monitor.reachability import Pair, linked_at
+from desim.monitor.meters.reachability import Pair, linked_at
 from desim.ports import natural_key
 from desim.ports.middleware import HostState, Informs
 from desim.results.file_names import LINKS

@@ -20,7 +20,7 @@ from desim.files import refuse_link
 from desim.monitor.coverage import states
 from desim.monitor.monitor import Monitor
 from desim.monitor.recorder import Recorder
-from desim.monitor.summary import known_map, robots_table, samples_table, summarize
+from desim.monitor.summary import robots_table, samples_table, summarize
 from desim.monitor.traffic import latency_table
 from desim.operating_system.folders import synced
 from desim.operating_system.locks import Lock, Taken
@@ -110,7 +110,7 @@ class RunFolder:
             self._close_tables()
             parquet.write(self._partial / SAMPLES, samples_table(monitor))
             parquet.write(self._partial / ROBOTS, robots_table(monitor))
-            parquet.write(self._partial / "latency.parquet", latency_table(monitor.graph))
+            parquet.write(self._partial / "latency.parquet", latency_table(monitor.truth.graph))
             if monitor.links is not None and self.recorder is None:
                 parquet.write(self._partial / LINKS, monitor.links.table())
             self._write_maps(monitor)
@@ -118,8 +118,8 @@ class RunFolder:
             if self.recorder is not None:
                 self._write_recording(self.recorder)
             if self._ledger is not None:
-                hosts = [host.name for host in monitor.graph.hosts]
-                ledger = self._ledger.table(monitor.trace.names, hosts)
+                hosts = [host.name for host in monitor.truth.graph.hosts]
+                ledger = self._ledger.table(monitor.truth.trace.names, hosts)
                 pq.write_table(ledger, self._partial / LEDGER, compression="zstd")
                 _write_json(self._partial / LEDGER_TOPICS, as_json(by_topic(ledger, hosts)))
             return self._publish(manifest)
@@ -175,11 +175,11 @@ class RunFolder:
                 table.close()
 
     def _write_maps(self, monitor: Monitor) -> None:
-        folder, ground = self._partial / MAPS, monitor.ground
+        folder, ground = self._partial / MAPS, monitor.truth.ground
         folder.mkdir(exist_ok=True)
         truth = np.where(ground.solid != 0, 100, np.where(ground.reachable, 0, -1))
         maps.save(folder, "truth", truth, ground.grid)
-        maps.save(folder, "merged", states(known_map(monitor, monitor.judged_robot())),
+        maps.save(folder, "merged", states(monitor.judged_map()),
                   ground.grid)
 
     def _write_recording(self, recorder: Recorder) -> None:

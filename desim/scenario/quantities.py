@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from desim.scenario.robot_types import are_metered
 from desim.scenario.schema.experiment import ENERGY, OF_COMPUTERS, QUANTITIES
@@ -30,6 +30,12 @@ def measurements(of_task: Sequence[str]) -> tuple[str, ...]:
     """The names of what may have a period of its own, whether or not a run measures it."""
     names = (*QUANTITIES, ENERGY, *OF_COMPUTERS, *of_task, *_SAMPLED, ROBOTS_TABLE)
     return tuple(dict.fromkeys(name for name in names if name not in ALWAYS))
+
+
+def in_order(columns: Collection[str], of_task: Sequence[str]) -> list[str]:
+    """The ``columns`` of samples.parquet, in the order in which they stand there."""
+    known = [ALWAYS[0], *(name for name in measurements(of_task) if name in columns)]
+    return [*known, *(name for name in columns if name not in (*known, *ALWAYS)), ALWAYS[1]]
 
 
 def not_measured(scenario: Scenario, text: str) -> str:

@@ -23,6 +23,7 @@ from desim.middleware.message_ledger import MessageLedger
 from desim.middleware.node import Node
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
+from desim.monitor.truth import Truth
 from desim.ports import HasDoubts, Pose2D, World
 from desim.ports.sharing import SharingTraits
 from desim.ports.tasks import Briefs, GivesMap, Ground
@@ -114,12 +115,12 @@ class Simulation:
             self._watchers.append(recorder)
         self._drivers: dict[str, Driver] = {}  # of the hosts that are up
         self._world_events = WorldEvents(self.kernel, self.world, self.trace, scenario,
-                                         self._up_drivers, self.monitor.collided)
+                                         self._up_drivers, self.monitor.incidents.collided)
         # The software of each host, which starts with it, and the faults that stop hosts.
         self._pool = TilePool()
         task = self.monitor.task
         self._briefing = task.briefing() if isinstance(task, Briefs) else None
-        self._terrain_map = (map_of_terrain(self._pool, self.monitor.ground)
+        self._terrain_map = (map_of_terrain(self._pool, self.monitor.truth.ground)
                              if isinstance(task, GivesMap) and task.gives_map() else None)
         for host_plan in self.plan:
             self.graph.host(host_plan.name).software = partial(self.nodes, host_plan=host_plan)
@@ -132,16 +133,14 @@ class Simulation:
 
     def _new_monitor(self) -> Monitor:
         explorers = self._controlled or range(len(self.world.robots))
-        return Monitor(
-            self.kernel, self.trace, self.scenario,
-            plugins.load("task", self.scenario.task.model)(self.scenario.task.params),
-            streams=self.streams, robots=self.world.robots, explorers=self._explorers,
-            graph=self.graph, nodes=self._nodes,
-            powers=[own.power if robot in self._controlled else None
-                    for robot, own in enumerate(self._equipment)],
-            ground=Ground(self.grid, *self.world.ground(self.grid, explorers),
-                          self.world.doubts() if isinstance(self.world, HasDoubts) else ()),
-            poses=lambda: self.world.snapshot().poses, travelled_m=self.world.travelled_m)
+        task = plugins.load("task", self.scenario.task.model)(self.scenario.task.params)
+        return Monitor(Truth(
+            self.kernel, self.trace, self.scenario, self.world.robots, self._explorers,
+            Ground(self.grid, *self.world.ground(self.grid, explorers),
+                   self.world.doubts() if isinstance(self.world, HasDoubts) else ()),
+            self.graph, lambda: self.world.snapshot().poses, self.world.travelled_m, self._nodes,
+            [own.power if robot in self._controlled else None
+             for robot, own in enumerate(self._equipment)]), task, self.streams)
 
     def run(self, until_ns: int | None = None) -> Outcome:
         """Run until a stop condition holds, or ``until_ns``."""

@@ -27,8 +27,8 @@ def said(monkeypatch, task, explorers=("robot_1",)):
     monkeypatch.setattr(warnings, "free_cells", lambda ground, starts_m, radius_m: asked.append(
         starts_m.tolist()) or np.array([[3.05, -4.0], [-8.0, -1.5]]))
     scenario = from_mapping({"name": "two", "fleet": {"size": 2}}).scenario
-    found = warnings._out_of_reach(SimpleNamespace(
-        task=task, scenario=scenario, explorers=explorers, robots=("robot_0", "robot_1"),
+    found = warnings._out_of_reach(task, SimpleNamespace(
+        scenario=scenario, explorers=explorers, robots=("robot_0", "robot_1"),
         ground=None, poses=lambda: np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]])))
     assert asked in ([], [[[1.0, 2.0]]]), "where the robots that move are"
     return found

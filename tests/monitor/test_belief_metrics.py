@@ -9,8 +9,10 @@ from toy_middlewares import Late, Naive
 
 from desim.engine.kernel import Phase
 from desim.middleware.direct import Direct
-from desim.monitor.belief_metrics import BeliefMetrics
-from desim.monitor.overlap import Overlap
+from desim.monitor.meters.belief_metrics import BeliefMetrics
+from desim.monitor.meters.meter import Second
+from desim.monitor.meters.overlap import Overlap
+from desim.monitor.periods import all_due
 from desim.ports import GridSpec
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import FREE, OCCUPIED, TilePool
@@ -41,8 +43,9 @@ class Watched:
         self.net = Net(dict.fromkeys(names, begin), middleware=middleware or Scripted(), **options)
         self.graph = self.net.graph
         self.links = np.ones((robots, robots), bool)
-        self.belief_metrics = BeliefMetrics(self.graph, self.graph.hosts, self.linked)
         self.samples = []
+        self.belief_metrics = BeliefMetrics(self.graph, self.graph.hosts, self.linked,
+                                            self.samples)
         self.net.kernel.ticker(1, Phase.OBSERVE, 0, self.second)
 
     def linked(self):
@@ -50,8 +53,9 @@ class Watched:
         return self.links[np.ix_(up, up)]
 
     def second(self, k):
-        self.belief_metrics.each_second(self.linked())
-        self.samples.append(self.belief_metrics.sample())
+        now_ns = self.net.kernel.now_ns
+        self.belief_metrics.each_second(Second(now_ns, np.empty(0), np.empty(0), self.linked()))
+        self.samples.append(self.belief_metrics.sample(now_ns, all_due))
 
     def at(self, time_s, fn, *args):
         self.net.at(round(time_s * S), lambda: fn(*args))
@@ -69,7 +73,7 @@ class Watched:
 
     def run(self, until_s):
         self.net.run(round(until_s * S))
-        return self.belief_metrics.summary(self.samples)
+        return self.belief_metrics.summary(self.net.kernel.now_ns)
 
 
 # ---------------------------------------------------------------------------------- detection
@@ -185,7 +189,7 @@ def test_stale_age_is_the_mean_over_pairs_that_are_up():
     fleet.graph.hosts[1].start()
     assert fleet.belief_metrics.stale_age_s() == 4.0  # it has forgotten what it heard
     assert [row["stale_age_s"] for row in fleet.samples] == [0.0, 0.5, 1.5, 2.5, 3.5]
-    assert fleet.belief_metrics.summary(fleet.samples)["stale_age_s"] == 1.6
+    assert fleet.belief_metrics.summary(0)["stale_age_s"] == 1.6
 
 
 def test_divergence_by_the_second():
@@ -257,29 +261,35 @@ def robot_map(free=(), solid=()) -> RobotMap:
     return out
 
 
-def share(overlap, maps):
-    return overlap.measures(maps)["duplicated_exploration"]
+def watched(overlap, **maps):
+    """What the overlap of these maps is, after those that it had."""
+    for robot, its_map in maps.items():
+        overlap.watch(robot, its_map, 0)
+    return overlap.summary(0)
 
 
 def test_cells_that_two_have_seen_are_a_share_of_all_that_are_seen():
     overlap = Overlap(GRID, np.ones((32, 32), bool))
-    maps = {"robot_0": robot_map(range(6)), "robot_1": robot_map(range(4, 7), [7]),
-            "robot_2": robot_map([5]), "robot_3": None}
     # Cells 4 and 5 of 0 to 7; 5 has been seen by three.
-    assert overlap.measures(maps) == {"duplicated_exploration": 2 / 8, "robots_per_cell": 11 / 8}
+    assert watched(overlap, robot_0=robot_map(range(6)), robot_1=robot_map(range(4, 7), [7]),
+                   robot_2=robot_map([5]), robot_3=None) == {
+        "duplicated_exploration": 2 / 8, "robots_per_cell": 11 / 8}
 
 
 def test_only_cells_count_that_can_be_reached():
     reachable = np.zeros((32, 32), bool)
     reachable[0, :5] = True
     overlap = Overlap(GRID, reachable)
-    assert share(overlap, {"a": robot_map(range(6)), "b": robot_map(range(4, 8))}) == 1 / 5
-    assert share(overlap, {"a": robot_map(), "b": None}) is None
+    assert watched(overlap, a=robot_map(range(6)), b=robot_map(range(4, 8)))[
+        "duplicated_exploration"] == 1 / 5
+    assert set(watched(Overlap(GRID, reachable), a=robot_map(), b=None).values()) == {None}
 
 
 def test_what_a_robot_forgot_it_has_seen_all_the_same():
     overlap = Overlap(GRID, np.ones((32, 32), bool))
-    overlap.forgets("robot_0", robot_map(range(4)))
-    overlap.forgets("robot_0", robot_map(range(2, 6)))
-    assert share(overlap, {"robot_0": None, "robot_1": robot_map(range(5, 10))}) == 1 / 10
-    assert share(overlap, {"robot_0": robot_map([9]), "robot_1": robot_map(range(5, 10))}) == 2 / 10
+    watched(overlap, robot_0=robot_map(range(4)))
+    watched(overlap, robot_0=None)
+    watched(overlap, robot_0=robot_map(range(2, 6)))
+    assert watched(overlap, robot_0=None, robot_1=robot_map(range(5, 10)))[
+        "duplicated_exploration"] == 1 / 10
+    assert watched(overlap, robot_0=robot_map([9]))["duplicated_exploration"] == 2 / 10

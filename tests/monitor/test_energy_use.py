@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from desim.engine.streams import Streams
 from desim.errors import ModelError
-from desim.monitor.energy_use import EnergyUse, fleet_summary
+from desim.monitor.meters.energy_use import EnergyUse
 from desim.scenario.schema.environment import Environment, Shape
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.power import PowerParams
@@ -28,6 +28,7 @@ from netmodels.radio.standards import ACK_BYTES, G, psdu_bytes
 
 PIONEER = PowerParams()
 DRIVE, COMPUTE, RADIO = 0, 2, 3
+A_MAP = object()  # of software that runs
 
 
 @dataclass
@@ -43,7 +44,7 @@ def metering(hosts, power, travelled_m=0.0):
     """The energy of ``hosts``, which are all switched on now, at the start."""
     meter = EnergyUse(hosts, [power] * len(hosts), lambda: np.full(len(hosts), travelled_m))
     for host in hosts:
-        meter.switched(host.name, True, 0)
+        meter.watch(host.name, A_MAP, 0)
     return meter
 
 
@@ -162,7 +163,7 @@ def over_the_air(until_ns=S, dies_ns=None):
     meter = metering([Robot(name, i, [bench.medium]) for i, name in enumerate(bench.hosts)], power)
     if dies_ns is not None:
         bench.run(dies_ns)
-        meter.switched("host_3", False, dies_ns)
+        meter.watch("host_3", None, dies_ns)
     bench.run(until_ns)
     return meter.joules(until_ns)[:, RADIO]
 
@@ -209,10 +210,10 @@ def test_airtimes_that_are_none():
 
 def test_what_is_switched_off_draws_nothing():
     meter = EnergyUse([Robot()], [PIONEER], lambda: np.zeros(1))
-    for runs, now_s in ((True, 1), (False, 4), (True, 10)):
-        meter.switched("robot_0", runs, now_s * S)
+    for robot_map, now_s in ((A_MAP, 1), (None, 4), (A_MAP, 10)):
+        meter.watch("robot_0", robot_map, now_s * S)
     assert meter.joules(12 * S).sum() == pytest.approx((3 + 2) * (7.4 + 22 + 8 + 0.82))
-    meter.switched("robot_0", False, 12 * S)
+    meter.watch("robot_0", None, 12 * S)
     assert meter.joules(99 * S).sum() == meter.joules(12 * S).sum()
 
 
@@ -222,9 +223,9 @@ def test_what_a_radio_hears_while_it_is_switched_off_costs_nothing():
 
 
 def test_the_twin_that_goes_on_hearing_is_caught(monkeypatch):
-    alive = EnergyUse.switched
-    monkeypatch.setattr(EnergyUse, "switched", lambda meter, robot, runs, now_ns:
-                        alive(meter, robot, True, now_ns))
+    alive = EnergyUse.watch
+    monkeypatch.setattr(EnergyUse, "watch", lambda meter, robot, robot_map, now_ns:
+                        alive(meter, robot, A_MAP, now_ns))
     assert over_the_air(dies_ns=S // 4 - MS)[2] == over_the_air()[2]
 
 
@@ -232,7 +233,7 @@ def test_the_twin_that_goes_on_hearing_is_caught(monkeypatch):
 def test_energy_does_not_depend_on_when_it_was_looked_at(times_ns):
     meter, other = (EnergyUse([Robot()], [PIONEER], lambda: np.ones(1)) for _ in range(2))
     for one in (meter, other):
-        one.switched("robot_0", True, 0)
+        one.watch("robot_0", A_MAP, 0)
     seen = [meter.joules(time_ns).sum() for time_ns in sorted(times_ns)]
     assert seen == sorted(seen)
     assert (meter.joules(10**13) == other.joules(10**13)).all()
@@ -242,13 +243,13 @@ def test_a_fleet_of_which_some_are_measured():
     robots = [Robot("robot_0"), Robot("robot_1", 1)]
     meter = EnergyUse(robots, [None, PIONEER], lambda: np.array([5.0, 2.0]))
     for robot in robots:
-        meter.switched(robot.name, True, 0)
-    first, second = meter.summary(10 * S)
+        meter.watch(robot.name, A_MAP, 0)
+    first, second = meter.by_host(10 * S).values()
     assert set(first.values()) == {None}
     assert second["energy_j"] == pytest.approx(10 * (7.4 + 22 + 8 + 0.82) + 13)
     assert second["battery_life_s"] == pytest.approx(260 * 3600 / (second["energy_j"] / 10))
-    assert fleet_summary([first, second])["energy_j"] == second["energy_j"]
+    assert meter.summary(10 * S)["energy_j"] == second["energy_j"]
     assert meter.quantities(10 * S) == {"energy_j": pytest.approx(second["energy_j"])}
     nobody = EnergyUse(robots, [None, None], lambda: np.zeros(2))
-    assert (nobody.quantities(S), nobody.columns([nobody.joules(S)])) == ({}, {})
-    assert set(fleet_summary(nobody.summary(S)).values()) == {None}
+    assert (nobody.quantities(S), nobody.columns()) == ({}, {})
+    assert set(nobody.summary(S).values()) == {None}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from desim.engine.trace import bits
-from desim.monitor.localization_errors import LocalizationErrors, wall_errors
+from desim.monitor.meters.localization_errors import LocalizationErrors, wall_errors
 from desim.ports import GridSpec
 from desim.ports.tasks import Ground
 from desim.robot.mapping.tiles import FREE, OCCUPIED
@@ -21,16 +21,16 @@ def ground():
 
 def test_errors_of_processed_and_of_online_poses_are_apart():
     errors = LocalizationErrors(("a", "b"), lambda: np.array([[0.0, 0.0, 3.0], [1.0, 1.0, 0.0]]))
-    errors.localized("a", bits(0.3), bits(0.4), bits(3.0))
-    errors.localized("b", bits(1.0), bits(1.0), bits(0.2))
-    errors.believed("a", bits(0.0), bits(2.0), bits(3.1 - 2.0 * np.pi))
-    assert errors.summary() == pytest.approx({
+    errors.listeners["localized"]("a", bits(0.3), bits(0.4), bits(3.0))
+    errors.listeners["localized"]("b", bits(1.0), bits(1.0), bits(0.2))
+    errors.listeners["believed"]("a", bits(0.0), bits(2.0), bits(3.1 - 2.0 * np.pi))
+    assert errors.summary(0) == pytest.approx({
         "ate_m": 0.5 / 2 ** 0.5, "ate_max_m": 0.5, "heading_rms_rad": 0.2 / 2 ** 0.5,
         "online_ate_m": 2.0, "online_heading_rms_rad": 0.1})
 
 
 def test_without_slam_there_are_no_errors_of_poses():
-    assert set(LocalizationErrors(("a",), lambda: np.zeros((1, 3))).summary().values()) == {None}
+    assert set(LocalizationErrors(("a",), lambda: np.zeros((1, 3))).summary(0).values()) == {None}
 
 
 @pytest.mark.parametrize(("column", "off_m"), [(4, 0.0), (5, 0.5), (2, 1.0)])

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim.monitor.coverage import Coverage, Reached, evaluate, map_age_s, states
+from desim.monitor.coverage import Coverage, Reached, evaluate, states
+from desim.monitor.meters.map_age import map_age_s
 from desim.ports import GridSpec
 from desim.ports.tasks import Ground
 from desim.robot.mapping.tiles import FREE, OCCUPIED, raster, tiles_of

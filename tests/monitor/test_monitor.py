@@ -16,12 +16,14 @@ from desim.errors import InputError
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
+from desim.monitor.meters.meter import Second
+from desim.monitor.meters.partitions import Partitions, components
 from desim.monitor.monitor import Monitor
-from desim.monitor.partitions import Partitions, components
 from desim.monitor.periods import Periods
 from desim.monitor.summary import robots_table, samples_table, summarize
 from desim.monitor.tasks.exploration import Exploration
 from desim.monitor.traffic import family, kind
+from desim.monitor.truth import Truth
 from desim.network.medium import Medium
 from desim.ports import GridSpec
 from desim.ports.tasks import Ground
@@ -56,11 +58,11 @@ class Fleet:
         graph.start()
         self.graph = graph
         explorers = tuple(name for name in names if name not in passive)
-        self.monitor = Monitor(
-            self.kernel, self.trace, self.scenario, Exploration(Exploration.Params()),
-            streams=Streams(0), robots=names, explorers=explorers,
-            ground=Ground(GRID, np.zeros((32, 32), np.uint8), np.ones((32, 32), bool)),
-            graph=graph, poses=lambda: self.poses, travelled_m=lambda: self.travelled_m)
+        truth = Truth(
+            self.kernel, self.trace, self.scenario, names, explorers,
+            Ground(GRID, np.zeros((32, 32), np.uint8), np.ones((32, 32), bool)), graph,
+            lambda: self.poses, lambda: self.travelled_m)
+        self.monitor = Monitor(truth, Exploration(Exploration.Params()), Streams(0))
         self.maps = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[],
                                               received={}, own=Layer(TilePool(2), TILE_0))
                         for name in explorers}
@@ -121,7 +123,7 @@ def test_to_finish_a_run_twice_changes_nothing():
 def test_the_clock_starts_when_the_first_robot_starts():
     """The paper, 3.3.1: what happens before is nobody's time."""
     late = Fleet()
-    late.monitor.started_ns, late.monitor._has_started = 0, False
+    late.monitor._started_ns = None
     late.at(2.0, lambda: late.monitor.watch("robot_1", late.maps["robot_1"]))
     late.at(3.0, lambda: late.monitor.watch("robot_0", late.maps["robot_0"]))
     late.learn(7.25, "robot_1", 1024)
@@ -157,7 +159,7 @@ def test_a_run_that_reaches_the_time_limit_is_censored():
 def test_a_condition_is_looked_at_when_something_happens_and_at_samples():
     at_event = Fleet(stop={"when": "collisions >= 2"})
     for time_s in (2.125, 3.375):
-        at_event.at(time_s, lambda: at_event.monitor.collided(0, 1), Phase.WORLD)
+        at_event.at(time_s, lambda: at_event.monitor.incidents.collided(0, 1), Phase.WORLD)
     assert at_event.run()["simulated_s"] == 3.375
     at_sample = Fleet(stop={"when": "distance_m > 3 and explored < 0.5"}, measure={"every": "2 s"})
     at_sample.at(2.5, lambda: at_sample.travelled_m.__iadd__(2.0), Phase.WORLD)
@@ -169,8 +171,8 @@ def test_a_condition_is_looked_at_when_something_happens_and_at_samples():
 def test_a_condition_that_divides_by_zero_is_not_yet_true():
     fleet = Fleet(stop={"when": "not distance_m / collisions > 5"})
     fleet.at(2.5, lambda: fleet.travelled_m.__iadd__(4.0), Phase.WORLD)
-    fleet.at(3.5, lambda: fleet.monitor.collided(0, -1), Phase.WORLD)
-    fleet.at(4.5, lambda: fleet.monitor.collided(1, -1), Phase.WORLD)
+    fleet.at(3.5, lambda: fleet.monitor.incidents.collided(0, -1), Phase.WORLD)
+    fleet.at(4.5, lambda: fleet.monitor.incidents.collided(1, -1), Phase.WORLD)
     assert fleet.run()["simulated_s"] == 4.5
 
 
@@ -183,9 +185,9 @@ def test_samples_are_periodic_and_at_the_events_asked_for():
     fleet = Fleet(measure={"every": "4 s", "on": ["explored_10pct", "recovery"]})
     fleet.learn(1.5, "robot_0", 110)  # 10.7 %
     fleet.learn(2.0, "robot_0", 120)  # 11.7 %: no new ten percent
-    fleet.at(5.0, lambda: Node(fleet.monitor.graph.host("robot_1"), "any").record("recovery"))
+    fleet.at(5.0, lambda: Node(fleet.monitor.truth.graph.host("robot_1"), "any").record("recovery"))
     fleet.learn(5.0, "robot_1", 310)
-    fleet.at(6.0, lambda: fleet.monitor.collided(0, -1))  # not asked for
+    fleet.at(6.0, lambda: fleet.monitor.incidents.collided(0, -1))  # not asked for
     summary = fleet.run(9)
     assert summary["robots"]["robot_1"]["recoveries"] == summary["recoveries"] == 1
     table = samples_table(fleet.monitor)
@@ -202,8 +204,8 @@ def test_a_condition_causes_a_sample_when_it_becomes_true():
     fleet.learn(2.5, "robot_0", 700)  # still true
     fleet.learn(3.0, "robot_0", 500)  # no more, which is noticed at 4.0
     fleet.learn(5.0, "robot_1", 800)
-    fleet.at(6.0, lambda: fleet.monitor.collided(0, 1))
-    fleet.at(8.0, lambda: fleet.monitor.collided(0, 1), Phase.WORLD)
+    fleet.at(6.0, lambda: fleet.monitor.incidents.collided(0, 1))
+    fleet.at(8.0, lambda: fleet.monitor.incidents.collided(0, 1), Phase.WORLD)
     fleet.run(9)
     table = samples_table(fleet.monitor)
     assert list(zip(table["time_s"], table["cause"], strict=True)) == [
@@ -216,7 +218,7 @@ def test_a_measurement_may_have_its_own_period():
     fleet = Fleet(measure={"every": "4 s", "when": ["collisions > 0"], "periods": {
         "explored": "3 s", "distance_m": "8 s", "robots": "5 s"}})
     fleet.learn(1.0, "robot_0", 512)
-    fleet.at(6.5, lambda: fleet.monitor.collided(0, -1))
+    fleet.at(6.5, lambda: fleet.monitor.incidents.collided(0, -1))
     fleet.run(10)
     table = samples_table(fleet.monitor)
     assert list(zip(table["time_s"], table["cause"], table["explored"], table["collisions"],
@@ -310,14 +312,14 @@ def test_components_of_a_chain():
 
 
 def test_partition_episodes_have_a_beginning_and_an_end():
-    partitions = Partitions()
-    near, far = np.ones((2, 2), bool), np.eye(2, dtype=bool)
-    began = [partitions.sample(t * S, linked)
-             for t, linked in enumerate([near, far, far, near, far])]
-    partitions.close(6 * S)
-    assert began == [False, True, False, False, True]
-    assert partitions.summary() == {"count": 2, "total_s": 4.0, "longest_s": 2.0, "most_parts": 2,
-                                "episodes_s": [[1.0, 3.0], [4.0, 6.0]]}
+    near, far, began = np.ones((2, 2), bool), np.eye(2, dtype=bool), []
+    partitions = Partitions(lambda parts: began.append((t, parts)))
+    for t, linked in enumerate([near, far, far, near, far]):
+        partitions.each_second(Second(t * S, np.empty(0), np.empty(0), linked))
+    assert began == [(1, 2), (4, 2)]
+    assert partitions.summary(6 * S)["partitions"] == {
+        "count": 2, "total_s": 4.0, "longest_s": 2.0, "most_parts": 2,
+        "episodes_s": [[1.0, 3.0], [4.0, 6.0]]}
 
 
 def test_the_monitor_counts_partitions_once_a_second():

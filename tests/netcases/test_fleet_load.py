@@ -133,7 +133,7 @@ def test_the_same_answer_again_and_other_phases_with_another_seed():
 
 def test_robots_anywhere():
     """By their names: one more robot moves nobody. Far from each other less arrives."""
-    ground = Simulation(scenario(2)).monitor.ground
+    ground = Simulation(scenario(2)).monitor.truth.ground
     places = [free_place(ground, Streams(1), "spread", f"robot_{k}") for k in range(40)]
     cells = [ground.grid.cell(*place) for place in places]
     assert all(ground.reachable[row, column] for column, row in cells)

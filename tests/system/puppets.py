@@ -123,7 +123,7 @@ class Peeping(NearestFrontier):
     def choose(self, context):
         coverage = context._queries.costmap.robot_map.observers[0].__closure__[1].cell_contents
         monitor = coverage._changed.__self__
-        x_m, y_m, _ = monitor.poses()[monitor.robots.index(context.name)]
+        x_m, y_m, _ = monitor.truth.poses()[monitor.truth.robots.index(context.name)]
         return max(context.frontiers(), default=None, key=lambda one: np.nan_to_num(
             np.hypot(one.x_m - x_m, one.y_m - y_m)))
 

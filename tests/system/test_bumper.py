@@ -20,7 +20,7 @@ def driven(*overrides):
     simulation.graph.catch_up()
     topic = simulation.graph.topics.get("/robot_0/bumper")
     wanted, driven_mps = np.array(samples).T
-    return (simulation.monitor.collisions, topic.counts.intended if topic else None,
+    return (simulation.monitor.incidents.collisions, topic.counts.intended if topic else None,
             int(((wanted > 0.1) & (driven_mps < 0.01)).sum()))
 
 

@@ -148,7 +148,7 @@ def test_memory_is_what_nodes_keep():
         nodes = {node.name: node for node in simulation.graph.host(name).nodes}
         slam, sharing = nodes["slam"].kept(), nodes["map_sharing"].kept()
         assert slam["patches"] > 30 and slam["scans"] > 10
-        assert sharing["cells"] == (2 + 2) * monitor.ground.grid.cells
+        assert sharing["cells"] == (2 + 2) * monitor.truth.ground.grid.cells
         used_bytes = simulation.graph.host(name).memory.used_bytes()
         assert used_bytes >= 31_000_000 + 16_700 * slam["patches"] + 29_000 * slam["scans"] + (
             sharing["cells"])

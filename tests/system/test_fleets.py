@@ -19,7 +19,7 @@ from rich.console import Console
 from runs import HERE, audited, built
 
 from desim.commands.views import beliefs as report
-from desim.monitor.reachability import linked_at
+from desim.monitor.meters.reachability import linked_at
 from desim.monitor.summary import summarize
 from desim.report.beliefs_figure import draw
 from desim.results.beliefs import folded

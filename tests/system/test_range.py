@@ -58,11 +58,12 @@ def test_robots_carry_on_alone(way):
     hosts = [host.name for host in simulation.graph.hosts]
     monitor, known = simulation.monitor, []
     call_often(simulation, lambda: known.append((
-        simulation.kernel.now_ns, list(monitor.coverage.known), monitor.travelled_m().copy())))
+        simulation.kernel.now_ns, list(monitor.coverage.known),
+        monitor.truth.travelled_m().copy())))
     finished(simulation)
     times_ns = [row[0] for row in known]
     spells = grown = 0
-    for i, name in enumerate(monitor.explorers):
+    for i, name in enumerate(monitor.truth.explorers):
         marks = [0, *heard.get(name, []), times_ns[-1]]
         for begin_ns, end_ns in zip(marks, marks[1:], strict=False):
             if end_ns - begin_ns < ALONE_S * NS_PER_S:

@@ -117,7 +117,7 @@ def collisions(*overrides):
     """In scenarios/two_types.yaml."""
     simulation = built(SCENARIOS / "two_types.yaml", *overrides)
     simulation.run()
-    return simulation.monitor.collisions
+    return simulation.monitor.incidents.collisions
 
 
 def test_a_low_laser_sees_the_low_wall_that_the_high_one_looks_over():

@@ -6,6 +6,7 @@ import pytest
 from runs import HELLO, built, finished
 
 from desim.errors import InputError
+from desim.monitor.summary import summarize
 from desim.units import NS_PER_S
 
 MIDDLEWARES = {
@@ -58,7 +59,8 @@ def test_partitions_end_when_the_fallback_is_known():
     """robot_0 is cut off for 10 s without failover; with it, until the others have heard."""
     def outside_s(failover):
         _, simulation = delivered(*(text.format(failover=failover) for text in CABLE))
-        return simulation.monitor.partitions.summary()["total_s"]
+        summary = summarize(simulation.monitor, simulation.kernel.now_ns)
+        return summary["partitions"]["total_s"]
 
     assert outside_s("null") == pytest.approx(10, abs=1)
     assert outside_s("{}") <= 1

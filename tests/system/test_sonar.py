@@ -42,7 +42,7 @@ def test_a_sonar_reads_the_nearest_of_what_is_in_its_cone():
 def collisions(*overrides):
     simulation = built(SCENARIOS / "two_types.yaml", *ALONE, *overrides)
     simulation.run()
-    return simulation.monitor.collisions
+    return simulation.monitor.incidents.collisions
 
 
 def test_navigation_keeps_clear_of_what_the_sonar_alone_sees():

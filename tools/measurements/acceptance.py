@@ -203,10 +203,10 @@ def areas(terrain: str) -> Areas:
     real, drawn = (Simulation(load(file, overrides).scenario) for overrides in (
         real_map(terrain), (f"environment.terrain={terrain}",)))
     starts = drawn.world.snapshot().poses[:, :2]
-    cells = (real.monitor.ground.reachable,
-             drawn.world.terrain.reachable(real.monitor.ground.grid, starts),
-             drawn.monitor.ground.reachable)
-    return Areas(*(int(reachable.sum()) * real.monitor.ground.cell_m2 for reachable in cells))
+    cells = (real.monitor.truth.ground.reachable,
+             drawn.world.terrain.reachable(real.monitor.truth.ground.grid, starts),
+             drawn.monitor.truth.ground.reachable)
+    return Areas(*(int(reachable.sum()) * real.monitor.truth.ground.cell_m2 for reachable in cells))
 
 
 def real_map(terrain: str) -> tuple[str, ...]:

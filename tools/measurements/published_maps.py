@@ -29,8 +29,7 @@ from rich.table import Table
 from scipy.ndimage import distance_transform_edt
 
 from desim.monitor.coverage import OCCUPIED, states
-from desim.monitor.localization_errors import wall_errors
-from desim.monitor.summary import known_map
+from desim.monitor.meters.localization_errors import wall_errors
 from desim.ports import GridSpec
 from desim.ports.tasks import Ground
 from desim.scenario.load import load
@@ -128,8 +127,8 @@ def explored(terrain: str, localization: str) -> tuple[Ground, np.ndarray, dict[
         f"environment.terrain={terrain}", f"robot.localization={localization}"), 1).scenario)
     outcome = simulation.run()
     monitor = simulation.monitor
-    belief = known_map(monitor, monitor.judged_robot())
-    return monitor.ground, belief, {"simulated s": round(outcome.simulated_ns / 1e9, 1)}
+    belief = monitor.judged_map()
+    return monitor.truth.ground, belief, {"simulated s": round(outcome.simulated_ns / 1e9, 1)}
 
 
 def measured(terrain: str) -> tuple[list[Row], Ground, dict[str, np.ndarray]]:

@@ -21,8 +21,8 @@ class FleetMap:
 
     def __init__(self, monitor: Monitor, columns: int, rows: int) -> None:
         self._monitor = monitor
-        self._raster = CharacterGrid(monitor.ground.grid, columns, rows)
-        self._walls = self._raster.any(monitor.ground.solid != 0)
+        self._raster = CharacterGrid(monitor.truth.ground.grid, columns, rows)
+        self._walls = self._raster.any(monitor.truth.ground.solid != 0)
 
     def draw(self) -> Text:
         """The map now."""

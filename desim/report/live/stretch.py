@@ -111,7 +111,7 @@ class Stretches:
         simulation, monitor = self._simulation, self._simulation.monitor
         scenario = simulation.scenario
         table = robots_table(monitor)
-        begin, self._seconds = self._seconds, len(monitor.tracks) * len(monitor.robots)
+        begin, self._seconds = self._seconds, len(monitor.tracks) * len(monitor.truth.robots)
         status = _STATUS.get(monitor.stop_reason, RunStatus.FINISHED)
         return FactsSoFar(
             scenario, {"name": scenario.name, "seed": scenario.seed, "status": status,

@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from desim.monitor.belief_metrics import LATE_NS
+from desim.monitor.meters.belief_metrics import LATE_NS
 from desim.monitor.traffic import KINDS, family, kind
 from desim.report.replay.columns import Columns
 from desim.results.message_columns import Groups, words_of

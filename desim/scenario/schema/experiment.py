@@ -20,7 +20,7 @@ QUANTITIES = (
 ENERGY = "energy_j"  # beside these, where the robots' power is given
 # Where computers get busy: of all robots so far; memory in use now, a mean over them; loads of the
 # busiest host in the last 5 s.
-OF_COMPUTERS = ("cpu_s", "missed_ticks", "memory_kills", "ram_mb", "max_cpu_percent",
+OF_COMPUTERS = ("cpu_s", "missed_ticks", "ram_mb", "memory_kills", "max_cpu_percent",
                 "max_ram_percent")
 
 

@@ -7,12 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from desim.middleware.graph import Graph
+from desim.monitor.meters.meter import Meter, Second
 from desim.units import NS_PER_S
 
 Pair = tuple[str, str]  # from, to
 
 
-class SampledReachability:
+class SampledReachability(Meter):
     """Samples ``Graph.linked`` of all hosts, be they up or not, and keeps the changes."""
 
     def __init__(self, graph: Graph) -> None:
@@ -21,8 +22,11 @@ class SampledReachability:
         self._linked = np.zeros((len(self._all), len(self._all)), bool)
         self._changes: list[tuple[int, int, int, bool]] = []
 
-    def sample(self, now_ns: int) -> None:
-        """Note the links that have changed since the last sample."""
+    def each_second(self, second: Second) -> None:
+        self.note(second.now_ns)
+
+    def note(self, now_ns: int) -> None:
+        """Note the links that have changed since the last time."""
         linked = self._graph.linked(self._all)
         linked = np.ones_like(self._linked) if linked is None else linked.copy()
         np.fill_diagonal(linked, False)

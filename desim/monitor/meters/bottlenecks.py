@@ -19,6 +19,7 @@ from desim.computers.processors import Processors
 from desim.middleware.busy.executor import Executor
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
+from desim.monitor.meters.meter import Meter, Second
 from desim.monitor.samples import Sample
 from desim.monitor.utilisation import busy_ns, utilisation
 from desim.units import NS_PER_S
@@ -30,7 +31,7 @@ _LOST = 0.1
 _FULL = ("queue_full", "outbox_full", "send_buffer_full", "receive_buffer_full", "reassembly_full")
 
 
-class Bottlenecks:
+class Bottlenecks(Meter):
     """Watches the resources of ``graph``, and the cluster's ``nodes``. Of processors and memory the
     busiest host or node counts, of threads the busiest program (it runs one callback at a time), of
     a medium its busiest part (a port, the air around a host)."""
@@ -53,8 +54,9 @@ class Bottlenecks:
         self._peaks: dict[str, float] = {}
         self._from_s: dict[str, float] = {}
 
-    def sample(self, now_ns: int) -> None:
-        """The time is ``now_ns``: if a window is over, take its loads."""
+    def each_second(self, second: Second) -> None:
+        """If a window is over, take its loads."""
+        now_ns = second.now_ns
         elapsed_ns = now_ns - self._since_ns
         if elapsed_ns < WINDOW_NS:
             return
@@ -65,15 +67,14 @@ class Bottlenecks:
                 self._from_s.setdefault(resource, now_ns / NS_PER_S)
         self._since_ns = now_ns
 
-    def quantities(self) -> dict[str, float]:
-        """The loads of the busiest computer in the last window that is over, as expressions see
-        them: NaN before there is one, and of memory without a limit. Empty where computers are
-        ideal."""
+    def quantities(self, now_ns: int) -> Sample:
+        """The loads of the busiest computer in the last window that is over: NaN before there is
+        one, and of memory without a limit. Empty where computers are ideal."""
         return {} if not self._computers else {
             name: 100.0 * self._latest.get(resource, nan) for name, resource in
             (("max_cpu_percent", "processor"), ("max_ram_percent", "memory"))}
 
-    def summary(self) -> Sample:
+    def summary(self, now_ns: int) -> Sample:
         """The resource that saturated first, None if none did (of several in one window the first
         in the module's order); of each the largest share that was in use, and when it saturated."""
         return {"saturated_first": min(self._from_s, key=self._from_s.__getitem__, default=None),
@@ -146,11 +147,11 @@ class Bottlenecks:
         topics = [topic.counts for topic in self._graph.topics.values()]
         return [*((_lost([medium.dropped]), medium.intended)
                   for medium in (*self._graph.media, *self._graph.inside)),
-                (_lost(counts.dropped for counts in topics),
-                 sum(counts.intended for counts in topics))]
+                (_lost([counts.dropped for counts in topics]),
+                 sum([counts.intended for counts in topics]))]
 
 
 def _lost(dropped: Iterable[Mapping[str, int]]) -> int:
     """The number of those that were dropped because a queue was full."""
-    return sum(number for counts in dropped for reason, number in counts.items()
-               if reason in _FULL)
+    return sum([number for counts in dropped for reason, number in counts.items()
+                if reason in _FULL])

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from desim.engine.trace import real
 from desim.monitor.coverage import states
+from desim.monitor.meters.meter import Meter
+from desim.monitor.samples import Sample
 from desim.ports.tasks import Ground
 
 
@@ -31,29 +34,24 @@ class _Sums:
         return math.sqrt(squares / self.count) if self.count else None
 
 
-class LocalizationErrors:
+class LocalizationErrors(Meter):
     """The errors of all poses of a run. ``true_poses()`` [robots, 3] are those of now."""
 
     def __init__(self, robots: tuple[str, ...], true_poses: Callable[[], np.ndarray]) -> None:
         self._index = {name: i for i, name in enumerate(robots)}
         self._true_poses = true_poses
         self._processed, self._online = _Sums(), _Sums()
-
-    def localized(self, robot: str, x: int, y: int, yaw: int) -> None:
-        """Note from which pose a robot enters the scan of this instant in its map: the bits of x m,
-        y m and yaw rad."""
-        self._note(self._processed, robot, x, y, yaw)
-
-    def believed(self, robot: str, x: int, y: int, yaw: int) -> None:
-        """Note the pose that a robot estimates for this instant, likewise."""
-        self._note(self._online, robot, x, y, yaw)
+        # The pose from which a robot enters the scan of this instant in its map; and the one that
+        # it estimates for this instant: the bits of x m, y m and yaw rad.
+        self.listeners = {"localized": partial(self._note, self._processed),
+                          "believed": partial(self._note, self._online)}
 
     def _note(self, sums: _Sums, robot: str, x: int, y: int, yaw: int) -> None:
         x_m, y_m, yaw_rad = self._true_poses()[self._index[robot]].tolist()
         sums.add(math.hypot(real(x) - x_m, real(y) - y_m),
                  math.remainder(real(yaw) - yaw_rad, math.tau))
 
-    def summary(self) -> dict[str, float | None]:
+    def summary(self, now_ns: int) -> Sample:
         """Of processed scans ``ate_m``: absolute trajectory error, the root of the mean square
         (Sturm et al. 2012, without alignment: the start is known); ``ate_max_m``;
         ``heading_rms_rad``. The same of the poses that robots go by, once a second:
@@ -66,7 +64,17 @@ class LocalizationErrors:
                 "online_heading_rms_rad": online.root(online.square_rad2)}
 
 
-def wall_errors(ground: Ground, log_odds: np.ndarray) -> dict[str, float | None]:
+class WallErrors(Meter):
+    """The errors of walls in the map that is judged, int16 log-odds [height, width]."""
+
+    def __init__(self, ground: Ground, judged_map: Callable[[], np.ndarray]) -> None:
+        self._ground, self._judged_map = ground, judged_map
+
+    def summary(self, now_ns: int) -> Sample:
+        return wall_errors(self._ground, self._judged_map())
+
+
+def wall_errors(ground: Ground, log_odds: np.ndarray) -> Sample:
     """Distances of the wall cells of a map, int16 ``log_odds`` [height, width], from the nearest
     true ones, centre to centre: median and 95th percentile. None without walls."""
     believed = states(log_odds) > 0

@@ -22,16 +22,18 @@ import numpy as np
 from desim.errors import ModelError, class_of
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
+from desim.monitor.meters.meter import Meter, Second
 from desim.monitor.samples import Sample
 from desim.network.medium import Medium
 from desim.ports import CountsAirtime
+from desim.robot.mapping.robot_map import RobotMap
 from desim.scenario.schema.power import PowerParams, RadioPower
 from desim.units import NS_PER_S
 
 PARTS = ("drive_j", "sensors_j", "compute_j", "radio_j")
 
 
-class EnergyUse:
+class EnergyUse(Meter):
     """The energy that ``hosts``, robots in index order, use. ``powers``: what the parts of each
     draw; None: its energy is not measured. ``travelled_m()`` gives [robots] m."""
 
@@ -39,14 +41,15 @@ class EnergyUse:
                  travelled_m: Callable[[], np.ndarray]) -> None:
         self._metered = [(i, host, power) for i, (host, power)
                          in enumerate(zip(hosts, powers, strict=True)) if power is not None]
-        self._robots, self._travelled_m = len(hosts), travelled_m
+        self._names, self._travelled_m = [host.name for host in hosts], travelled_m
         # How long the software of each has run, and its airtimes in that time. While it runs: less
         # what the clock and the counters showed at its start; ``joules`` adds what they show now.
         self._ran = {host.name: (0, np.zeros(2)) for _, host, _ in self._metered}
         self._running: set[str] = set()
+        self._tracked_j: list[np.ndarray] = []
 
-    def switched(self, robot: str, runs: bool, now_ns: int) -> None:
-        """The software of ``robot`` runs from now on, or has stopped."""
+    def watch(self, robot: str, robot_map: RobotMap | None, now_ns: int) -> None:
+        runs = robot_map is not None
         if robot not in self._ran or runs == (robot in self._running):
             return
         i = list(self._ran).index(robot)
@@ -57,7 +60,7 @@ class EnergyUse:
 
     def joules(self, now_ns: int) -> np.ndarray:
         """[robots, 4] J so far, by ``PARTS``; NaN of robots whose energy is not measured."""
-        used = np.full((self._robots, len(PARTS)), np.nan)
+        used = np.full((len(self._names), len(PARTS)), np.nan)
         travelled_m = self._travelled_m()
         for (i, host, power), shown_s in zip(self._metered, self._airtimes_s(), strict=True):
             ran_ns, airtime_s = self._ran[host.name]
@@ -75,38 +78,39 @@ class EnergyUse:
         return _airtimes_s([host for _, host, _ in self._metered],
                            [power.radio.rate_bps for *_, power in self._metered])
 
-    def quantities(self, now_ns: int) -> dict[str, float]:
-        """The energy of all robots so far, as expressions see it; none where it is not measured."""
+    def quantities(self, now_ns: int) -> Sample:
+        """The energy of all robots so far; none where it is not measured."""
         if not self._metered:
             return {}
         used = self.joules(now_ns)[[i for i, *_ in self._metered]]
         return {"energy_j": math.fsum(used.ravel().tolist())}
 
-    def columns(self, joules: Sequence[np.ndarray]) -> Sample:
-        """A column of a table with a row for each instant and robot, from ``joules`` at these
-        instants."""
-        return {"energy_j": np.array(joules).sum(axis=2).ravel()} if self._metered else {}
+    def track(self, second: Second) -> None:
+        if self._metered:
+            self._tracked_j.append(self.joules(second.now_ns).sum(axis=1))
 
-    def summary(self, now_ns: int) -> list[Sample]:
-        """Of each robot: its energy, that of its parts, and how long its battery would last at the
-        mean power of the run; null where it is not measured."""
-        summaries: list[Sample] = [dict.fromkeys(("energy_j", *PARTS, "battery_life_s"))
-                                   for _ in range(self._robots)]
+    def columns(self) -> Sample:
+        return {"energy_j": np.array(self._tracked_j)} if self._metered else {}
+
+    def by_host(self, now_ns: int) -> dict[str, Sample]:
+        """The energy of each robot, that of its parts, and how long its battery would last at the
+        mean power of the run; None where it is not measured."""
+        summaries: dict[str, Sample] = {
+            name: dict.fromkeys(("energy_j", *PARTS, "battery_life_s")) for name in self._names}
         used = self.joules(now_ns)
-        for i, _, power in self._metered:
+        for i, host, power in self._metered:
             energy_j = float(used[i].sum())
-            summaries[i] = {
+            summaries[host.name] = {
                 "energy_j": energy_j, **dict(zip(PARTS, used[i].tolist(), strict=True)),
                 "battery_life_s": power.battery_j / energy_j * now_ns / NS_PER_S
                 if energy_j else None}
         return summaries
 
-
-def fleet_summary(robots: Sequence[Sample]) -> Sample:
-    """The sums over the robots, of those whose energy is measured; null without any."""
-    measured = [robot for robot in robots if robot["energy_j"] is not None]
-    return {key: math.fsum(robot[key] for robot in measured) if measured else None
-            for key in ("energy_j", *PARTS)}
+    def summary(self, now_ns: int) -> Sample:
+        """The sums over the robots whose energy is measured; None without any."""
+        measured = [own for own in self.by_host(now_ns).values() if own["energy_j"] is not None]
+        return {key: math.fsum(own[key] for own in measured) if measured else None
+                for key in ("energy_j", *PARTS)}
 
 
 def _busy_s(host: Host) -> float:

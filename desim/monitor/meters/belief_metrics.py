@@ -9,7 +9,7 @@ result but these metrics depends on that.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -18,6 +18,7 @@ from desim.middleware.context import ACKS
 from desim.middleware.counts import EDGES_NS
 from desim.middleware.graph import Graph
 from desim.middleware.host import Host
+from desim.monitor.meters.meter import Due, Meter, Second
 from desim.monitor.samples import Sample, mean, mean_over
 from desim.ports.middleware import HostState
 from desim.units import NS_PER_S
@@ -27,16 +28,18 @@ LATE_NS = NS_PER_S  # a message that took so long is late; the edge of a bin
 Pair = tuple[int, int]  # believer, other: places in ``hosts``
 
 
-class BeliefMetrics:
-    """Watches ordered pairs (believer, other) of ``hosts``, those of the robots.
+class BeliefMetrics(Meter):
+    """Watches ordered pairs (believer, other) of ``hosts``, those of the robots. ``samples`` are
+    all of the run.
 
     ``linked()`` gives [n, n] bool for those of ``hosts`` that are up, in their order: whether
     frames get from one to the other now. None: between all.
     """
 
     def __init__(self, graph: Graph, hosts: Sequence[Host],
-                 linked: Callable[[], np.ndarray | None]) -> None:
+                 linked: Callable[[], np.ndarray | None], samples: Sequence[Sample]) -> None:
         self._graph, self._hosts, self._linked = graph, tuple(hosts), linked
+        self._samples = samples
         self._place = {host.index: i for i, host in enumerate(self._hosts)}
         self._reach = np.zeros((len(hosts), len(hosts)), bool)  # pairs in reach at the last sample
         self._met = np.zeros_like(self._reach)  # and at any time
@@ -56,9 +59,8 @@ class BeliefMetrics:
 
     # --------------------------------------------------------------------------------- events
 
-    def each_second(self, links: np.ndarray | None) -> None:
-        """Sample the links, which ``linked`` has just returned, and the beliefs."""
-        self._sample_links(links)
+    def each_second(self, second: Second) -> None:
+        self._sample_links(second.linked)
         if self._beliefs is not None:
             self._divergence.append(self._beliefs.divergence)
             self._ghosts.append(self._beliefs.ghosts)
@@ -122,7 +124,7 @@ class BeliefMetrics:
 
     # -------------------------------------------------------------------------------- numbers
 
-    def sample(self) -> Sample:
+    def sample(self, now_ns: int, due: Due) -> Sample:
         """The present values; those of beliefs only where the middleware has some."""
         out: Sample = {"stale_age_s": self.stale_age_s()}
         if self._beliefs is not None:
@@ -139,12 +141,11 @@ class BeliefMetrics:
         if not pairs:
             return None
         # Nobody hears itself: those entries are 0.
-        received_ns = sum(self._graph.hosts[other].last_arrival_ns[host]
-                          for host in up for other in up)
+        received_ns = sum([self._graph.hosts[other].last_arrival_ns[host]
+                           for host in up for other in up])
         return (self._graph.kernel.now_ns - received_ns / pairs) / NS_PER_S
 
-    def summary(self, samples: Iterable[Sample]) -> Sample:
-        """The numbers of the whole run; ``samples`` has what ``sample`` gave."""
+    def summary(self, now_ns: int) -> Sample:
         context, believes = self._graph.context, self._beliefs is not None
         pairs = len(self._noticed_ns) + self._unnoticed + len(self._lost_ns)
         size, frames = context.discovery_bytes, context.discovery_frames
@@ -163,7 +164,7 @@ class BeliefMetrics:
             "false_alarms": self._false_alarms if believes else None,
             "resync_delay_s": {**_delays(self._resynced_ns), "resynced": len(self._resynced_ns),
                                "pairs": self._again},
-            "stale_age_s": mean_over(samples, "stale_age_s"),
+            "stale_age_s": mean_over(self._samples, "stale_age_s"),
             "messages_late": messages_late(self._graph),
         }
 
