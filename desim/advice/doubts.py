@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from desim.ports import TimeWindow
+from desim.scenario.plugin_choices import chosen
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Places
 from desim.units import DURATION
@@ -19,12 +20,10 @@ def too_late(scenario: Scenario) -> list[str]:
 
 
 def _beginnings(scenario: Scenario) -> Iterator[tuple[str, int]]:
-    network = scenario.network
-    for name, medium in network.media.items():
-        for i, rule in enumerate(medium.rules):
-            if isinstance(rule.params, TimeWindow):
-                yield f"network.media.{name}.rules.{i}.from", rule.params.start_ns
-    for i, flow in enumerate(network.background):
+    for path, choice in chosen(scenario.network, "network"):
+        if isinstance(choice.params, TimeWindow):
+            yield f"{path}.from", choice.params.start_ns
+    for i, flow in enumerate(scenario.network.background):
         yield f"network.background.{i}.from", flow.start_ns
     for i, fault in enumerate(scenario.faults):
         yield f"faults.{i}.at", fault.at_ns

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.monitor.monitor import Monitor
-from desim.ports import GridSpec, KnowsUnusedKeys, yaml_key
+from desim.ports import GridSpec, KnowsUnusedKeys, Params, yaml_key
 from desim.scenario.plugin_choices import chosen
 from desim.scenario.quantities import ROBOTS_TABLE
 from desim.scenario.recipients import monitors
@@ -98,10 +98,7 @@ def _of_networks(scenario: Scenario, graph: Graph) -> Found:
 
 
 def _of_maps(scenario: Scenario, grid: GridSpec) -> Found:
-    default = LocalizationChoice()
-    slam = [Block(f"{'.'.join(map(str, path))}.localization", equipment.localization,
-                  default if equipment is scenario.robot else scenario.robot.localization)
-            for path, equipment in equipment_by_path(scenario)]
+    slam = _equipment(scenario, "localization", LocalizationChoice())
     yield (_unused(slam, "map_period_ns", lambda own: own.host is not None),
            "maps go to the robot where SLAM runs on another host (localization.host)")
     mapping = scenario.robot.mapping
@@ -118,10 +115,7 @@ def _of_measurements(scenario: Scenario, monitor: Monitor) -> Found:
         yield (_naming(scenario, "max_ram_percent"),
                "max_ram_percent is unknown where no host's memory has a limit (computer.memory)")
     if not monitors(scenario):
-        costs = [Block(f"{'.'.join(map(str, path))}.exploration", equipment.exploration,
-                       (ExplorationParams() if equipment is scenario.robot else
-                        scenario.robot.exploration)) for path, equipment in
-                 equipment_by_path(scenario)]
+        costs = _equipment(scenario, "exploration", ExplorationParams())
         yield (_changed(costs, "publishes_cost"), "no host collects it (hosts.<name>.monitor)")
 
 
@@ -148,13 +142,18 @@ def _testbed(scenario: Scenario) -> list[Block]:
     return [Block("testbed", scenario.testbed, Testbed())]
 
 
+def _equipment(scenario: Scenario, part: str, default: Params) -> list[Block]:
+    """A part of the robots' equipment; the types of robots inherit the fleet's."""
+    return [Block(f"{'.'.join(map(str, path))}.{part}", getattr(equipment, part),
+                  default if equipment is scenario.robot else getattr(scenario.robot, part))
+            for path, equipment in equipment_by_path(scenario)]
+
+
 def _computers(scenario: Scenario) -> list[Block]:
     """The computers of robots, of the workstation and of stationary hosts."""
     default = ComputerParams()
     workstation = [Block("testbed.computer", scenario.testbed.computer, WorkstationComputer())]
-    return [*(Block(f"{'.'.join(map(str, path))}.computer", equipment.computer,
-                    default if equipment is scenario.robot else scenario.robot.computer)
-              for path, equipment in equipment_by_path(scenario)),
+    return [*_equipment(scenario, "computer", default),
             *(workstation if _is_testbed(scenario) else ()),
             *(Block(f"hosts.{name}.computer", host.computer, default)
               for name, host in scenario.hosts.items())]

@@ -64,11 +64,6 @@ def kind(topic: str) -> str:
     return "monitoring" if last in MONITORING else "other"
 
 
-def replaced(graph: Graph) -> int:
-    """The messages that left a subscription's full queue unread: a newer one took their place."""
-    return sum(topic.counts.overwritten for topic in graph.topics.values())
-
-
 def packets_lost(graph: Graph) -> dict[str, int]:
     """The packets that media have lost, by reason, without those of others."""
     lost: Counter[str] = Counter()
@@ -77,14 +72,6 @@ def packets_lost(graph: Graph) -> dict[str, int]:
     for flow in graph.background:
         lost.subtract(flow.dropped)
     return {reason: lost[reason] for reason in sorted(lost) if lost[reason] > 0}
-
-
-def background(graph: Graph) -> list[dict[str, object]]:
-    """Background traffic: the packets of each flow, which are sent = delivered + dropped + in
-    flight."""
-    return [{"medium": flow.medium.name, "between": list(flow.between), "sent": flow.sent,
-             "delivered": flow.delivered, "dropped": dict(sorted(flow.dropped.items())),
-             "in_flight": flow.in_flight} for flow in graph.background]
 
 
 def latency_table(graph: Graph) -> dict[str, list]:

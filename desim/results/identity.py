@@ -17,8 +17,8 @@ from pathlib import Path
 from desim import __version__ as desim_version
 from desim import plugins
 from desim.scenario import expression
+from desim.scenario.plugin_choices import chosen
 from desim.scenario.resolved import scenario_id
-from desim.scenario.robot_types import equipment_of
 from desim.scenario.schema.scenario import Scenario
 
 _DESIM = Path(__file__).parent.parent
@@ -60,21 +60,8 @@ def plugin_references(scenario: Scenario) -> dict[str, str]:
 
 
 def _chosen(scenario: Scenario) -> list[tuple[str, str]]:
-    chosen = {("task", scenario.task.model),
-              ("strategy", scenario.coordination.strategy), ("world", scenario.physics.model),
-              ("middleware", scenario.middleware.model),
-              ("computers", scenario.computers.model)}
-    own = [*(host.strategy for host in scenario.hosts.values()),
-           *(kind.strategy for kind in scenario.fleet.types.values())]
-    chosen.update(("strategy", choice.strategy) for choice in own if choice is not None)
-    chosen.update(("localization", robot.localization.model)
-                  for robot in equipment_of(scenario))
-    if scenario.coordination.exchange is not None:
-        chosen.add(("sharing", scenario.coordination.exchange.model))
-    for medium in scenario.network.media.values():
-        chosen.add(("network", medium.model))
-        chosen.update(("rule", rule.rule) for rule in medium.rules)
-    return sorted(chosen)
+    return sorted({("world", scenario.physics.model),
+                   *((choice.kind, choice.plugin) for _, choice in chosen(scenario))})
 
 
 def modules(scenario: Scenario) -> tuple[str, ...]:

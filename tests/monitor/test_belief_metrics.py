@@ -262,7 +262,7 @@ def robot_map(free=(), solid=()) -> RobotMap:
 
 
 def watched(overlap, **maps):
-    """What the overlap of these maps is, after those that it had."""
+    """The overlap of these maps, after those that it had."""
     for robot, its_map in maps.items():
         overlap.watch(robot, its_map, 0)
     return overlap.summary(0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from desim.middleware.graph import Graph
 from desim.monitor.meters.meter import Meter
 from desim.monitor.samples import Sample
-from desim.monitor.traffic import background, packets_lost, replaced, totals
+from desim.monitor.traffic import packets_lost, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
 
 
@@ -30,10 +30,15 @@ class MessageCounts(Meter):
                 "messages_delivered": traffic.delivered,
                 "messages_dropped": dict(sorted(traffic.dropped.items())),
                 "messages_in_flight": traffic.in_flight,
-                "messages_replaced": replaced(graph),
+                # They left a subscription's full queue unread: a newer one took their place.
+                "messages_replaced": sum([topic.counts.overwritten
+                                          for topic in graph.topics.values()]),
                 "bytes_on_air": traffic.bytes_on_air,
                 "packets_lost": packets_lost(graph),
-                "background": background(graph),
+                "background": [
+                    {"medium": flow.medium.name, "between": list(flow.between), "sent": flow.sent,
+                     "delivered": flow.delivered, "dropped": dict(sorted(flow.dropped.items())),
+                     "in_flight": flow.in_flight} for flow in graph.background],
                 "utilisation": {**{medium.name: utilisation(medium, now_ns)
                                    for medium in graph.media},
                                 **utilisation_inside(graph.inside, now_ns)},
