@@ -60,12 +60,14 @@ class StopReason(StrEnum):
 
 class Track(NamedTuple):
     """The fleet at one instant: the true poses, the number of cells of G that each explorer knows,
-    and ``union_known``, those that some robot has known."""
+    ``union_known``, those that some robot has known, and ``measured`` by meters, see
+    ``Meter.track``."""
 
     time_ns: int
     poses: np.ndarray
     known: tuple[int, ...]
     union_known: int
+    measured: Sample
 
 
 class Monitor:
@@ -319,6 +321,5 @@ class Monitor:
 
     def _track(self, second: Second) -> None:
         self.tracks.append(Track(second.now_ns, second.poses, tuple(self.coverage.known),
-                                 self.coverage.union_known))
-        for meter in self.meters:
-            meter.track(second)
+                                 self.coverage.union_known,
+                                 merged([meter.track(second) for meter in self.meters])))

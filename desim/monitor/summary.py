@@ -109,8 +109,8 @@ def robots_table(monitor: Monitor) -> Sample:
         "x_m": poses[:, 0], "y_m": poses[:, 1], "yaw_rad": poses[:, 2],
         "explored": _of_all(truth, known),
         "explored_union": np.repeat([share(track.union_known) for track in tracks], count),
-        **{name: _of_all(truth, values) for meter in monitor.meters
-           for name, values in meter.columns().items()},
+        **{name: _of_all(truth, np.array([track.measured[name] for track in tracks]))
+           for name in (tracks[0].measured if tracks else ())},
     }
 
 

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from desim.engine.streams import Streams
 from desim.errors import ModelError
 from desim.monitor.meters.energy_use import EnergyUse
+from desim.monitor.meters.meter import Second
 from desim.scenario.schema.environment import Environment, Shape
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.power import PowerParams
@@ -251,5 +252,6 @@ def test_a_fleet_of_which_some_are_measured():
     assert meter.summary(10 * S)["energy_j"] == second["energy_j"]
     assert meter.quantities(10 * S) == {"energy_j": pytest.approx(second["energy_j"])}
     nobody = EnergyUse(robots, [None, None], lambda: np.zeros(2))
-    assert (nobody.quantities(S), nobody.columns()) == ({}, {})
+    assert (nobody.quantities(S), nobody.track(Second(S, np.empty(0), np.zeros(2), None))
+            ) == ({}, {})
     assert set(nobody.summary(S).values()) == {None}

@@ -15,7 +15,7 @@ class Turning(Meter):
     def __init__(self, truth):
         self.names, self.listeners = truth.robots, {"recovery": self.frees_itself}
         self.turned_rad, self.before_rad = np.zeros(len(truth.robots)), None
-        self.tracked, self.starts, self.recoveries = [], [], 0
+        self.starts, self.recoveries = [], 0
 
     def watch(self, robot, robot_map, now_ns):
         self.starts.append(robot)
@@ -29,14 +29,11 @@ class Turning(Meter):
             self.turned_rad = self.turned_rad + abs(yaw_rad - self.before_rad)
         self.before_rad = yaw_rad
 
-    def track(self, second):
-        self.tracked.append(self.turned_rad)
-
     def sample(self, now_ns, due):
         return {"turned_rad": float(self.turned_rad.sum())}
 
-    def columns(self):
-        return {"turned_rad": np.array(self.tracked)}
+    def track(self, second):
+        return {"turned_rad": self.turned_rad}
 
     def by_host(self, now_ns):
         return {name: {"turned_rad": float(turned)} for name, turned

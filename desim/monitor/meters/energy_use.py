@@ -46,7 +46,6 @@ class EnergyUse(Meter):
         # what the clock and the counters showed at its start; ``joules`` adds what they show now.
         self._ran = {host.name: (0, np.zeros(2)) for _, host, _ in self._metered}
         self._running: set[str] = set()
-        self._tracked_j: list[np.ndarray] = []
 
     def watch(self, robot: str, robot_map: RobotMap | None, now_ns: int) -> None:
         runs = robot_map is not None
@@ -85,12 +84,8 @@ class EnergyUse(Meter):
         used = self.joules(now_ns)[[i for i, *_ in self._metered]]
         return {"energy_j": math.fsum(used.ravel().tolist())}
 
-    def track(self, second: Second) -> None:
-        if self._metered:
-            self._tracked_j.append(self.joules(second.now_ns).sum(axis=1))
-
-    def columns(self) -> Sample:
-        return {"energy_j": np.array(self._tracked_j)} if self._metered else {}
+    def track(self, second: Second) -> Sample:
+        return {"energy_j": self.joules(second.now_ns).sum(axis=1)} if self._metered else {}
 
     def by_host(self, now_ns: int) -> dict[str, Sample]:
         """The energy of each robot, that of its parts, and how long its battery would last at the

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from desim.middleware.host import Host
 from desim.monitor.meters.meter import Due, Meter, Second
 from desim.monitor.samples import LEAST_WINDOW_NS, Sample, mean
@@ -20,15 +18,10 @@ class InterfaceRates(Meter):
         self._truth, self._hosts = truth, truth.loaded
         # When each was sampled last, and the bytes by then.
         self._last = dict.fromkeys(_NOT_MEASURED, (0, 0))
-        self._rx_bytes: list[list[int]] = []  # of all robots, when tracked
-        self._tx_bytes: list[list[int]] = []
 
-    def track(self, second: Second) -> None:
-        self._rx_bytes.append([host.rx_bytes for host in self._truth.hosts])
-        self._tx_bytes.append([host.tx_bytes for host in self._truth.hosts])
-
-    def columns(self) -> Sample:
-        return {"rx_bytes": np.array(self._rx_bytes), "tx_bytes": np.array(self._tx_bytes)}
+    def track(self, second: Second) -> Sample:
+        return {"rx_bytes": [host.rx_bytes for host in self._truth.hosts],
+                "tx_bytes": [host.tx_bytes for host in self._truth.hosts]}
 
     def sample(self, now_ns: int, due: Due) -> Sample:
         """The rates that are ``due`` now, each since it was taken before, as means over the hosts;

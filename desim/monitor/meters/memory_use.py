@@ -25,11 +25,10 @@ class MemoryUse(Meter):
         self._all = self._robots | {
             host.name: host.memory for host in truth.stationary
             if isinstance(host, BusyHost) and host.memory is not None}
+        self._limits = np.array([memory.limit_bytes or np.nan for memory in self._robots.values()])
         self._seconds = 0  # so far, each with a sample
         self._sums = dict.fromkeys(self._all, 0)  # of the bytes in use then
         self._peaks = dict.fromkeys(self._all, 0)
-        self._used_bytes: list[list[int]] = []  # when tracked
-        self._kills: list[list[int]] = []
 
     def each_second(self, second: Second) -> None:
         self._seconds += 1
@@ -38,17 +37,12 @@ class MemoryUse(Meter):
             self._sums[name] += used_bytes
             self._peaks[name] = max(self._peaks[name], used_bytes)
 
-    def track(self, second: Second) -> None:
-        self._used_bytes.append([memory.used_bytes() for memory in self._robots.values()])
-        self._kills.append([len(memory.kills) for memory in self._robots.values()])
-
-    def columns(self) -> Sample:
+    def track(self, second: Second) -> Sample:
         if not self._robots:
             return {}
-        limits = np.array([memory.limit_bytes or np.nan for memory in self._robots.values()])
-        used_bytes = np.array(self._used_bytes, np.float64)
-        return {"ram_mb": used_bytes / _MB, "ram_percent": 100.0 * used_bytes / limits,
-                "memory_kills": np.array(self._kills, np.int64)}
+        used_bytes = np.array([memory.used_bytes() for memory in self._robots.values()])
+        return {"ram_mb": used_bytes / _MB, "ram_percent": 100.0 * used_bytes / self._limits,
+                "memory_kills": [len(memory.kills) for memory in self._robots.values()]}
 
     def quantities(self, now_ns: int) -> Sample:
         """The memory in use now, as a mean over the robots, and the processes that were killed so

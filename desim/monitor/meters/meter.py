@@ -39,9 +39,6 @@ class Meter:
     def each_second(self, second: Second) -> None:
         """A full second has passed."""
 
-    def track(self, second: Second) -> None:
-        """Keep what ``columns`` needs of this instant."""
-
     def quantities(self, now_ns: int) -> Sample:
         """The present values for expressions, numbers; each is a column of samples.parquet, too.
         Their names stand in ``scenario/schema/experiment.py``."""
@@ -51,8 +48,8 @@ class Meter:
         """The other columns of samples.parquet. What is not ``due`` is left out there."""
         return {}
 
-    def columns(self) -> Sample:
-        """Columns of robots.parquet: arrays [instants tracked, robots or explorers]."""
+    def track(self, second: Second) -> Sample:
+        """Columns of robots.parquet at this instant: [robots], or [explorers], by name."""
         return {}
 
     def by_host(self, now_ns: int) -> dict[str, Sample]:
@@ -66,10 +63,7 @@ class Meter:
 
 def merged(parts: Iterable[Mapping[str, T]]) -> dict[str, T]:
     """All that ``parts`` have, in their order."""
-    out: dict[str, T] = {}
-    for part in parts:
-        out.update(part)
-    return out
+    return {name: value for part in parts for name, value in part.items()}
 
 
 def both(first: Listener | None, second: Listener) -> Listener:

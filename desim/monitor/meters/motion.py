@@ -22,7 +22,6 @@ class Motion(Meter):
         self._entities = [names.id(name) for name in truth.robots]
         self._before_m = truth.travelled_m().copy()
         self._moving = 0
-        self._tracked_m: list[np.ndarray] = []
 
     def each_second(self, second: Second) -> None:
         row = self._truth.trace.row
@@ -32,15 +31,12 @@ class Motion(Meter):
         self._moving = int(np.count_nonzero(second.travelled_m - self._before_m > MOVING_M))
         self._before_m = second.travelled_m
 
-    def track(self, second: Second) -> None:
-        self._tracked_m.append(second.travelled_m)
-
     def quantities(self, now_ns: int) -> Sample:
         return {"distance_m": math.fsum(self._truth.travelled_m().tolist()),
                 "robots_moving": self._moving}
 
-    def columns(self) -> Sample:
-        return {"distance_m": np.array(self._tracked_m)}
+    def track(self, second: Second) -> Sample:
+        return {"distance_m": second.travelled_m}
 
     def by_host(self, now_ns: int) -> dict[str, Sample]:
         travelled_m = self._truth.travelled_m().tolist()

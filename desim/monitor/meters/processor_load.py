@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-import numpy as np
-
 from desim.computers.cluster_node import ClusterNode
 from desim.computers.processors import Processors
 from desim.middleware.busy.host import BusyHost
@@ -48,16 +46,11 @@ class ProcessorLoad(Meter):
         host_load = MeanLoad(host.computer.processors for host in self._hosts)
         self._loads = {} if not self._hosts else {"cpu_percent": host_load, **(
             {"node_cpu_percent": MeanLoad(self._nodes.values())} if self._nodes else {})}
-        self._busy_ns: list[list[int]] = []  # when tracked
-        self._missed_ticks: list[list[int]] = []
 
-    def track(self, second: Second) -> None:
-        self._busy_ns.append([host.computer.processors.busy_ns() for host in self._hosts])
-        self._missed_ticks.append([host.missed_ticks for host in self._hosts])
-
-    def columns(self) -> Sample:
-        return {} if not self._hosts else {"cpu_s": np.array(self._busy_ns) / NS_PER_S,
-                                           "missed_ticks": np.array(self._missed_ticks)}
+    def track(self, second: Second) -> Sample:
+        return {} if not self._hosts else {
+            "cpu_s": [host.computer.processors.busy_ns() / NS_PER_S for host in self._hosts],
+            "missed_ticks": [host.missed_ticks for host in self._hosts]}
 
     def quantities(self, now_ns: int) -> Sample:
         """The work of all hosts so far."""
