@@ -14,7 +14,8 @@ from desim.monitor.meters.topic_families import BYTES
 from desim.monitor.monitor import Monitor
 from desim.monitor.samples import LEAST_WINDOW_NS, Sample
 from desim.monitor.truth import Truth
-from desim.plugins import bare, quantities
+from desim.plugins import bare
+from desim.ports.tasks import TaskTraits
 from desim.scenario.quantities import in_order
 from desim.units import NS_PER_S
 
@@ -76,7 +77,7 @@ def samples_table(monitor: Monitor) -> dict[str, list]:
     What was not due is null, and so is a rate over less than ``LEAST_WINDOW_NS``, but for that of
     time 0, which is 0."""
     rows = monitor.samples
-    of_task = quantities(monitor.truth.scenario.task.model)
+    of_task = TaskTraits.of(monitor.task).quantities
     table = {name: [row[name] if monitor.truth.robots or name not in OF_ROBOTS else None
                     for row in rows]
              for name in in_order(rows[0], of_task) if name != BYTES}

@@ -58,7 +58,7 @@ def test_cells_up_to_a_metre_away_are_near_a_goal(cells, time_s):
     one, numbers, (column, row) = goals(0, 1), cell_numbers(GRID), GRID.cell(3.2, 3.2)
     inside = one._coverage.known_to_some[0].reshape(-1)
     inside[numbers[GRID.width + row] + numbers[column - cells]] = 1
-    one.sets_out(0, 3.2, 3.2)
+    heads_for(one, "a", 3.2, 3.2)
     assert drive(one, 4)["outdated_goal_s"] == time_s
 
 

@@ -659,8 +659,8 @@ WRONG = {
             "2:33: measure.periods.cpu_percnt: unknown measurement 'cpu_percnt' (did you mean "
             "'cpu_percent'?); allowed: explored, explored_union, explored_all, collisions, "
             "recoveries, messages_sent, messages_delivered, messages_dropped, bytes_on_air, "
-            "distance_m, partitions, robots_moving, energy_j, cpu_s, missed_ticks, memory_kills, "
-            "ram_mb, max_cpu_percent, max_ram_percent, parts, map_age_s, stale_age_s, "
+            "distance_m, partitions, robots_moving, energy_j, cpu_s, missed_ticks, ram_mb, "
+            "memory_kills, max_cpu_percent, max_ram_percent, parts, map_age_s, stale_age_s, "
             "registry_divergence, ghosts, cpu_percent, node_cpu_percent, ram_percent, rx_kBps, "
             "tx_kBps, bytes_per_s, robots",
             "2:46: measure.periods.robots: must be whole seconds, got 1.5 s"]),
@@ -746,7 +746,7 @@ WRONG = {
         "3:18: measure.when.0: unknown quantity 'cpu_percent' (did you mean 'max_cpu_percent'?); "
         "allowed: time_s, explored, explored_union, explored_all, collisions, recoveries, "
         "messages_sent, messages_delivered, messages_dropped, bytes_on_air, distance_m, "
-        "partitions, robots_moving, cpu_s, missed_ticks, memory_kills, ram_mb, max_cpu_percent, "
+        "partitions, robots_moving, cpu_s, missed_ticks, ram_mb, memory_kills, max_cpu_percent, "
         "max_ram_percent"]),
     "computers that are none": ("computers: 5\nmeasure: {when: [cpu_s > 1]}", [
         "2:12: computers: must be a plug-in's name, or a mapping with model, got 5"]),
