@@ -102,7 +102,8 @@ def test_the_page_of_scenarios_has_all_quantities_of_expressions(repository):
     rows = (repository / "docs" / "scenarios.md").read_text().partition("| quantity | |\n")[2]
     names = [name for line in rows.partition("\n\n")[0].splitlines()
              for name in re.findall(r"`(\w+)`", line.split("|")[1])]
-    assert sorted(names) == sorted((*QUANTITIES, ENERGY, *OF_COMPUTERS, *Patrolling.traits.quantities))
+    assert sorted(names) == sorted((*QUANTITIES, ENERGY, *OF_COMPUTERS,
+                                    *Patrolling.traits.quantities))
 
 
 def names_in(file):
