@@ -8,16 +8,15 @@ from typing import Any, NamedTuple
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.monitor.monitor import Monitor
-from desim.ports import GridSpec, KnowsUnusedKeys, Params, yaml_key
+from desim.ports import GridSpec, KnowsUnusedKeys, Params, changed_keys, yaml_key
 from desim.scenario.plugin_choices import chosen
 from desim.scenario.quantities import ROBOTS_TABLE
 from desim.scenario.recipients import monitors
 from desim.scenario.robot_types import equipment_by_path
-from desim.scenario.schema.communication import Background
 from desim.scenario.schema.computer import ComputerParams, WorkstationComputer
 from desim.scenario.schema.power import ComputerPower
-from desim.scenario.schema.robot import ExplorationParams, LocalizationChoice, MappingParams
-from desim.scenario.schema.scenario import Scenario, SubscribingProcesses, Testbed
+from desim.scenario.schema.robot import ExplorationParams, LocalizationChoice
+from desim.scenario.schema.scenario import Scenario, Testbed
 
 Found = Iterator[tuple[Sequence[str], str]]  # keys, and why they had no effect
 
@@ -44,10 +43,10 @@ def without_effect(monitor: Monitor) -> list[str]:
 
 
 def _of_ideal_computers(scenario: Scenario) -> Found:
-    testbed = _testbed(scenario) if _is_testbed(scenario) else []
     yield ([*_changed(_computers(scenario), *ComputerParams.model_fields),
             *_changed(_powers(scenario), "processor_w"),
-            *_changed(testbed, "processors_per_node")],
+            *(_own("testbed", scenario.testbed, "processors_per_node") if _is_testbed(scenario)
+              else ())],
            "callbacks take neither time nor memory with computers: ideal")
 
 
@@ -63,21 +62,21 @@ def _of_computers(scenario: Scenario, monitor: Monitor) -> Found:
 
 
 def _of_testbed(scenario: Scenario, ideal: bool) -> Found:
-    testbed = _testbed(scenario)
+    testbed = scenario.testbed
     if not _is_testbed(scenario):
         # Any host may be a monitor.
         period = ("monitor_period_ns",) if monitors(scenario) else ()
-        yield (_changed(testbed, *(name for name in Testbed.model_fields if name not in period)),
+        yield (_own("testbed", testbed, *(name for name in Testbed.model_fields
+                                          if name not in period)),
                f"deployment is {scenario.deployment}")
         return
     if ideal and not any(hasattr(medium.params, "ports")
                          for medium in scenario.network.media.values()):
-        yield (_changed(testbed, "robots_per_node"),
+        yield (_own("testbed", testbed, "robots_per_node"),
                "robots on a node share neither processors (computers: ideal) nor a port (no medium "
                "has any)")
     if scenario.robot.tf == "none":
-        yield (_changed([Block("testbed.processes", scenario.testbed.processes,
-                               SubscribingProcesses())], "tf"), "robot.tf is none")
+        yield _own("testbed.processes", testbed.processes, "tf"), "robot.tf is none"
 
 
 def _of_networks(scenario: Scenario, graph: Graph) -> Found:
@@ -91,10 +90,9 @@ def _of_networks(scenario: Scenario, graph: Graph) -> Found:
     ends = {end for flow in network.background for end in flow.between}
     yield ([f"network.others.{name}" for name in network.others if name not in ends],
            "no flow of network.background begins or ends there")
-    usual = Background(medium="", between=("", ""), rate="1 b/s")
     yield ([key for i, flow in enumerate(network.background) if flow.pattern != "on_off"
-            for key in _changed([Block(f"network.background.{i}", flow, usual)], "on_ns", "off_ns")
-            ], "only pattern: on_off has spells")
+            for key in _own(f"network.background.{i}", flow, "on_ns", "off_ns")],
+           "only pattern: on_off has spells")
 
 
 def _of_maps(scenario: Scenario, grid: GridSpec) -> Found:
@@ -103,7 +101,7 @@ def _of_maps(scenario: Scenario, grid: GridSpec) -> Found:
            "maps go to the robot where SLAM runs on another host (localization.host)")
     mapping = scenario.robot.mapping
     if not mapping.padding(grid.width * grid.height):
-        yield (_changed([Block("robot.mapping", mapping, MappingParams())], "published_size_m"),
+        yield (_own("robot.mapping", mapping, "published_size_m"),
                f"the terrain's own map is no smaller, {grid.width} x {grid.height} cells")
 
 
@@ -138,8 +136,9 @@ def _is_testbed(scenario: Scenario) -> bool:
     return scenario.deployment == "testbed"
 
 
-def _testbed(scenario: Scenario) -> list[Block]:
-    return [Block("testbed", scenario.testbed, Testbed())]
+def _own(path: str, block: Params, *fields: str) -> list[str]:
+    """The keys of a block at ``path`` whose value is not the default."""
+    return [f"{path}{key}" for key in changed_keys(block, *fields)]
 
 
 def _equipment(scenario: Scenario, part: str, default: Params) -> list[Block]:
