@@ -56,6 +56,7 @@ def test_how_much_a_run_has_explored_says_how_long_it_lasts(plan):
     assert extrapolated_s(0.88, 30.0, 0.9) == pytest.approx(1.3 * 30 * 0.9 / 0.88)
     assert extrapolated_s(0.89, 30.0, 0.5) == 30.0, "it has lasted so long already"
     assert extrapolated_s(0.18, 19.0, 0.9) is extrapolated_s(0.01, 30.0, 0.9) is None
+    assert extrapolated_s(0.02, 20.0, 0.9) == pytest.approx(1.3 * 900), "the earliest that tells"
     early = Cost(1, 10, False, 0, 50.0)
     assert Model(plan, {0: [early]}).expected_s(plan.vectors[0]) == pytest.approx(OVERHEAD_S + 5)
     ended = Cost(2, 20, True)

@@ -140,6 +140,13 @@ def test_a_design_is_no_scenario(here):
         2, "d.yaml:2:7: base: this is a design, of many runs: desim sweep d.yaml\n")
 
 
+def test_a_campaign_has_as_long_a_name_as_is_allowed(here):
+    """100 letters: of the scenario, then of its parameters as far as there is space."""
+    (here / f"{'a' * 90}.yaml").write_text(BASE)
+    design = varied_design(f"{'a' * 90}.yaml", ["robot.laser.longest_range=5 m,6 m"]).design
+    assert design.name == "a" * 90 + "_longest_r"
+
+
 @pytest.mark.parametrize("keys, names", [
     (["network.media.lan.rate", "fleet.size"], ["rate", "size"]),
     (["network.media.lan.rate", "network.media.air.rate"], ["lan_rate", "air_rate"]),
