@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, real
-from desim.errors import InputError
+from desim.errors import InputError, ModelError
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
@@ -46,13 +46,13 @@ class Fleet:
     """Robots that stand where they are put and learn so many cells when they are told to."""
 
     def __init__(self, names: tuple[str, ...] = ("robot_0", "robot_1"), rules=(), passive=(),
-                 **scenario) -> None:
+                 middleware=Direct, **scenario) -> None:
         self.kernel, self.names, self.rows = Kernel(), Names(), []
         self.trace = Trace(self.names, self.rows.append)
         self.poses = np.zeros((len(names), 3))
         self.travelled_m = np.zeros(len(names))
         self.scenario = Scenario(name="test", **scenario)
-        graph = Graph(self.kernel, self.names, self.trace, Streams(0), Direct(), names)
+        graph = Graph(self.kernel, self.names, self.trace, Streams(0), middleware(), names)
         graph.attach(Medium("air", Ideal(Ideal.Params()), rules, kernel=self.kernel,
                             names=self.names, streams=Streams(0), hosts=names, place=self))
         graph.start()
@@ -109,6 +109,22 @@ def test_the_run_ends_in_the_instant_in_which_a_robot_knows_99_percent():
     assert (summary["exploration_time_s"], summary["union_time_s"], summary["fleet_time_s"],
             summary["censored"]) == (7.25, 7.25, None, False)
     assert summary["explored_area_m2"] == 1014.0
+
+
+class Informed(Direct):
+    """Publishers have to hear of who subscribes."""
+
+    informed = "publisher"
+
+
+def test_links_are_kept_where_hosts_have_beliefs_of_each_other():
+    assert Fleet().monitor.links is None
+    assert Fleet(middleware=Informed).monitor.links is not None
+
+
+def test_what_a_task_does_every_second_is_a_function_of_its_context():
+    with pytest.raises(ModelError, match=r"^a callback is a function of \(context\), not 'f'$"):
+        Fleet().monitor._view.every(S, "f")
 
 
 def test_to_finish_a_run_twice_changes_nothing():
