@@ -1,11 +1,14 @@
 """A new meter is one file and one line: here a class, and a line in place of the monitor's."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from runs import HELLO, built
 
 from desim.monitor.meters.meter import Meter
 from desim.monitor.monitor import Monitor
+from desim.monitor.periods import all_due
 from desim.monitor.summary import robots_table, samples_table, summarize
 
 
@@ -86,3 +89,22 @@ def test_it_changes_nothing_else_and_no_order(results):
     summary, other = before[0], after[0]
     assert [name for name in summary if name != "robots" and summary[name] != other[name]] == []
     assert [*after[1]].index("turned_rad") == [*after[1]].index("cause") - 1
+
+
+def keys_of_two(meters, now_ns):
+    """The quantities, columns and keys of the summary that two meters have."""
+    found = []
+    for parts in ([meter.quantities(now_ns) for meter in meters],
+                  [meter.sample(now_ns, all_due) for meter in meters],
+                  [meter.summary(now_ns) for meter in meters]):
+        names = Counter(name for part in parts for name in part)
+        found += [name for name, count in names.items() if count > 1]
+    return found
+
+
+def test_no_two_meters_have_one_key():
+    """With a twin: a meter that is there twice."""
+    simulation = built(HELLO, "stop.elapsed=1 s", "computers=measured", "robot.power={}")
+    now_ns, meters = simulation.run().simulated_ns, simulation.monitor.meters
+    assert keys_of_two(meters, now_ns) == []
+    assert "collisions" in keys_of_two([*meters, simulation.monitor.incidents], now_ns)
