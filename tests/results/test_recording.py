@@ -50,6 +50,16 @@ def test_poses_are_those_of_the_world(scenario, recording):
     assert recording.poses.xy_mm.dtype == np.int32 and recording.poses.yaw_mrad.dtype == np.int16
 
 
+@pytest.mark.parametrize("robots", [0, 1])
+def test_the_smallest_fleets_have_poses(repository, tmp_path, robots):
+    """Of nobody at the first and the last instant, of one robot every tenth of a second."""
+    poses = recording_of(desim.run(
+        repository / "scenarios" / "hello.yaml", out=tmp_path,
+        overrides=("stop.elapsed=1 s", f"fleet.size={robots}"))).poses
+    assert poses.times_ns.tolist() == [*range(0, S + 1, S // 10 if robots else S)]
+    assert poses.at(0).shape == (robots, 3)
+
+
 def test_a_pose_between_two_instants_turns_the_short_way():
     poses = Poses(np.array([0, 100]), np.array([[[0, 0]], [[1000, 500]]], np.int32),
                   np.array([[3100], [-3100]], np.int16))
