@@ -104,7 +104,7 @@ def load(kind: str, name: str) -> Any:
     cls = imported(kind, name if ":" in name else _installed(kind, name))
     if kind == "rule" and isfunction(cls):
         cls = ports.function_rule(cls)
-    contract = CONTRACTS[kind]
+    contract = _contract(kind, cls)
     # A class that only inherits a stub from the contract has no such method, either.
     missing = [f"{method}()" for method in _methods(contract)
                if getattr_static(cls, method, stub := vars(contract)[method]) is stub]
@@ -128,6 +128,11 @@ def _installed(kind: str, name: str) -> str:
     return f"{points[name].module}:{points[name].attr}"
 
 
+def _contract(kind: str, cls: object) -> type:
+    builds = kind == "network" and hasattr(cls, "build")
+    return ports.Builds if builds else CONTRACTS[kind]
+
+
 def _methods(contract: type) -> list[str]:
     return [name for name in vars(contract)
             if not name.startswith("_") and callable(getattr(contract, name))]
@@ -136,8 +141,9 @@ def _methods(contract: type) -> list[str]:
 def misfit(kind: str, cls: Callable[..., object]) -> str:
     """Advice to the author of a class that breaks the form of its contract: in methods and their
     arguments, in ``reasons`` or ``leads``, in defaults of its ``Params``. Empty if all is well."""
-    contract = CONTRACTS[kind]
-    found = [_misfit("__init__", cls, _MADE_WITH[kind])] if kind in _MADE_WITH else []
+    contract = _contract(kind, cls)
+    is_made = kind in _MADE_WITH and contract is not ports.Builds
+    found = [_misfit("__init__", cls, _MADE_WITH[kind])] if is_made else []
     for part in (contract, *_OPTIONAL.get(kind, ())):
         for name in _methods(part):
             wanted = list(signature(getattr(part, name)).parameters)

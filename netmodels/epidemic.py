@@ -9,8 +9,9 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import ByteSize, Period
-from netmodels.multihop.hop_choice import HOPS, HopChoice, lend
-from netmodels.multihop.hops import HopLedger, HopPart, Hops, hop_ledger
+from netmodels.multihop.hop_choice import HOPS, HopChoice
+from netmodels.multihop.hops import HopLedger, HopPart
+from netmodels.multihop.on_hops import OnHops
 
 _ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")
 _FULL, _DOWN = ports.Drop("buffer_full"), ports.Drop("relay_down")
@@ -51,7 +52,7 @@ class _Store:
         self.size_bytes -= self.held.pop(number).frame.size_bytes
 
 
-class Epidemic:
+class Epidemic(OnHops):
     """Store, carry and forward (Vahdat and Becker 2000, "Epidemic routing for partially-connected
     ad hoc networks"): a host keeps copies of its own messages and of others', and a host that
     meets it gets those that it has not had. So messages spread until they are ``lifetime`` old,
@@ -92,22 +93,13 @@ class Epidemic:
     refuses = tuple(sorted({"too_large"}.union(*(getattr(model, "refuses", ())
                                                  for model in HOPS.values()))))
 
-    _ledger: HopLedger | None = None
-
     def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
-        """``hop``: a single-hop model that is made already, instead of the one in ``params``."""
-        self._params = params
-        self._block = "" if hop else f".{params.hop}"
-        self._hop = hop = hop or params.chosen()
-        lend(self, hop, "airtime_ns", "busy_ns", "judges_transmissions")
-        self._frames = self._bytes = 0
-
-    def itemize(self, ledger: ports.Ledger) -> None:
-        self._ledger = hop_ledger(self._hop, ledger)
+        """``hop``: see ``OnHops``."""
+        super().__init__(params, hop)
+        self._params, self._frames, self._bytes = params, 0, 0
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        self._context = context
-        self._hops = Hops(self._hop, context, hosts, self._block, self._ledger)
+        super().start(context, hosts)
         self._stores = [_Store() for _ in hosts]
         self._draws = [context.stream("epidemic", host).random for host in hosts]
 

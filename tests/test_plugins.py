@@ -173,6 +173,8 @@ WRONG = [  # kind of plug-in, what is wrong with its class, what is said
     ("rule", "def __init__(self): pass", "must take (params) in __init__, not ()"),
     ("network", "def send(self, frame, receivers): pass",
      "must take (self, frame) in send, not (self, frame, receivers)"),
+    ("network", "def build(self, params): pass",
+     "must take (params) in build, not (self, params)"),
     ("strategy", "def choose(self, view, robot): pass",
      "must take (self, context) in choose, not (self, view, robot)"),
     ("rule", "reasons = 'said'",

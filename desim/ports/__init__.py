@@ -18,6 +18,7 @@ from desim.ports.frames import (
     packet_sizes,
 )
 from desim.ports.function_rules import RuleFunction, function_rule, rule_of
+from desim.ports.model_choices import Builds, model_of
 from desim.ports.networks import (
     Antennas,
     Context,
@@ -83,8 +84,9 @@ from desim.ports.unused_keys import KnowsUnusedKeys, UnusedKeys, changed_keys
 from desim.ports.worlds import GridSpec, HasDoubts, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
-    "Antennas", "BesideScenario", "Context", "CountsAirtime", "CountsAttempts", "CountsBusyTime",
-    "CountsControl", "CutsCarrier", "Deliver", "Drop", "Duplicate", "FULL_PACKET_BYTES", "File",
+    "Antennas", "BesideScenario", "Builds", "Context", "CountsAirtime", "CountsAttempts",
+    "CountsBusyTime", "CountsControl", "CutsCarrier", "Deliver", "Drop", "Duplicate",
+    "FULL_PACKET_BYTES", "File",
     "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier",
     "GoalEnd", "GridSpec", "Handle", "HasDoubts", "HearsAntennas", "Itemizes",
     "JudgesTransmissions",
@@ -94,6 +96,7 @@ __all__ = [
     "RecordedPaths", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction", "SendsMany",
     "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext", "StrategyMessage",
     "StrategyTraits", "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow",
-    "Topics", "UnusedKeys", "Verdict", "World", "changed_keys", "function_rule", "natural_key",
-    "packet_sizes", "rule_of", "scope_beside", "tuples", "with_preset", "with_scope", "yaml_key",
+    "Topics", "UnusedKeys", "Verdict", "World", "changed_keys", "function_rule", "model_of",
+    "natural_key", "packet_sizes", "rule_of", "scope_beside", "tuples", "with_preset",
+    "with_scope", "yaml_key",
 ]

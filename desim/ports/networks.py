@@ -169,9 +169,9 @@ class Rule(Protocol):
 class NetworkModel(Protocol):
     """Decides each frame's arrival or loss at each intended receiver.
 
-    Built as ``Model(params)`` with an instance of its ``Params``. One host may send several frames
-    in one instant: the model has to queue them. A model may also have any of the capabilities
-    below.
+    Built as ``Model(params)`` with an instance of its ``Params``, or by another class (``Builds``).
+    One host may send several frames in one instant: the model has to queue them. A model may also
+    have any of the capabilities below.
     """
 
     @property

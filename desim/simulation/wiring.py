@@ -32,7 +32,7 @@ from desim.network.medium import Medium
 from desim.network.passages import Passages
 from desim.network.scoped_rule import scoped
 from desim.network.surroundings import Surroundings
-from desim.ports import Obstacles, Snapshot, World, antenna
+from desim.ports import Obstacles, Rule, Snapshot, World, antenna, model_of
 from desim.ports.middleware import SharesLinks
 from desim.scenario.recipients import carrying_software
 from desim.scenario.schema.communication import MediumChoice, Network, OtherHost, PluginChoice
@@ -94,7 +94,8 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
     new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
 
     def made(name: str, choice: MediumChoice) -> Medium:
-        return new_medium(name, _plugin(choice), _rules(choice), kernel=kernel, names=trace.names,
+        model = model_of(plugins.load(choice.kind, choice.plugin), choice.params)
+        return new_medium(name, model, _rules(choice), kernel=kernel, names=trace.names,
                           streams=streams, hosts=[*hosts, *others], own=len(hosts), place=place)
 
     inside: dict[str, dict[int, Medium]] = {}  # by name and host
@@ -112,7 +113,7 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
     return graph
 
 
-def _rules(choice: MediumChoice) -> list[Any]:
+def _rules(choice: MediumChoice) -> list[Rule]:
     rules = []
     for number, rule in enumerate(choice.rules):
         with below(f".rules.{number}"):

@@ -21,12 +21,12 @@ PluginClass = Callable[[Any], P]
 
 
 def made(cls: PluginClass[P], params: dict[str, object]) -> P:
-    """A plug-in with these parameters, which are parsed as those of a scenario are. Raises
-    ``InputError`` for wrong ones."""
-    return cls(_parsed(cls, params))
+    """A plug-in with these parameters. Raises ``InputError`` for wrong ones."""
+    return cls(parsed(cls, params))
 
 
-def _parsed(cls: object, params: dict[str, object]) -> ports.Params:
+def parsed(cls: object, params: dict[str, object]) -> ports.Params:
+    """The parameters, parsed as those of a scenario are. Raises ``InputError`` for wrong ones."""
     block = plugins.block_of(cls)
     if block is None:
         raise complaint(cls, "have a class Params(desim.ports.Params)")
@@ -51,19 +51,20 @@ def _name(cls: object) -> str:
     return f"{cls.__module__}.{getattr(cls, '__qualname__', cls)}"
 
 
-def check_form(kind: str, cls: PluginClass[object], params: dict[str, object]) -> None:
+def check_form(kind: str, cls: PluginClass[object] | type[ports.Builds],
+               params: dict[str, object]) -> None:
     """Check that a plug-in has the methods and declarations of its contract, that it describes its
     options and where their defaults come from, and that ``params`` can be written into a scenario
     with all others and read again."""
     misfit = plugins.misfit(kind, cls)
     need(not misfit, cls, misfit)
-    parsed = _parsed(cls, params)
-    block = type(parsed)
+    given = parsed(cls, params)
+    block = type(given)
     for name, field in block.model_fields.items():
         need(field.description or field.is_required(), cls,
              f"say where the default of parameter {name!r} comes from: Field(default, "
              "description=...)")
-    written = parsed.model_dump_json(by_alias=True)
+    written = given.model_dump_json(by_alias=True)
     try:
         again = block.model_validate_json(written, strict=True).model_dump_json(by_alias=True)
     except ValidationError as error:

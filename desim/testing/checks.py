@@ -16,7 +16,7 @@ from desim.netcases.case import play
 from desim.network.passages import Passages
 from desim.network.scoped_rule import scoped
 from desim.ports.cases import Case
-from desim.testing.advice import PluginClass, check_form, complaint, made, need
+from desim.testing.advice import PluginClass, check_form, complaint, made, need, parsed
 from desim.testing.capabilities import (
     Retrying,
     check_claims,
@@ -36,19 +36,23 @@ _SILENT = {"host_4": (1.0, 1.0)}  # sorts into the middle, so that it moves the 
 _CROWD = {f"host_{number}": (number / 10, 3.0) for number in range(20, 60)}  # hear bursts
 
 
-def check_network(cls: PluginClass[ports.NetworkModel], **params: object) -> None:
+def check_network(cls: PluginClass[ports.NetworkModel] | type[ports.Builds], **params: object
+                  ) -> None:
     """Check a ``ports.NetworkModel``: declarations, one settlement per receiver and one fate of
     each packet of a train, repeatability, random numbers from the context alone, that a silent host
     changes nothing, and each capability that it claims: for instance, that nothing arrives where
     ``reach_m`` or ``separates`` says that nothing can."""
     _check_declarations("network", cls, params)
 
+    def model() -> ports.NetworkModel:
+        return ports.model_of(cls, parsed(cls, params))
+
     def make(rules: Sequence[ports.Rule] = (), passages: Passages | None = None) -> Bench:
-        return Bench(made(cls, params), _HOSTS, rules=rules, passages=passages)
+        return Bench(model(), _HOSTS, rules=rules, passages=passages)
 
     check_parts(cls, make(passages=Passages()), _play, _play(make()))
-    _check_play(cls, make, lambda: Bench(made(cls, params), _HOSTS | _SILENT))
-    _check_many(cls, lambda: Bench(made(cls, params), _HOSTS | _CROWD))
+    _check_play(cls, make, lambda: Bench(model(), _HOSTS | _SILENT))
+    _check_many(cls, lambda: Bench(model(), _HOSTS | _CROWD))
     check_switching(cls, make(), _play)
     check_transmissions(cls, make, _play)
 

@@ -89,7 +89,7 @@ class Layout:
         if wrong:
             raise InputError(*wrong)
         hosts = tuple(f"host_{k}" for k in range(len(p.places)))
-        return Setup(Radio(p), dict(zip(hosts, p.places, strict=True)),
+        return Setup(Radio.build(p), dict(zip(hosts, p.places, strict=True)),
                      [_flow(flow, hosts) for flow in p.flows], p.warm_up_ns + p.duration_ns,
                      p.warm_up_ns, terrain=p.terrain, motion=p.motion, antennas=p.antennas)
 

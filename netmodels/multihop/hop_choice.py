@@ -19,13 +19,6 @@ HOPS: dict[str, type[DcfRadio] | type[Disk] | type[IdealMac] | type[Tdma]] = {
 P = TypeVar("P", bound=ports.Params)
 
 
-def lend(model: object, inner: object, *members: str) -> None:
-    """Give ``model`` those ``members`` (capabilities) that ``inner``, on which it builds, has."""
-    for member in members:
-        if hasattr(inner, member):
-            setattr(model, member, getattr(inner, member))
-
-
 class HopChoice(ports.Params):
     """A model of single hops by its name, and its parameters under that name."""
 

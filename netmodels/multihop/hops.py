@@ -78,14 +78,6 @@ class HopLedger:
         del self._sent_ns[frame.id], self._parts[frame.id]
 
 
-def hop_ledger(hop: ports.NetworkModel, ledger: ports.Ledger) -> HopLedger:
-    """The ledger of a model on top of ``hop``."""
-    found = HopLedger(ledger, isinstance(hop, ports.Itemizes))
-    if isinstance(hop, ports.Itemizes):
-        hop.itemize(found)
-    return found
-
-
 class Hops:
     """Sends frames over one hop and reports their fates; to the hop model it is the context.
 

@@ -11,8 +11,9 @@ from pydantic import Field
 from desim import ports
 from desim.errors import ModelError
 from netmodels.multihop.batman import Batman, BatmanParams
-from netmodels.multihop.hop_choice import HOPS, HopChoice, lend
-from netmodels.multihop.hops import HopLedger, Hops, hop_ledger
+from netmodels.multihop.hop_choice import HOPS, HopChoice
+from netmodels.multihop.hops import HopLedger
+from netmodels.multihop.on_hops import OnHops
 from netmodels.multihop.static import Static, StaticParams
 
 _HOP_LIMIT, _NO_PATH = ports.Drop("hop_limit"), ports.Drop("no_path")
@@ -51,7 +52,7 @@ class _Journey:
         return sum(sizes[packet] for packet in self.left)
 
 
-class Multihop:
+class Multihop(OnHops):
     """Routes on top of single hops: each host passes frames on for others, whole frames (a train,
     too, has to be there before it goes on), from the queue of its ``hop`` model. Routes are found
     by ``routing``, whose messages are on the same air.
@@ -81,32 +82,25 @@ class Multihop:
     refuses: tuple[str, ...] = ("no_path", *sorted(set().union(*(getattr(model, "refuses", ())
                                                 for model in HOPS.values()))))
 
-    _ledger: HopLedger | None = None
-
     def __init__(self, params: Params, hop: ports.NetworkModel | None = None) -> None:
-        """``hop``: a single-hop model that is made already, instead of the one in ``params``. With
-        routing ``static`` it is a ``ports.KnowsLinks``."""
-        block = ""
-        if hop is None:
-            hop, block = params.chosen(), f".{params.hop}"
-        else:
+        """``hop``: see ``OnHops``. With routing ``static`` it is a ``ports.KnowsLinks``."""
+        super().__init__(params, hop)
+        if hop is not None:
             self.reasons = (*hop.reasons, *_relayed(hop), *sorted(_OWN))
             self.refuses = ("no_path", *getattr(hop, "refuses", ()))
-        self._hop, self._limit, self._block = hop, params.hop_limit, block
-        lend(self, hop, "airtime_ns", "attempts", "busy_ns", "departure_ns",
-             "judges_transmissions")
+        hop, self._limit = self._hop, params.hop_limit
+        if isinstance(hop, ports.CountsAttempts):
+            self.attempts = hop.attempts
+        if isinstance(hop, ports.KnowsDepartures):
+            self.departure_ns = hop.departure_ns
         self.routing: Batman | Static = Batman(params.batman)
         if params.routing == "static":
             if not isinstance(hop, ports.KnowsLinks):
                 raise ModelError("routing: static needs a hop that is a ports.KnowsLinks")
             self.routing = Static(params.static, hop.links)
 
-    def itemize(self, ledger: ports.Ledger) -> None:
-        self._ledger = hop_ledger(self._hop, ledger)
-
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        self._context = context
-        self._hops = Hops(self._hop, context, hosts, self._block, self._ledger)
+        super().start(context, hosts)
         self.routing.start(self._hops, hosts)
 
     def send(self, frame: ports.Frame) -> int | None:

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from desim import ports
 from netmodels.ideal import Ideal
-from netmodels.multihop.hop_choice import as_fast, lend
+from netmodels.multihop.hop_choice import as_fast
 from netmodels.multihop.multihop import Multihop
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.uncontended import Uncontended
@@ -48,19 +48,10 @@ class Radio:
         fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] = Field("mac", description=(
             "the rung; network.fidelity sets it for all media (the whole model)"))
 
-    reasons: tuple[str, ...] = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
-                                "relay_down", "relay_no_path", "relay_queue_full")
+    reasons = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
+               "relay_down", "relay_no_path", "relay_queue_full")
 
-    def __init__(self, params: Params) -> None:
-        self.rung = _RUNGS[params.fidelity](params)
-        # ``send`` too: the medium calls the rung's own, not by way of this class.
-        lend(self, self.rung, "reasons", "send", "airtime_ns", "attempts", "busy_ns", "control",
-             "departure_ns", "itemize", "link_signal", "links", "judges_transmissions", "reach_m",
-             "refuses", "separates", "signal", "switched")
-
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        self.rung.start(context, hosts)
-        lend(self, self.rung, "reach_m")  # as far as the hosts' antennas reach
-
-    def send(self, frame: ports.Frame) -> int | None:
-        return self.rung.send(frame)
+    @staticmethod
+    def build(params: Params) -> ports.NetworkModel:
+        """The model of the rung that ``params`` name."""
+        return _RUNGS[params.fidelity](params)

@@ -64,7 +64,7 @@ def played(model, faults=(), rules=()):
 
 
 MODELS = [lambda: Ideal(Ideal.Params()), lambda: Ideal(Ideal.Params(delay="1 ms")),
-          lambda: Radio(Radio.Params(path_loss={"model": "fixed", "total": "60 dB"}))]
+          lambda: Radio.build(Radio.Params(path_loss={"model": "fixed", "total": "60 dB"}))]
 FAULTS = st.lists(st.tuples(st.integers(0, 20).map(lambda k: k * 50 * MS + k % 2),
                             st.sampled_from(HOSTS), st.booleans()), max_size=6)
 
@@ -97,7 +97,7 @@ def test_a_broadcast_of_one_packet_is_settled_as_a_longer_one_is(monkeypatch):
         heard = []
         places = Still(np.random.default_rng(1).uniform(0, 500, (len(HOSTS), 2)))
         net = Net(dict.fromkeys(HOSTS, gossip(heard)),
-                  Radio(Radio.Params(broadcast_rate="24 Mb/s")), place=places)
+                  Radio.build(Radio.Params(broadcast_rate="24 Mb/s")), place=places)
         net.run(2 * S)
         return heard, sorted(net.rows()), net.medium.dropped
 

@@ -193,7 +193,7 @@ class FirstIsLost:
 
 
 def radio_bench(*frames, rules=()):
-    one = Bench(Radio(Radio.Params()), {"a": (0, 0), "b": (5, 0), "c": (0, 5)}, rules=rules,
+    one = Bench(Radio.build(Radio.Params()), {"a": (0, 0), "b": (5, 0), "c": (0, 5)}, rules=rules,
                 passages=Passages())
     for label, frame in enumerate(frames):
         one.send(*frame[:5], label, *frame[5:])

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from desim import plugins
-from desim.ports import networks
+from desim.ports import model_of, networks
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.uncontended import Uncontended
 
@@ -39,7 +39,7 @@ def test_a_docstring_names_the_capabilities(kind, name):
     cls = plugins.load(kind, name)
     params = NEEDED.get(name.removeprefix("residual_"), {})
     always, sometimes = named(cls)
-    assert always <= found(cls(cls.Params(**params))) <= always | sometimes
+    assert always <= found(model_of(cls, cls.Params(**params))) <= always | sometimes
 
 
 def test_capabilities_of_some_objects():

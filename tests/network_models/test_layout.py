@@ -195,7 +195,7 @@ def test_a_host_moves_from_its_place_to_its_way_points(way):
     keys = {"places": [[0.0, 0.0], [0.0, 0.0]], "fidelity": "disk", "warm_up": "1 ns", "flows": [
         {"from": 0, "to": 1, "arrivals": "periodic", "period": "10 ms"}]}
     params = validated(Layout.Params, {**keys, "motion": {"host_1": way}})
-    range_m, _ = Radio(params).rung.range_m
+    range_m, _ = Radio.build(params).range_m
     moved, stood = (play(Layout(block).setup())
                     for block in (params, validated(Layout.Params, keys)))
     assert 20 < range_m < 90

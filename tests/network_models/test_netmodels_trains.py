@@ -10,7 +10,7 @@ import pytest
 from lossy import Loses
 
 from desim import plugins
-from desim.ports import Drop
+from desim.ports import Drop, model_of
 from desim.testing import Bench
 from netmodels.multihop import Multihop
 from netmodels.radio.dcf.radio import DcfRadio
@@ -52,7 +52,7 @@ def test_frames_and_packets_are_conserved(name, tmp_path):
         (tmp_path / "links.csv").write_text(LINKS)
         params = params | {"file": str(tmp_path / "links.csv")}
     cls = plugins.load("network", name)
-    bench = Bench(cls(cls.Params(**params)), PLACES)
+    bench = Bench(model_of(cls, cls.Params(**params)), PLACES)
     sizes = {}
     for label, (source, packets, broadcast) in enumerate(
             product("abcde", (1, 2, 7, 20), (False, True))):

@@ -17,7 +17,7 @@ LIMIT = 12
 
 
 def uncontended(**params):
-    return Radio(Radio.Params(fidelity="disk", **params))
+    return Radio.build(Radio.Params(fidelity="disk", **params))
 
 
 QUEUES = {"dcf": lambda **params: DcfRadio(DcfRadio.Params(**params)), "disk": uncontended,

@@ -352,8 +352,8 @@ def test_the_disk_ends_where_nine_of_ten_frames_arrive(params):
     params = {"fading": {"coherence": "200 ms", **params}}
 
     def share(factor):
-        range_m = factor * Radio(Radio.Params(fidelity="disk", **params)).rung.range_m[False]
-        air = Bench(Radio(Radio.Params(**params)), {"a": (0, 0), "b": (range_m, 0)})
+        range_m = factor * Radio.build(Radio.Params(fidelity="disk", **params)).range_m[False]
+        air = Bench(Radio.build(Radio.Params(**params)), {"a": (0, 0), "b": (range_m, 0)})
         for k in range(4000):
             air.send(k * 200 * MS, "a", "b", 1518)
         return sum(fate == "arrived" for *_, fate in air.run()) / 4000

@@ -44,9 +44,9 @@ def test_receivers_that_are_sold_are_better_than_ours():
 def test_slower_rates_get_farther():
     """With ns-3's threshold, all up to 18 Mb/s get 51 m far."""
     def ranges_m(**params):
-        return [round(Radio(Radio.Params(
+        return [round(Radio.build(Radio.Params(
             fidelity="disk", standard="11a", rate=f"{mbps} Mb/s", retries=1,
-            **params)).rung.range_m[0], 1) for mbps in RATES]
+            **params)).range_m[0], 1) for mbps in RATES]
 
     ours = ranges_m()
     assert ours[0] > 1.2 * ours[1] and ours[2] > 1.2 * ours[3] > 1.4 * ours[4]
@@ -70,6 +70,7 @@ def test_the_first_metre_is_that_of_the_band(standard, channel, mhz):
 
 def test_2_4_ghz_get_as_much_farther_as_the_wave_is_longer():
     """The band takes 6.62 dB less, and the range is 10^(6.62 / 30) = 1.66 times that of 5 GHz."""
-    g, a = (Radio(Radio.Params(fidelity="disk", standard=standard, channel=channel)).rung.range_m[0]
+    g, a = (Radio.build(Radio.Params(
+        fidelity="disk", standard=standard, channel=channel)).range_m[0]
             for standard, channel in (("11g", 1), ("11a", 36)))
     assert g / a == pytest.approx((5180 / 2412) ** (2 / 3), rel=1e-3)

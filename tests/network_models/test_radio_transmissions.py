@@ -132,7 +132,7 @@ def test_what_a_rule_takes_is_like_what_has_errors():
 @pytest.mark.parametrize("fidelity", ["disk", "walls"])
 def test_the_rungs_without_contention_repeat_as_often(fidelity):
     """Each transmission takes as long as one with the mean backoff."""
-    model = Radio(Radio.Params(fidelity=fidelity))
+    model = Radio.build(Radio.Params(fidelity=fidelity))
     bench = Bench(model, {"host_1": (0, 0), "host_2": (5, 0)}, rules=[rule("loss",
                                                                            probability=0.5)])
     medium, share, _ = sent(bench, 1000, 5)
@@ -147,7 +147,8 @@ def test_the_rungs_without_contention_repeat_as_often(fidelity):
 
 
 def sent_alone(fidelity):
-    bench = Bench(Radio(Radio.Params(fidelity=fidelity)), {"host_1": (0, 0), "host_2": (5, 0)})
+    bench = Bench(Radio.build(Radio.Params(fidelity=fidelity)),
+                  {"host_1": (0, 0), "host_2": (5, 0)})
     bench.send(0, "host_1", "host_2", 5 * UDP, 5)
     return bench.run()
 

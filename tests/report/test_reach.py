@@ -29,9 +29,9 @@ def test_signal_is_the_link_budget():
 
 
 def test_the_disk_is_all_or_nothing():
-    disk = Radio(Radio.Params(fidelity="disk"))
+    disk = Radio.build(Radio.Params(fidelity="disk"))
     Bench(disk, 1)
-    range_m = disk.rung.range_m[0]
+    range_m = disk.range_m[0]
     to_m = np.array([[0.999 * range_m, 0.0], [1.001 * range_m, 0.0]])
     assert disk.signal(np.zeros(2), to_m).delivery.tolist() == [1.0, 0.0]
 

@@ -35,6 +35,6 @@ def test_where_walls_are_drawn_it_is_that_of_a_clear_view(fidelity):
 
 @pytest.mark.parametrize("fidelity", ["disk", "walls", "mac"])
 def test_in_the_open_it_is_that_of_ns_3(fidelity):
-    radio = Radio(Radio.Params(fidelity=fidelity))
+    radio = Radio.build(Radio.Params(fidelity=fidelity))
     Bench(radio, 1)
     assert exponent(radio) == 3

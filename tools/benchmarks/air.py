@@ -20,7 +20,7 @@ class Air(Bench):
     """Counts what arrives instead of logging it."""
 
     def __init__(self, places: dict[str, tuple[float, float]] | int, **params: Any) -> None:
-        self.radio = Radio(Radio.Params(**params))
+        self.radio = Radio.build(Radio.Params(**params))
         super().__init__(self.radio, places)
         self._everybody = tuple(range(len(self.hosts)))
 
@@ -42,7 +42,7 @@ class Air(Bench):
     def audience(self) -> tuple[float, float]:
         """The mean number of hosts that hear another one, and of those that receive its frames."""
         medium, hosts = self.medium, len(self._everybody)
-        links = self.radio.rung.budget.links(medium.positions(medium.now_ns), medium.obstacles)
+        links = self.radio.budget.links(medium.positions(medium.now_ns), medium.obstacles)
         return len(links.hearer) / hosts, len(links.finder) / hosts
 
     def send_every(self, hz: int, size_bytes: int, segments: int, broadcast: bool) -> None:

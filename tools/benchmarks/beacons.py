@@ -80,8 +80,8 @@ class Nodes:
         where = places(hosts)
         self.graph = Graph(self.kernel, names, Trace(names), streams, Direct(), where)
         own = [host.name for host in self.graph.hosts]
-        self.medium = Medium("air", Radio(Radio.Params(**BUDGETS[budget])), kernel=self.kernel,
-                             names=names, streams=streams, hosts=own,
+        self.medium = Medium("air", Radio.build(Radio.Params(**BUDGETS[budget])),
+                             kernel=self.kernel, names=names, streams=streams, hosts=own,
                              place=Still(np.array([where[name] for name in own])))
         self.graph.attach(self.medium)
         for host in self.graph.hosts:

@@ -15,7 +15,7 @@ from desim.campaign.design.plan import Plan
 from desim.commands import options
 from desim.commands.views.terminal import Terminal
 from desim.errors import below
-from desim.ports import Params, natural_key
+from desim.ports import Params, model_of, natural_key
 from desim.units import BIT_RATE, BYTE_SIZE, NS_PER_S, BitRate, ByteSize
 
 _WORDS = {
@@ -68,7 +68,8 @@ def _copied(rounds: testbed.Rounds, chosen: TestbedOptions) -> Copying:
     block = plugins.parameters("network", chosen.model)
     rate = BIT_RATE.format(chosen.rate_bps)
     with below(f"--model {chosen.model}"):
-        model = plugins.load("network", chosen.model)(options.parsed(["--rate", rate], block))
+        model = model_of(plugins.load("network", chosen.model),
+                         options.parsed(["--rate", rate], block))
         ends_ns = round_ends_ns(model, rounds, chosen.image_bytes)
     return Copying(rounds, [end_ns / NS_PER_S for end_ns in ends_ns])
 
