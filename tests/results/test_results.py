@@ -291,9 +291,10 @@ def test_a_run_of_other_versions_is_not_repeated(hello, tmp_path):
 
 def test_the_first_difference_of_two_traces():
     rows = np.zeros(10, ROW)
-    other = rows.copy()
-    other["b"][7] = 1
-    assert first_difference(rows, other) == 7
+    for at in (0, 7, 9):
+        other = rows.copy()
+        other["b"][at:] = 1
+        assert first_difference(rows, other) == at
     assert first_difference(rows, rows[:4]) == 4
     assert first_difference(rows, rows.copy()) is None
 
