@@ -8,8 +8,9 @@ Nothing is computed here.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from functools import cached_property, partial
+from operator import attrgetter
 from typing import NamedTuple
 
 from desim import plugins
@@ -113,9 +114,9 @@ class Simulation:
             recorder.begin(self.kernel, self.names, self.world, self.grid, self.graph,
                            self.monitor)
             self._watchers.append(recorder)
-        self._drivers: dict[str, Driver] = {}  # of the hosts that are up
+        self._drivers: list[Driver] = []  # of the hosts that are up, in the order of hosts
         self._world_events = WorldEvents(self.kernel, self.world, self.trace, scenario,
-                                         self._up_drivers, self.monitor.incidents.collided)
+                                         self._drivers, self.monitor.incidents.collided)
         # The software of each host, which starts with it, and the faults that stop hosts.
         self._pool = TilePool()
         task = self.monitor.task
@@ -166,7 +167,8 @@ class Simulation:
         robot_map: RobotMap | None = None
         if host_plan.drives:
             driver = Driver(host, self.world, host_plan.drives, self._equipment, self._stuck)
-            self._drivers[host.name] = driver
+            self._drivers.append(driver)
+            self._drivers.sort(key=attrgetter("host.index"))
             nodes.append(driver)
             nodes += self._odometry_transforms(host, host_plan)
             copied = self._copied(host_plan.drives)
@@ -259,10 +261,6 @@ class Simulation:
         for watcher in self._watchers:
             watcher.watch(robot, robot_map)
 
-    def _up_drivers(self) -> Iterator[Driver]:
-        """The drivers of the hosts that are up, in the order of hosts."""
-        return (self._drivers[host.name] for host in self.plan if host.name in self._drivers)
-
     def _outage(self, fault: Fault) -> Generator[int, None, None]:
         yield fault.at_ns
         last = self._held if fault.kind == "stuck" else self._down
@@ -284,7 +282,7 @@ class Simulation:
         host = self.graph.host(name)
         self._outages[name] += 1
         host.stop()
-        self._drivers.pop(name, None)
+        self._drivers[:] = [driver for driver in self._drivers if driver.host is not host]
         if name in self._explorers:
             self._watch(name, None)
         if for_ns is not None:

@@ -8,7 +8,7 @@ different kinds have an event each.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from desim.engine.kernel import Kernel, Phase
@@ -24,13 +24,14 @@ _TICK, _SCANS, _POSES, _SONARS = range(4)
 
 
 class WorldEvents:
-    """Moves ``world``, and has ``drivers()`` publish the readings of sensors.
+    """Moves ``world``, and has ``drivers``, those of the hosts that are up, publish the readings of
+    sensors.
 
     ``collided(robot, other)`` is called for each collision episode; other is ``WALL`` for a wall.
     """
 
     def __init__(self, kernel: Kernel, world: World, trace: Trace, scenario: Scenario,
-                 drivers: Callable[[], Iterable[Driver]],
+                 drivers: Sequence[Driver],
                  collided: Callable[[int, int], None]) -> None:
         self._kernel, self._world, self._trace = kernel, world, trace
         self._drivers, self._collided = drivers, collided
@@ -51,29 +52,29 @@ class WorldEvents:
         if tick == 0:  # the start poses
             return
         now_ns = self._kernel.now_ns
-        for driver in self._drivers():
+        for driver in self._drivers:
             driver.drive()
         self._world.advance(now_ns)
         for robot, other in self._world.contacts():
             self._trace.row(now_ns, self._collision, self._ids[robot],
                             self._wall if other == WALL else self._ids[other])
             self._collided(robot, other)
-            for driver in self._drivers():
+            for driver in self._drivers:
                 driver.bump(robot)
                 driver.bump(other)
 
     def _scan(self, kind: int, interpolated: bool, tick: int) -> None:
         now_ns, world = self._kernel.now_ns, self._world
         snapshot = world.snapshot_at(now_ns) if interpolated else world.snapshot()
-        for driver in self._drivers():
+        for driver in self._drivers:
             driver.sense_scan(kind, snapshot, tick)
 
     def _sonar(self, kind: int, tick: int) -> None:
         snapshot = self._world.snapshot()
-        for driver in self._drivers():
+        for driver in self._drivers:
             driver.sense_sonar(kind, snapshot, tick)
 
     def _pose(self, kind: int, tick: int) -> None:
         snapshot = self._world.snapshot()
-        for driver in self._drivers():
+        for driver in self._drivers:
             driver.sense_pose(kind, snapshot, tick)
