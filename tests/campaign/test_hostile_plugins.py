@@ -30,7 +30,7 @@ HARM = {
     "kills": "os.kill(os.getppid(), signal.SIGKILL); time.sleep(600)",
     "orphans": "leave_orphan()",
 }
-LATE = "ended after 20 s of clock time (limits.wall)"
+LATE = "ended after 12 s of clock time (limits.wall)"
 FAILS = {"hang": LATE, "forks_and_exits": "its process died 2 times (exit code 3)",
          "exits": "its process died 2 times (exit code 0)", "quits": "sys.exit() was called",
          "interrupts": "raised KeyboardInterrupt",
@@ -86,7 +86,7 @@ def swept(out, names):
     folder = out.parent
     (folder / "hostile.py").write_text(module())
     values = ", ".join(f"'hostile:{name}'" for name in names)
-    text = ("iterations: 1\nlimits: {wall: 20 s}\nstop: {elapsed: 300 ms}\n"
+    text = ("iterations: 1\nlimits: {wall: 12 s}\nstop: {elapsed: 300 ms}\n"
             f"parameters: {{s: {{key: coordination.strategy, values: [{values}]}}}}\n")
     plan = planned(folder, text)
     done = CliRunner().invoke(app, ["sweep", str(written(folder, text)), "--out", str(out)])
