@@ -47,9 +47,10 @@ def _parting(found: ComparedRuns) -> str:
     if found.is_same:
         return "the digests, too: everything that happened is the same"
     if found.parted is None:
-        return ("every robot that both have is at the same places" if any(
-            run.metrics["robots"] for run in (found.first, found.second)) else
-                "neither has robots")
+        one, other = found.robots
+        return ("every robot that both have is at the same places" if one & other else
+                "no robot has the same name in both" if one and other else
+                "neither has robots" if one == other else "only one of them has robots")
     parted = found.parted
     how = f"elsewhere, by {parted.apart_m:.3g} m" if parted.apart_m else "turned otherwise"
     return f"at {parted.time_s:g} s {parted.robot} is the first to be {how}"

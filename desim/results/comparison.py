@@ -17,6 +17,7 @@ from desim.scenario import yaml12
 from desim.units import NS_PER_S
 
 _TURNED_RAD = 0.5e-3  # half of a recorded step: pi and -pi, rounded, are one heading
+_Track = tuple[np.ndarray, np.ndarray]  # time_ns [n], pose [n, 3] of one robot: x m, y m, yaw rad
 
 
 class KeyDifference(NamedTuple):
@@ -95,12 +96,23 @@ class ComparedRuns(InNotebooks):
         """The first instant at which a robot that both have is elsewhere; None where they never
         part, or have no instant in common. In steps of the recorded poses (0.1 s), of a second
         where one run has not kept them."""
-        runs = self.first, self.second
-        read = _poses if all(run.has(POSES) for run in runs) else _places
-        one, other = (read(run) for run in runs) if all(run.has(ROBOTS) for run in runs) else \
-            ({}, {})
+        one, other = self._ways
         return min(filter(None, (_parting(name, one[name], other[name])
                                  for name in one if name in other)), default=None)
+
+    @cached_property
+    def robots(self) -> tuple[frozenset[str], frozenset[str]]:
+        """The names of each run's robots."""
+        one, other = self._ways
+        return frozenset(one), frozenset(other)
+
+    @cached_property
+    def _ways(self) -> tuple[dict[str, _Track], dict[str, _Track]]:
+        """The way of each robot, by its name, in both runs."""
+        runs = self.first, self.second
+        read = _poses if all(run.has(POSES) for run in runs) else _places
+        one, other = (read(run) if run.has(ROBOTS) else {} for run in runs)
+        return one, other
 
     @property
     def failed(self) -> list[Run]:
@@ -148,9 +160,6 @@ def _leaves(value: object, path: str = "") -> Iterator[tuple[str, object]]:
             yield from _leaves(below, f"{path}.{i}")
     else:
         yield path, value
-
-
-_Track = tuple[np.ndarray, np.ndarray]  # time_ns [n], pose [n, 3] of one robot: x m, y m, yaw rad
 
 
 def _poses(run: Run) -> dict[str, _Track]:

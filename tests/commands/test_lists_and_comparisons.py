@@ -79,7 +79,7 @@ def test_sizes_have_their_unit(size_bytes, said):
 
 def run(name, **more):
     files = more.pop("files", {"summary.json"})
-    return SimpleNamespace(path=Path(name), has=files.__contains__, metrics={"robots": {"r": {}}},
+    return SimpleNamespace(path=Path(name), has=files.__contains__,
                            manifest={"digest": name, "error": "boom", **more})
 
 
@@ -92,7 +92,7 @@ def runs(first=None, second=None, **more):
             MetricPair("explored", 0.5, 0.25), MetricPair("messages", 10, 12),
             MetricPair("same", 1, 1), MetricPair("word", "a", "b"), MetricPair("zero", 0, 3),
             MetricPair("none", None, 2.0)],
-        "parted": Parting(2.5, "robot_1", 0.12345), **more})
+        "parted": Parting(2.5, "robot_1", 0.12345), "robots": ({"r"}, {"r"}), **more})
     return found
 
 
@@ -130,9 +130,14 @@ def test_runs_that_do_not_part(shown):
         "on one time line: desim view a b", "the first trace row that differs: desim diff a b"]
     turned = runs(keys=[], metrics=[], parted=Parting(3.0, "robot_0", 0.0))
     assert "; at 3 s robot_0 is the first to be turned otherwise" in shown(comparison, turned)[-3]
-    nobody = runs(keys=[], metrics=[], parted=None)
-    nobody.first.metrics, nobody.second.metrics = {"robots": {}}, {"robots": {}}
-    assert shown(comparison, nobody)[-3] == "0 metrics are equal; neither has robots"
+
+
+@pytest.mark.parametrize(("robots", "said"), [
+    ((set(), set()), "neither has robots"), (({"r"}, set()), "only one of them has robots"),
+    (({"drive"}, {"robot_0"}), "no robot has the same name in both")])
+def test_runs_that_have_no_robot_in_common(shown, robots, said):
+    nobody = runs(keys=[], metrics=[], parted=None, robots=robots)
+    assert shown(comparison, nobody)[-3] == f"0 metrics are equal; {said}"
 
 
 def test_a_run_that_failed_has_its_error(shown):

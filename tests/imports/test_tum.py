@@ -6,6 +6,9 @@ from typer.testing import CliRunner
 from desim.api import recording_of
 from desim.cli import app
 from desim.errors import InputError
+from desim.report.side_by_side import outcome
+from desim.results.comparison import ComparedRuns
+from desim.results.run import Run
 
 pytest.importorskip("rosbags", reason="rosbags is not installed")
 from desim.imports.imported_run import import_recording  # noqa: E402
@@ -34,6 +37,14 @@ def test_files_are_robots_of_one_clock(tmp_path):
     assert found.poses.xy_mm[4].tolist() == [[4000, 0], [0, 4000]]
     assert [abs(yaw) for yaw in found.poses.yaw_mrad[0].tolist()] == [0, 3142]
     assert found.run.manifest["source"] == "robot-a.txt, robot-b.tum"
+
+
+def test_two_trajectories_of_other_names_are_compared(tmp_path):
+    runs = [Run(import_recording(tum(tmp_path / name, [(0, 0, 0, 0, 0, 1)]), tmp_path).run)
+            for name in ("one.tum", "other.tum")]
+    found = ComparedRuns(*runs)
+    assert found.robots == ({"one"}, {"other"}) and found.parted is None
+    assert outcome(found).endswith("; no robot has the same name in both")
 
 
 def test_heights_that_are_left_out_are_said(tmp_path):
