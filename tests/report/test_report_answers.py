@@ -103,6 +103,19 @@ def test_the_first_screen_of_runs_that_ended_at_the_time_limit(tmp_path):
     assert figures == ["figure-answer"]
 
 
+def test_a_lowest_mean_among_those_that_are_known_may_be_chance(tmp_path):
+    """Of levels that all runs reached; those with late runs are out of question."""
+    def outcome(levels, k):
+        return timed({"1 Mb/s": None, "3 Mb/s": 102.0 + 10.0 * (-1) ** k, "10 Mb/s": 100.0,
+                      "30 Mb/s": 130.0 + k}[levels["rate"]])
+
+    said, _ = first_screen(study_of(
+        tmp_path, {"rate": ["1 Mb/s", "3 Mb/s", "10 Mb/s", "30 Mb/s"]}, 5, outcome))
+    assert said[2] == (
+        "Exploration time is lowest at rate = 10 Mb/s, 100 s, not clearly lower than at 3 Mb/s. "
+        "5 of 20 runs ended at the time limit, among them all at 1 Mb/s.")
+
+
 def test_the_first_screen_of_two_runs_each_shows_the_values(tmp_path):
     study = study_of(tmp_path, STRATEGIES, 2, by_strategy(20.0))
     assert first_screen(study)[0][2:] == [

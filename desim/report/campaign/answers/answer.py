@@ -143,7 +143,7 @@ class _Part:
     def _known(self, one: _Setting, low: int) -> str:
         """A sentence on a setting in which runs ended at the time limit."""
         first = (f"where {self._name} {self._is()} lowest is not known"
-                 if one.found[low].late else self._lowest(one, low))
+                 if one.found[low].late else self._lowest(one, low) + self._unclear(one, low))
         runs = sum(each.n for each in one.found)
         if one.late == runs:
             return f"{first}. All {runs} runs ended at the time limit."
@@ -156,6 +156,13 @@ class _Part:
     def _lowest(self, one: _Setting, low: int) -> str:
         return (f"{self._name} {self._is()} lowest at {self._axis.name} = "
                 f"{self._axis.label(one.vectors[low])}{self._value(one.found[low])}")
+
+    def _unclear(self, one: _Setting, low: int) -> str:
+        """The other levels that all runs reached, too, and whose means may as well be lowest."""
+        near = [self._axis.label(vector) for i, vector in enumerate(one.vectors)
+                if i != low and not one.found[i].late
+                and (apart := self._apart(one, low, i)).low is not None and apart.low <= 0.0]
+        return f", not clearly lower than at {formatting.listed(near)}" if near else ""
 
     def _counted(self, settings: list[_Setting]) -> str:
         """A sentence on the levels with the lowest mean in many settings."""
@@ -180,7 +187,7 @@ class _Part:
                 + (" They differ, so that no pooled answer exists." if len(lowest) > 1 else ""))
 
     def _apart(self, one: _Setting, low: int, high: int) -> Interval:
-        """The difference of the highest and the lowest mean, seed by seed; the level of its
+        """The difference of a higher mean and the lowest one, seed by seed; the level of its
         interval allows for the choice among all pairs (Bonferroni)."""
         if not self._study.is_paired:
             return Interval((one.found[high].mean or 0.0) - (one.found[low].mean or 0.0), None,
