@@ -73,7 +73,19 @@ def described(error: BaseException) -> str:
     if isinstance(error, SystemExit) and not isinstance(error.code, str | int):
         return "SystemExit: sys.exit() was called"
     kind, line = type(error).__name__, first_line(error)
-    return kind if line == kind else f"{kind}: {line}"
+    return kind if line == kind else f"{kind}: {line}{_meant(error)}"
+
+
+def _meant(error: BaseException) -> str:
+    """The attribute that was meant where there is none of that name, as Python's tracebacks have
+    it."""
+    if not isinstance(error, AttributeError) or not error.name or error.obj is None:
+        return ""
+    try:
+        known = [name for name in dir(error.obj) if not name.startswith("_")]
+    except Exception:  # somebody else's __dir__
+        return ""
+    return did_you_mean(error.name, known)
 
 
 def printable(text: str) -> str:

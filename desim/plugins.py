@@ -168,12 +168,15 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
 
 
 def _misspelled(kind: str, members: dict[str, object], used: set[str]) -> list[str]:
-    """Advice about methods that are named nearly like an event, which nobody calls."""
+    """Advice about methods that are named nearly like an event, which nobody calls; ``start``
+    is what other plug-ins have for ``on_start``."""
     events = [name for part in (CONTRACTS[kind], *_OPTIONAL.get(kind, ()))
               for name in _methods(part) if name.startswith("on_")]
-    return [f"have no method {name}, which is never called{meant}"
-            for name, method in members.items() if name.startswith("on_") and isfunction(method)
-            and name not in events and name not in used and (meant := did_you_mean(name, events))]
+    named = [name for name, method in members.items() if isfunction(method)
+             and (name.startswith("on_") or name == "start" and "on_start" in events)]
+    return [f"have no method {name}, which is never called{meant}" for name in named
+            if name not in events and name not in used and not hasattr(CONTRACTS[kind], name)
+            and (meant := did_you_mean(name, events))]
 
 
 def _undeclared(kind: str, cls: Callable[..., object], members: dict[str, object],

@@ -34,7 +34,9 @@ from desim.unpacking import Unpacking
 
 _MCAP = b"\x89MCAP0\r\n"
 _BAD_INDEX = re.compile("Bag is not indexed|Bag index looks damaged")  # rosbags says so
-_ALLOWED = "allowed: an MCAP file, a bag of ROS 1, the folder of a bag of ROS 2, or a .db3 of it"
+_ALLOWED = ("allowed: an MCAP file, a bag of ROS 1, the folder of a bag of ROS 2, a .db3 of it, or "
+            "a TUM trajectory")
+_TABLE = "robots follow a CSV of poses without an import (coordination.strategy: follow)"
 # The names by which rosbags knows formats; ours are known by their content.
 _ENDINGS: dict[FileKind | None, str] = {file_kinds.ROS_1_BAG: ".bag",
                                         file_kinds.ROS_2_DATABASE: ".db3"}
@@ -86,8 +88,8 @@ class RosRecording:
             raise InputError(f"{self.path}: is empty")
         if kind is not None and (kind == file_kinds.MCAP or kind in _ENDINGS):
             return kind
-        known = file_kinds.advice(self.path)
-        raise InputError(f"{self.path}: is no recording of ROS; "
+        known = file_kinds.advice(self.path) or _TABLE * (self.path.suffix.lower() == ".csv")
+        raise InputError(f"{self.path}: is no recording; "
                          f"{known}{'; ' if known else ''}{_ALLOWED}")
 
     def _mcap(self, kinds: Collection[str]) -> Iterator[TopicMessage]:

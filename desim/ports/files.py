@@ -12,6 +12,7 @@ from desim.errors import InputError, did_you_mean
 from desim.unpacking import lines
 
 T = TypeVar("T")
+_MOST_COLUMNS = 12  # named in a complaint
 
 
 class CsvTable:
@@ -81,7 +82,10 @@ class CsvTable:
         for name in names:
             if self.has(name):
                 return name
-        raise self.wrong(f"there is no column of {' or '.join(names)}")
+        there = ", ".join(self._columns[:_MOST_COLUMNS])
+        more = ", ..." * (len(self._columns) > _MOST_COLUMNS)
+        raise self.wrong(f"there is no column of {' or '.join(names)}"
+                         f"{f'; there are {there}{more}' if there else ''}")
 
     def rows(self) -> Iterator[dict[str, str]]:
         """A row may be too short: then its last cells are missing."""

@@ -56,6 +56,10 @@ def test_a_method_that_is_named_nearly_like_an_event_is_refused():
         def on_strat(self, robot):
             pass
 
+    class Short(NearestFrontier):
+        def start(self, robot):
+            pass
+
     class Called(NearestFrontier):
         def on_start(self, robot):
             robot.subscribe("maps", self.on_maps)
@@ -68,4 +72,6 @@ def test_a_method_that_is_named_nearly_like_an_event_is_refused():
 
     assert misfit("strategy", Late) == ("have no method on_strat, which is never called (did you "
                                         "mean 'on_start'?)")
+    assert misfit("strategy", Short) == ("have no method start, which is never called (did you "
+                                         "mean 'on_start'?)")
     assert misfit("strategy", Called) == ""

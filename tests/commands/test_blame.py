@@ -25,13 +25,11 @@ HEAD = """
         def __init__(self, params): pass
         def start(self, context, hosts): self.context = context
 """
-STRATEGY = HEAD + """
+STRATEGY = HEAD.replace("def start(self, context, hosts): self.context = context", "") + """
         def choose(self, view):
             {body}
 """
-METHODS = HEAD.replace("def start(self, context, hosts): self.context = context", "") + """
-        def choose(self, view):
-            return next(iter(view.frontiers(limit=1)), None)
+METHODS = STRATEGY.replace("{body}", "return next(iter(view.frontiers(limit=1)), None)") + """\
         {body}
 """
 TASK = HEAD.replace("context, hosts", "context").replace("reasons", "leads") + """
@@ -148,6 +146,9 @@ def desim(tmp_path, monkeypatch):
      "a timer's period is an int >= 1000000 of ns (1 ms), not 0 at s_timer.py:12 (robot_"),
     ("s_late", STRATEGY, "view.after(10**9, lambda view: view.nothing)", "strategy s_late:Plugin "
      "raised AttributeError: 'HostContext' object has no attribute 'nothing' at s_late.py:12 "
+     "(robot_"),
+    ("s_typo", STRATEGY, "view.frontier()", "strategy s_typo:Plugin raised AttributeError: "
+     "'HostContext' object has no attribute 'frontier' (did you mean 'frontiers'?) at s_typo.py:12 "
      "(robot_"),
     *((f"c_{name}", METHODS, f"def {form}: return 1 / 0", f"strategy c_{name}:Plugin raised "
        f"ZeroDivisionError: division by zero at c_{name}.py:13 (robot_") for name, form in (

@@ -183,5 +183,15 @@ def test_a_file_of_another_command_is_named(tmp_path, text, known):
     with pytest.raises(InputError) as error:
         import_recording(path, tmp_path)
     assert str(error.value) == (
-        f"{path}: is no recording of ROS; it looks like {known}; allowed: an MCAP file, a bag of "
-        "ROS 1, the folder of a bag of ROS 2, or a .db3 of it")
+        f"{path}: is no recording; it looks like {known}; allowed: an MCAP file, a bag of "
+        "ROS 1, the folder of a bag of ROS 2, a .db3 of it, or a TUM trajectory")
+
+
+def test_a_table_of_poses_needs_no_import(tmp_path):
+    path = tmp_path / "drive.csv"
+    path.write_text("time_s,robot,x_m,y_m\n0,robot_0,1,2\n")
+    with pytest.raises(InputError) as error:
+        import_recording(path, tmp_path)
+    assert str(error.value).startswith(
+        f"{path}: is no recording; robots follow a CSV of poses without an import "
+        "(coordination.strategy: follow); allowed: ")

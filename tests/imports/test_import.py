@@ -486,8 +486,8 @@ def test_nothing_is_written_through_links_that_lie_in_the_place(bag, tmp_path):
 
 @pytest.mark.parametrize("content, text", [
     (b"", "is empty"),
-    (b"hello", "is no recording of ROS; allowed: an MCAP file, a bag of ROS 1, the folder of a bag "
-               "of ROS 2, or a .db3 of it"),
+    (b"hello", "is no recording; allowed: an MCAP file, a bag of ROS 1, the folder of a bag "
+               "of ROS 2, a .db3 of it, or a TUM trajectory"),
     (b"\x89MCAP0\r\n", "damaged: "),
     (b"#ROSBAG V2.0\n", "damaged: ")])
 def test_a_file_that_is_none_gets_one_line(tmp_path, content, text):
@@ -524,7 +524,7 @@ def test_a_folder_that_is_no_bag(tmp_path):
         import_recording(tmp_path, tmp_path)
     assert str(error.value) == (
         f"{tmp_path}: is no folder of a bag of ROS 2: it has no metadata.yaml; allowed: an MCAP "
-        "file, a bag of ROS 1, the folder of a bag of ROS 2, or a .db3 of it")
+        "file, a bag of ROS 1, the folder of a bag of ROS 2, a .db3 of it, or a TUM trajectory")
 
 
 @pytest.mark.parametrize("text, name", [

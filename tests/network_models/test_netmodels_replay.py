@@ -250,7 +250,8 @@ def test_hosts_without_a_link_now_are_parted(file):
      "delay_us, rate_bps, rate_kbps, rate_mbps"),
     ("time_s,source,delivery_ratio\n",
      "{0}:1: the column 'destination' is missing; there are time_s, source, delivery_ratio"),
-    ("time_s,source,destination\n", "{0}:1: there is no column of delivery_ratio or rssi_dbm"),
+    ("time_s,source,destination\n", "{0}:1: there is no column of delivery_ratio or rssi_dbm; "
+     "there are time_s, source, destination"),
     ("time_s,source,destination,rssi_dbm\n", "{0}: no row of a link"),
     (PLAIN + "x,a,b,1\n", "{0}:6: time_s is 'x'; allowed: seconds, at least 0"),
     (PLAIN + "30,a,b,1.4\n", "{0}:6: delivery_ratio is '1.4'; allowed: 0 to 1"),
@@ -287,7 +288,8 @@ def test_damaged_files_are_complained_of_in_one_line(file, text, says):
 @pytest.mark.parametrize(("params", "says"), [
     ({"file": "/nowhere.csv"}, ".file: /nowhere.csv: cannot be read: No such file or directory"),
     ({"channel": 26}, ".file: {0}: no row of a link on channel 26"),
-    ({"quantity": "rssi_dbm"}, ".file: {0}:1: there is no column of rssi_dbm"),
+    ({"quantity": "rssi_dbm"}, ".file: {0}:1: there is no column of rssi_dbm; there are "
+     "time_s, source, destination, delivery_ratio"),
     ({"nodes": {"d": "a"}}, ".nodes: no host 'd'; hosts are a, b, c"),
     ({"nodes": {"c": "d"}}, ".nodes.c: the trace has no node 'd'; it has a, b"),
     ({"nodes": {"c": "b"}}, ".nodes.c: node 'b' is host 'b' already"),

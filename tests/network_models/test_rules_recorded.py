@@ -170,7 +170,8 @@ def test_they_keep_the_contract_of_rules(file, name):
      "time_s, source, destination, channel, delivery_ratio, rssi_dbm, loss_ratio, loss_percent, "
      "delay_s, delay_ms, delay_us, rate_bps, rate_kbps, rate_mbps"),
     (RecordedLoss, "time_s,source,destination,delay_ms\n0,a,b,1\n",
-     ".rules.0.file: {0}:1: there is no column of loss_ratio or loss_percent"),
+     ".rules.0.file: {0}:1: there is no column of loss_ratio or loss_percent; there are "
+     "time_s, source, destination, delay_ms"),
     (RecordedLoss, "time_s,source,destination,loss_ratio\n0,a,b,\n",
      ".rules.0.file: {0}: no row of a link"),
     (RecordedDelay, "time_s,source,destination,delay_ms\n0,x,y,1\n",

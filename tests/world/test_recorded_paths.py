@@ -114,8 +114,10 @@ def test_of_two_poses_at_a_time_the_later_line_counts(read):
 @pytest.mark.parametrize("lines, complaint", [
     ((HEAD,), ".file: FILE: has no poses"),
     (("",), ".file: FILE:1: there is no column of robot"),
-    (("robot,x_m,y_m",), ".file: FILE:1: there is no column of time_ns or time_s"),
-    (("time_s,robot,x,y_m",), ".file: FILE:1: there is no column of x_mm or x_m"),
+    (("robot,x_m,y_m",), ".file: FILE:1: there is no column of time_ns or time_s; "
+     "there are robot, x_m, y_m"),
+    (("time_s,robot,x,y_m",), ".file: FILE:1: there is no column of x_mm or x_m; "
+     "there are time_s, robot, x, y_m"),
     ((HEAD, "0,robot_0,1,2,north"),
      ".file: FILE:2: yaw_rad is 'north'; allowed: an angle"),
     ((HEAD, "0,robot_0,1,2,0", "1,robot_0,nan,2,0"),

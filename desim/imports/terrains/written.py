@@ -30,6 +30,10 @@ _TEXT = """\
 {fleet}\
 # What to change next: the network, as in
 # network: {{media: {{lan: {{model: switch, rate: 1 Mb/s}}}}}}
+# (a workstation simulates the lasers and sends scans over it; robots with lasers, computers and a
+# radio of their own: deployment: field)
+# the cells of the robots' maps (0.2 m by default), for small robots as in
+# robot: {{mapping: {{resolution: 0.05 m}}}}
 # the strategy (desim plugins lists all), as in
 # coordination: {{strategy: minpos}}
 # and the end, as in
