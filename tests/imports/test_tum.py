@@ -8,7 +8,6 @@ from desim.cli import app
 from desim.errors import InputError
 from desim.report.side_by_side import outcome
 from desim.results.comparison import ComparedRuns
-from desim.results.run import Run
 
 pytest.importorskip("rosbags", reason="rosbags is not installed")
 from desim.imports.imported_run import import_recording  # noqa: E402
@@ -40,7 +39,7 @@ def test_files_are_robots_of_one_clock(tmp_path):
 
 
 def test_two_trajectories_of_other_names_are_compared(tmp_path):
-    runs = [Run(import_recording(tum(tmp_path / name, [(0, 0, 0, 0, 0, 1)]), tmp_path).run)
+    runs = [import_recording(tum(tmp_path / name, [(0, 0, 0, 0, 0, 1)]), tmp_path).run
             for name in ("one.tum", "other.tum")]
     found = ComparedRuns(*runs)
     assert found.robots == ({"one"}, {"other"}) and found.parted is None
