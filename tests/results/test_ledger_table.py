@@ -7,6 +7,7 @@ from ledgers import table_of_net
 import desim
 from desim.errors import InputError
 from desim.results.ledger import ledger_of, trace_and_ledger
+from desim.results.traces import first_difference
 from netmodels.ideal import Ideal
 
 
@@ -41,6 +42,23 @@ def test_where_nobody_reads_there_is_no_time():
     found = table({"a": talker([(100 * MS, "one")]), "b": lambda node: node.latest("/talk")})
     assert reads(found) == [("b", 100 * MS, None, None)]
     assert reads(table({"a": silent, "b": silent})) == []
+
+
+def test_rows_and_ledger_that_were_not_kept_are_made_again(repository, tmp_path):
+    """Both from one repetition, equal to those that another run has kept, up to an instant too."""
+    kept, plain = (desim.run(repository / "scenarios" / "hello.yaml", out=tmp_path / str(i),
+                             overrides=("stop.elapsed=1 s", *more))
+                   for i, more in enumerate((("trace.keep=all", "trace.ledger=true"), ())))
+    for until_ns in (None, S // 2):
+        (rows, ledger), (again, made) = (
+            trace_and_ledger(run, tmp_path / f"{name} {until_ns}", until_ns)
+            for name, run in (("kept", kept), ("made", plain)))
+        own = made.column_names if until_ns is None else ["number", "end_ns", "times_ns"]
+        ended = ledger.filter(ledger["end_ns"].to_numpy() <= (until_ns or S))
+        assert made.select(own).to_pylist() == ended.select(own).to_pylist()
+        assert made.num_rows > 50
+        before = again.rows[again.rows["t_ns"] < (until_ns or S)]  # the end has rows of its own
+        assert first_difference(rows.rows[:len(before)], before) is None
 
 
 def test_a_run_that_failed_is_not_made_again_as_a_whole(repository, tmp_path):
