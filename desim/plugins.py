@@ -142,8 +142,8 @@ def misfit(kind: str, cls: Callable[..., object]) -> str:
     """Advice to the author of a class that breaks the form of its contract: in methods and their
     arguments, in ``reasons`` or ``leads``, in defaults of its ``Params``. Empty if all is well."""
     contract = _contract(kind, cls)
-    is_made = kind in _MADE_WITH and contract is not ports.Builds
-    found = [_misfit("__init__", cls, _MADE_WITH[kind])] if is_made else []
+    found = ([_misfit("__init__", cls, _MADE_WITH[kind])]
+             if kind in _MADE_WITH and contract is CONTRACTS[kind] else [])
     for part in (contract, *_OPTIONAL.get(kind, ())):
         for name in _methods(part):
             wanted = list(signature(getattr(part, name)).parameters)

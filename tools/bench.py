@@ -370,7 +370,7 @@ def calls_of(arguments: list[str]) -> None:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     add_workloads(parser)
     do = parser.add_mutually_exclusive_group()
-    do.add_argument("--check", action="store_true", help="fail above 1 % more than calls.csv")
+    do.add_argument("--check", action="store_true", help="fail above 1 %% more than calls.csv")
     do.add_argument("--write", action="store_true", help="write the counts into calls.csv")
     parser.add_argument("--functions", type=int, default=0, metavar="N",
                         help="list the N functions and events with most calls, too")

@@ -10,16 +10,8 @@ from desim.ports.networks import NetworkModel
 
 
 class Builds(Protocol):
-    """A plug-in that chooses among network models by its parameters. Its class stands where that of
-    a ``NetworkModel`` does."""
-
-    @property
-    def reasons(self) -> tuple[str, ...]:
-        """The drop reasons of all of them; an attribute of the class."""
-
-    @property
-    def Params(self) -> type[parameters.Params]:
-        """The class of its parameters, inside the plug-in's class."""
+    """A plug-in that chooses among network models by its parameters. Its class, with ``Params``
+    inside, stands where that of a ``NetworkModel`` does."""
 
     @classmethod
     def build(cls, params: Any) -> NetworkModel:

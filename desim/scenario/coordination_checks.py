@@ -57,11 +57,8 @@ def held(scenario: Scenario, _: Folder) -> Found:
     for i, fault in enumerate(scenario.faults):
         if fault.kind == "stuck" and (kind := types.get(type_of.get(fault.host, ""))):
             strategy = (kind.strategy or scenario.coordination).strategy
-            try:
-                is_led = issubclass(plugins.parameters("strategy", strategy), RecordedPaths)
-            except InputError:
-                continue  # there is no such plug-in, which is complained of where it is named
-            if is_led:
+            block = plugins.block_of(_loaded("strategy", strategy))
+            if block is not None and issubclass(block, RecordedPaths):
                 yield ("faults", i, "kind"), (
                     f"{fault.host} moves as a recording says ({plugins.bare(strategy)}), and "
                     "cannot be stuck; allowed: stop")
@@ -116,9 +113,7 @@ def coordinators(scenario: Scenario, _: Folder) -> Found:
                  f"map; allowed with a coordinator: {', '.join(_without_body())}")
 
 
-def _without_body() -> Iterator[str]:
+def _without_body() -> list[str]:
     """The installed kinds of map sharing that need no body."""
-    for name in plugins.available("sharing"):
-        with suppress(InputError):  # somebody's plug-in that cannot be loaded
-            if not SharingTraits.of(plugins.load("sharing", name)).needs_body:
-                yield name
+    return [name for name in plugins.available("sharing") if (cls := _loaded("sharing", name))
+            and not SharingTraits.of(cls).needs_body]

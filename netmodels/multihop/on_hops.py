@@ -24,10 +24,9 @@ class OnHops:
             self.judges_transmissions = hop.judges_transmissions
 
     def itemize(self, ledger: ports.Ledger) -> None:
-        hop = self._hop
-        self._ledger = HopLedger(ledger, isinstance(hop, ports.Itemizes))
-        if isinstance(hop, ports.Itemizes):
-            hop.itemize(self._ledger)
+        self._ledger = HopLedger(ledger, isinstance(self._hop, ports.Itemizes))
+        if isinstance(self._hop, ports.Itemizes):
+            self._hop.itemize(self._ledger)
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
