@@ -172,8 +172,11 @@ def _misspelled(kind: str, members: dict[str, object], used: set[str]) -> list[s
     is what other plug-ins have for ``on_start``."""
     events = [name for part in (CONTRACTS[kind], *_OPTIONAL.get(kind, ()))
               for name in _methods(part) if name.startswith("on_")]
+    begins = "on_start" in events and not any(  # nor is it of another kind at once
+        "start" in (methods := set(_methods(one))) and len(methods) > 1 and methods <= {*members}
+        for one in CONTRACTS.values())
     named = [name for name, method in members.items() if isfunction(method)
-             and (name.startswith("on_") or name == "start" and "on_start" in events)]
+             and (name.startswith("on_") or name == "start" and begins)]
     return [f"have no method {name}, which is never called{meant}" for name in named
             if name not in events and name not in used and not hasattr(CONTRACTS[kind], name)
             and (meant := did_you_mean(name, events))]
