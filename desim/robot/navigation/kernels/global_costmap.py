@@ -168,9 +168,10 @@ def see(ranges, beams, pose, no_return_m, limits_m, frame, flat):
 
 @kernel("b1(u1[::1], i8, i8)", inner=True)
 def beside_unknown(flat, across, cell):
-    """Whether one of the four neighbours is unknown."""
-    return (flat[cell - 1] == UNKNOWN or flat[cell + 1] == UNKNOWN
-            or flat[cell - across] == UNKNOWN or flat[cell + across] == UNKNOWN)
+    """Whether one of the four neighbours of a cell, which is not of the padding, is unknown."""
+    return (flat[np.uint64(cell - 1)] == UNKNOWN or flat[np.uint64(cell + 1)] == UNKNOWN
+            or flat[np.uint64(cell - across)] == UNKNOWN
+            or flat[np.uint64(cell + across)] == UNKNOWN)
 
 
 @lean("i8(u1[::1], i8, i8, i8)")

@@ -81,29 +81,34 @@ def spread(flat, across, toll, start, goals, limit, smallest, inward, discs, sea
     distance, seen, queue, buckets, used, found = search
     distance[used[0]:used[1]] = FAR
     seen[used[0]:used[1]] = 0
-    used[0], used[1] = start, start + 1
+    low = high = start
     filled = np.zeros(BUCKETS, np.int64)
     straight, diagonal, least = toll[0], toll[1], toll[0, 0]
-    around = -across, -1, 1, across, -across - 1, 1 - across, across - 1, across + 1
+    # Unsigned, as cells are: numba then needs no test for < 0.
+    up, right = np.uint64(across), np.uint64(1)
+    around = (np.uint64(-across), np.uint64(-1), right, up, np.uint64(-across - 1),
+              np.uint64(1 - across), up - right, up + right)
     distance[start], buckets[0, 0], filled[0] = 0, start, 1
-    waiting, far, count, open_ = 1, 0, 0, 0
+    waiting, far, count, open_, going = 1, 0, 0, 0, True
     for goal in goals:
-        used[0], used[1] = min(used[0], goal), max(used[1], goal + 1)
+        low, high = min(low, goal), max(high, goal)
         if seen[goal] == 0:
             seen[goal] = 2
             open_ += 1
     ends = limit > 0 or open_ > 0
-    while waiting > 0:
-        b = far % BUCKETS
-        for k in range(filled[b]):  # no step is free, so nothing joins this bucket meanwhile
-            cell = buckets[b, k]
+    while waiting > 0 and going:
+        b, k = far & BUCKETS - 1, 0
+        settled = np.int32(far + least)
+        while k < filled[b]:  # no step is free, so nothing joins this bucket meanwhile
+            cell = np.uint64(buckets[b, np.uint64(k)])
+            k += 1
             if distance[cell] != far:
                 continue
             if count < limit and beside_unknown(flat, across, cell) and seen[cell] == 0 \
                     and is_frontier(flat, across, toll, cell, discs):
                 size = cluster(flat, across, toll, cell, discs, seen, queue)
                 for met in queue[:size]:
-                    used[0], used[1] = min(used[0], met), max(used[1], met + 1)
+                    low, high = min(low, met), max(high, met)
                 if size >= smallest:
                     aim = queue[min(inward, size // 2)]
                     found[count, 0], found[count, 1] = aim, size
@@ -111,26 +116,29 @@ def spread(flat, across, toll, start, goals, limit, smallest, inward, discs, sea
                     if aim == cell or distance[aim] > far:  # else it is settled already
                         seen[aim] = 2
                         open_ += 1
-            if seen[cell] == 2:
-                open_ -= 1
-            if ends and count == limit and open_ == 0:
-                return count, far
-            used[0], used[1] = min(used[0], cell - across - 1), max(used[1], cell + across + 2)
+            if seen[cell] > 0:
+                if seen[cell] == 2:
+                    open_ -= 1
+                if ends and count == limit and open_ == 0:
+                    going = False
+                    break
+            low, high = min(low, np.int64(cell)), max(high, np.int64(cell))
             for n in range(8):
-                near = np.uint64(cell + around[n])  # unsigned: numba then needs no test for < 0
-                if distance[near] <= far + least:
+                near = cell + around[n]
+                if distance[near] <= settled:
                     continue
                 step = straight[flat[near]] if n < 4 else diagonal[flat[near]]
                 if step > 0 and far + step < distance[near]:
                     distance[near] = far + step
-                    target = (far + step) % BUCKETS
-                    buckets[target, filled[target]] = near
+                    target = np.uint64(far + step & BUCKETS - 1)
+                    buckets[target, np.uint64(filled[target])] = near
                     filled[target] += 1
                     waiting += 1
         waiting -= filled[b]
         filled[b] = 0
         far += 1
-    return count, FAR - 1
+    used[0], used[1] = low - across - 1, high + across + 2
+    return count, FAR - 1 if going else far - 1
 
 
 @lean("i8(u1[::1], i8, i4[:,::1], i4[::1], i8, i4[::1])")
