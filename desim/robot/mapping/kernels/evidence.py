@@ -68,10 +68,11 @@ def walk(x, y, along_x, along_y, length, width, height, stamp, sheet):
     slope = step * along_y / along_x
     edge = int(x) + (step + 1) // 2
     # Unsigned, as nothing here is below 0: numba then needs no test for that in each step.
-    leave, climb = np.uint64((y + abs(edge - x) * slope) * FIXED), np.uint64(int(slope * FIXED))
+    leave = np.uint64(int((y + abs(edge - x) * slope) * FIXED))
+    climb = np.uint64(int(slope * FIXED))
     at, rows, stride = np.uint64(columns + int(x)), np.uint64(rows), np.uint64(step)
     column = numbers[at]
-    marks[column + numbers[rows + np.uint64(y)]] = stamp
+    marks[column + numbers[rows + np.uint64(int(y))]] = stamp
     for _ in range(abs(int(x + along_x * length) - int(x))):
         row = numbers[rows + (leave >> np.uint64(32))]
         marks[column + row] = stamp
@@ -79,7 +80,7 @@ def walk(x, y, along_x, along_y, length, width, height, stamp, sheet):
         leave += climb
         column = numbers[at]
         marks[column + row] = stamp
-    marks[column + numbers[rows + np.uint64(y + along_y * length)]] = stamp
+    marks[column + numbers[rows + np.uint64(int(y + along_y * length))]] = stamp
 
 
 @inner(types.void(_f8x2, _f8x2, _scan, _sheet))
@@ -93,12 +94,14 @@ def keep_walls(ray, end, scan, sheet):
     """
     x, y, no_return = scan[0].x, scan[0].y, scan[0].no_return
     width, height = scan[0].width, scan[0].height
-    for b in range(1, len(ray) - 1):
+    for beam in range(1, len(ray) - 1):
         for side in (-1, 1):
-            if ray[b, 2] >= no_return or ray[b - side, 2] >= no_return:
+            # Unsigned: numba then needs no test for < 0.
+            b, last, following = np.uint64(beam), np.uint64(beam - side), np.uint64(beam + side)
+            if ray[b, 2] >= no_return or ray[last, 2] >= no_return:
                 continue
-            wall_x, wall_y = end[b, 0] - end[b - side, 0], end[b, 1] - end[b - side, 1]
-            next_x, next_y = ray[b + side, 0], ray[b + side, 1]
+            wall_x, wall_y = end[b, 0] - end[last, 0], end[b, 1] - end[last, 1]
+            next_x, next_y = ray[following, 0], ray[following, 1]
             across = wall_x * next_y - wall_y * next_x
             if across == 0.0:
                 continue

@@ -24,9 +24,9 @@ FRAME_ARRAY = types.Array(from_dtype(FRAME), 1, "C")
 def place(x, y, frame):
     """The cell of a point, or -1 outside."""
     f = frame[0]
-    column, row = int(np.floor((x - f.x_m) / f.cell_m)), int(np.floor((y - f.y_m) / f.cell_m))
-    if 0 <= column < f.across - 2 and 0 <= row < f.rows - 2:
-        return (row + 1) * f.across + column + 1
+    column, row = (x - f.x_m) / f.cell_m, (y - f.y_m) / f.cell_m
+    if 0.0 <= column < f.across - 2 and 0.0 <= row < f.rows - 2:  # so int() is the floor
+        return (int(row) + 1) * f.across + int(column) + 1
     return -1
 
 
@@ -103,6 +103,7 @@ def inflate(boxes, count, stencil, reach, cost):
 
     stencil [k, 3] row offset, column offset, cost <= INSCRIBED | reach: its half width in cells
     """
+    flat, across = cost.reshape(-1), np.uint64(cost.shape[1])
     for b in range(count):
         row, end_row, column, end_column = boxes[b]
         for r in range(row, end_row):
@@ -119,9 +120,10 @@ def inflate(boxes, count, stencil, reach, cost):
                     continue
                 for k in range(len(stencil)):
                     y, x = r + stencil[k, 0], left + c + stencil[k, 1]
-                    if row <= y < end_row and column <= x < end_column \
-                            and cost[y, x] < stencil[k, 2]:
-                        cost[y, x] = stencil[k, 2]
+                    if not (row <= y < end_row and column <= x < end_column):
+                        continue
+                    cell = np.uint64(y) * across + np.uint64(x)
+                    flat[cell] = max(flat[cell], np.uint8(stencil[k, 2]))
 
 
 @inner(types.void(types.float64, types.float64, types.float64, types.float64, types.float64,

@@ -171,7 +171,7 @@ def observe(ranges, beams, scan, layer, flat, frame, memory, near2):
 def clearance2(near2, cell_m, x, y):
     """Squared distance in m^2 to the nearest point seen; ``FAR2`` outside of the layer."""
     size = near2.shape[0]
-    column, row = int(np.floor(x / cell_m + 0.5 * size)), int(np.floor(y / cell_m + 0.5 * size))
-    if 0 <= column < size and 0 <= row < size:
-        return float(near2[row, column])
+    column, row = x / cell_m + 0.5 * size, y / cell_m + 0.5 * size
+    if 0.0 <= column < size and 0.0 <= row < size:  # so int() is the floor, without a call
+        return float(near2[np.uint64(int(row)), np.uint64(int(column))])
     return float(FAR2)
