@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 
 from desim.errors import InputError
 from desim.robot.coordination.strategies.follow import Follow
+from desim.scenario.load import from_mapping
 from desim.units import NS_PER_S
 from desim.world import recorded_paths
+from desim.world.fleet import place_fleet
 from desim.world.recorded_motion import RecordedMotion
 from desim.world.recorded_paths import read_paths, wrapped
 
@@ -89,6 +91,15 @@ def test_the_run_begins_with_the_first_pose_or_where_begin_says(read):
     assert [at(first, t)[0][0] for t in (0, 4, 6, 8)] == [4, 4, 6, 8]
     later = read(HEAD, "0,robot_0,0,0,0", "4,robot_0,4,0,0", begin="1 s")["robot_0"]
     assert at(later, 0)[:2] == ((1, 0, 0), 0) and at(later, 3)[:2] == ((4, 0, 0), 3)
+
+
+def test_robots_start_where_their_recordings_begin(tmp_path):
+    (tmp_path / "walk.csv").write_text(f"{HEAD}\n1,robot_0,3,4,0.5\n1,robot_1,-3,1,-2\n"
+                                       "4,robot_0,5,4,0.5\n5,robot_1,-3,0,-2\n")
+    fleet = place_fleet(from_mapping({"name": "a", "fleet": {"size": 2}, "coordination": {
+        "strategy": "follow", "file": str(tmp_path / "walk.csv")}}).scenario)
+    assert [robot[0:1] + robot[2:5] for robot in fleet] == [
+        ("robot_0", 3.0, 4.0, 0.5), ("robot_1", -3.0, 1.0, -2.0)]
 
 
 def test_without_headings_it_faces_ahead(read):
