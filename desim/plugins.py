@@ -129,8 +129,7 @@ def _installed(kind: str, name: str) -> str:
 
 
 def _contract(kind: str, cls: object) -> type:
-    builds = kind == "network" and hasattr(cls, "build")
-    return ports.Builds if builds else CONTRACTS[kind]
+    return ports.Builds if kind == "network" and hasattr(cls, "build") else CONTRACTS[kind]
 
 
 def _methods(contract: type) -> list[str]:
@@ -255,14 +254,6 @@ def parameters(kind: str, name: str) -> type[ports.Params]:
     if block is None:
         raise InputError(f"the {kind} {bare(name)!r} has no class Params, a desim.ports.Params: it "
                          "needs one, if only an empty one")
-    try:
-        block.model_validate_json("{}", strict=True)
-    except ValidationError as error:
-        for wrong in error.errors():
-            if wrong["type"] != "missing" and wrong["loc"]:
-                raise InputError(f"the {kind} {bare(name)!r} has a wrong default of "
-                                 f"{wrong['loc'][0]}, {wrong['input']!r}: "
-                                 f"{wrong['msg'].removeprefix('Value error, ')}") from error
     return ports.with_scope(block) if kind == "rule" else block
 
 

@@ -161,6 +161,7 @@ PARTS = """
     class Wrong(Right):
         {wrong}
 """
+START = "        def start(self, context, hosts): pass\n"  # which no strategy has
 WRONG = [  # kind of plug-in, what is wrong with its class, what is said
     ("rule", "def judge(self, frame): pass",
      "must take (self, frame, receivers) in judge, not (self, frame)"),
@@ -204,8 +205,9 @@ WRONG = [  # kind of plug-in, what is wrong with its class, what is said
 @pytest.mark.parametrize("number", range(len(WRONG)))
 def test_a_class_that_breaks_its_contract_is_refused_where_it_is_named(here, number):
     kind, wrong, says = WRONG[number]
+    parts = PARTS.replace(START, "") if kind == "strategy" else PARTS
     (here / "elsewhere" / f"part_{number}.py").write_text(
-        textwrap.dedent(PARTS.format(wrong=wrong)))
+        textwrap.dedent(parts.format(wrong=wrong)))
     choice = {"rule": "network: {media: {lan: {model: ideal, rules: [{rule: 'NAME'}]}}}",
               "network": "network: {media: {lan: {model: 'NAME'}}}",
               "strategy": "coordination: {strategy: 'NAME'}"}[kind]
