@@ -71,13 +71,13 @@ def check_form(kind: str, cls: PluginClass[object] | type[ports.Builds],
         again = "; ".join(f"{'.'.join(map(str, one['loc']))}: {one['msg']}"
                           for one in error.errors())
     need(again == written, cls, f"read its parameters as it writes them; {written} gave {again}")
-    if isinstance(parsed, ports.KnowsUnusedKeys):
-        _check_unused(cls, parsed, parsed.without_effect(from_mapping({"name": "check"}).scenario))
+    if isinstance(given, ports.KnowsUnusedKeys):
+        _check_unused(cls, given, given.without_effect(from_mapping({"name": "check"}).scenario))
 
 
-def _check_unused(cls: object, parsed: ports.Params, found: Iterable[ports.UnusedKeys]) -> None:
+def _check_unused(cls: object, given: ports.Params, found: Iterable[ports.UnusedKeys]) -> None:
     """Check that keys without effect are keys of the plug-in's block or of scenarios."""
-    own = [ports.yaml_key(name) for name in type(parsed).model_fields]
+    own = [ports.yaml_key(name) for name in type(given).model_fields]
     for one in found:
         need(isinstance(one, ports.UnusedKeys) and one.why, cls,
              f"give for without_effect ports.UnusedKeys with a reason, not {one!r}")
