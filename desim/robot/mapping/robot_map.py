@@ -30,6 +30,7 @@ from desim.robot.stamped_poses import laser_at
 
 _integrate = compiled_function(evidence.integrate)
 _add = compiled_function(kernels.add_all)
+_append = compiled_function(kernels.append)
 
 
 _NEVER = evidence.CLAMP_HIGH + 1  # no evidence is so strong: all cells can be cleared
@@ -119,8 +120,10 @@ class RobotMap:
         if len(taken) == 1:
             _, _, tiles, differences = taken[0]
         else:
-            tiles, differences = (np.concatenate(column) for column in
-                                  zip(*(change[2:] for change in taken), strict=True))
+            tiles, at = np.concatenate([change.tiles for change in taken]), 0
+            differences = np.empty((len(tiles), CELLS), np.int16)
+            for change in taken:
+                at = _append(change.differences, at, differences)
         return self._note(_add(tiles, differences, np.empty(len(tiles), np.int32),
                                self.version + 1, self.sum))
 
