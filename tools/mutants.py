@@ -27,6 +27,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from importlib.util import cache_from_source
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -177,13 +178,19 @@ def killer(folder: Path, mutant: Mutant, tests: list[str], limit_s: int, killers
     file = folder / mutant.path
     original = file.read_bytes()
     while tests := [name for name in tests if name not in unfit]:
-        file.write_text(mutant.text)
+        replace(file, mutant.text.encode())
         by = verdict(folder, [*tests, *(f"--deselect={name}" for name in unfit)], limit_s)
-        file.write_bytes(original)
+        replace(file, original)
         if not by or by in killers or not verdict(folder, [by], limit_s):
             return by
         unfit.append(by)
     return ""
+
+
+def replace(file: Path, text: bytes) -> None:
+    """Write a module anew. Python takes its bytecode for that of a text of equal size and second."""
+    file.write_bytes(text)
+    Path(cache_from_source(str(file))).unlink(missing_ok=True)
 
 
 def copied(folder: Path) -> None:

@@ -21,7 +21,7 @@ def readings(heading="0 deg", **sonar):
         "robot": {"sonar": sonar}, "stop": {"elapsed": "50 ms"}}).scenario)
     simulation.run()
     simulation.graph.catch_up()
-    driver = next(iter(simulation._world_events._drivers()))
+    driver = simulation._world_events._drivers[0]
     _, (sensors, _) = driver._sonars[0]
     found = driver._sonar(driver._sonars[0][0], sensors, simulation.world.snapshot(), 0, 0)
     return [float(scan.ranges[0]) for scan in found.scans], found.size_bytes

@@ -103,7 +103,6 @@ def inflate(boxes, count, stencil, reach, cost):
 
     stencil [k, 3] row offset, column offset, cost <= INSCRIBED | reach: its half width in cells
     """
-    flat, across = cost.reshape(-1), np.uint64(cost.shape[1])
     for b in range(count):
         row, end_row, column, end_column = boxes[b]
         for r in range(row, end_row):
@@ -122,8 +121,8 @@ def inflate(boxes, count, stencil, reach, cost):
                     y, x = r + stencil[k, 0], left + c + stencil[k, 1]
                     if not (row <= y < end_row and column <= x < end_column):
                         continue
-                    cell = np.uint64(y) * across + np.uint64(x)
-                    flat[cell] = max(flat[cell], np.uint8(stencil[k, 2]))
+                    cell = np.uint64(y), np.uint64(x)
+                    cost[cell] = max(cost[cell], np.uint8(stencil[k, 2]))
 
 
 @inner(types.void(types.float64, types.float64, types.float64, types.float64, types.float64,
