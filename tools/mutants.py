@@ -188,7 +188,7 @@ def killer(folder: Path, mutant: Mutant, tests: list[str], limit_s: int, killers
 
 
 def replace(file: Path, text: bytes) -> None:
-    """Write a module anew. Python takes its bytecode for that of a text of equal size and second."""
+    """Write a module anew. Bytecode counts as that of any text of the same size and second."""
     file.write_bytes(text)
     Path(cache_from_source(str(file))).unlink(missing_ok=True)
 

@@ -174,8 +174,8 @@ def test_ways_begin_at_the_origin_or_else_at_the_robot():
 
 
 @pytest.mark.parametrize("function, name", [
-    (two, "two"), (arguments._check_quantities, "check_quantities"), (lambda context: None, "timer"),
-    (Stubborn(), "timer")])
+    (two, "two"), (arguments._check_quantities, "check_quantities"),
+    (lambda context: None, "timer"), (Stubborn(), "timer")])
 def test_a_timer_is_called_as_its_function_is(function, name):
     assert arguments.name_of(function) == name
 
