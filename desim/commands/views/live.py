@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-import threading
+import signal
+import socket
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 
@@ -38,6 +39,20 @@ def shown_live(beside: Watch | None, servers: Sequence[Served], pace: float | No
 
         yield watch
         if pages and is_terminal():
-            say(f"the page stays at {pages[0]} until Ctrl-C")
             with suppress(KeyboardInterrupt):
-                threading.Event().wait()
+                _stay(f"the page stays at {pages[0]} until Ctrl-C")
+
+
+def _stay(why: str) -> None:
+    """Say ``why``, and wait for Ctrl-C, which raises ``KeyboardInterrupt``. A lock would miss one
+    that comes just before it begins to wait; a socket that signals write to does not."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        theirs.setblocking(False)
+        before = signal.set_wakeup_fd(theirs.fileno(), warn_on_full_buffer=False)
+        try:
+            say(why)
+            while True:
+                ours.recv(1)
+        finally:
+            signal.set_wakeup_fd(before)
