@@ -1,6 +1,7 @@
 """A plain function is a rule."""
 
 import re
+import sys
 
 import pytest
 
@@ -115,7 +116,10 @@ def test_a_function_with_other_arguments_is_refused():
 def scenario(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
 
+    made = []
+
     def write(rule, code=STORM, module="weather"):
+        made.append(module)
         (tmp_path / f"{module}.py").write_text(code)
         path = tmp_path / "case.yaml"
         path.write_text("name: case\nfleet: {size: 2}\nnetwork: {media: {lan: {model: ideal, "
@@ -124,6 +128,8 @@ def scenario(tmp_path, monkeypatch):
 
     yield write
     plugins.load.cache_clear()
+    for module in made:
+        sys.modules.pop(module, None)
 
 
 def test_a_scenario_names_it_by_its_dotted_path(scenario):
