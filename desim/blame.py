@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import re
+import sys
 from pathlib import Path
 from traceback import walk_tb
 from types import FrameType, MethodType
@@ -43,7 +44,7 @@ def blame(error: BaseException) -> Blame:
     named = f"{place_of(inspect.unwrap(plugin))} "  # as complaints about what it returned begin
     does = words.removeprefix(named) if words.startswith(named) else f"raised {said}"
     return Blame(f"{plugins.LOADED[plugin]} {does} at {line}{when}",
-                 not _is_ours(Path(inspect.getfile(plugin))))
+                 not _is_ours(Path(_file(plugin))))
 
 
 def cause_of(line: str) -> str:
@@ -63,7 +64,7 @@ def _plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, str]:
     for depth in range(len(frames) - 1, -1, -1):
         cls = type(frames[depth][0].f_locals.get("self"))
         if cls in plugins.LOADED:
-            file = inspect.getfile(cls)
+            file = _file(cls)
             below = frames[depth:] if hasattr(cls, "__wrapped__") else frames[depth:depth + 1]
             if any(frame.f_code.co_filename == file for frame, _ in below):
                 return cls, [_line(*frame) for frame in frames[depth:]
@@ -73,13 +74,17 @@ def _plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, str]:
 
 def _beside_plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, str]:
     """The plug-in in whose file the innermost running function stands, a callback, say."""
-    classes = {inspect.getfile(cls): cls for cls in plugins.LOADED
-               if not _is_ours(Path(inspect.getfile(cls)))}
+    classes = {file: cls for cls in plugins.LOADED if not _is_ours(Path(file := _file(cls)))}
     for frame in reversed(frames):
         cls = classes.get(frame[0].f_code.co_filename)
         if cls is not None:
             return cls, _line(*frame)
     return None, ""
+
+
+def _file(cls: type) -> str:
+    """The file of a class; empty where its module has none, as in a notebook, or is gone."""
+    return getattr(sys.modules.get(cls.__module__), "__file__", None) or ""
 
 
 def _place(frames: list[tuple[FrameType, int]]) -> str:

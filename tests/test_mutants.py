@@ -54,13 +54,23 @@ def test_what_fails_without_a_mutant_kills_none(tmp_path, changed, by):
         "import a\ndef test_no(): assert False\ndef test_limit(): assert a.LIMIT == 1\n")
     (tmp_path / "test_b.py").write_text("import b")
     mutant, unfit = Mutant(Path("a.py"), 1, "", f"LIMIT = {changed}"), []
-    assert killer(tmp_path, mutant, ["test_b.py", "test_a.py"], 9, set(), unfit) == by
+    assert killer(tmp_path, mutant, ["test_b.py", "test_a.py"], 9, unfit) == by
     assert unfit == ["test_b.py", "test_a.py::test_no"]
+
+
+def test_what_fails_in_company_of_others_kills_none(tmp_path):
+    (tmp_path / "a.py").write_text("LIMIT = 1")
+    (tmp_path / "test_a.py").write_text("import a\ndef test_limit(): assert a.LIMIT < 3\n")
+    (tmp_path / "test_b.py").write_text("import a\ndef test_greedy(): a.LIMIT = 5\n")
+    mutant, unfit = Mutant(Path("a.py"), 1, "", "LIMIT = 2"), []
+    assert killer(tmp_path, mutant, ["test_b.py", "test_a.py"], 9, unfit) == ""
+    assert unfit == ["test_a.py::test_limit"]
 
 
 def test_a_modules_own_tests_are_the_nearest():
     files = nearest(Path("desim/middleware/tcp/scoreboard.py"), 20)
     assert files[0] == "tests/middleware/test_scoreboard.py"
+    assert "tests/robot/mapping/test_tiles.py" in nearest(Path("desim/robot/mapping/tiles.py"), 9)
 
 
 def test_compiled_code_is_left_out():

@@ -5,7 +5,7 @@
 ROOM is a folder or file, such as network or netmodels/switch. A *mutant* is the room with one
 change: ``<`` made ``<=``, a number one greater, two arguments swapped, a statement left out. A test
 that fails kills it. The tests are the room's own, then others, those nearest to the changed module
-by imports first, slow ones left out, as many as take ``--seconds`` (``tools/quick.py``). A mutant
+first, slow ones left out, as many as take ``--seconds`` (``tools/quick.py``). A mutant
 that survives shows what no test holds, or is equivalent: it does the same. All happens in a copy of
 the checkout.
 
@@ -56,6 +56,11 @@ class Mutant(NamedTuple):
     text: str
 
 
+def for_typing(node: ast.AST) -> bool:
+    """Whether a node is for type checkers alone."""
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+
+
 def others(node: ast.AST) -> Iterator[ast.AST]:
     """Nodes that may take the place of a node, one for each change."""
     def altered(**fields: Any) -> ast.AST:
@@ -75,10 +80,11 @@ def others(node: ast.AST) -> Iterator[ast.AST]:
             yield altered(value=not value)
         case ast.Constant(value=int(value)):
             yield altered(value=value + 1)
-        case ast.If(test=ast.Name() | ast.Attribute() | ast.Call() as test):
+        case ast.If(test=ast.Name() | ast.Attribute() | ast.Call() as test) if not for_typing(node):
             yield altered(test=ast.UnaryOp(ast.Not(), test))
         case ast.Call(func=func, args=[first, second, *rest]) if not isinstance(
-                first, ast.Starred) and ast.unparse(func) not in ("max", "min"):
+                first, ast.Starred) and ast.unparse(func) not in ("max", "min") and (
+                ast.dump(first) != ast.dump(second)):
             yield altered(args=[second, first, *rest])
         case ast.Expr(value=ast.Call()) | ast.AugAssign() | ast.Assign(
                 targets=[ast.Attribute() | ast.Subscript()]):
@@ -89,7 +95,7 @@ def mutants(path: Path, tree: ast.Module) -> Iterator[tuple[Any, ...]]:
     """The places of changes: the file, its tree, a list or a node, where in it, the new node."""
     agenda: list[ast.AST] = [tree]
     for node in agenda:
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+        if for_typing(node):
             continue
         if isinstance(node, ast.FunctionDef) and all(
                 isinstance(part, ast.Expr) and isinstance(part.value, ast.Constant)
@@ -123,19 +129,19 @@ def made(path: Path, tree: ast.Module, holder: Any, where: Any, new: ast.AST) ->
 
 
 def nearest(path: Path, limit_s: int) -> list[str]:
-    """Arguments of pytest: the test files of the room, then others, the nearest to a module first,
-    that take ``limit_s`` together, without slow tests."""
+    """Arguments of pytest: test files that take ``limit_s`` together, without slow tests. Those in
+    folders named like the module's come first, then the nearest to it by imports."""
     product, testing = below("desim", "netmodels"), below("tests", "tools")
     helpers = {source.path.stem: source for source in testing.values()}
     near = distances(product, {Source.of(str(path), "").module})
-    own = "network_models" if path.parts[0] == "netmodels" else path.parts[1]  # folder in tests/
+    folders = {*path.parts[1:-1], *["network_models"] * (path.parts[0] == "netmodels")}
     times, found = seconds(), []
     for test in testing.values():
         if test.path.name.startswith("test_"):
             ways = [near[module] for name in reach(test, helpers)[0]
                     if (module := module_of(name, product)) in near]
             if ways:
-                found.append((own not in test.path.parts, min(ways),
+                found.append((-len(folders.intersection(test.path.parts)), min(ways),
                               times.get(str(test.path), UNKNOWN_S), str(test.path)))
     spent_s, files = 0.0, []
     for *_, time_s, name in sorted(found):
@@ -170,20 +176,25 @@ def verdict(folder: Path, tests: list[str], limit_s: int) -> str:
     return failed[0] if failed else tests[0]  # nothing can be imported
 
 
-def killer(folder: Path, mutant: Mutant, tests: list[str], limit_s: int, killers: set[str],
-           unfit: list[str]) -> str:
+def killer(folder: Path, mutant: Mutant, tests: list[str], limit_s: int, unfit: list[str]) -> str:
     """The first test of ``tests`` that fails in a checkout with a mutant; nothing if it survives.
-    What fails without it, too, and is not one of ``killers``, is added to ``unfit``, tests and
-    files that are not run."""
+    What fails without it, too, in the same company, is added to ``unfit``: tests and files that are
+    not run."""
     file = folder / mutant.path
     original = file.read_bytes()
     while tests := [name for name in tests if name not in unfit]:
+        left_out = [f"--deselect={name}" for name in unfit]
         replace(file, mutant.text.encode())
-        by = verdict(folder, [*tests, *(f"--deselect={name}" for name in unfit)], limit_s)
+        by = verdict(folder, tests + left_out, limit_s)
         replace(file, original)
-        if not by or by in killers or not verdict(folder, [by], limit_s):
+        if by in ("", LATE):
             return by
-        unfit.append(by)
+        until = tests.index(by.partition("::")[0]) + 1
+        wrong = verdict(folder, [*tests[:until], *(name for name in tests[until:] if "::" in name),
+                                 *left_out], limit_s)
+        if not wrong:
+            return by
+        unfit.append(by if wrong == LATE else wrong)
     return ""
 
 
@@ -225,14 +236,13 @@ def main() -> int:
               for place in mutants(path, ast.parse((ROOT / path).read_text()))]
     drawn = random.Random(given.seed).sample(places, min(given.mutants, len(places)))
     killed = total = 0
-    killers, unfit = {LATE}, list[str]()
+    unfit: list[str] = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         copied(folder)
         for mutant in sorted((made(*place) for place in drawn), key=lambda one: one[:2]):
             tests, limit_s = nearest(mutant.path, given.seconds), START_S + PATIENCE * given.seconds
-            by = killer(folder, mutant, tests, limit_s, killers, unfit)
-            killers.add(by)
+            by = killer(folder, mutant, tests, limit_s, unfit)
             total += 1
             killed += bool(by)
             print(f"{mutant.path}:{mutant.line}\t{mutant.change}\t"

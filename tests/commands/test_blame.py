@@ -433,3 +433,11 @@ def test_a_plug_in_installed_beside_desim_is_foreign(monkeypatch):
     assert found.foreign
     assert found.line.startswith("strategy neighbour raised ZeroDivisionError: division by zero at "
                                  "test_blame.py:")
+
+
+def test_a_plug_in_without_a_file_hides_no_error(monkeypatch):
+    """As one that was written in a notebook, or whose module is gone."""
+    monkeypatch.setitem(plugins.LOADED, type("Sketch", (), {"__module__": "gone"}), "rule sketch")
+    with pytest.raises(RuntimeError) as caught:
+        raise RuntimeError("no sun")
+    assert blame(caught.value).line.startswith("RuntimeError: no sun at ")

@@ -116,6 +116,8 @@ def test_slivers_beside_walls_are_among_all_frontiers():
     assert made.count_frontier_cells(cell, 2, highest) > 0
     row, column = divmod(made.cell(found[0].x_m, found[0].y_m), made.across)
     assert planner.all_frontiers((1.5, 0.5), 1, np.array([[row, column, 25]])) == []
+    assert planner.frontiers((1.5, 0.5), None, 1) == []  # and those before are forgotten
+    assert planner.edge_of(found[0]) == (row * made.across + column, INSCRIBED)
 
 
 def test_a_robot_too_near_to_a_wall_still_finds_its_way_out():

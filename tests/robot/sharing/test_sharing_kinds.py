@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sharing_fleet import SPEC, Fleet, S, scan_of
+from sharing_fleet import SPEC, Fleet, S, scan_of, see
 
 from desim import ports
 from desim.robot.mapping.tiles import raster
@@ -10,6 +10,7 @@ from desim.robot.sharing.context import MapContext
 from desim.robot.sharing.kinds.frontiers import Frontiers, frontier_cells
 from desim.robot.sharing.kinds.mrs_testbed import MrsTestbed
 from desim.robot.sharing.kinds.own_maps import OwnMaps
+from desim.robot.sharing.kinds.registered_maps import RegisteredMaps
 from desim.robot.sharing.kinds.relayed import Relayed
 from desim.robot.sharing.kinds.scans import Scans
 from desim.robot.sharing.kinds.submaps import Submap, Submaps, cells_at
@@ -142,6 +143,28 @@ def test_submaps_are_sent_once_and_their_poses_again_when_slam_corrects_them():
     drawn = raster(SPEC, own_cells(fleet, "robot_1")) != 0
     # The second scans of the submaps keep their old places beside the first ones.
     assert (heard & drawn).sum() > 0.5 * drawn.sum()
+    own.redraw_own([((1.0 + k, 3.0, 0.3 * k), scan_of()) for k in range(1, 5)], 25.0)
+    fleet.run(50)
+    assert np.array_equal(fleet.hears("robot_2", "robot_1"), own_cells(fleet, "robot_1"))
+
+
+def test_what_slam_corrects_in_a_frame_of_ones_own_is_as_if_seen_there_at_once(monkeypatch):
+    said = []
+    monkeypatch.setattr(MapContext, "publish", lambda _, content: said.append(content))
+    scans = [((2.0, 3.0, 0.0), 3.0), ((2.5, 3.0, 0.4), 2.0), ((3.0, 3.5, 0.8), 4.0)]
+    for slip_m in (1.0, 0.0):  # between one scan and the next
+        fleet = Fleet(of(RegisteredMaps), [set()] * 3).run(1)
+        for k, ((x_m, *rest), range_m) in enumerate(scans):
+            see(fleet.own_maps["robot_1"], x_m + k * slip_m, *rest, range_m)
+        fleet.run(7)
+        if slip_m:
+            fleet.own_maps["robot_1"].redraw_own(
+                [(np.array(place), scan_of(range_m)) for place, range_m in scans], 25.0)
+            fleet.run(12)
+    drawn, redrawn, at_once = said
+    assert not np.array_equal(drawn.log_odds, at_once.log_odds)
+    assert np.array_equal(redrawn.log_odds, at_once.log_odds)
+    assert (redrawn.left_m, redrawn.low_m) == (at_once.left_m, at_once.low_m)
 
 
 def test_submaps_that_were_missed_are_asked_for():
