@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 import os
 import re
-import sys
 from pathlib import Path
 from traceback import walk_tb
 from types import FrameType, MethodType
@@ -84,7 +83,10 @@ def _beside_plugin(frames: list[tuple[FrameType, int]]) -> tuple[type | None, st
 
 def _file(cls: type) -> str:
     """The file of a class; empty where its module has none, as in a notebook, or is gone."""
-    return getattr(sys.modules.get(cls.__module__), "__file__", None) or ""
+    try:
+        return inspect.getfile(cls)
+    except (OSError, TypeError):
+        return ""
 
 
 def _place(frames: list[tuple[FrameType, int]]) -> str:
