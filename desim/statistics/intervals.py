@@ -50,7 +50,7 @@ class Interval(NamedTuple):
         if self.mean is None:
             return ""
         half = "" if self.half_width is None else f" ± {self.half_width:.{digits}f}"
-        return f"{self.mean:.{digits}f}{half}"
+        return f"{self.mean:z.{digits}f}{half}"
 
     def quotient_text(self, digits: int = 2) -> str:
         """For logarithms of quotients: the geometric mean of these and its bounds, ``0.56 (0.49 to

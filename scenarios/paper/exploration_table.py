@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
-from exploration_times import cell, levels, time_s  # beside this file
+from exploration_times import levels, time_cell, time_s, way_km  # beside this file
 
 from desim.statistics.comparisons import holm, paired
 from desim.statistics.intervals import t_interval
@@ -89,13 +89,14 @@ def knees(runs) -> str:
 
 
 def times(by_terrain) -> None:
-    """Print times and ways by fleet and terrain, and how many runs did not know 99 % in time."""
-    print("| robots |", " | ".join(by_terrain), "|")
-    print("|---" * (1 + len(by_terrain)) + "|")
-    for size in _SHOWN:
-        cells = [cell([run for run in runs if run["robots"] == size])
-                 for runs in by_terrain.values()]
-        print(f"| {size} |", " | ".join(cells), "|")
+    """Print times by fleet and terrain, and how many runs did not know 99 % in time; then ways."""
+    for title, cell in ("| robots |", time_cell), ("\n| way, km, by robots |", way_km):
+        print(title, " | ".join(by_terrain), "|")
+        print("|---" * (1 + len(by_terrain)) + "|")
+        for size in _SHOWN:
+            cells = [cell([run for run in runs if run["robots"] == size])
+                     for runs in by_terrain.values()]
+            print(f"| {size} |", " | ".join(cells), "|")
 
 
 def facts(by_terrain) -> None:
@@ -137,8 +138,8 @@ def pairs_of(times, others) -> list[tuple[float, float]]:
 
 def groups(by_terrain) -> None:
     """Print the times of groups of fleets as shares of others', seed by seed: geometric means with
-    95 % intervals, of all seeds and of those that had not been seen when the groups were chosen;
-    p of the paired t tests by Holm."""
+    95 % intervals and p of the paired t tests by Holm; then those of the seeds that had not been
+    seen when the groups were chosen."""
     found = {}
     for terrain, runs in by_terrain.items():
         fresh = [run for run in runs if run["seed"] > _SEEN]
@@ -149,13 +150,15 @@ def groups(by_terrain) -> None:
             found[terrain, title] = compared, t_interval([one - other for one, other in alone])
     tested = {name: one.t_p for name, (one, _) in found.items() if one and one.t_p is not None}
     adjusted = dict(zip(tested, holm(list(tested.values())), strict=True))
-    print("\n| terrain | fleets: time of the first, as a share | all seeds | p (Holm) "
-          f"| seeds above {_SEEN} |")
-    print("|---" * 5 + "|")
-    for (terrain, title), (one, alone) in found.items():
-        p = adjusted.get((terrain, title))
-        print(f"| {terrain} | {title} | {one.difference.quotient_text() if one else '–'} | "
-              f"{'–' if p is None else f'{p:.2g}'} | {alone.quotient_text() or '–'} |")
+    texts = {name: (one.difference.quotient_text() + (
+        f", p {adjusted[name]:.2g}" if name in adjusted else "") if one else "–",
+        alone.quotient_text() or "–") for name, (one, alone) in found.items()}
+    for column, title in enumerate(("terrain", f"seeds above {_SEEN}")):
+        print(f"\n| {title} |", " | ".join(_COMPARED), "|")
+        print("|---" * (1 + len(_COMPARED)) + "|")
+        for terrain in by_terrain:
+            print(f"| {terrain} |", " | ".join(texts[terrain, group][column]
+                                               for group in _COMPARED), "|")
 
 
 def beside(by_terrain, ideal) -> None:

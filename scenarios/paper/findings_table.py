@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
-from exploration_times import cell, compare, levels, time_s  # beside this file
+from exploration_times import against, cell, compare, levels, time_s  # beside this file
 
 
 def findings(runs, folder: Path) -> None:
@@ -28,7 +28,8 @@ def findings(runs, folder: Path) -> None:
     columns = [(terrain, own) for terrain in terrains for own in owns
                if {run["robots"] for run in runs if run["terrain"] == terrain} != {8}]
     if columns:
-        print("| robots |", " | ".join(f"{terrain}, {own}" for terrain, own in columns), "|")
+        print("| robots |", " | ".join(f"{terrain}, {own.replace('_', ' ')}"
+                                       for terrain, own in columns), "|")
         print("|---" * (len(columns) + 1) + "|")
         for size in sizes:
             print(f"| {size} |", " | ".join(cell(those(runs, size, *column))
@@ -95,6 +96,7 @@ def mechanisms(runs) -> None:
     times = {(size, name): {run["seed"]: time_s(run) for run in runs
                             if (run["robots"], run["without"]) == (size, name)}
              for size in sizes for name in names}
+    overview(times, sizes, names)
     for size in sizes:
         late = Counter(run["without"] for run in runs
                        if run["robots"] == size and run["exploration_time_s"] is None)
@@ -108,6 +110,23 @@ def mechanisms(runs) -> None:
               for name in names}
     compare(f"what {many} robots take of the time of {few}, without", shares,
             dict.fromkeys(names[1:], shares[names[0]]), Counter(), "%")
+
+
+def overview(times, sizes, names) -> None:
+    """Print the shares of time without each mechanism, with p by Holm, a pair of columns for each
+    size of the fleet, and those of the larger fleet against the smaller one."""
+    few, many = sizes[0], sizes[-1]
+    columns = [against({name: times[size, name] for name in names},
+                       dict.fromkeys(names[1:], times[size, names[0]])) for size in sizes]
+    last = against({name: times[many, name] for name in names},
+                   {name: times[few, name] for name in names})
+    print("| without |", " | ".join(f"{size} robots | p" for size in sizes),
+          f"| {many} against {few} |")
+    print("|---" * (2 + 2 * len(sizes)) + "|")
+    for name in names:
+        print(f"| {name.replace('_', ' ')} |",
+              " | ".join(" | ".join(column.get(name, ("1", "")))
+                                        for column in columns), f"| {last[name][0]} |")
 
 
 def main(campaign: Path) -> None:

@@ -3,10 +3,10 @@
     python scenarios/paper/table2_table.py results/table2 results/table2_speed
 
 Prints Markdown: for each number of processors of a machine the paper's time and ours, how busy
-machines and nodes are, and how often each resource saturated first; then the times against those
-with two processors, seed by seed. Of the second campaign, if it is given: for each speed how busy
-machines are, and the times with one processor against those with two; last, those of all speeds
-together.
+machines are, how often each resource saturated first, and the times against those with two
+processors, seed by seed; then how busy nodes and programs are. Of the second campaign, if it is
+given: for each speed the times with one processor against those with two, and how busy machines
+are; last, those of all speeds together.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as parquet
-from exploration_times import compare, levels, time_s  # beside this file
+from exploration_times import against, compare, levels, time_s  # beside this file
 
 from desim.statistics.intervals import t_interval
 
@@ -26,11 +26,15 @@ from desim.statistics.intervals import t_interval
 _PAPER_S = {1: 489, 2: 349, 4: 350, 8: 384}
 _CHOSEN = 2  # processors: the configuration of the paper's experiments
 
-_COLUMNS = ("mean_cpu_percent", "mean_node_cpu_percent", "mean_ram_percent", "missed_ticks",
-            "messages_replaced", "mean_rx_kBps")
+_BUSY = {"nodes' CPU, %": "mean_node_cpu_percent", "missed ticks": "missed_ticks",
+         "unread messages": "messages_replaced", "a robot receives, kB/s": "mean_rx_kBps"}
 
 
-def row(processors: int, runs) -> str:
+def mean(runs, column: str) -> str:
+    return f"{np.mean([run[column] for run in runs]):.0f}"
+
+
+def row(processors: int, runs, share: str, p: str) -> str:
     """A row of the table: the runs of one number of processors."""
     times = [time_s(run) for run in runs]
     late = sum(run["exploration_time_s"] is None for run in runs)
@@ -39,26 +43,28 @@ def row(processors: int, runs) -> str:
         f"| {processors}", f"{runs[0]['robots_per_node']}", f"{_PAPER_S[processors]}",
         t_interval(times).text() + (f" ({late} late)" if late else ""),
         f"{100 * (np.mean(times) / _PAPER_S[processors] - 1):+.0f} %",
-        *(f"{np.mean([run[column] for run in runs]):.0f}" for column in _COLUMNS),
-        ", ".join(f"{name} {count}" for name, count in sorted(first.items()))]) + " |"
+        mean(runs, "mean_cpu_percent"), mean(runs, "mean_ram_percent"),
+        ", ".join(f"{name} {count}" for name, count in sorted(first.items())), share, p]) + " |"
 
 
 def speeds(runs) -> None:
-    """Print for each speed how busy machines with one and two processors are, and the times with
-    one against those with two."""
+    """Print for each speed the times with one processor, against those with two, and how busy both
+    kinds of machines are; then the times of all speeds together."""
     few, many = sorted(levels(runs, "processors"))
-    print(f"\n| speed | CPU with {few}, % | missed ticks | CPU with {many}, % | missed ticks |")
-    print("|---" * 5 + "|")
-    for speed in sorted(levels(runs, "speed")):
-        those = [[run for run in runs if (run["processors"], run["speed"]) == (count, speed)]
-                 for count in (few, many)]
-        print(f"| {speed} |", " | ".join(
-            f"{np.mean([run[column] for run in some]):.0f}" for some in those
-            for column in ("mean_cpu_percent", "missed_ticks")), "|")
     times = {count: times_by_speed(runs, count) for count in (few, many)}
-    compare(f"speed, {few} processor, against {many}", times[few], times[many], Counter(
-        str(run["speed"]) for run in runs
-        if run["exploration_time_s"] is None and run["processors"] == few))
+    shares = against(times[few], times[many])
+    print(f"\n| speed | time with {few}, s | against {many} | p (Holm) | CPU with {few}, % "
+          f"| missed ticks | CPU with {many}, % | missed ticks |")
+    print("|---" * 8 + "|")
+    for speed, own in times[few].items():
+        those = [[run for run in runs if (run["processors"], str(run["speed"])) == (count, speed)]
+                 for count in (few, many)]
+        late = sum(run["exploration_time_s"] is None for run in those[0])
+        busy = [mean(some, column) for some in those
+                for column in ("mean_cpu_percent", "missed_ticks")]
+        print(f"| {speed} |", t_interval(list(own.values())).text()
+              + (f" ({late} late)" if late else ""), "|",
+              " | ".join((*shares.get(speed, ("", "")), *busy)), "|")
     compare(f"{few} processor, against {many}", *(
         {"all speeds": geometric_means(times[count].values())} for count in (few, many)), Counter())
 
@@ -81,18 +87,19 @@ def geometric_means(times) -> dict[int, float]:
 
 def main(campaign: Path, slower: Path | None = None) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
-    counts = sorted(levels(runs, "processors"))
-    print("| processors | robots on a node | the paper, s | time, s | difference | machines' CPU, "
-          "% | nodes' CPU, % | RAM, % | missed ticks | unread messages | a robot receives, kB/s | "
-          "saturates first |")
-    print("|---" * 12 + "|")
-    for processors in counts:
-        print(row(processors, [run for run in runs if run["processors"] == processors]))
-    times = {processors: {run["seed"]: time_s(run) for run in runs
-                          if run["processors"] == processors} for processors in counts}
-    compare(f"processors, against {_CHOSEN}", {str(one): times[one] for one in counts},
-            {str(one): times[_CHOSEN] for one in counts if one != _CHOSEN},
-            Counter(str(run["processors"]) for run in runs if run["exploration_time_s"] is None))
+    own = {count: [run for run in runs if run["processors"] == count]
+           for count in sorted(levels(runs, "processors"))}
+    times = {count: {run["seed"]: time_s(run) for run in some} for count, some in own.items()}
+    shares = against(times, {count: times[_CHOSEN] for count in own if count != _CHOSEN})
+    print("| processors | robots on a node | the paper, s | time, s | difference | CPU, % | RAM, % "
+          f"| saturates first | time, against {_CHOSEN} | p (Holm) |")
+    print("|---" * 10 + "|")
+    for count, some in own.items():
+        print(row(count, some, *shares.get(count, ("1", ""))))
+    print("\n| processors |", " | ".join(_BUSY), "|")
+    print("|---" * (1 + len(_BUSY)) + "|")
+    for count, some in own.items():
+        print(f"| {count} |", " | ".join(mean(some, column) for column in _BUSY.values()), "|")
     if slower is not None:
         speeds(parquet.read_table(slower / "runs.parquet").to_pylist())
 

@@ -1,4 +1,4 @@
-"""Tables of docs/defaults.md: each level of a parameter beside one of them, seed by seed.
+"""Tables of docs/defaults.md: the levels of a parameter beside one of them, seed by seed.
 
     python scenarios/studies/radio_table.py results/defaults changed nothing
     python scenarios/studies/radio_table.py results/presets preset indoor
@@ -15,7 +15,8 @@ import pyarrow.parquet as parquet
 from desim.statistics.comparisons import holm, paired
 from desim.statistics.intervals import t_interval
 
-METRICS = {"exploration_time_s": 1.0, "delivered": 100.0, "map_age_s": 1.0}  # share in %
+METRICS = {"exploration time (s)": ("exploration_time_s", 1.0),  # column of the runs, and factor
+           "delivered (%)": ("delivered", 100.0), "map age (s)": ("map_age_s", 1.0)}
 
 
 def main(campaign: Path, parameter: str, beside: str) -> None:
@@ -25,7 +26,7 @@ def main(campaign: Path, parameter: str, beside: str) -> None:
                         if level != beside)]
     means: dict[str, list[str]] = {level: [] for level in levels}
     apart: dict[str, list[str]] = {level: [] for level in levels}
-    for metric, factor in METRICS.items():
+    for metric, factor in METRICS.values():
         if any(run[metric] is None for run in runs):
             sys.exit(f"{metric} has no value in some runs, which ended before")
         values = {level: [factor * run[metric] for run in runs if run[parameter] == level]
@@ -39,9 +40,11 @@ def main(campaign: Path, parameter: str, beside: str) -> None:
     print(f"| {parameter} |", " | ".join(METRICS), "|")
     print("|---" * (1 + len(METRICS)) + "|")
     for level in levels:
+        print(f"| {level} |", " | ".join(apart[level] or means[level]), "|")
+    print("\n| means |", " | ".join(METRICS), "|")
+    print("|---" * (1 + len(METRICS)) + "|")
+    for level in levels:
         print(f"| {level} |", " | ".join(means[level]), "|")
-        if apart[level]:
-            print("| |", " | ".join(apart[level]), "|")
 
 
 if __name__ == "__main__":

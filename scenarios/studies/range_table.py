@@ -1,4 +1,4 @@
-"""The table of what a short radio costs each strategy, from the campaign of range.yaml.
+"""The tables of what a short radio costs each strategy, from the campaign of range.yaml.
 
     python scenarios/studies/range_table.py results/range
 """
@@ -17,18 +17,21 @@ from desim.statistics.intervals import t_interval
 def main(campaign: Path) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
     strategies, ranges = (list(dict.fromkeys(run[name] for run in runs))
-                            for name in ("strategy", "range"))
-    farthest = ranges[-1]
-    print("| range |", " | ".join(f"`{name}`, s | share" for name in strategies), "|")
-    print("|---" * (1 + 2 * len(strategies)) + "|")
+                          for name in ("strategy", "range"))
+    times = {(reach, name): times_of(
+        [run for run in runs if (run["range"], run["strategy"]) == (reach, name)])
+        for reach in ranges for name in strategies}
+    heads = " | ".join(f"`{name}`" for name in strategies)
+    print(f"| share of time, against {ranges[-1]} | {heads} |")
+    print("|---" * (1 + len(strategies)) + "|")
+    for reach in ranges[:-1]:
+        print(f"| {reach} |", " | ".join(share(times[reach, name], times[ranges[-1], name])
+                                         for name in strategies), "|")
+    print(f"\n| time, s | {heads} |")
+    print("|---" * (1 + len(strategies)) + "|")
     for reach in ranges:
-        cells = []
-        for name in strategies:
-            times, unlimited = (times_of([run for run in runs if (
-                run["strategy"], run["range"]) == (name, each)]) for each in (reach, farthest))
-            cells += [t_interval(list(times.values())).text(),
-                      "1" if reach == farthest else share(times, unlimited)]
-        print(f"| {reach} |", " | ".join(cells), "|")
+        print(f"| {reach} |", " | ".join(t_interval(list(times[reach, name].values())).text()
+                                         for name in strategies), "|")
 
 
 if __name__ == "__main__":

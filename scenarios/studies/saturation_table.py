@@ -76,7 +76,8 @@ def shares(runs, name: str, other: str) -> None:
     times: dict = {}
     for run in runs:
         if run["rate"] not in late:
-            times.setdefault(run[name], {})[run[other], run["seed"]] = time_s(run)
+            value = f"{run[name]:g}" if name == "speed" else run[name]
+            times.setdefault(value, {})[run[other], run["seed"]] = time_s(run)
     *before, last = times
     print_shares(f"{name}, against {last}", {value: times[value] for value in before}, times[last])
 
@@ -132,7 +133,7 @@ def main(campaign: Path) -> None:
     print("| speed |", " | ".join(map(str, rates)), "|")
     print("|---" * (1 + len(rates)) + "|")
     for speed in speeds:
-        print(f"| {speed} |", " | ".join(cell(cells.get((speed, rate), [])) for rate in rates),
+        print(f"| {speed:g} |", " | ".join(cell(cells.get((speed, rate), [])) for rate in rates),
               "|")
     print(f"\nRuns in which nothing saturated took {unhindered_s(runs):.0f} s in the mean.")
     shares(runs, "speed", "rate")

@@ -20,19 +20,27 @@ def sent_mb(run) -> float:
                if "map_exchange" in column and column.endswith("_bytes")) / 1e6
 
 
+def row(kind: str, by_fusion) -> str:
+    """The means of a kind, each for all fusions, or once where these are equal."""
+    times = [t_interval([run["exploration_time_s"] for run in runs]).text() for runs in by_fusion]
+    columns = (times,
+               [f"{np.mean([sent_mb(run) for run in runs]):.3g}" for runs in by_fusion],
+               [f"{np.mean([run['map_age_s'] for run in runs]):.1f}" for runs in by_fusion],
+               [t_interval([run["map_error_cells"] for run in runs]).text() for runs in by_fusion],
+               [f"{np.mean([run['map_quality'] for run in runs]):.3f}" for runs in by_fusion])
+    return f"| {kind} | " + " | ".join(
+        "; ".join(cells if len(set(cells)) > 1 else cells[:1]) for cells in columns) + " |"
+
+
 def main(campaign: Path) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
-    print("| model | fusion | time (s) | sent (MB) | map age (s) | wrong cells | quality |")
-    print("|---|---|---|---|---|---|---|")
-    for kind, fusion in dict.fromkeys((run["kind"], run["fusion"]) for run in runs):
-        some = [run for run in runs if (run["kind"], run["fusion"]) == (kind, fusion)]
-        time_s, wrong = (t_interval([run[key] for run in some])
-                         for key in ("exploration_time_s", "map_error_cells"))
-        print(f"| {kind} | {fusion} | {time_s.text()} "
-              f"| {np.mean([sent_mb(run) for run in some]):.1f} "
-              f"| {np.mean([run['map_age_s'] for run in some]):.1f} "
-              f"| {wrong.text()} "
-              f"| {np.mean([run['map_quality'] for run in some]):.3f} |")
+    kinds, fusions = (dict.fromkeys(run[name] for run in runs) for name in ("kind", "fusion"))
+    print(f"Each cell has the values for the fusions {'; '.join(fusions)}, or one for all.\n")
+    print("| model | exploration time, s | sent, MB | map age, s | wrong cells | map quality |")
+    print("|---" * 6 + "|")
+    for kind in kinds:
+        print(row(kind, [[run for run in runs if (run["kind"], run["fusion"]) == (kind, fusion)]
+                         for fusion in fusions]))
 
 
 if __name__ == "__main__":

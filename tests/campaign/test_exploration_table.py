@@ -40,9 +40,11 @@ def test_each_terrain_has_its_times_its_fastest_fleet_and_its_bend(table, tmp_pa
     table.main(tmp_path)
     lines = capsys.readouterr().out.splitlines()
     assert lines[:2] == ["| robots | maze | zigzag |", "|---|---|---|"]
-    assert lines[2] == "| 1 | 382 (0.1 km) | 2000 (0.1 km, 2 of 2 late) |"
-    assert lines[6] == "| 11 | 182 (1.1 km) | 363 (1.1 km) |"
-    maze_facts, zigzag_facts = lines[13:15]
+    assert lines[2] == "| 1 | 382 | 2000 (2 of 2 late) |"
+    assert lines[6] == "| 11 | 182 | 363 |"
+    assert lines[11:14] == ["| way, km, by robots | maze | zigzag |", "|---|---|---|",
+                            "| 1 | 0.1 | 0.1 |"]
+    maze_facts, zigzag_facts = lines[24:26]
     assert maze_facts == (
         "| maze | 11 (11 to 11): 193 | -20.0; from 11.0 (11.0 to 11.0) on +15.0 | 30, 30 |")
     assert zigzag_facts.startswith("| zigzag | 11 (11 to 11): 386 | ")
@@ -89,9 +91,9 @@ def test_groups_of_fleets_are_compared_seed_by_seed(table, capsys):
              if one["robots"] < 26]
     table.groups({"maze": runs})
     assert capsys.readouterr().out.splitlines()[3:] == [
-        "| maze | 9 to 13 robots, of 1 | 0.50 (0.50 to 0.50) | – | 0.50 |",
-        "| maze | 26 to 30, of 9 to 13 | 0.27 | 0.067 | – |",
-        "| maze | 26, of 25 and 27 | 1.41 | 0.5 | – |"]
+        "| maze | 0.50 (0.50 to 0.50) | 0.27, p 0.067 | 1.41, p 0.5 |", "",
+        "| seeds above 2 | 9 to 13 robots, of 1 | 26 to 30, of 9 to 13 | 26, of 25 and 27 |",
+        "|---|---|---|---|", "| maze | 0.50 | – | – |"]
     table.beside({"maze": runs}, {"maze": ideal})
     *_, row = capsys.readouterr().out.splitlines()
     assert row == "| maze | 2.00 (2.00 to 2.00) | 2.00 (2.00 to 2.00) | – |"
@@ -115,5 +117,5 @@ def test_a_part_of_the_runs_has_a_part_of_the_tables(table, tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[2] == "| 1 | – | – |"
     assert "| maze | 8: 300 | – | 30, 30 |" in lines
-    assert "| maze | 26, of 25 and 27 | – | – | – |" in lines
+    assert "| maze | – | – | – |" in lines
     assert "| maze | 2.00 | 2.00 | 1.00 | 1.00 | 1.00 |" in lines

@@ -30,9 +30,9 @@ def test_a_cell_has_its_mean_time_and_what_gave_in(table, tmp_path, capsys):
     assert capsys.readouterr().out.splitlines() == [
         "| speed | 20 Mb/s | 1 Gb/s |", "|---|---|---|",
         "| 0.1 | > 1250 (port 1, processor 1) | 410 (processor 1) |",
-        "| 1.0 | – | 300 (nothing 1) |", "",
+        "| 1 | – | 300 (nothing 1) |", "",
         "Runs in which nothing saturated took 300 s in the mean.", "",
-        "| speed, against 1.0 | share of time | p (Holm) | slower | over seeds |",
+        "| speed, against 1 | share of time | p (Holm) | slower | over seeds |",
         "|---|---|---|---|---|", "",
         "| rate, against 1 Gb/s | share of time | p (Holm) | slower | over seeds |",
         "|---|---|---|---|---|"]

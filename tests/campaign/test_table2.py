@@ -29,16 +29,14 @@ def test_columns_of_the_paper_are_compared_with_the_runs_seed_by_seed(table, tmp
     parquet.write_table(pa.Table.from_pylist(runs), tmp_path / "runs.parquet")
     table.main(tmp_path)
     lines = capsys.readouterr().out.splitlines()
-    busy = "80 | 40 | 6 | 12 | 3000 | 1300"
-    assert lines[2:6] == [
-        f"| 1 | 8 | 489 | 540 ± 37 | +10 % | {busy} | processor 3 |",
-        f"| 2 | 4 | 349 | 360 ± 25 | +3 % | {busy} | nothing 3 |",
-        f"| 4 | 2 | 350 | 360 ± 25 | +3 % | {busy} | nothing 3 |",
-        f"| 8 | 1 | 384 | 927 ± 2308 (1 late) | +141 % | {busy} | nothing 3 |"]
-    assert lines[7] == "| processors, against 2 | time, s | share of time | p (Holm) | faster |"
-    assert lines[9].startswith("| 1 | 540 ± 37 | 1.50 (1.50 to 1.50) |")
-    assert lines[10] == "| 2 | 360 ± 25 | 1 |  |  |"
-    assert lines[12].startswith("| 8 | 927 ± 2308 (1 late) | ")
+    assert lines[2].startswith(
+        "| 1 | 8 | 489 | 540 ± 37 | +10 % | 80 | 6 | processor 3 | 1.50 (1.50 to 1.50) | ")
+    assert lines[3:5] == [
+        "| 2 | 4 | 349 | 360 ± 25 | +3 % | 80 | 6 | nothing 3 | 1 |  |",
+        "| 4 | 2 | 350 | 360 ± 25 | +3 % | 80 | 6 | nothing 3 | 1.00 (1.00 to 1.00) | 1 |"]
+    assert lines[5].startswith(
+        "| 8 | 1 | 384 | 927 ± 2308 (1 late) | +141 % | 80 | 6 | nothing 3 | ")
+    assert lines[9] == "| 1 | 40 | 12 | 3000 | 1300 |"
 
 
 def test_slower_processors_show_when_one_is_too_few(table, tmp_path, capsys):
@@ -54,17 +52,12 @@ def test_slower_processors_show_when_one_is_too_few(table, tmp_path, capsys):
          for seed, time_s in enumerate(own)]), tmp_path / "slower/runs.parquet")
     table.main(tmp_path / "table2", tmp_path / "slower")
     lines = capsys.readouterr().out.splitlines()
-    assert lines[lines.index("| speed | CPU with 1, % | missed ticks | CPU with 2, % | missed "
-                             "ticks |"):] == [
-        "| speed | CPU with 1, % | missed ticks | CPU with 2, % | missed ticks |",
-        "|---|---|---|---|---|",
-        "| 0.1 | 80 | 12 | 80 | 12 |",
-        "| 0.3 | 80 | 12 | 80 | 12 |",
-        "",
-        "| speed, 1 processor, against 2 | time, s | share of time | p (Holm) | faster |",
-        "|---|---|---|---|---|",
-        "| 0.1 | 850 | 2.00 | 1 | 0 of 2 |",
-        "| 0.3 | 355 | 1.00 | 1 | 0 of 2 |",
+    head = ("| speed | time with 1, s | against 2 | p (Holm) | CPU with 1, % | missed ticks "
+            "| CPU with 2, % | missed ticks |")
+    assert lines[lines.index(head):] == [
+        head, "|---|---|---|---|---|---|---|---|",
+        "| 0.1 | 850 | 2.00 | 1 | 80 | 12 | 80 | 12 |",
+        "| 0.3 | 355 | 1.00 | 1 | 80 | 12 | 80 | 12 |",
         "",
         "| 1 processor, against 2 | time, s | share of time | p (Holm) | faster |",
         "|---|---|---|---|---|",
