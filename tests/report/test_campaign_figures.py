@@ -33,7 +33,8 @@ def test_each_vector_is_a_dot_in_the_panel_of_each_parameter(tmp_path):
 
 
 def test_of_many_vectors_each_eighth_has_its_mean_and_interval(tmp_path):
-    """Of three values 100 apart Student's t of two degrees of freedom makes 4.303 * 100 / 3**0.5."""
+    """Of three values 100 apart, with Student's t of two degrees of freedom: 4.303 * 100 / 3**0.5.
+    """
     study, estimates = studied(tmp_path, {"robots": list(range(1, 25))}, 1, lambda levels, k: timed(
         100.0 * levels["robots"]))
     axes, = scatter_figure(study, estimates, "exploration_time_s").axes

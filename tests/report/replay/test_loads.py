@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from desim.report.replay import traffic
-from desim.report.replay.traffic import BornMessages, add_loads
+from desim.report.replay.traffic import BornMessages, add_loads, add_messages
 
 S = 10**9
 NAMES = ("load.bin", "load.source", "load.destination", "load.kind", "load.bytes")
@@ -55,3 +55,14 @@ def test_of_many_links_the_busiest_have_loads(monkeypatch):
         [(0, 1, 2, 1, 200), (0, 2, 0, 1, 300)],
         (1, ["only the 2 busiest of 3 links have loads"]))
     assert loads((0, 1, 0), (1, 2, 0))[1] == (1, [])
+
+
+@pytest.mark.parametrize(("rows", "kept"), [
+    ([(0, 1, 0.0)] * 4, [0, 1, 2, 3]), ([(0, 1, 0.0)] * 10, [0, 3, 6, 9]),
+    ([(0, 1, 0.0)] * 4 + [(0, 1, 9.0)] + [(0, 1, 0.0)] * 5, [0, 4, 5, 9]),
+    ([(0, 1, 0.0)] * 4 + [(0, -1, 0.0)] + [(0, 1, 0.0)] * 5, [0, 4, 5, 9])])
+def test_of_many_messages_late_and_lost_ones_are_drawn_and_others_evenly(monkeypatch, rows, kept):
+    monkeypatch.setattr(traffic, "MAX_MESSAGES", 4)
+    drawn, note = add_messages(Kept(), messages(*rows))
+    assert drawn.tolist() == kept
+    assert (note is None) == (len(kept) == len(rows))
