@@ -11,7 +11,7 @@ import numpy as np
 
 from desim.errors import ModelError, class_of
 from desim.network.medium import Medium
-from desim.ports import CountsBusyTime
+from desim.ports import CountsBusyTime, NamesChannels
 
 
 def busy_ns(medium: Medium) -> np.ndarray | None:
@@ -23,6 +23,19 @@ def busy_ns(medium: Medium) -> np.ndarray | None:
         raise ModelError(f"{class_of(medium.model)} was busy for {busy.tolist()!r}; wanted: a list "
                          "of whole nanoseconds")
     return busy.astype(np.int64)
+
+
+def channels(medium: Medium, count: int) -> Sequence[str]:
+    """The names of the ``count`` parts of ``busy_ns``. Raises ``ModelError`` for as many as there
+    are neither hosts nor names."""
+    if count == 1:
+        return [medium.name.partition("@")[2] or medium.name]
+    names = (medium.model.channels(medium.attached) if isinstance(medium.model, NamesChannels)
+             else [medium.hosts[index] for index in medium.attached])
+    if len(names) != count:
+        raise ModelError(f"{class_of(medium.model)} was busy on {count} channels, and has names of "
+                         f"{len(names)} (ports.NamesChannels)")
+    return names
 
 
 def utilisation(medium: Medium, elapsed_ns: int,

@@ -54,11 +54,11 @@ class Medium(Account):
     A frame is open until its model has settled it, then on its way until it is delivered.
     """
 
-    __slots__ = ("name", "id", "model", "rules", "flights", "attached", "frames", "positions",
-                 "shared", "judge_transmission", "refuses", "_kernel", "_after", "_send", "_begin",
-                 "_streams", "_place", "_open", "_broadcasts", "_awaited", "_reasons", "_hosts",
-                 "_control", "_reachability", "_admit", "_passes", "_all_pass", "_send_many",
-                 "departures", "left", "held")
+    __slots__ = ("name", "id", "model", "rules", "flights", "hosts", "attached", "frames",
+                 "positions", "shared", "judge_transmission", "refuses", "_kernel", "_after",
+                 "_send", "_begin", "_streams", "_place", "_open", "_broadcasts", "_awaited",
+                 "_reasons", "_hosts", "_control", "_reachability", "_admit", "_passes",
+                 "_all_pass", "_send_many", "departures", "left", "held")
 
     def __init__(self, name: str, model: NetworkModel,
                  rules: Sequence[ports.Rule | ports.RuleFunction] = (), *, kernel: Kernel,
@@ -70,6 +70,7 @@ class Medium(Account):
         self.model = model
         self.rules = tuple(map(ports.rule_of, rules))
         self.on_refusal = [rule.refused for rule in self.rules if isinstance(rule, ports.TakesBack)]
+        self.hosts = tuple(hosts)
         self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0
         self._kernel = kernel
@@ -91,13 +92,13 @@ class Medium(Account):
         self._control = model if isinstance(model, ports.CountsControl) else None
         for number, rule in enumerate(self.rules):
             with below(f".rules.{number}"):
-                rule.start(MediumView(self, f"rule {number}"), tuple(hosts))
+                rule.start(MediumView(self, f"rule {number}"), self.hosts)
         gate = Gate(self.rules, model, self)
         self._admit, self._passes, self._all_pass = gate.admit, gate.open, gate.all_pass
         self._send_many = model.send_many if isinstance(model, ports.SendsMany) else none_of
         self.judge_transmission = gate.judge_transmission
         self._reasons = gate.reasons.union(model.reasons)
-        model.start(self, tuple(hosts))
+        model.start(self, self.hosts)
         self._reachability = Reachability((model, *self.rules), self._place)
 
     @property

@@ -333,6 +333,15 @@ class CountsBusyTime(Protocol):
 
 
 @runtime_checkable
+class NamesChannels(Protocol):
+    """A network model that names the channels of ``CountsBusyTime``. Without this capability they
+    have the names of the hosts, or the medium's if all share one."""
+
+    def channels(self, hosts: Sequence[int]) -> Sequence[str]:
+        """The name of each channel of ``busy_ns``, in its order."""
+
+
+@runtime_checkable
 class CountsAirtime(Protocol):
     """A network model of radios that knows how long each was sending and receiving. The energy of
     robots depends on it (``robot.power``)."""

@@ -102,10 +102,11 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
           if m.get("messages_unmatched") else []),
         *(("", f"{count} dropped", reason) for reason, count in m["messages_dropped"].items()),
         ("on the air", f"{m['bytes_on_air'] / 1e6:.1f} MB",
-         f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s on average"),
+         f"{8e-6 * m['bytes_on_air'] / max(m['simulated_s'], 1e-9):.2f} Mb/s, all hosts together"),
         *(("", f"{count} packets", f"lost: {reason}")
           for reason, count in m.get("packets_lost", {}).items()),
-        *(("", f"{share['mean']:.1%} busy", f"{medium}, on average; at most {share['max']:.1%}")
+        *(("", f"{share['mean']:.1%} busy", medium if share["mean"] == share["max"] else
+           f"{medium}, mean of its parts; at most {share['max']:.1%}")
           for medium, share in m.get("utilisation", {}).items() if share is not None),
     ]
     rows += [("background", f"{flow['sent']} packets",
@@ -154,7 +155,10 @@ def _saturated(m: Summary) -> list[tuple[str, str, str]]:
     first = m.get("saturated_first")
     if first is None:
         return []
-    return [("saturates first", first, f"from {m['saturation'][first]['from_s']:.0f} s on")]
+    found = m["saturation"][first]
+    part = found.get("part")
+    return [("saturates first", first,
+             f"from {found['from_s']:.0f} s on" + (f": {part}" if part else ""))]
 
 
 def _energy(m: Summary) -> list[tuple[str, str, str]]:

@@ -59,6 +59,10 @@ def check_claims(cls: PluginClass[object], bench: Bench) -> None:
         need(busy and all(isinstance(one, int | np.integer) and 0 <= one <= now_ns
                           for one in busy), cls,
              f"give for busy_ns whole nanoseconds up to now ({now_ns}), not {busy!r}")
+    if isinstance(model, ports.NamesChannels):
+        names = list(model.channels(range(len(bench.hosts))))
+        need(isinstance(model, ports.CountsBusyTime) and len(names) == len(busy), cls,
+             f"give for channels a name of each channel of busy_ns, not {names!r}")
     if isinstance(model, ports.CountsAirtime):
         air = list(model.airtime_ns(range(len(bench.hosts))))
         need(len(air) == len(bench.hosts) and all(

@@ -36,7 +36,7 @@ class Switch:
     CoDel's drops and the packet limits; Linux's TCP small queues keep both away from streams. The
     switch's exit serves packets in order of arrival, and drops those for which it has no room.
 
-    Capabilities: CountsBusyTime, Itemizes, SendsMany.
+    Capabilities: CountsBusyTime, NamesChannels, Itemizes, SendsMany.
     """
 
     class Params(ports.Params):
@@ -71,6 +71,8 @@ class Switch:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self._context = context
         self._port = _assign(self._params.ports, hosts)
+        self._names = {**dict(zip(self._port, hosts, strict=True)),
+                       **dict(enumerate(self._params.ports))}
         count = max(self._port, default=0) + 1
         self._queues: CompiledQueues[Copy] = CompiledQueues(
             count, self._hop_ns, self._limit_ns, self._fair, self._ahead_ns, self._local_ns)
@@ -119,8 +121,15 @@ class Switch:
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long there was something on the wire, preambles and gaps included, in either
         direction of each port of ``hosts``."""
-        return self._queues.busy_ns(self._context.now_ns,
-                                    sorted({self._port[host] for host in hosts}))
+        return self._queues.busy_ns(self._context.now_ns, self._ports_of(hosts))
+
+    def channels(self, hosts: Sequence[int]) -> list[str]:
+        """The directions of the ports of ``hosts``: first sending of all, then receiving."""
+        names = [self._names[port] for port in self._ports_of(hosts)]
+        return [*(f"{name} sending" for name in names), *(f"{name} receiving" for name in names)]
+
+    def _ports_of(self, hosts: Sequence[int]) -> list[int]:
+        return sorted({self._port[host] for host in hosts})
 
     def _leave(self, frame: ports.Frame, port: int) -> list[tuple[int, Copy]]:
         """A broadcast's exits other than its own port; it arrives at the hosts of that one at

@@ -376,6 +376,8 @@ def test_equal_causes_at_other_times_are_equal():
 @pytest.mark.parametrize("name, more, says", [
     ("b_nan", "def busy_ns(self, hosts): return [float('nan')] * len(hosts)",
      "b_nan.Plugin (b_nan.py:4) was busy for [nan, "),
+    ("b_two", "def busy_ns(self, hosts): return [0] * 2 * len(hosts)",
+     "b_two.Plugin (b_two.py:4) was busy on 6 channels, and has names of 3"),
     ("b_far", "reach_m = 'far'",
      "b_far.Plugin (b_far.py:4) has reach_m = 'far'; wanted: a number of metres >= 0"),
 ])

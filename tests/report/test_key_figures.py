@@ -84,7 +84,8 @@ def test_the_figures_of_an_exploration():
         ("efficiency", "1.79 m2/m", "area / cost"), ("map completeness", "0.9877", ""),
         ("map quality", "0.9000", "1 wrong cell"), ("safety", "1.00", "2 collisions"),
         ("recoveries", "3", ""), ("messages", "7 sent", "5 delivered"),
-        ("", "1 in flight", "at the end"), ("on the air", "2.5 MB", "0.05 Mb/s on average"),
+        ("", "1 in flight", "at the end"),
+        ("on the air", "2.5 MB", "0.05 Mb/s, all hosts together"),
         ("speed", "123.5 times real time (CPU)", "400.0 s in 3.2 s of CPU, 150 MB")]
 
 
@@ -127,15 +128,16 @@ def test_a_network_in_which_things_went_wrong():
         "simulated_s": 0.0, "messages_sent": 7, "messages_delivered": 5, "messages_in_flight": 0,
         "messages_unmatched": 2, "messages_dropped": {"outbox_full": 4, "host_down": 1},
         "bytes_on_air": 0, "packets_lost": {"queue_full": 9},
-        "utilisation": {"lan": None, "air": {"mean": 0.125, "max": 0.5}},
+        "utilisation": {"lan": None, "air": {"mean": 0.125, "max": 0.5},
+                        "bus": {"mean": 0.25, "max": 0.25}},
         "background": [{"sent": 10, "between": ["a", "b"], "delivered": 8}],
         "control_bytes": 1_250_000, "partitions": {"count": 2, "total_s": 30.4, "longest_s": 20.6},
         "false_alarms": 1}) == [
         ("messages", "7 sent", "5 delivered"), ("", "0 in flight", "at the end"),
         ("", "2 unmatched", "not known who listens"), ("", "4 dropped", "outbox_full"),
-        ("", "1 dropped", "host_down"), ("on the air", "0.0 MB", "0.00 Mb/s on average"),
+        ("", "1 dropped", "host_down"), ("on the air", "0.0 MB", "0.00 Mb/s, all hosts together"),
         ("", "9 packets", "lost: queue_full"),
-        ("", "12.5% busy", "air, on average; at most 50.0%"),
+        ("", "12.5% busy", "air, mean of its parts; at most 50.0%"), ("", "25.0% busy", "bus"),
         ("background", "10 packets", "a to b, 8 delivered"),
         ("", "1.2 MB", "of routing protocols, beside"),
         ("partitions", "2", "30 s in all, the longest 21 s"),
@@ -166,6 +168,9 @@ def test_busy_computers_and_their_memory():
 def test_what_gave_in_first_and_what_energy_went_into():
     assert _saturated({"saturated_first": "queue", "saturation": {"queue": {"from_s": 12.4}}}) == [
         ("saturates first", "queue", "from 12 s on")]
+    assert _saturated({"saturated_first": "lan", "saturation": {"lan": {
+        "from_s": 5.0, "part": "base sending"}}}) == [
+        ("saturates first", "lan", "from 5 s on: base sending")]
     assert _saturated({"saturated_first": None}) == _energy({}) == []
     assert _energy({"energy_j": 1250.0, "drive_j": 1000.0, "sensors_j": 150.0, "compute_j": 60.0,
                     "radio_j": 40.0}) == [

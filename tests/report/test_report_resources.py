@@ -18,7 +18,8 @@ def slow_fails_by_its_processor(levels, iteration):
     peak = 0.99 if levels["speed"] == 1 else 0.4
     first = "processor" if levels["speed"] == 1 else "lan" if iteration == 0 else None
     return timed(100.0 + iteration, saturated_first=first, saturation_processor_peak=peak,
-                 saturation_lan_peak=0.5, saturation_queue_lost=iteration)
+                 saturation_lan_peak=0.5, saturation_queue_lost=iteration,
+                 saturation_processor_part=f"robot_{iteration // 2}" if first else None)
 
 
 def test_a_table_and_a_sentence_say_what_gave_in_first(tmp_path):
@@ -31,7 +32,7 @@ def test_a_table_and_a_sentence_say_what_gave_in_first(tmp_path):
     with open(page.parent / "tables" / "saturated_first.csv") as file:
         rows = list(csv.DictReader(file))
     assert [(row["speed"], row["first"]) for row in rows] == [
-        ("1", "processor 3"), ("2", "none 2, lan 1")]
+        ("1", "processor 3 (robot_0 2, robot_1 1)"), ("2", "none 2, lan 1")]
     assert [float(row["saturation_processor_peak"]) for row in rows] == pytest.approx([0.99, 0.4])
 
 

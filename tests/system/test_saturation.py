@@ -27,16 +27,17 @@ def test_nothing_saturates_where_all_is_ample():
     assert _saturated(found) == []
 
 
-@pytest.mark.parametrize(("first", "overrides"), [
-    ("lan", (NARROW,)),
-    ("processor", (BUSY, "robot.computer.processors=1")),
-    ("memory", (KEEPS, "robot.computer.memory=100 MB"))])
-def test_what_is_too_small_saturates(first, overrides):
+@pytest.mark.parametrize(("first", "part", "overrides"), [
+    ("lan", "workstation sending and 3 more", (NARROW,)),
+    ("processor", "robot_0 and 2 more", (BUSY, "robot.computer.processors=1")),
+    ("memory", "robot_0 and 2 more", (KEEPS, "robot.computer.memory=100 MB"))])
+def test_what_is_too_small_saturates(first, part, overrides):
     found = summary(*overrides)
     assert found["saturated_first"] == first
     own = found["saturation"][first]
     assert own["peak"] >= 0.9 and own["from_s"] in (5, 10)
-    assert _saturated(found) == [("saturates first", first, f"from {own['from_s']:.0f} s on")]
+    assert _saturated(found) == [
+        ("saturates first", first, f"from {own['from_s']:.0f} s on: {part}")]
     ample = [override.replace("300 kb/s", "1 Gb/s").replace("200 ms", "1 ms").replace(
         "100 MB", "1 GB") for override in overrides]
     assert summary(*ample)["saturated_first"] is None  # the twin
@@ -47,7 +48,8 @@ def test_memory_that_is_full_between_two_looks_saturated():
     found = summary(KEEPS, "robot.computer={memory: 71 MB, respawn_delay: 1 min}")
     assert found["memory_kills"] == 3
     assert found["saturated_first"] == "memory"
-    assert found["saturation"]["memory"] == {"peak": 1.0, "from_s": 5.0}
+    assert found["saturation"]["memory"] == {
+        "peak": 1.0, "from_s": 5.0, "part": "robot_0 and 2 more"}
 
 
 def test_a_program_whose_thread_is_always_busy_saturates_beside_an_idle_processor():
@@ -57,7 +59,7 @@ def test_a_program_whose_thread_is_always_busy_saturates_beside_an_idle_processo
     found, twin = summary(slow, four), summary(slow.replace("3 s", "3 ms"), four)
     assert found["saturation"]["processor"]["peak"] < 0.4
     assert (found["saturated_first"], found["saturation"]["thread"]) == (
-        "thread", {"peak": 1.0, "from_s": 5.0})
+        "thread", {"peak": 1.0, "from_s": 5.0, "part": "robot_0/localization"})
     assert found["messages_replaced"] > twin["messages_replaced"]
     assert twin["saturated_first"] is None
     assert twin["saturation"]["thread"]["peak"] == pytest.approx(0.03, abs=0.02)

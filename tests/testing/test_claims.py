@@ -22,6 +22,9 @@ class Claims(ImmediateNetwork):
     def busy_ns(self, hosts):
         return [0] * len(hosts)
 
+    def channels(self, hosts):
+        return [f"line {host}" for host in hosts]
+
     def airtime_ns(self, hosts):
         return [(0, 0)] * len(hosts)
 
@@ -59,6 +62,7 @@ def test_claims_that_are_kept_pass():
     ("attempts", lambda self: (1, -2), "count transmissions, and those without a reply"),
     ("control", lambda self: 7, "count frames and bytes of its protocols"),
     ("busy_ns", lambda self, hosts: [-1], "give for busy_ns whole nanoseconds"),
+    ("channels", lambda self, hosts: ["line"], "give for channels a name of each channel"),
     ("airtime_ns", lambda self, hosts: [0] * len(hosts),
      "give for airtime_ns whole nanoseconds of sending and of hearing"),
     ("links", lambda self: (np.array([0]), np.array([0]), np.array([1.0])),

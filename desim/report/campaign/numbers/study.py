@@ -91,6 +91,7 @@ class Study:
         self.axes = {name: axis for name, (axis, _) in found.items()}
         taken = {*FIXED, *design.parameters,
                  *(name + suffix for name in design.parameters for suffix in SUFFIXES)}
+        self.columns = frozenset(self._table.column_names)
         self.metrics = tuple(name for name in self._table.column_names
                              if name not in taken and self._is_number(name))
         self._refuse_unknown()

@@ -53,7 +53,8 @@ def resources_table(study: Study) -> ReportTable | None:
     rows, exact = [], []
     for vector, first in zip(study.vectors, found, strict=True):
         means = [_mean(study, metric, vector) for metric in peaks]
-        often = ", ".join(f"{name} {count}" for name, count in first.most_common())
+        often = ", ".join(f"{name} {count}{_parts(study, name, vector)}"
+                          for name, count in first.most_common())
         rows.append([*vector_cells(study, vector), often, *(
             Shown("–" if mean is None else f"{mean:.1%}", mean) for mean in means)])
         exact.append([*exact_vector_cells(study, vector), often, *means])
@@ -63,6 +64,18 @@ def resources_table(study: Study) -> ReportTable | None:
         "of each resource the largest share that was in use for 5 s, as a mean over the runs.",
         [*vector_head(study), "first", *names], rows,
         [*exact_vector_head(study), "first", *peaks], exact)
+
+
+def _parts(study: Study, name: str, vector: VectorRuns) -> str:
+    """The parts of a resource that saturated first, with the number of runs, in brackets."""
+    column = f"saturation_{name}_part"
+    if column not in study.columns:
+        return ""
+    found = Counter(part for part, first in zip(study.text(column)[vector.rows],
+                                                study.text(_FIRST)[vector.rows], strict=True)
+                    if part is not None and first == name)
+    return " (" + ", ".join(f"{part} {count}" for part, count in found.most_common()) + ")" \
+        if found else ""
 
 
 def _mean(study: Study, metric: str, vector: VectorRuns) -> float | None:
