@@ -35,6 +35,21 @@ def test_the_command(design):
     assert answer["real_time_s"] == {"least": 600.0, "most": 1500.0}
 
 
+def test_ways_of_copying_are_compared_by_their_time(tmp_path):
+    """28 machines on 7 nodes: 28 copies in turn, 7 in turn, or 7 in three rounds, as each node that
+    has the image passes it on and 1 + 2 + 4 are 7."""
+    shown = CliRunner().invoke(app, ["deploy", str(deployed(tmp_path, sizes=[28])),
+                                     "--image", "20 MB"])
+    lines = shown.output.splitlines()
+    table = lines[lines.index("Copies of an image of 20 MB over switch, 1 Gb/s:") + 1:][:5]
+    assert [line.rstrip()[33:] for line in table] == [
+        "  copies  rounds  seconds  against naive",
+        "      28      28      4.8",
+        "       7       7      1.2   4.0 x faster",
+        "       7       1      1.2   4.0 x faster",
+        "       7       3      0.5   9.3 x faster"]
+
+
 @pytest.mark.parametrize(("words", "says"), [
     (["--image", "4 apples"], "--image: unknown unit 'apples' for a size"),
     (["--image", "4"], "--image: '4' has no unit; allowed: B, kB, MB"),

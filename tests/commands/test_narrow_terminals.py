@@ -71,10 +71,12 @@ def test_numbers_are_whole(runs, monkeypatch):
             in text)
 
 
-def test_key_figures_are_whole(runs):
-    console = Terminal(file=StringIO(), width=40, force_terminal=True, color_system=None)
-    assert console.is_narrow
+@pytest.mark.parametrize("width", [40, 120])
+def test_key_figures_are_whole(runs, width):
+    console = Terminal(file=StringIO(), width=width, force_terminal=True, color_system=None)
+    assert console.is_narrow == (width == 40)
     console.print(result_table(runs[1].metrics, runs[1].manifest, console.is_narrow))
-    assert max(map(len, lines(console))) <= 40 and "…" not in console.file.getvalue()
+    assert max(map(len, lines(console))) <= width and "…" not in console.file.getvalue()
+    assert all(lines(console)), "no line is empty"
     text = " ".join(" ".join(lines(console)).split())
     assert "of the union > 4.0 s 99 % known to some robot" in text

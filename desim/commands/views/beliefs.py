@@ -75,7 +75,7 @@ def cell(view: PairBelief, narrow: bool = False) -> Text:
     if not narrow:
         text += f" {len(view.known)}/{matches}" if matches else ""
         text += f" !{len(view.ghosts)}" if view.ghosts else ""
-    return Text(text, style=style, no_wrap=True)
+    return Text(text, style=style)
 
 
 def mistaken(beliefs: BeliefSnapshot) -> list[str]:
