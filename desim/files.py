@@ -70,6 +70,15 @@ def name_in(folder: Path, name: str) -> str:
     return str(here[0] if here else flat)
 
 
+def near(folder: Path, name: str) -> tuple[Path, str]:
+    """A folder, and the name below it for ``opened_below``, of a file that one in ``folder`` names:
+    that folder, or the one above it."""
+    flat, above = name_in(folder, name), folder.parent
+    if flat.startswith("../"):
+        return above, flat[3:]
+    return (above, name_in(above, name)) if flat.startswith("/") else (folder, flat)
+
+
 @contextmanager
 def _sized(descriptor: int, path: str | os.PathLike, most_bytes: float) -> Iterator[BufferedReader]:
     """An open file of at most ``most_bytes``."""

@@ -28,6 +28,7 @@ def robot(files: Annotated[list[Path], typer.Argument(metavar="FILE...", show_de
 
         kinds, found = read_robot(files)
         known = re.sub(r"\W", "_", name or files[0].name.split(".")[0])
+        known = known if known[:1].isalpha() else f"robot_{known}"
         facts_of = facts(known, files, kinds, found, type_of(known, found))
         if to is not None:
             write(known, found, [file.name for file in files], to)

@@ -36,8 +36,12 @@ def read_tum(paths: Sequence[Path]) -> RecordingContent:
             raise InputError(f"{path}: its robot would be {name}, as of "
                              f"{content.tracks[name].source}; wanted: files of different names")
         table, times_ns = _read(path)
-        climbed_m = float(np.ptp(table[:, 2]))
-        if climbed_m > _FLAT_M:
+        _, aside_m, climbed_m = np.ptp(table[:, :3], axis=0).tolist()
+        if climbed_m > 2.0 * aside_m:
+            content.notes.append(f"{path.name}: z changes by {climbed_m:.2g} m and y by "
+                                 f"{aside_m:.2g} m; x and y are taken, so if z points ahead, as in "
+                                 "a camera's frame, turn the poses first")
+        elif climbed_m > _FLAT_M:
             content.notes.append(f"{path.name}: heights are left out; they differ by up to "
                                  f"{round(climbed_m, 1):g} m")
         x, y, z, w = table[:, 3:].T

@@ -14,10 +14,10 @@ MAP, ROBOT, RECORDING, SLAM = "desim map", "desim robot", "desim import", "desim
 
 
 class FileKind(NamedTuple):
-    """A format: its name in a sentence, and the command that reads it."""
+    """A format: its name in a sentence, and the command that reads it, if there is one."""
 
     name: str
-    command: str
+    command: str = ""
 
 
 MAP_SERVER = FileKind("a map of ROS (map_server)", MAP)
@@ -36,6 +36,8 @@ ROS_1_BAG = FileKind("a bag of ROS 1", RECORDING)
 ROS_2_DATABASE = FileKind("a database of ROS 2 (.db3)", RECORDING)
 TUM = FileKind("a TUM trajectory", RECORDING)
 CARMEN = FileKind("a log of CARMEN", SLAM)
+POSE_GRAPH = FileKind("a pose graph (g2o), which no command of desim reads")
+LFS = FileKind("a pointer of Git LFS, without the file, which git lfs pull fetches")
 
 _NUMBER = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 
@@ -43,6 +45,8 @@ _NUMBER = rb"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _BY_BYTES = [(MCAP, rb"\x89MCAP0\r\n"), (ROS_1_BAG, rb"#ROSBAG V"),
              (ROS_2_DATABASE, rb"SQLite format 3\0"),
              (IMAGE, rb"P[1-6]\s|\x89PNG|BM.{4}\0\0\0\0|\xff\xd8\xff|II\*\0|MM\0\*"),
+             (LFS, rb"version https://git-lfs\.github\.com/"),
+             (POSE_GRAPH, rb"(?:VERTEX|EDGE)_SE[23]"),
              (DXF, rb"AutoCAD Binary DXF|AC10\d\d|(?:\s*999\r?\n[^\n]*\n)*\s*0\r?\n\s*SECTION"),
              (MOVING_AI, rb"(?:type\s+\w+\s+)?height\s+\d+\s+width\s+\d+\s+map\b"),
              (TUM, rb"(?:\s*#[^\n]*\n)*\s*" + rb"[ \t]+".join([_NUMBER] * 8) + rb"\s*?(?:\n|\Z)")]
@@ -82,4 +86,6 @@ def advice(path: str | os.PathLike) -> str:
         kind = kind_of(path)
     except (OSError, ValueError):
         return ""
-    return "" if kind is None else f"it looks like {kind.name}, which {kind.command} reads"
+    if kind is None:
+        return ""
+    return f"it looks like {kind.name}" + (f", which {kind.command} reads" if kind.command else "")

@@ -73,8 +73,18 @@ def dump(data: Data) -> str:
 
 def read(path: str) -> tuple[Data, Places]:
     """The mapping in a file, and where its parts stand. Raises ``InputError``."""
+    return parse(_text(path), path)
+
+
+def read_as_ros(path: str) -> tuple[object, Places, list[str]]:
+    """The mapping in a file of ROS, where its parts stand, and complaints about it: of two equal
+    keys the last one counts. Raises ``InputError`` for what is no YAML, and no mapping."""
+    return _Builder(path).anyway(_composed(_text(path), path))
+
+
+def _text(path: str) -> str:
     try:
-        text = content(path, MOST_BYTES).decode("utf-8-sig")
+        return content(path, MOST_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file (UTF-8)") from None
     except FileNotFoundError:
@@ -82,11 +92,15 @@ def read(path: str) -> tuple[Data, Places]:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{path}: cannot be read: {reason}") from None
-    return parse(text, path)
 
 
 def parse(text: str, source: str) -> tuple[Data, Places]:
     """The mapping that ``text`` holds, and where its parts stand. Raises ``InputError``."""
+    return _Builder(source).whole(_composed(text, source))
+
+
+def _composed(text: str, source: str) -> yaml.MappingNode:
+    """The node of the mapping that ``text`` holds."""
     node = _compose(text, source)
     if node is None:
         raise InputError(f"{source}: is empty; a scenario is a mapping, e.g. 'name: hello'")
@@ -94,7 +108,7 @@ def parse(text: str, source: str) -> tuple[Data, Places]:
         kind = "a list" if isinstance(node, yaml.SequenceNode) else "a single value"
         raise InputError(f"{_place(node, source)}: is {kind}; a scenario is a mapping, "
                          "e.g. 'name: hello'")
-    return _Builder(source).whole(node)
+    return node
 
 
 def parse_value(text: str, source: str) -> object:
@@ -143,16 +157,20 @@ class _Builder:
 
     def whole(self, node: yaml.Node) -> tuple[Any, Places]:
         """The value of a whole document, and the places of its parts. Raises ``InputError``."""
+        data, places, complaints = self.anyway(node)
+        if complaints:
+            raise InputError(*complaints[:_MOST_COMPLAINTS], *(
+                [f"{self._source}: and {len(complaints) - _MOST_COMPLAINTS} more complaints"]
+                if len(complaints) > _MOST_COMPLAINTS else []))
+        return data, places
+
+    def anyway(self, node: yaml.Node) -> tuple[object, Places, list[str]]:
+        """The value of a whole document, the places of its parts, and all complaints."""
         self._places = Places(self._place(node))
         try:
-            data = self._build(node, ())
+            return self._build(node, ()), self._places, self._complaints
         except RecursionError:
             raise InputError(f"{self._source}: nested too deeply") from None
-        if self._complaints:
-            raise InputError(*self._complaints[:_MOST_COMPLAINTS], *(
-                [f"{self._source}: and {len(self._complaints) - _MOST_COMPLAINTS} more complaints"]
-                if len(self._complaints) > _MOST_COMPLAINTS else []))
-        return data, self._places
 
     def _build(self, node: yaml.Node, path: Path) -> object:
         if id(node) in self._open:
@@ -179,7 +197,6 @@ class _Builder:
                 first = self._places.key((*path, key)).line
                 self._complain(key_node, f"the key {key!r} stands here a second time, first in "
                                          f"line {first}")
-                continue
             below = (*path, key)
             self._places.put(below, self._place(key_node),
                              self._place(value_node))

@@ -26,7 +26,7 @@ import numpy as np
 
 from desim import outside_yaml
 from desim.errors import InputError, did_you_mean
-from desim.files import content, name_in, opened, opened_below
+from desim.files import content, near, opened, opened_below
 from desim.ports import materials
 from desim.scenario import file_kinds
 from desim.scenario.schema.environment import MapFile
@@ -50,9 +50,9 @@ def load(map_file: MapFile, other: int) -> Terrain:
     # Installed by links, as colcon does, the map and its image are side by side at their origin.
     path = Path(os.path.realpath(map_file.map))
     facts = _facts(path)
-    if map_file.image is None:  # named by the map: not outside of its folder
-        name = name_in(path.parent, str(facts["image"]))
-        image = _read(path, path.parent / name, opened_below(path.parent, name, MOST_BYTES))
+    if map_file.image is None:  # named by the map: in its folder, or the one above
+        folder, name = near(path.parent, str(facts["image"]))
+        image = _read(path, folder / name, opened_below(folder, name, MOST_BYTES))
     else:
         image = _read(path, file := path.parent / map_file.image, opened(file, MOST_BYTES))
     is_free, is_occupied = _states(path, facts, image.values)

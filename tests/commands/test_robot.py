@@ -193,6 +193,44 @@ def test_what_a_description_has_beside_is_said(here):
         "two.urdf: sensors left out: eye (depth)"]
 
 
+def test_meshes_of_the_package_are_read(here):
+    """A mesh in mm, of which the footprint is the hull; its package is the folder above."""
+    (here / "meshes").mkdir()
+    (here / "urdf").mkdir()
+    (here / "meshes" / "plate.obj").write_text(
+        "v 300 200 0\nv -300 200 0\nv -300 -200 0\nv 300 -200 0\nv 0 0 150\n"
+        "f 1 2 5\nf 3 4 5\n")
+    for name in ("package://my_robot/meshes/plate.obj", "file:///home/me/meshes/plate.obj",
+                 "../meshes/plate.obj"):
+        (here / "urdf" / "a.urdf").write_text(
+            f"<robot><link name='a'><collision><geometry><mesh filename='{name}' "
+            "scale='0.001 0.001 0.001'/></geometry></collision></link></robot>")
+        assert read("urdf/a.urdf") == {
+            "height": "0.15 m", "footprint": [["-0.3 m", "-0.2 m"], ["0.3 m", "-0.2 m"],
+                                              ["0.3 m", "0.2 m"], ["-0.3 m", "0.2 m"]]}
+
+
+def test_a_type_is_refused_with_the_notes_on_its_files(here):
+    (here / "a.urdf").write_text(
+        "<robot><link name='a'><collision><geometry><mesh filename='a.stl'/></geometry>"
+        "</collision><collision><origin xyz='1 1 0'/><geometry><box size='1 1 1'/></geometry>"
+        "</collision></link></robot>")
+    assert refused("robot", "a.urdf").splitlines() == [
+        "a.urdf:1:1: fleet.types.a.footprint: must have (0 m, 0 m) inside, the point around which "
+        "the robot turns", "a.urdf: without the meshes that cannot be read, of: a"]
+
+
+def test_of_two_equal_keys_the_last_one_counts_as_in_ros(here):
+    (here / "05-base.yaml").write_text(
+        "DWAPlannerROS:\n  max_vel_x: 0.5\n  max_vel_x: 0.3\n  acc_lim_x: .inf\n")
+    known = json.loads(done("05-base.yaml", "--json"))
+    assert known["name"] == "robot_05_base"
+    assert {key: value for key, (value, _) in known["read"].items()} == {"max_speed": "0.3 m/s"}
+    assert known["notes"] == [
+        "05-base.yaml:3:3: the key 'max_vel_x' stands here a second time, first in line 2",
+        "05-base.yaml:4:14: .inf is not a finite number"]
+
+
 WRONG = {
     "xacro": ("a.xacro", "<robot><xacro:include filename='b'/></robot>",
               "a.xacro: has xacro:include, which desim does not expand; make a URDF of it with: "
@@ -201,7 +239,7 @@ WRONG = {
         "a.urdf", "<robot><link name='a'><visual><geometry><mesh filename='a.stl'/></geometry>"
         "</visual></link></robot>",
         "a.urdf: has no key with a counterpart in a type of robot (docs/robots.md), has none; "
-        "a.urdf: meshes are not read, of: a"),
+        "a.urdf: without the meshes that cannot be read, of: a"),
     "number of xacro": (
         "a.urdf", "<robot><link name='a'><collision>\n<geometry><box size='${x} 1 1'/></geometry>"
         "</collision></link></robot>",

@@ -47,9 +47,16 @@ def test_two_trajectories_of_other_names_are_compared(tmp_path):
 
 
 def test_heights_that_are_left_out_are_said(tmp_path):
-    path = tum(tmp_path / "drone.tum", [(0, 0, 0, 0, 0, 1), (1, 0, 0, 3.25, 0, 1)])
+    path = tum(tmp_path / "drone.tum", [(0, 0, 0, 0, 0, 1), (1, 0, 5, 3.25, 0, 1)])
     assert import_recording(path, tmp_path).notes[-1] == (
         "drone.tum: heights are left out; they differ by up to 3.2 m")
+
+
+def test_the_path_of_a_camera_is_doubted(tmp_path):
+    path = tum(tmp_path / "eye.tum", [(0, 0, 0, 0, 0, 1), (1, 0.2, 0.01, 0.3, 0, 1)])
+    assert import_recording(path, tmp_path).notes[-1] == (
+        "eye.tum: z changes by 0.3 m and y by 0.01 m; x and y are taken, so if z points ahead, as "
+        "in a camera's frame, turn the poses first")
 
 
 @pytest.mark.parametrize("line, text", [

@@ -50,6 +50,15 @@ def test_a_file_is_known_by_its_content(tmp_path, content, name, command):
     assert advice(tmp_path / "file") == f"it looks like {name}, which {command} reads"
 
 
+@pytest.mark.parametrize("content, known", [
+    (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n",
+     "it looks like a pointer of Git LFS, without the file, which git lfs pull fetches"),
+    (b"VERTEX_SE2 0 0 0 0\n", "it looks like a pose graph (g2o), which no command of desim reads")])
+def test_what_no_command_reads_is_named(tmp_path, content, known):
+    (tmp_path / "file").write_bytes(content)
+    assert advice(tmp_path / "file") == known
+
+
 @pytest.mark.parametrize("content", OTHERS)
 def test_of_another_file_nothing_is_said(tmp_path, content):
     (tmp_path / "file").write_bytes(content)

@@ -47,7 +47,7 @@ def test_an_image_of_another_format_is_not_opened(tmp_path, begins):
         loaded(tmp_path, "map.pgm")
 
 
-def test_a_map_names_an_image_in_its_folder_and_a_scenario_any(tmp_path):
+def test_a_map_names_an_image_in_its_folder_or_the_one_above_and_a_scenario_any(tmp_path):
     folder, other = tmp_path / "maps", tmp_path / "other.pgm"
     (folder / "below").mkdir(parents=True)
     for path in (other, folder / "below" / "in.pgm"):
@@ -58,8 +58,10 @@ def test_a_map_names_an_image_in_its_folder_and_a_scenario_any(tmp_path):
     named = "/home/somebody/maps/below/in.pgm"  # as the machine that saved the map had it
     assert loaded(folder, named).doubts[0] == (
         f"{folder / 'map.yaml'}: its image {named} is taken from its own folder")
-    for name, why in (("../other.pgm", "is no name of a file in a folder"),
-                      (str(other), "is no name of a file in a folder"),
+    assert loaded(folder, "../other.pgm")
+    for name, why in (("../../other.pgm", "is no name of a file in a folder"),
+                      ("../maps/link.pgm", "is a symbolic link, which desim does not follow"),
+                      (str(tmp_path.parent / "none.pgm"), "is no name of a file in a folder"),
                       ("/dev/zero", "is no name of a file in a folder"),
                       ("link.pgm", "is a symbolic link, which desim does not follow"),
                       ("pipe.pgm", "no regular file")):

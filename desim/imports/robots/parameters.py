@@ -41,11 +41,11 @@ class RosParameter(NamedTuple):
 
     @property
     def number(self) -> float:
-        """Its value; a parameter that is no number above 0 counts as absent: nan."""
+        """Its value; a parameter that is no finite number above 0 counts as absent: nan."""
         value = self.value
-        if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
+        if isinstance(value, bool) or not isinstance(value, int | float):
             return math.nan
-        return float(value)
+        return float(value) if 0 < value < math.inf else math.nan
 
 
 Written = Callable[[float], object]
@@ -70,9 +70,10 @@ _LIMITS: dict[str, tuple[Path, Written]] = {
     "desired_linear_vel": _SPEED, "vx_max": _SPEED, "linear.x.max_velocity": _SPEED,
     "max_vel_theta": _TURN, "max_rot_vel": _TURN, "max_vel_rot": _TURN,
     "max_rotational_vel": _TURN, "wz_max": _TURN, "angular.z.max_velocity": _TURN,
-    "acc_lim_x": _GAIN, "ax_max": _GAIN, "linear.x.max_acceleration": _GAIN,
+    "acc_lim_x": _GAIN, "ax_max": _GAIN, "max_linear_accel": _GAIN,
+    "linear.x.max_acceleration": _GAIN,
     "acc_lim_theta": _TURN_GAIN, "acc_lim_th": _TURN_GAIN, "az_max": _TURN_GAIN,
-    "angular.z.max_acceleration": _TURN_GAIN,
+    "max_angular_accel": _TURN_GAIN, "angular.z.max_acceleration": _TURN_GAIN,
     "cmd_vel_timeout": (("command_timeout",), _seconds),
 }
 _LISTED = {"max_velocity": (_SPEED, _TURN), "max_accel": (_GAIN, _TURN_GAIN)}  # x, y, theta
@@ -112,7 +113,8 @@ _TOP = "(at the top)"
 
 def read_yaml(path: FilePath, found: FoundRobot) -> None:
     """Add what a YAML file of parameters says. Raises ``InputError``."""
-    data, places = yaml12.read(str(path))
+    data, places, complaints = yaml12.read_as_ros(str(path))
+    found.notes += complaints
     _take(list(_flat(data, places, (), ())), found)
 
 

@@ -50,7 +50,10 @@ def type_of(name: str, found: FoundRobot) -> RobotType:
     places = Places(SourcePlace(name))
     for path, place in at.items():
         places.put_all(None, place, path)
-    complete = Variants(merge.document({"name": "robot", **data}, places)).of([])
+    try:
+        complete = Variants(merge.document({"name": "robot", **data}, places)).of([])
+    except InputError as error:
+        raise InputError(*error.args, *found.notes) from None
     return complete.scenario.fleet.types[name]
 
 

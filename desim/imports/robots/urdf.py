@@ -16,6 +16,7 @@ import numpy as np
 from desim import outside_xml
 from desim.errors import InputError
 from desim.files import content
+from desim.imports.robots import mesh_files
 from desim.imports.robots.found import FoundRobot, disc_m, hull
 from desim.outside_xml import Element
 from desim.scenario.source_places import SourcePlace
@@ -47,17 +48,17 @@ class _Description:
         self._poses = self._placed()
 
     def take(self) -> None:
-        corners, meshes = [], []
+        corners, missing = [], []
         for name, pose in self._poses.items():
             for shape, at in self._shapes(self._links[name]):
-                if shape.tag == "mesh":
-                    meshes.append(name)
-                else:
-                    corners.append(self._corners(shape) @ (pose @ at)[:3, :3].T
-                                   + (pose @ at)[:3, 3])
-        if meshes:
-            self._found.notes.append(
-                f"{self._path}: meshes are not read, of: {', '.join(dict.fromkeys(meshes))}")
+                try:
+                    corners.append(mesh_files.outermost(
+                        self._corners(shape) @ (pose @ at)[:3, :3].T + (pose @ at)[:3, 3]))
+                except (OSError, ValueError):
+                    missing.append(name)
+        if missing:
+            self._found.notes.append(f"{self._path}: without the meshes that cannot be read, of: "
+                                     f"{', '.join(dict.fromkeys(missing))}")
         every = np.concatenate(corners) if corners else np.zeros((0, 3))
         ground_m = (float(self._poses["base_footprint"][2, 3]) if "base_footprint" in self._poses
                     else float(every[:, 2].min()) if len(every) else 0.0)
@@ -87,7 +88,11 @@ class _Description:
                     yield shape, self._origin(part)
 
     def _corners(self, shape: Element) -> np.ndarray:
-        """Points around a shape."""
+        """Points around a shape. Raises ``OSError`` and ``ValueError`` for a mesh."""
+        if shape.tag == "mesh":
+            corners = mesh_files.corners(self._path, shape.attributes.get("filename", ""))
+            return corners * (self._numbers(shape, "scale", 3) if "scale" in shape.attributes
+                              else 1.0)
         if shape.tag == "box":
             half = 0.5 * np.array(self._numbers(shape, "size", 3))
             return np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half

@@ -43,7 +43,7 @@ class SdfFrames:
         return self._frame(base, where, longest) @ own
 
     def _frame(self, base: str, where: str, longest: int) -> np.ndarray:
-        name, _, inner = base.partition("::")
+        name, _, inner = (base, "", "") if base in self._named else base.partition("::")
         if name not in self._named:
             raise InputError(f"{where}: no frame {base!r} here{did_you_mean(base, self._named)}; "
                              f"allowed: {', '.join(self._named)}")

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.errors import InputError
-from desim.files import content, opened_below
+from desim.files import content, near, opened_below
 from desim.imports.terrains import stage_files
 from desim.imports.terrains.found import (
     NEAREST_M,
@@ -169,7 +169,7 @@ class _Reading:
         name, folder = bitmap.words[0], self._path.absolute().parent
         try:
             with map_images.opened(folder / name, opened_below(
-                    *stage_files.near(folder, name), map_images.MOST_BYTES)) as image:
+                    *near(folder, name), map_images.MOST_BYTES)) as image:
                 _, cells, values = map_images.greys(folder / name, image)
         except FileNotFoundError:
             raise InputError(f"{bitmap.where}: bitmap: no file {name!r} in the world's folder, "

@@ -1,8 +1,8 @@
 """World files of Stage: entities with properties, macros (``define``) and included files.
 
 The syntax is that of Stage's worldfile.cc: an included file is named relative to the folder of the
-world, a macro is known from its definition on, and of a property that is given twice the last one
-counts.
+world, what a macro says is read when it is first used, of two definitions of it the first one
+counts, and of a property that is given twice the last one.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from desim.errors import InputError
-from desim.files import content_below, name_in
+from desim.files import content_below, near
 
 _MOST_BYTES = 10_000_000
 _MOST_TOKENS = 500_000
@@ -85,15 +85,6 @@ def _tokens(file: str, content: bytes, folder: Path, missing: list[str], depth: 
     return found
 
 
-def near(folder: Path, name: str) -> tuple[Path, str]:
-    """A folder, and the name below it, of a file that a world in ``folder`` names: that one, or the
-    one above it."""
-    flat, above = name_in(folder, name), folder.parent
-    if flat.startswith("../"):
-        return above, flat[3:]
-    return (above, name_in(above, name)) if flat.startswith("/") else (folder, flat)
-
-
 def _included(name: str, where: str, folder: Path, missing: list[str], depth: int,
               ) -> list[StageToken]:
     if depth == _DEEPEST:
@@ -107,10 +98,11 @@ def _included(name: str, where: str, folder: Path, missing: list[str], depth: in
 
 
 class _Reading:
-    """Tokens, and the macros that have been defined so far."""
+    """Tokens, where the macros begin that have been defined so far, and those that are in use."""
 
     def __init__(self, tokens: list[StageToken]) -> None:
         self._tokens, self._at = tokens, 0
+        self._defined: dict[str, int] = {}
         self._macros: dict[str, StageEntity] = {}
 
     def body(self, entity: StageEntity, closing: str, depth: int) -> StageEntity:
@@ -123,24 +115,38 @@ class _Reading:
                 raise InputError(f"{token.where}: a name is expected, got {token.text!r}" if
                                  token.text else f"{entity.where}: its ) is missing")
             if token.text == "define":
-                self._define(depth)
+                self._define()
             elif self._ahead("("):
-                children.append(self.body(self._begun(token), ")", depth + 1))
+                children.append(self.body(self._begun(token, depth), ")", depth + 1))
             else:
                 values[token.text] = self._value(token)
         return replace(entity, values=values, children=tuple(children))
 
-    def _define(self, depth: int) -> None:
-        name, parent = self._next(), self._next()
+    def _define(self) -> None:
+        name, start = self._next(), self._at
+        parent = self._next()
         if (name.kind, parent.kind) != ("word", "word") or not self._ahead("("):
             raise InputError(f"{name.where}: define: a name, a type and ( are expected, got "
                              f"{name.text!r} {parent.text!r}")
-        self._macros[name.text] = self.body(self._begun(parent), ")", depth + 1)
+        self._defined.setdefault(name.text, start)
+        still_open = 1
+        while still_open and (token := self._next())[:2] != ("mark", ""):
+            still_open += (token[:2] == ("mark", "(")) - (token[:2] == ("mark", ")"))
+        if still_open:
+            raise InputError(f"{name.where}: its ) is missing")
 
-    def _begun(self, token: StageToken) -> StageEntity:
+    def _begun(self, token: StageToken, depth: int) -> StageEntity:
         """An entity of a type, with what its macro says."""
-        macro = self._macros.get(token.text)
-        return replace(macro, where=token.where) if macro else StageEntity(token.text, token.where)
+        start = self._defined.get(token.text)
+        if start is None:
+            return StageEntity(token.text, token.where)
+        if token.text not in self._macros:
+            back, self._at = self._at, start + 2
+            parent = self._tokens[start]
+            del self._defined[token.text]  # within itself it is a type
+            self._macros[token.text] = self.body(self._begun(parent, depth), ")", depth + 1)
+            self._defined[token.text], self._at = start, back
+        return replace(self._macros[token.text], where=token.where)
 
     def _value(self, name: StageToken) -> StageValue:
         token = self._next()

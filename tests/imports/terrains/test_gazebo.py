@@ -123,6 +123,17 @@ def test_frames(tmp_path):
     assert blocks(found) == [square(8.0, 7.0, 12.0, 9.0)]
 
 
+def test_a_frame_whose_name_has_the_mark_of_a_scope(tmp_path):
+    """As gz sdf writes a model that it has merged from another one."""
+    found = read(tmp_path, """
+        <model name='m'><static>true</static>
+          <frame name='hall::__model__'><pose>5 0 0 0 0 0</pose></frame>
+          <link name='hall::wall'><pose relative_to='hall::__model__'>1 0 0.5 0 0 0</pose>
+            <collision name='c'><geometry><box><size>2 2 1</size></box></geometry></collision>
+          </link></model>""")
+    assert blocks(found) == [square(5.0, -1.0, 7.0, 1.0)]
+
+
 @pytest.mark.parametrize("version, x", [("1.4", 7.0), ("1.7", 7.0), ("1.8", 0.0), ("1.10", 0.0)])
 def test_a_saved_state_counts_in_worlds_of_gazebo_classic(tmp_path, version, x):
     found = read(tmp_path, box() + "<state world_name='w'><model name='m'>"

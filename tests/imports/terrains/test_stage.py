@@ -74,6 +74,18 @@ def test_models_on_models_and_what_is_not_met(tmp_path):
                               "and rays (1), puk (unknown) (1)")
 
 
+def test_a_macro_is_read_when_it_is_used(tmp_path):
+    """It may be defined before what it is made of; the first definition counts, a circle ends."""
+    found = read(tmp_path, """
+        define low crate ( size [1 1 0.5] )
+        define crate model ( size [4 4 4] )
+        define crate model ( size [9 9 9] )
+        define snake snake ( size [3 3 3] )
+        low() snake()""")
+    assert blocks(found) == [square(-0.5, -0.5, 0.5, 0.5)]
+    assert found.notes[0] == "left out: snake (unknown) (1)"
+
+
 def test_a_bitmap_is_cut_to_its_dark_pixels_and_stretched(tmp_path):
     plan(tmp_path)
     (tmp_path / "lib").mkdir()
