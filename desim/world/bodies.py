@@ -10,15 +10,14 @@ from desim.units import NS_PER_S
 from desim.world.fleet import RobotSpec
 from desim.world.kernels import bodies as kernels
 from desim.world.kernels import outlined_bodies
+from desim.world.kernels.bodies import BodyArrays
+from desim.world.kernels.contact import Barriers
 from desim.world.outlines import Outlines
 from desim.world.terrain import Raster, Terrain
 from desim.world.wall_index import tile_index
 
-EPISODE_NS = NS_PER_S // 2  # time without contact that ends a collision (our choice)
 TILE_M = 2.0  # smaller tiles list fewer walls and cost memory
 _NEVER_NS = -(1 << 62)
-
-_advance = compiled_function(kernels.advance)
 
 
 class Bodies:
@@ -53,36 +52,39 @@ class Bodies:
         self.velocities = np.zeros((n, 3))
         self.travelled_m = np.zeros(n)
         self.radii_m = np.array([spec.body.radius_m for spec in specs])
-        self._commands = np.zeros((n, 3))
-        self._limits = np.array([(b.radius_m, b.max_speed_mps, b.max_turn_radps,
-                                  b.acceleration_mps2, b.turn_acceleration_radps2,
-                                  float(b.drive != "differential"), b.passes_m,
-                                  b.altitude_m, spec.top_m)
-                                 for spec, b in ((spec, spec.body) for spec in specs)],
-                                dtype=np.float64).reshape(n, 9)
-        self._clocks = np.full((n, 3), _NEVER_NS, dtype=np.int64)
-        self._clocks[:, kernels.TIMEOUT] = [spec.body.command_timeout_ns for spec in specs]
-        self._order = np.arange(n)
-        self._pairs = np.zeros((n * (n - 1) // 2 + 1, 2), dtype=np.int64)
-        self._before = np.zeros((n, 4))
-        self._last = np.full((n, n), _NEVER_NS, dtype=np.int64)
-        self._episodes = np.zeros((n + n * (n - 1) // 2, 2), dtype=np.int64)
+        limits = np.array([(b.radius_m, b.max_speed_mps, b.max_turn_radps, b.acceleration_mps2,
+                            b.turn_acceleration_radps2, float(b.drive != "differential"),
+                            b.passes_m, b.altitude_m, spec.top_m)
+                           for spec, b in ((spec, spec.body) for spec in specs)],
+                          dtype=np.float64).reshape(n, 9)
+        clocks = np.full((n, 3), _NEVER_NS, dtype=np.int64)
+        clocks[:, kernels.TIMEOUT] = [spec.body.command_timeout_ns for spec in specs]
+        pairs = n * (n - 1) // 2
+        self._arrays = BodyArrays(
+            self.poses, self.velocities, np.zeros((n, 3)), limits, clocks, np.zeros((n, 4)),
+            self.travelled_m, np.full((n, n), _NEVER_NS, dtype=np.int64),
+            episodes=np.zeros((n + pairs, 2), dtype=np.int64), order=np.arange(n),
+            pairs=np.zeros((pairs + 1, 2), dtype=np.int64))
         widest = float(self.radii_m.max(initial=0.0))
         self.outlines = Outlines([spec.body for spec in specs])
         # Discs alone have a kernel of their own, which is faster.
-        discs_only = bool(self.outlines.is_disc.all())
-        self._advance = _advance if discs_only else compiled_function(outlined_bodies.advance)
-        self._shapes = () if discs_only else (self.outlines.corners, self.outlines.first,
-                                              self.outlines.placed(self.poses))
-        self._matter = (len(terrain.lines), tile_index(terrain.lines, terrain.bounds, TILE_M,
-                                                       widest + kernels.NEAR_M),
-                        _field(terrain.raster))
+        self._shapes = () if self.outlines.is_disc.all() else (self.outlines.at(self.poses),)
+        self._advance = compiled_function((outlined_bodies if self._shapes else kernels).advance)
+        self._barriers = Barriers(
+            terrain.lines, terrain.tops_m[:len(terrain.lines)], len(terrain.lines),
+            tile_index(terrain.lines, terrain.bounds, TILE_M, widest + kernels.NEAR_M),
+            *_field(terrain.raster), discs=np.zeros((0, 3)))
+
+    def surround(self, walls: np.ndarray, tops_m: np.ndarray, discs: np.ndarray) -> None:
+        """Set what bodies run into from now on: ``walls`` [n, 4] m (the terrain's, then closed
+        doors') of these heights [n], and ``discs`` [d, 3] x, y, radius m."""
+        self._barriers = self._barriers._replace(walls=walls, tops=tops_m, discs=discs)
 
     def command(self, robot: int, velocity: tuple[float, float, float], now_ns: int) -> None:
         """Set the velocity that ``robot`` shall have from the next tick on: forward, left m/s, turn
         rad/s."""
-        self._commands[robot] = velocity
-        self._clocks[robot, kernels.COMMANDED] = now_ns
+        self._arrays.commands[robot] = velocity
+        self._arrays.clocks[robot, kernels.COMMANDED] = now_ns
 
     def ahead(self, after_ns: int) -> np.ndarray:
         """[n, 3] the poses after ``after_ns`` more at the present velocities."""
@@ -90,16 +92,11 @@ class Bodies:
         kernels.move_all(poses, self.velocities, after_ns / NS_PER_S)
         return poses
 
-    def advance(self, now_ns: int, dt_s: float, walls: np.ndarray, tops_m: np.ndarray,
-                discs: np.ndarray) -> list[tuple[int, int]]:
-        """Make one tick that ends at ``now_ns`` among ``walls`` (the terrain's, then closed doors')
-        of these heights and ``discs``. Returns the contact episodes that began: (robot, other or
-        -1)."""
-        began = self._advance(self.poses, self.velocities, self._commands, self._limits,
-                              self._clocks, self._order, self._pairs, self._before, self._last,
-                              self.travelled_m, walls, tops_m, *self._matter, discs, now_ns, dt_s,
-                              EPISODE_NS, self._episodes, *self._shapes)
-        return [tuple(row) for row in self._episodes[:began].tolist()] if began else []
+    def advance(self, now_ns: int, dt_s: float) -> list[tuple[int, int]]:
+        """Make one tick that ends at ``now_ns``. Returns the contact episodes that began: (robot,
+        other or -1)."""
+        began = self._advance(self._arrays, self._barriers, now_ns, dt_s, *self._shapes)
+        return [tuple(row) for row in self._arrays.episodes[:began].tolist()] if began else []
 
 
 def _field(raster: Raster | None) -> tuple[np.ndarray, np.ndarray]:

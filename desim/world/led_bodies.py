@@ -25,13 +25,12 @@ class LedBodies(Bodies):
         poses[self._led] = self._motion.at(self._now_ns + after_ns)[0]
         return poses
 
-    def advance(self, now_ns: int, dt_s: float, walls: np.ndarray, tops_m: np.ndarray,
-                discs: np.ndarray) -> list[tuple[int, int]]:
+    def advance(self, now_ns: int, dt_s: float) -> list[tuple[int, int]]:
         self._now_ns = now_ns
         self._motion.go_on(now_ns)
         poses, ways_m, velocities = self._motion.at(now_ns)
         self.poses[self._led], self.velocities[self._led] = poses, 0.0
-        began = super().advance(now_ns, dt_s, walls, tops_m, discs)
+        began = super().advance(now_ns, dt_s)
         self.poses[self._led], self.velocities[self._led] = poses, velocities
         self.travelled_m[self._led] = ways_m
         return began

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from desim.compiler.kernel import compiled_function
 from desim.ports.kernels import cos, sin
 from desim.scenario.schema.robot import Laser
 from desim.world.kernels import lidar as kernels
@@ -36,19 +37,18 @@ class Lidar:
         self._all = met is terrain and bool((doors_m > height_m).all())
         terrain = met
         tiles = tile_index(terrain.lines, terrain.bounds, TILE_M, laser.max_range_m)
-        self._fixed = (np.array([[cos(a) for a in angles], [sin(a) for a in angles]]), *tiles,
-                       *_squares(terrain.raster))
         # Who is lower, higher or a polygon has no disc: no beam meets an infinite one from inside.
         level = (extents_m[:, 0] <= height_m) & (height_m <= extents_m[:, 1])
-        self._radii_m = np.where(level & outlines.is_disc, radii_m, np.inf)
+        radii_m = np.where(level & outlines.is_disc, radii_m, np.inf)
         self._outlines = outlines
         self._seen = np.repeat(level, np.diff(outlines.first))  # [sides of outlines] bool
         self._sees_outlines = bool(self._seen.any())
-        self._laser = np.array([self.angle_min_rad, self.increment_rad, laser.max_range_m,
-                                laser.noise_m, float(len(terrain.lines)),
-                                laser.x_m, laser.y_m, laser.yaw_rad])
-        self._keys = keys
-        self._inverse = np.empty(laser.beams)
+        directions = np.array([[cos(a) for a in angles], [sin(a) for a in angles]])
+        self._arrays = kernels.LaserArrays(
+            self.angle_min_rad, self.increment_rad, laser.max_range_m, laser.noise_m, laser.x_m,
+            laser.y_m, laser.yaw_rad, directions, keys, np.empty(laser.beams), radii_m,
+            len(terrain.lines), tiles, *_squares(terrain.raster))
+        self._scan = compiled_function(kernels.scan)
 
     def scan(self, poses: np.ndarray, scene: Scene, robots: np.ndarray, tick: int) -> np.ndarray:
         """[len(robots), beams] float32 m, among what there is in ``scene``."""
@@ -58,22 +58,16 @@ class Lidar:
             walls = np.concatenate([self._lines, doors[doors_m > self._height_m]])
         out = np.empty((len(robots), self.beams), dtype=np.float32)
         if not self._sees_outlines:
-            self._cast(poses, robots, tick, walls, scene.discs, out)
+            self._scan(self._arrays, poses, robots, tick, walls, scene.discs, out)
             return out
         # A polygon's sides are walls to all but the robot itself.
         sides, first = self._outlines.sides(poses), self._outlines.first
         for k, robot in enumerate(robots.tolist()):
             others = self._seen.copy()
             others[first[robot]:first[robot + 1]] = False
-            self._cast(poses, robots[k:k + 1], tick, np.concatenate([walls, sides[others]]),
-                       scene.discs, out[k:k + 1])
+            self._scan(self._arrays, poses, robots[k:k + 1], tick,
+                       np.concatenate([walls, sides[others]]), scene.discs, out[k:k + 1])
         return out
-
-    def _cast(self, poses: np.ndarray, robots: np.ndarray, tick: int, walls: np.ndarray,
-              discs: np.ndarray, out: np.ndarray) -> None:
-        """Cast the sweeps of ``robots`` [k] into ``out`` [k, beams]."""
-        kernels.scan(poses, robots, tick, self._radii_m, walls, *self._fixed, discs, self._laser,
-                     self._keys, self._inverse, out)
 
 
 @lru_cache(maxsize=4)  # the lasers of a robot are among the same cells

@@ -8,6 +8,7 @@ import numpy as np
 
 from desim.scenario.schema.fleet import BodyType
 from desim.world.kernels import outline as kernels
+from desim.world.kernels.outline import Polygons
 
 
 class Outlines:
@@ -25,13 +26,13 @@ class Outlines:
         self._next = np.arange(1, len(self.corners) + 1)
         self._next[self.first[1:][~self.is_disc] - 1] = self.first[:-1][~self.is_disc]
 
-    def placed(self, poses: np.ndarray) -> np.ndarray:
-        """[k, 2] m the corners where they are with robots at ``poses`` [n, 3]."""
-        placed = np.empty_like(self.corners)
-        kernels.place_all(poses, self.corners, self.first, placed)
-        return placed
+    def at(self, poses: np.ndarray) -> Polygons:
+        """The polygons where they are with robots at ``poses`` [n, 3]."""
+        polygons = Polygons(self.corners, self.first, np.empty_like(self.corners))
+        kernels.place_all(poses, polygons)
+        return polygons
 
     def sides(self, poses: np.ndarray) -> np.ndarray:
         """[k, 4] m the sides, from each corner to the next one."""
-        placed = self.placed(poses)
+        placed = self.at(poses).placed
         return np.hstack([placed, placed[self._next]])

@@ -165,7 +165,7 @@ class Site:
 def _outline(spec: RobotSpec) -> np.ndarray:
     """[k, 2] m the corners of its body at its start; a disc has none."""
     pose = np.array([(spec.x_m, spec.y_m, spec.yaw_rad)])
-    return Outlines([spec.body]).placed(pose) if spec.body.footprint else np.zeros((0, 2))
+    return Outlines([spec.body]).at(pose).placed if spec.body.footprint else np.zeros((0, 2))
 
 
 def _overlap(spec: RobotSpec, outline: np.ndarray, other: RobotSpec) -> bool:

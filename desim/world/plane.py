@@ -65,6 +65,7 @@ class Plane:
         self._obstacles: Obstacles | None = None
         self._snapshot: Snapshot | None = None
         self._walls, self._tops_m = self._standing_walls()
+        self._bodies.surround(self._walls, self._tops_m, self._movers.discs)
         self._scene = self._present_scene()
 
     def doubts(self) -> tuple[str, ...]:
@@ -132,8 +133,7 @@ class Plane:
         dt_s = (then_ns - self._now_ns) / NS_PER_S
         if self._lively:
             self._move_scenery(then_ns, dt_s)
-        self._contacts += self._bodies.advance(then_ns, dt_s, self._walls, self._tops_m,
-                                               self._movers.discs)
+        self._contacts += self._bodies.advance(then_ns, dt_s)
         self._now_ns = then_ns
         self._tick += 1
         self._next_ns = (self._tick + 1) * self._period[0] // self._period[1]
@@ -150,6 +150,7 @@ class Plane:
             self._epoch += 1
             self._obstacles = None
             self._walls, self._tops_m = self._standing_walls()
+        self._bodies.surround(self._walls, self._tops_m, self._movers.discs)
 
     def _standing_walls(self) -> tuple[np.ndarray, np.ndarray]:
         """The lines of the terrain and of closed doors, and their heights."""

@@ -72,7 +72,7 @@ def run(plane, seconds, *velocities, check=lambda plane: None, every=1):
 def shapes(plane):
     """The corners of each robot on the ground."""
     outlines = plane._bodies.outlines
-    placed = outlines.placed(plane.snapshot().poses)
+    placed = outlines.at(plane.snapshot().poses).placed
     return [placed[a:b] for a, b in zip(outlines.first, outlines.first[1:], strict=False)]
 
 

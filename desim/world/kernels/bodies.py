@@ -1,11 +1,15 @@
 """Bodies in motion: motors, the way driven in a tick, and contacts."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from desim.ports.kernels import TWO_PI, cos, inner, kernel, lean, sin, types
-from desim.world.kernels.contact import RASTER, TILES, deepest
+from desim.world.kernels.contact import BARRIERS, deepest
 
-_ROWS = types.Array(types.float64, 2, "C", readonly=True)
+_f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.float64[:, ::1]
+_i8x1, _i8x2 = types.int64[::1], types.int64[:, ::1]
 # Columns of ``limits`` [n, 9] and of ``clocks`` [n, 3].
 (RADIUS, SPEED, TURN, ACCELERATION, TURN_ACCELERATION, HOLONOMIC, CLEARANCE, BOTTOM,
  TOP) = range(9)
@@ -19,9 +23,37 @@ SLOP_M = 1e-6  # a smaller overlap is none: far above rounding, far below a pose
 # maze_30.yaml, seeds 1 and 2, with five collisions.
 TOLERANCE_M = 0.005  # a larger overlap after ROUNDS: both bodies go back to where the tick began
 ROUNDS = 24  # of pushing overlapping bodies apart
+EPISODE_NS = 500_000_000  # without contact, after which the next one counts anew (our choice)
 NEAR_M = 0.2  # the gap up to which two bodies may be pushed into each other within a tick
 PUSHES = 3  # away from walls, in a round: one for each wall of a corner, and one to spare
 _STRAIGHT_RAD = 1e-6  # a smaller turn in a tick is none: sin and 1 - cos would lose digits
+
+
+class BodyArrays(NamedTuple):
+    """The state of n bodies.
+
+    ``poses`` [n, 3] x m, y m, yaw rad | ``velocities``, ``commands`` [n, 3] forward, left m/s, turn
+    rad/s | ``travelled`` [n] m | ``last`` [n, n] ns, the last contact of two robots | ``episodes``
+    [.., 2] of contact that begin in a tick: robot, other or -1 | ``order`` [n] the robots along x,
+    as they were a tick ago | ``pairs`` [.., 2] to work in
+    """
+
+    poses: np.ndarray
+    velocities: np.ndarray
+    commands: np.ndarray
+    limits: np.ndarray
+    clocks: np.ndarray
+    before: np.ndarray
+    travelled: np.ndarray
+    last: np.ndarray
+    episodes: np.ndarray
+    order: np.ndarray
+    pairs: np.ndarray
+
+
+BODIES = types.NamedTuple([_f8x2, _f8x2, _f8x2, _f8x2, _i8x2, _f8x2, _f8x1, _i8x2, _i8x2, _i8x1,
+                           _i8x2], BodyArrays)
+FOUND = types.Tuple([_i8, types.boolean])  # number of episodes so far, whether anything was pushed
 
 
 @inner("void(f8[::1], f8, f8, f8, f8)")
@@ -52,15 +84,13 @@ def move_all(poses, velocities, dt_s):
             move(poses[r], v, u, w, dt_s)
 
 
-@inner("void(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, f8)")
-def drive(velocities, commands, limits, clocks, now_ns, dt_s):
+@inner(types.void(BODIES, _i8, _f8))
+def drive(bodies, now_ns, dt_s):
     """Bring velocities nearer to the commands, as fast as the motors can. A command that is older
-    than its timeout counts as a stop.
-
-    velocities, commands [n, 3] forward, left m/s, turn rad/s
-    """
+    than its timeout counts as a stop."""
+    velocities, limits, clocks = bodies.velocities, bodies.limits, bodies.clocks
     for r in range(velocities.shape[0]):
-        forward, left, turn = commands[r, 0], commands[r, 1], commands[r, 2]
+        forward, left, turn = bodies.commands[r, 0], bodies.commands[r, 1], bodies.commands[r, 2]
         if now_ns - clocks[r, COMMANDED] > clocks[r, TIMEOUT]:
             forward, left, turn = 0.0, 0.0, 0.0
         if limits[r, HOLONOMIC] == 0.0:
@@ -80,11 +110,22 @@ def drive(velocities, commands, limits, clocks, now_ns, dt_s):
         velocities[r, 0], velocities[r, 1], velocities[r, 2] = v, u, w
 
 
-@inner("i8(f8[:,::1], f8[:,::1], i8[::1], i8[:,::1])")
-def near_pairs(poses, limits, order, pairs):
-    """Find robots that may touch, and write them to pairs [.., 2], robot < other. Returns the
-    number of pairs. It sweeps along x over ``order`` [n], which stays sorted from tick to tick.
-    """
+@inner(types.void(BODIES, _i8, _f8))
+def drive_all(bodies, now_ns, dt_s):
+    """Begin a tick: all bodies drive on, whatever is in their way."""
+    poses, before = bodies.poses, bodies.before
+    for r in range(poses.shape[0]):
+        before[r, X], before[r, Y], before[r, YAW] = poses[r, 0], poses[r, 1], poses[r, 2]
+        before[r, MARK] = UNTOUCHED
+    drive(bodies, now_ns, dt_s)
+    move_all(poses, bodies.velocities, dt_s)
+
+
+@inner(_i8(BODIES))
+def near_pairs(bodies):
+    """Find robots that may touch, and write them to ``pairs``, robot < other. Returns the number of
+    pairs. It sweeps along x over ``order``, which stays sorted from tick to tick."""
+    poses, limits, order = bodies.poses, bodies.limits, bodies.order
     n, found, widest = order.shape[0], 0, 0.0
     for i in range(n):
         robot = order[i]
@@ -106,21 +147,39 @@ def near_pairs(poses, limits, order, pairs):
             touch = limits[a, RADIUS] + limits[b, RADIUS] + NEAR_M
             level = limits[a, BOTTOM] < limits[b, TOP] and limits[b, BOTTOM] < limits[a, TOP]
             if level and dx * dx + dy * dy < touch * touch:
-                pairs[found, 0], pairs[found, 1] = min(a, b), max(a, b)
+                bodies.pairs[found, 0], bodies.pairs[found, 1] = min(a, b), max(a, b)
                 found += 1
     return found
 
 
-@inner("i8(f8[:,::1], f8[:,::1], f8[:,::1], i8[:,::1], i8, i8[:,::1], i8, i8, i8[:,::1], i8)")
-def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, episodes, found):
-    """Push overlapping robots apart, each by half, and note the episodes that begin.
+@inner(_i8(BODIES, _i8, _i8, _i8, _i8))
+def note_pair(bodies, a, b, now_ns, found):
+    """Note a contact of robots a and b. Returns the number of episodes: one more than ``found`` if
+    one began."""
+    if now_ns - bodies.last[a, b] > EPISODE_NS:
+        bodies.episodes[found, 0], bodies.episodes[found, 1] = a, b
+        found += 1
+    bodies.last[a, b] = now_ns
+    return found
 
-    last [n, n] time ns of the last contact of two robots | episodes [.., 2] filled from ``found``
-    Returns the new ``found``, or -1 - ``found`` when nothing overlapped.
-    """
+
+@inner(_i8(BODIES, _i8, _i8, _i8))
+def note_barrier(bodies, r, now_ns, found):
+    """``note_pair``, of robot r and a barrier."""
+    if now_ns - bodies.clocks[r, WALL_CONTACT] > EPISODE_NS:
+        bodies.episodes[found, 0], bodies.episodes[found, 1] = r, -1
+        found += 1
+    bodies.clocks[r, WALL_CONTACT] = now_ns
+    return found
+
+
+@inner(FOUND(BODIES, _i8, _i8, _i8))
+def part_pairs(bodies, count, now_ns, found):
+    """Push overlapping robots apart, each by half, and note the episodes that begin."""
+    poses, before, limits = bodies.poses, bodies.before, bodies.limits
     acted = False
     for p in range(count):
-        a, b = pairs[p, 0], pairs[p, 1]
+        a, b = bodies.pairs[p, 0], bodies.pairs[p, 1]
         dx, dy = poses[b, 0] - poses[a, 0], poses[b, 1] - poses[a, 1]
         distance = math.sqrt(dx * dx + dy * dy)
         overlap = limits[a, RADIUS] + limits[b, RADIUS] - distance
@@ -133,29 +192,68 @@ def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, ep
         poses[b, 0] += share * dx
         poses[b, 1] += share * dy
         before[a, MARK] = before[b, MARK] = PUSHED
-        if now_ns - last[a, b] > episode_ns:
-            episodes[found, 0], episodes[found, 1] = a, b
-            found += 1
-        last[a, b] = now_ns
-    return found if acted else -1 - found
+        found = note_pair(bodies, a, b, now_ns, found)
+    return found, acted
 
 
-@inner("void(f8[:,::1], f8[:,::1], i8)")
-def put_back(poses, before, robot):
+@inner(FOUND(BODIES, BARRIERS, _i8, _i8))
+def part_from_barriers(bodies, barriers, now_ns, found):
+    """Push robots out of barriers, and note the episodes that begin."""
+    poses, limits = bodies.poses, bodies.limits
+    acted = False
+    for r in range(poses.shape[0]):
+        for _ in range(PUSHES):
+            depth, nx, ny = deepest(poses[r, 0], poses[r, 1], limits[r, RADIUS],
+                                    limits[r, CLEARANCE], barriers)
+            if depth <= SLOP_M:
+                break
+            acted = True
+            poses[r, 0] += depth * nx
+            poses[r, 1] += depth * ny
+            bodies.before[r, MARK] = PUSHED
+            found = note_barrier(bodies, r, now_ns, found)
+    return found, acted
+
+
+@inner(types.void(BODIES, _i8))
+def put_back(bodies, r):
     """Put a robot back to where the tick began: a place that was free."""
-    poses[robot, 0], poses[robot, 1] = before[robot, X], before[robot, Y]
-    before[robot, MARK] = PUT_BACK
+    bodies.poses[r, 0], bodies.poses[r, 1] = bodies.before[r, X], bodies.before[r, Y]
+    bodies.before[r, MARK] = PUT_BACK
 
 
-@inner("void(f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8)")
-def settle(poses, velocities, before, travelled, dt_s):
-    """Reduce the velocity of bodies that were pushed or put back to that of their actual way.
+@inner(types.void(BODIES, BARRIERS, _i8))
+def undo(bodies, barriers, count):
+    """Take back the ticks of robots that no pushing got out of what they overlap."""
+    poses, before, limits = bodies.poses, bodies.before, bodies.limits
+    acted = True
+    while acted:
+        acted = False
+        for r in range(poses.shape[0]):
+            if before[r, MARK] == PUSHED and deepest(
+                    poses[r, 0], poses[r, 1], limits[r, RADIUS], limits[r, CLEARANCE],
+                    barriers)[0] > TOLERANCE_M:
+                put_back(bodies, r)
+                acted = True
+        for p in range(count):
+            a, b = bodies.pairs[p, 0], bodies.pairs[p, 1]
+            dx, dy = poses[b, 0] - poses[a, 0], poses[b, 1] - poses[a, 1]
+            touch = limits[a, RADIUS] + limits[b, RADIUS] - TOLERANCE_M
+            if dx * dx + dy * dy < touch * touch and (
+                    before[a, MARK] != PUT_BACK or before[b, MARK] != PUT_BACK):
+                put_back(bodies, a)
+                put_back(bodies, b)
+                acted = True
 
-    travelled [n] m, to which the way of this tick is added
-    """
+
+@inner(types.void(BODIES, _f8))
+def settle(bodies, dt_s):
+    """Add the way of this tick to ``travelled``, and reduce the velocity of bodies that were pushed
+    or put back to that of their actual way."""
+    poses, velocities, before = bodies.poses, bodies.velocities, bodies.before
     for r in range(poses.shape[0]):
         x, y = (poses[r, 0] - before[r, X]) / dt_s, (poses[r, 1] - before[r, Y]) / dt_s
-        travelled[r] += math.sqrt(x * x + y * y) * dt_s
+        bodies.travelled[r] += math.sqrt(x * x + y * y) * dt_s
         if before[r, MARK] != UNTOUCHED:
             heading = before[r, YAW] + 0.5 * velocities[r, 2] * dt_s
             c, s = cos(heading), sin(heading)
@@ -164,64 +262,23 @@ def settle(poses, velocities, before, travelled, dt_s):
             velocities[r, 1] = min(max(c * y - s * x, min(u, 0.0)), max(u, 0.0))
 
 
-@kernel(types.int64(*[types.float64[:, ::1]] * 4, types.int64[:, ::1], types.int64[::1],
-                    types.int64[:, ::1], types.float64[:, ::1], types.int64[:, ::1],
-                    types.float64[::1], _ROWS, types.float64[::1], types.int64, TILES, RASTER,
-                    _ROWS, types.int64, types.float64, types.int64, types.int64[:, ::1]))
-def advance(poses, velocities, commands, limits, clocks, order, pairs, before, last, travelled,
-            walls, tops, indexed, tiles, raster, discs, now_ns, dt_s, episode_ns, episodes):
+@kernel(_i8(BODIES, BARRIERS, _i8, _f8))
+def advance(bodies, barriers, now_ns, dt_s):
     """Make one tick of the fleet, ending at ``now_ns``. Returns the number of contact episodes that
     began.
 
     Contacts are resolved one after the other, in rounds: pairs first, then walls, so that no robot
     ends up in a wall. Robots far away have no part in it, neither in a sum nor in the order.
     """
-    n = poses.shape[0]
-    for r in range(n):
-        before[r, X], before[r, Y], before[r, YAW] = poses[r, 0], poses[r, 1], poses[r, 2]
-        before[r, MARK] = UNTOUCHED
-    drive(velocities, commands, limits, clocks, now_ns, dt_s)
-    move_all(poses, velocities, dt_s)
-    count = near_pairs(poses, limits, order, pairs)
-    found, acted = 0, True
+    drive_all(bodies, now_ns, dt_s)
+    count, found, acted = near_pairs(bodies), 0, True
     for _ in range(ROUNDS):
+        found, apart = part_pairs(bodies, count, now_ns, found)
+        found, acted = part_from_barriers(bodies, barriers, now_ns, found)
+        acted = acted or apart
         if not acted:
             break
-        found = part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, episodes,
-                           found)
-        acted = found >= 0
-        found = found if acted else -1 - found
-        for r in range(n):
-            for _ in range(PUSHES):
-                depth, nx, ny = deepest(poses[r, 0], poses[r, 1], limits[r, RADIUS],
-                                        limits[r, CLEARANCE], walls, tops, indexed, tiles, raster,
-                                        discs)
-                if depth <= SLOP_M:
-                    break
-                acted = True
-                poses[r, 0] += depth * nx
-                poses[r, 1] += depth * ny
-                before[r, MARK] = PUSHED
-                if now_ns - clocks[r, WALL_CONTACT] > episode_ns:
-                    episodes[found, 0], episodes[found, 1] = r, -1
-                    found += 1
-                clocks[r, WALL_CONTACT] = now_ns
-    while acted:
-        acted = False
-        for r in range(n):
-            if before[r, MARK] == PUSHED and deepest(
-                    poses[r, 0], poses[r, 1], limits[r, RADIUS], limits[r, CLEARANCE], walls, tops,
-                    indexed, tiles, raster, discs)[0] > TOLERANCE_M:
-                put_back(poses, before, r)
-                acted = True
-        for p in range(count):
-            a, b = pairs[p, 0], pairs[p, 1]
-            dx, dy = poses[b, 0] - poses[a, 0], poses[b, 1] - poses[a, 1]
-            touch = limits[a, RADIUS] + limits[b, RADIUS] - TOLERANCE_M
-            if dx * dx + dy * dy < touch * touch and (
-                    before[a, MARK] != PUT_BACK or before[b, MARK] != PUT_BACK):
-                put_back(poses, before, a)
-                put_back(poses, before, b)
-                acted = True
-    settle(poses, velocities, before, travelled, dt_s)
+    if acted:
+        undo(bodies, barriers, count)
+    settle(bodies, dt_s)
     return found

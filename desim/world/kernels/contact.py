@@ -1,15 +1,39 @@
 """Contacts of a disc with walls, raster cells and other discs: their depth, and the way out."""
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from desim.ports.kernels import inner, kernel, types
 from desim.world.wall_index import TileIndex
 
 _ROWS = types.Array(types.float64, 2, "C", readonly=True)
 _DEPTH = types.UniTuple(types.float64, 3)
-TILES = types.NamedTuple([types.int64[:, ::1], types.int64[::1], types.float64[::1]], TileIndex)
-# ``near`` [rows, cols] of ``Bodies``, and its frame.
-RASTER = types.Tuple([types.uint8[:, ::1], types.float64[::1]])
+
+
+class Barriers(NamedTuple):
+    """All that bodies can run into.
+
+    ``walls`` [n, 4] m, the first ``indexed`` of them in the ``tiles``, and their heights ``tops``
+    [n] m | ``near`` [rows, cols] the chessboard distance to the nearest solid cell, in cells, at
+    most 255; no rows without a raster | ``frame`` of the cells: x0 m, y0 m, cells per m | ``discs``
+    [d, 3] x, y, radius m
+    """
+
+    walls: np.ndarray
+    tops: np.ndarray
+    indexed: int
+    tiles: TileIndex
+    near: np.ndarray
+    frame: np.ndarray
+    discs: np.ndarray
+
+
+BARRIERS = types.NamedTuple([
+    _ROWS, types.float64[::1], types.int64,
+    types.NamedTuple([types.int64[:, ::1], types.int64[::1], types.float64[::1]], TileIndex),
+    types.uint8[:, ::1], types.float64[::1], _ROWS], Barriers)
 
 
 @kernel(_DEPTH(types.float64, types.float64, types.float64, _DEPTH), inner=True)
@@ -36,10 +60,10 @@ def against_wall(x, y, radius, walls, w, worst):
     return deeper(x - x1 - along * ex, y - y1 - along * ey, radius, worst)
 
 
-@inner(_DEPTH(types.float64, types.float64, types.float64, RASTER, _DEPTH))
-def against_raster(x, y, radius, raster, worst):
+@inner(_DEPTH(types.float64, types.float64, types.float64, BARRIERS, _DEPTH))
+def against_raster(x, y, radius, barriers, worst):
     """The deeper of ``worst`` and the contacts with solid cells."""
-    near, frame = raster
+    near, frame = barriers.near, barriers.frame
     col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
     r = radius * frame[2]
     rows, cols = near.shape
@@ -55,25 +79,23 @@ def against_raster(x, y, radius, raster, worst):
     return worst
 
 
-@inner(_DEPTH(*[types.float64] * 4, _ROWS, types.float64[::1], types.int64, TILES, RASTER, _ROWS))
-def deepest(x, y, radius, clearance, walls, tops, indexed, tiles, raster, discs):
-    """The deepest contact of a disc with fixed matter and ``discs``; depth 0 if there is none.
-
-    walls [n, 4], the first ``indexed`` of them in the tiles, and their heights ``tops`` [n] m, of
-    which those up to ``clearance`` do not count | discs [d, 3] x, y, radius
-    """
+@inner(_DEPTH(*[types.float64] * 4, BARRIERS))
+def deepest(x, y, radius, clearance, barriers):
+    """The deepest contact of a disc with barriers; depth 0 if there is none. Walls up to
+    ``clearance`` high do not count."""
     worst = (0.0, 0.0, 0.0)
-    start, items, frame = tiles
+    walls, tops, discs = barriers.walls, barriers.tops, barriers.discs
+    start, items, frame = barriers.tiles
     row = min(max(int((y - frame[1]) * frame[2]), 0), start.shape[0] - 1)
     col = min(max(int((x - frame[0]) * frame[2]), 0), start.shape[1] - 2)
     for j in range(start[row, col], start[row, col + 1]):
         if tops[items[j]] > clearance:
             worst = against_wall(x, y, radius, walls, items[j], worst)
-    for w in range(indexed, walls.shape[0]):
+    for w in range(barriers.indexed, walls.shape[0]):
         if tops[w] > clearance:
             worst = against_wall(x, y, radius, walls, w, worst)
-    if len(raster[0]) > 0:
-        worst = against_raster(x, y, radius, raster, worst)
+    if len(barriers.near) > 0:
+        worst = against_raster(x, y, radius, barriers, worst)
     for d in range(discs.shape[0]):
         worst = deeper(x - discs[d, 0], y - discs[d, 1], radius + discs[d, 2], worst)
     return worst

@@ -7,13 +7,15 @@ two products. Beams of one sweep have ascending angles, hence a wall or disc cov
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from desim.ports.kernels import TWO_PI, atan2, cos, inner, kernel, lean, normal, sin, types
+from desim.ports.kernels import TWO_PI, atan2, cos, inner, lean, normal, sin, types
+from desim.world.wall_index import TileIndex
 
-_FIXED = types.Array(types.float64, 2, "C", readonly=True)
-_RADII = types.Array(types.float64, 1, "A", readonly=True)
+_f8, _i8, _f8x1, _f8x2 = types.float64, types.int64, types.float64[::1], types.float64[:, ::1]
+_FIXED = types.Array(_f8, 2, "C", readonly=True)
 # Part of the angle between beams by which a span is widened at both ends, far above rounding: no
 # beam slips between walls that touch.
 _SEAM = 1e-9
@@ -25,59 +27,106 @@ _NEVER = 1e300  # the way to the faces beside a beam that runs along an axis: in
 _WIDE, _NARROW = 0.5 * math.pi, 1.05
 
 
-@inner(types.void(_FIXED, types.int64[::1], types.float64, types.float64, types.float64,
-                  types.float64, types.float64[::1], types.float64[:, ::1], types.float64[::1]))
-def cover_walls(walls, listed, x, y, c, s, laser, directions, inverse):
-    """Write the ``listed`` rows of walls [n, 4] into the beams that they cover.
+class LaserArrays(NamedTuple):
+    """A kind of laser, and what does not move.
 
-    x, y, c, s the sensor's place and the cosine and sine of its heading | laser as in ``scan`` |
-    directions [2, beams] cos, sin | inverse [beams] 1/m, raised where a wall is nearer
+    Beam i points to ``angle_min_rad + i * increment_rad`` from the laser's heading, ``directions``
+    [2, beams] are its cosine and sine there | the laser's place on the robot ``x_m``, ``y_m``,
+    ``yaw_rad`` | ``keys`` [n] of noise | ``inverse`` [beams] 1/m, to work in |
+    ``radii`` [n] m of the robots | ``tiles``: index of the terrain's walls, ``indexed`` of them |
+    ``squares`` of the raster (``free_squares``) and their ``frame``, x0 m, y0 m, cells per m
     """
-    angle_min, per_rad, reach2 = laser[0], 1.0 / laser[1], laser[2] * laser[2]
-    beams = inverse.shape[0]
-    for w in listed:
+
+    angle_min_rad: float
+    increment_rad: float
+    reach_m: float
+    noise_m: float
+    x_m: float
+    y_m: float
+    yaw_rad: float
+    directions: np.ndarray
+    keys: np.ndarray
+    inverse: np.ndarray
+    radii: np.ndarray
+    indexed: int
+    tiles: TileIndex
+    squares: np.ndarray
+    frame: np.ndarray
+
+
+LASER = types.NamedTuple([
+    *[_f8] * 7, _f8x2, types.uint64[::1], _f8x1, _f8x1, _i8,
+    types.NamedTuple([types.int64[:, ::1], types.int64[::1], _f8x1], TileIndex),
+    types.uint8[:, :, ::1], _f8x1], LaserArrays)
+
+
+class View(NamedTuple):
+    """The place of a laser, and the cosine and sine of its heading."""
+
+    x: float
+    y: float
+    c: float
+    s: float
+
+
+VIEW = types.NamedUniTuple(_f8, 4, View)
+
+
+@inner(types.void(LASER, VIEW, _FIXED))
+def cover_walls(laser, view, walls):
+    """Write the walls [n, 4] of the view's tile, and those behind the index, into the beams that
+    they cover."""
+    start, items, frame = laser.tiles
+    row = min(max(int((view.y - frame[1]) * frame[2]), 0), start.shape[0] - 1)
+    col = min(max(int((view.x - frame[0]) * frame[2]), 0), start.shape[1] - 2)
+    listed = items[start[row, col]:start[row, col + 1]]
+    angle_min, per_rad, inverse = laser.angle_min_rad, 1.0 / laser.increment_rad, laser.inverse
+    reach2, directions = laser.reach_m * laser.reach_m, laser.directions
+    beams, x, y, c, s = inverse.shape[0], view.x, view.y, view.c, view.s
+    for j in range(len(listed) + walls.shape[0] - laser.indexed):
+        w = listed[j] if j < len(listed) else laser.indexed + j - len(listed)
         dx1, dy1, dx2, dy2 = walls[w, 0] - x, walls[w, 1] - y, walls[w, 2] - x, walls[w, 3] - y
         x1, y1, x2, y2 = c * dx1 + s * dy1, c * dy1 - s * dx1, c * dx2 + s * dy2, c * dy2 - s * dx2
         cross = x1 * y2 - x2 * y1
         ex, ey = x2 - x1, y2 - y1
         if abs(cross) < _EDGE_ON or cross * cross > reach2 * (ex * ex + ey * ey):
             continue
-        start, end = atan2(y1, x1), atan2(y2, x2)
+        start_rad, end_rad = atan2(y1, x1), atan2(y2, x2)
         if cross < 0.0:
-            start, end = end, start
+            start_rad, end_rad = end_rad, start_rad
         laps = 1
-        if end < start:  # it passes behind the sensor: two spans, a turn apart
-            end += TWO_PI
+        if end_rad < start_rad:  # it passes behind the sensor: two spans, a turn apart
+            end_rad += TWO_PI
             laps = 2
         nx, ny = ey / cross, -ex / cross
         for _ in range(laps):
-            first = max(math.ceil((start - angle_min) * per_rad - _SEAM), 0)
-            last = min(math.floor((end - angle_min) * per_rad + _SEAM), beams - 1)
+            first = max(math.ceil((start_rad - angle_min) * per_rad - _SEAM), 0)
+            last = min(math.floor((end_rad - angle_min) * per_rad + _SEAM), beams - 1)
             for i in range(first, last + 1):
                 value = nx * directions[0, i] + ny * directions[1, i]
                 inverse[i] = value if value > inverse[i] else inverse[i]
-            start -= TWO_PI
-            end -= TWO_PI
+            start_rad -= TWO_PI
+            end_rad -= TWO_PI
 
 
-@inner(types.void(_FIXED, _RADII, types.int64, types.float64, types.float64,
-                  types.float64, types.float64, types.float64[::1], types.float64[:, ::1],
-                  types.float64[::1]))
-def cover_discs(centres, radii, without, x, y, c, s, laser, directions, inverse):
-    """Write discs into the beams that they cover. With b = u . centre, the range is
-    b - sqrt(b^2 - (d^2 - r^2)).
-
-    centres [n, >= 2] m | radii [n] m | without: the sensor's own disc, or -1
-    """
-    angle_min, per_rad, reach = laser[0], 1.0 / laser[1], laser[2]
-    beams = inverse.shape[0]
-    for j in range(centres.shape[0]):
-        dx, dy, radius = centres[j, 0] - x, centres[j, 1] - y, radii[j]
+@inner(types.void(LASER, VIEW, _FIXED, _i8, _FIXED))
+def cover_discs(laser, view, poses, own, discs):
+    """Write other robots than ``own`` and ``discs`` [d, 3] into the beams that they cover. With
+    b = u . centre, the range is b - sqrt(b^2 - (d^2 - r^2))."""
+    angle_min, per_rad, reach = laser.angle_min_rad, 1.0 / laser.increment_rad, laser.reach_m
+    directions, inverse = laser.directions, laser.inverse
+    beams, robots = inverse.shape[0], poses.shape[0]
+    for j in range(robots + discs.shape[0]):
+        if j < robots:
+            x, y, radius = poses[j, 0], poses[j, 1], laser.radii[j]
+        else:
+            x, y, radius = discs[j - robots, 0], discs[j - robots, 1], discs[j - robots, 2]
+        dx, dy = x - view.x, y - view.y
         distance2 = dx * dx + dy * dy
         outside = distance2 - radius * radius
-        if j == without or outside <= 0.0 or distance2 > (reach + radius) * (reach + radius):
+        if j == own or outside <= 0.0 or distance2 > (reach + radius) * (reach + radius):
             continue
-        px, py = c * dx + s * dy, c * dy - s * dx
+        px, py = view.c * dx + view.s * dy, view.c * dy - view.s * dx
         distance = math.sqrt(distance2)
         nearest = 1.0 / (distance - radius)
         # Half the angle of the disc, or a little more: the beams too many miss.
@@ -152,67 +201,61 @@ def leap(x, y, ux, uy, limit, squares):
     return min(t, limit)
 
 
-@inner("void(f8, f8, f8, f8, f8, f8[:,::1], u1[:,:,::1], f8[::1], f8[::1])")
-def cover_raster(x, y, c, s, reach, directions, squares, frame, inverse):
-    """Cast all beams over a raster terrain; frame x0 m, y0 m, cells per m."""
-    col, row = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2]
-    limit = reach * frame[2]
-    for i in range(inverse.shape[0]):
-        ux = c * directions[0, i] - s * directions[1, i]
-        uy = s * directions[0, i] + c * directions[1, i]
-        t = leap(col, row, ux, uy, limit, squares)
+@inner(types.void(LASER, VIEW))
+def cover_raster(laser, view):
+    """Cast all beams over a raster terrain."""
+    frame, directions = laser.frame, laser.directions
+    col, row = (view.x - frame[0]) * frame[2], (view.y - frame[1]) * frame[2]
+    limit = laser.reach_m * frame[2]
+    for i in range(directions.shape[1]):
+        ux = view.c * directions[0, i] - view.s * directions[1, i]
+        uy = view.s * directions[0, i] + view.c * directions[1, i]
+        t = leap(col, row, ux, uy, limit, laser.squares)
         if t < limit:
-            inverse[i] = frame[2] / max(t, _EDGE_ON)
+            laser.inverse[i] = frame[2] / max(t, _EDGE_ON)
 
 
-@inner("void(f8[::1], f8, f8, u8, u8, f4[::1])")
-def read_ranges(inverse, reach, noise_m, key, first, out):
-    """Turn inverse ranges into readings [beams]. A beam that met nothing reads ``reach``, without
+@inner(types.void(LASER, types.uint64, types.uint64, types.float32[::1]))
+def read_ranges(laser, key, first, out):
+    """Turn inverse ranges into readings [beams]. A beam that met nothing reads ``reach_m``, without
     noise."""
+    inverse, reach = laser.inverse, laser.reach_m
     none = 1.0 / reach
     for i in range(inverse.shape[0]):
         out[i] = 1.0 / inverse[i] if inverse[i] > none else reach
-    if noise_m > 0.0:
+    if laser.noise_m > 0.0:
         for i in range(inverse.shape[0]):
             if inverse[i] > none:
-                noisy = 1.0 / inverse[i] + noise_m * normal(key, first + np.uint64(i))
+                noisy = 1.0 / inverse[i] + laser.noise_m * normal(key, first + np.uint64(i))
                 out[i] = min(max(noisy, 0.0), reach)
 
 
-@kernel(types.void(_FIXED, types.int64[::1], types.int64, types.float64[::1], _FIXED,
-                   types.float64[:, ::1], types.int64[:, ::1], types.int64[::1], types.float64[::1],
-                   types.uint8[:, :, ::1], types.float64[::1], _FIXED, types.float64[::1],
-                   types.uint64[::1], types.float64[::1], types.float32[:, ::1]))
-def scan(poses, robots, tick, radii, walls, directions, tile_start, tile_items, tile_frame,
-         squares, squares_frame, discs, laser, keys, inverse, out):
+@inner(VIEW(LASER, _FIXED, _i8))
+def view_of(laser, poses, r):
+    """The view of the laser on robot r."""
+    x, y = poses[r, 0], poses[r, 1]
+    c, s = cos(poses[r, 2]), sin(poses[r, 2])
+    if laser.x_m != 0.0 or laser.y_m != 0.0:
+        x, y = x + c * laser.x_m - s * laser.y_m, y + s * laser.x_m + c * laser.y_m
+    if laser.yaw_rad != 0.0:
+        c, s = cos(poses[r, 2] + laser.yaw_rad), sin(poses[r, 2] + laser.yaw_rad)
+    return View(x, y, c, s)
+
+
+@lean(types.void(LASER, _FIXED, types.int64[::1], _i8, _FIXED, _FIXED, types.float32[:, ::1]))
+def scan(laser, poses, robots, tick, walls, discs, out):
     """Cast sweep number ``tick`` of each of ``robots`` [k].
 
-    poses [n, 3] | radii [n] m | walls [w, 4] m, those of the index first and then closed doors |
-    directions [2, beams] in the sensor's frame | tile_* index of walls | squares of a raster,
-    [4, 0, 0] where there is none, and their frame | discs [d, 3] x, y, radius m of moving ones |
-    laser: angle_min rad, increment rad, reach m, noise m, number of walls in the index, and its
-    place on the robot: x m, y m, yaw rad |
-    keys [n] of noise | inverse [beams] scratch | out [k, beams] m
+    poses [n, 3] | walls [w, 4] m, those of the index first and then closed doors | discs [d, 3]
+    x, y, radius m of moving ones | out [k, beams] m
     """
-    rows, cols = tile_start.shape[0], tile_start.shape[1] - 1
-    doors = np.arange(int(laser[4]), walls.shape[0])
     for k in range(robots.shape[0]):
         r = robots[k]
-        x, y = poses[r, 0], poses[r, 1]
-        c, s = cos(poses[r, 2]), sin(poses[r, 2])
-        if laser[5] != 0.0 or laser[6] != 0.0:
-            x, y = x + c * laser[5] - s * laser[6], y + s * laser[5] + c * laser[6]
-        if laser[7] != 0.0:
-            c, s = cos(poses[r, 2] + laser[7]), sin(poses[r, 2] + laser[7])
-        inverse[:] = 1.0 / laser[2]
-        if squares.shape[1] > 0:
-            cover_raster(x, y, c, s, laser[2], directions, squares, squares_frame, inverse)
-        col = min(max(int((x - tile_frame[0]) * tile_frame[2]), 0), cols - 1)
-        row = min(max(int((y - tile_frame[1]) * tile_frame[2]), 0), rows - 1)
-        listed = tile_items[tile_start[row, col]:tile_start[row, col + 1]]
-        cover_walls(walls, listed, x, y, c, s, laser, directions, inverse)
-        cover_walls(walls, doors, x, y, c, s, laser, directions, inverse)
-        cover_discs(poses, radii, r, x, y, c, s, laser, directions, inverse)
-        cover_discs(discs, discs[:, 2], -1, x, y, c, s, laser, directions, inverse)
-        first = np.uint64(tick) * np.uint64(inverse.shape[0])
-        read_ranges(inverse, laser[2], laser[3], keys[r], first, out[k])
+        view = view_of(laser, poses, r)
+        laser.inverse[:] = 1.0 / laser.reach_m
+        if laser.squares.shape[1] > 0:
+            cover_raster(laser, view)
+        cover_walls(laser, view, walls)
+        cover_discs(laser, view, poses, r, discs)
+        first = np.uint64(tick) * np.uint64(laser.inverse.shape[0])
+        read_ranges(laser, laser.keys[r], first, out[k])

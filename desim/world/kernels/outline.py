@@ -7,25 +7,35 @@ one gets out of the other (separating axes: Gottschalk, Lin, Manocha 1996). A co
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from desim.ports.kernels import cos, inner, lean, sin, types
-from desim.world.kernels.contact import RASTER, TILES, against_wall, deeper
+from desim.world.kernels.contact import BARRIERS, against_wall, deeper
 
-_f8, _i8, _f8x2, _i8x1 = types.float64, types.int64, types.float64[:, ::1], types.int64[::1]
+_f8, _i8, _f8x2 = types.float64, types.int64, types.float64[:, ::1]
 _ROWS = types.Array(types.float64, 2, "C", readonly=True)
 _CONTACT = types.UniTuple(types.float64, 3)
 NONE = (0.0, 0.0, 0.0)
 
 
-@inner(types.void(_ROWS, _i8, _f8x2, _i8x1, _f8x2))
-def place(poses, robot, corners, first, placed):
-    """Put the corners of a robot to where they are on the ground.
+class Polygons(NamedTuple):
+    """``corners`` [k, 2] m of all robots, anticlockwise, in their own frames; those of robot r are
+    from ``first[r]`` to ``first[r + 1]``: a disc has none | ``placed`` [k, 2] m: on the ground"""
 
-    poses [n, 3] | corners [k, 2] of all robots in their own frames, those of robot r from
-    ``first[r]`` to ``first[r + 1]``: a disc has none | placed [k, 2], out
-    """
+    corners: np.ndarray
+    first: np.ndarray
+    placed: np.ndarray
+
+
+POLYGONS = types.NamedTuple([_f8x2, types.int64[::1], _f8x2], Polygons)
+
+
+@inner(types.void(_ROWS, _i8, POLYGONS))
+def place(poses, robot, polygons):
+    """Put the corners of a robot to where they are on the ground. poses [n, 3]"""
+    corners, first, placed = polygons
     x, y = poses[robot, 0], poses[robot, 1]
     c, s = cos(poses[robot, 2]), sin(poses[robot, 2])
     for i in range(first[robot], first[robot + 1]):
@@ -33,11 +43,11 @@ def place(poses, robot, corners, first, placed):
         placed[i, 1] = y + s * corners[i, 0] + c * corners[i, 1]
 
 
-@lean(types.void(_ROWS, _f8x2, _i8x1, _f8x2))
-def place_all(poses, corners, first, placed):
+@lean(types.void(_ROWS, POLYGONS))
+def place_all(poses, polygons):
     """``place`` all robots."""
-    for r in range(len(first) - 1):
-        place(poses, r, corners, first, placed)
+    for r in range(len(polygons.first) - 1):
+        place(poses, r, polygons)
 
 
 @inner(_CONTACT(_ROWS, _ROWS, _f8))
@@ -96,11 +106,11 @@ def against_disc(p, x, y, radius, worst):
     return deeper(near_x, near_y, radius, worst)
 
 
-@inner(_CONTACT(_f8x2, _f8, _f8, _f8, RASTER, _f8x2, _CONTACT))
-def against_cells(p, x, y, radius, raster, cell, worst):
+@inner(_CONTACT(_f8x2, _f8, _f8, _f8, BARRIERS, _f8x2, _CONTACT))
+def against_cells(p, x, y, radius, barriers, cell, worst):
     """The deeper of ``worst`` and the contacts of polygon p with solid cells. It lies in the disc
     of ``radius`` around (x, y). cell [4, 2]: to work in."""
-    near, frame = raster
+    near, frame = barriers.near, barriers.frame
     side = 1.0 / frame[2]
     col, row, r = (x - frame[0]) * frame[2], (y - frame[1]) * frame[2], radius * frame[2]
     rows, cols = near.shape
@@ -130,22 +140,23 @@ def against_line(p, x, y, radius, walls, w, cell, worst):
     return overlap(p, line, worst)
 
 
-@inner(_CONTACT(_f8x2, *[_f8] * 4, _ROWS, types.float64[::1], _i8, TILES, RASTER, _ROWS, _f8x2))
-def deepest(p, x, y, radius, clearance, walls, tops, indexed, tiles, raster, discs, cell):
-    """The deepest contact of polygon p with fixed matter and ``discs``, as that of a disc
-    (``contact.deepest``); the rest as in ``against_cells``."""
+@inner(_CONTACT(_f8x2, *[_f8] * 4, BARRIERS, _f8x2))
+def deepest(p, x, y, radius, clearance, barriers, cell):
+    """The deepest contact of polygon p with barriers, as that of a disc (``contact.deepest``); the
+    rest as in ``against_cells``."""
     worst = NONE
-    start, items, frame = tiles
+    walls, tops, discs = barriers.walls, barriers.tops, barriers.discs
+    start, items, frame = barriers.tiles
     row = min(max(int((y - frame[1]) * frame[2]), 0), start.shape[0] - 1)
     col = min(max(int((x - frame[0]) * frame[2]), 0), start.shape[1] - 2)
     for j in range(start[row, col], start[row, col + 1]):
         if tops[items[j]] > clearance:
             worst = against_line(p, x, y, radius, walls, items[j], cell, worst)
-    for w in range(indexed, walls.shape[0]):
+    for w in range(barriers.indexed, walls.shape[0]):
         if tops[w] > clearance:
             worst = against_line(p, x, y, radius, walls, w, cell, worst)
-    if len(raster[0]) > 0:
-        worst = against_cells(p, x, y, radius, raster, cell, worst)
+    if len(barriers.near) > 0:
+        worst = against_cells(p, x, y, radius, barriers, cell, worst)
     for d in range(discs.shape[0]):
         worst = against_disc(p, discs[d, 0], discs[d, 1], discs[d, 2], worst)
     return worst

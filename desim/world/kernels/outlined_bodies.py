@@ -3,9 +3,6 @@
 A polygon is pushed out of what it overlaps without being turned. Where there is no room to get out,
 as when it turns between walls that are nearer than its corners, it goes back to where the tick
 began, heading and all: its turn ends.
-
-``matter`` is (walls, tops, indexed, tiles, raster, discs) of ``bodies.advance``, ``outlines`` is
-(corners, first, placed) of ``outline.place``; arrays of robots are those of ``bodies`` everywhere.
 """
 
 import numpy as np
@@ -13,7 +10,9 @@ import numpy as np
 from desim.ports.kernels import inner, kernel, types
 from desim.world.kernels import contact, outline
 from desim.world.kernels.bodies import (
+    BODIES,
     CLEARANCE,
+    FOUND,
     MARK,
     PUSHED,
     PUSHES,
@@ -22,35 +21,29 @@ from desim.world.kernels.bodies import (
     ROUNDS,
     SLOP_M,
     TOLERANCE_M,
-    UNTOUCHED,
-    WALL_CONTACT,
     YAW,
-    X,
-    Y,
-    drive,
-    move_all,
+    drive_all,
     near_pairs,
+    note_barrier,
+    note_pair,
     put_back,
     settle,
 )
-from desim.world.kernels.contact import RASTER, TILES
+from desim.world.kernels.contact import BARRIERS
+from desim.world.kernels.outline import POLYGONS
 
-_i8, _f8x1, _f8x2 = types.int64, types.float64[::1], types.float64[:, ::1]
-_i8x1, _i8x2 = types.int64[::1], types.int64[:, ::1]
-_ROWS = types.Array(types.float64, 2, "C", readonly=True)
-_CONTACT = types.UniTuple(types.float64, 3)
-_MATTER = types.Tuple([_ROWS, _f8x1, _i8, TILES, RASTER, _ROWS])
-_OUTLINES = types.Tuple([_f8x2, _i8x1, _f8x2])
+_i8, _f8, _f8x2 = types.int64, types.float64, types.float64[:, ::1]
+_CONTACT = types.UniTuple(_f8, 3)
 _TURN = 2  # column of velocities
 
 
-@inner(_CONTACT(_f8x2, _f8x2, _i8, _i8, _OUTLINES))
-def between(poses, limits, a, b, outlines):
+@inner(_CONTACT(BODIES, POLYGONS, _i8, _i8))
+def between(bodies, polygons, a, b):
     """The contact of robot a with robot b."""
-    _, first, placed = outlines
+    first, placed, poses = polygons.first, polygons.placed, bodies.poses
     p, q = placed[first[a]:first[a + 1]], placed[first[b]:first[b + 1]]
-    x, y, radius = poses[a, 0], poses[a, 1], limits[a, RADIUS]
-    other_x, other_y, other = poses[b, 0], poses[b, 1], limits[b, RADIUS]
+    x, y, radius = poses[a, 0], poses[a, 1], bodies.limits[a, RADIUS]
+    other_x, other_y, other = poses[b, 0], poses[b, 1], bodies.limits[b, RADIUS]
     if len(p) == 0 and len(q) == 0:
         return contact.deeper(x - other_x, y - other_y, radius + other, outline.NONE)
     if len(q) == 0:
@@ -61,128 +54,103 @@ def between(poses, limits, a, b, outlines):
     return outline.overlap(p, q, outline.NONE)
 
 
-@inner(_CONTACT(_f8x2, _f8x2, _i8, _MATTER, _OUTLINES, _f8x2))
-def with_matter(poses, limits, r, matter, outlines, cell):
-    """The deepest contact of a robot with fixed matter and moving obstacles."""
-    _, first, placed = outlines
-    walls, tops, indexed, tiles, raster, discs = matter
+@inner(_CONTACT(BODIES, POLYGONS, BARRIERS, _i8, _f8x2))
+def with_barriers(bodies, polygons, barriers, r, cell):
+    """The deepest contact of a robot with barriers. cell [4, 2]: to work in"""
+    first, placed, poses, limits = polygons.first, polygons.placed, bodies.poses, bodies.limits
     x, y, radius, clearance = poses[r, 0], poses[r, 1], limits[r, RADIUS], limits[r, CLEARANCE]
     if first[r] == first[r + 1]:
-        return contact.deepest(x, y, radius, clearance, walls, tops, indexed, tiles, raster, discs)
-    return outline.deepest(placed[first[r]:first[r + 1]], x, y, radius, clearance, walls, tops,
-                           indexed, tiles, raster, discs, cell)
+        return contact.deepest(x, y, radius, clearance, barriers)
+    return outline.deepest(placed[first[r]:first[r + 1]], x, y, radius, clearance, barriers, cell)
 
 
-@inner(types.void(_f8x2, _f8x2, _i8, types.float64, types.float64, _OUTLINES))
-def push(poses, before, r, dx, dy, outlines):
+@inner(types.void(BODIES, POLYGONS, _i8, _f8, _f8))
+def push(bodies, polygons, r, dx, dy):
     """Move a robot and mark it."""
-    _, first, placed = outlines
-    poses[r, 0] += dx
-    poses[r, 1] += dy
+    first, placed = polygons.first, polygons.placed
+    bodies.poses[r, 0] += dx
+    bodies.poses[r, 1] += dy
     for i in range(first[r], first[r + 1]):
         placed[i, 0] += dx
         placed[i, 1] += dy
-    before[r, MARK] = PUSHED
+    bodies.before[r, MARK] = PUSHED
 
 
-@inner(_i8(_f8x2, _f8x2, _f8x2, _i8x2, _i8, _i8x2, _i8, _i8, _i8x2, _i8, _OUTLINES))
-def part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, episodes, found,
-               outlines):
+@inner(FOUND(BODIES, POLYGONS, _i8, _i8, _i8))
+def part_pairs(bodies, polygons, count, now_ns, found):
     """``bodies.part_pairs``, of any shapes."""
     acted = False
     for k in range(count):
-        a, b = pairs[k, 0], pairs[k, 1]
-        depth, nx, ny = between(poses, limits, a, b, outlines)
+        a, b = bodies.pairs[k, 0], bodies.pairs[k, 1]
+        depth, nx, ny = between(bodies, polygons, a, b)
         if depth <= SLOP_M:
             continue
         acted = True
-        push(poses, before, a, 0.5 * depth * nx, 0.5 * depth * ny, outlines)
-        push(poses, before, b, -0.5 * depth * nx, -0.5 * depth * ny, outlines)
-        if now_ns - last[a, b] > episode_ns:
-            episodes[found, 0], episodes[found, 1] = a, b
-            found += 1
-        last[a, b] = now_ns
-    return found if acted else -1 - found
+        push(bodies, polygons, a, 0.5 * depth * nx, 0.5 * depth * ny)
+        push(bodies, polygons, b, -0.5 * depth * nx, -0.5 * depth * ny)
+        found = note_pair(bodies, a, b, now_ns, found)
+    return found, acted
 
 
-@inner(_i8(_f8x2, _f8x2, _f8x2, _i8x2, _i8, _i8, _i8x2, _i8, _MATTER, _OUTLINES, _f8x2))
-def part_from_matter(poses, before, limits, clocks, now_ns, episode_ns, episodes, found, matter,
-                     outlines, cell):
-    """Push robots out of fixed matter, and note the episodes that begin. Returns as
-    ``part_pairs``."""
+@inner(FOUND(BODIES, POLYGONS, BARRIERS, _i8, _i8, _f8x2))
+def part_from_barriers(bodies, polygons, barriers, now_ns, found, cell):
+    """``bodies.part_from_barriers``, of any shapes."""
     acted = False
-    for r in range(len(poses)):
+    for r in range(len(bodies.poses)):
         for _ in range(PUSHES):
-            depth, nx, ny = with_matter(poses, limits, r, matter, outlines, cell)
+            depth, nx, ny = with_barriers(bodies, polygons, barriers, r, cell)
             if depth <= SLOP_M:
                 break
             acted = True
-            push(poses, before, r, depth * nx, depth * ny, outlines)
-            if now_ns - clocks[r, WALL_CONTACT] > episode_ns:
-                episodes[found, 0], episodes[found, 1] = r, -1
-                found += 1
-            clocks[r, WALL_CONTACT] = now_ns
-    return found if acted else -1 - found
+            push(bodies, polygons, r, depth * nx, depth * ny)
+            found = note_barrier(bodies, r, now_ns, found)
+    return found, acted
 
 
-@inner(types.void(_f8x2, _f8x2, _f8x2, _i8, _OUTLINES))
-def take_back(poses, velocities, before, r, outlines):
+@inner(types.void(BODIES, POLYGONS, _i8))
+def take_back(bodies, polygons, r):
     """``bodies.put_back``; a polygon turns back too, and turns no more."""
-    corners, first, placed = outlines
-    put_back(poses, before, r)
-    if first[r] < first[r + 1]:
-        poses[r, 2], velocities[r, _TURN] = before[r, YAW], 0.0
-        outline.place(poses, r, corners, first, placed)
+    put_back(bodies, r)
+    if polygons.first[r] < polygons.first[r + 1]:
+        bodies.poses[r, 2], bodies.velocities[r, _TURN] = bodies.before[r, YAW], 0.0
+        outline.place(bodies.poses, r, polygons)
 
 
-@inner(types.void(_f8x2, _f8x2, _f8x2, _f8x2, _i8x2, _i8, _MATTER, _OUTLINES, _f8x2))
-def undo(poses, velocities, before, limits, pairs, count, matter, outlines, cell):
-    """Take back the ticks of robots that no pushing got out of what they overlap."""
+@inner(types.void(BODIES, POLYGONS, BARRIERS, _i8, _f8x2))
+def undo(bodies, polygons, barriers, count, cell):
+    """``bodies.undo``, of any shapes."""
+    before = bodies.before
     acted = True
     while acted:
         acted = False
-        for r in range(len(poses)):
-            if before[r, MARK] == PUSHED and with_matter(
-                    poses, limits, r, matter, outlines, cell)[0] > TOLERANCE_M:
-                take_back(poses, velocities, before, r, outlines)
+        for r in range(len(before)):
+            if before[r, MARK] == PUSHED and with_barriers(
+                    bodies, polygons, barriers, r, cell)[0] > TOLERANCE_M:
+                take_back(bodies, polygons, r)
                 acted = True
         for k in range(count):
-            a, b = pairs[k, 0], pairs[k, 1]
+            a, b = bodies.pairs[k, 0], bodies.pairs[k, 1]
             moved = before[a, MARK] != PUT_BACK or before[b, MARK] != PUT_BACK
-            if moved and between(poses, limits, a, b, outlines)[0] > TOLERANCE_M:
-                take_back(poses, velocities, before, a, outlines)
-                take_back(poses, velocities, before, b, outlines)
+            if moved and between(bodies, polygons, a, b)[0] > TOLERANCE_M:
+                take_back(bodies, polygons, a)
+                take_back(bodies, polygons, b)
                 acted = True
 
 
-@kernel(_i8(*[_f8x2] * 4, _i8x2, _i8x1, _i8x2, _f8x2, _i8x2, _f8x1, _ROWS, _f8x1, _i8, TILES,
-            RASTER, _ROWS, _i8, types.float64, _i8, _i8x2, _f8x2, _i8x1, _f8x2))
-def advance(poses, velocities, commands, limits, clocks, order, pairs, before, last, travelled,
-            walls, tops, indexed, tiles, raster, discs, now_ns, dt_s, episode_ns, episodes,
-            corners, first, placed):
+@kernel(_i8(BODIES, BARRIERS, _i8, _f8, POLYGONS))
+def advance(bodies, barriers, now_ns, dt_s, polygons):
     """``bodies.advance`` of discs and polygons."""
-    matter = walls, tops, indexed, tiles, raster, discs
-    outlines, cell = (corners, first, placed), np.empty((4, 2))
-    for r in range(len(poses)):
-        before[r, X], before[r, Y], before[r, YAW] = poses[r, 0], poses[r, 1], poses[r, 2]
-        before[r, MARK] = UNTOUCHED
-    drive(velocities, commands, limits, clocks, now_ns, dt_s)
-    move_all(poses, velocities, dt_s)
-    outline.place_all(poses, corners, first, placed)
-    count = near_pairs(poses, limits, order, pairs)
-    found = 0
+    cell = np.empty((4, 2))
+    drive_all(bodies, now_ns, dt_s)
+    outline.place_all(bodies.poses, polygons)
+    count, found, acted = near_pairs(bodies), 0, True
     for _ in range(ROUNDS):
-        found = part_pairs(poses, before, limits, pairs, count, last, now_ns, episode_ns, episodes,
-                           found, outlines)
-        acted = found >= 0
-        found = found if acted else -1 - found
-        found = part_from_matter(poses, before, limits, clocks, now_ns, episode_ns, episodes, found,
-                                 matter, outlines, cell)
-        acted = acted or found >= 0
-        found = found if found >= 0 else -1 - found
+        found, apart = part_pairs(bodies, polygons, count, now_ns, found)
+        found, acted = part_from_barriers(bodies, polygons, barriers, now_ns, found, cell)
+        acted = acted or apart
         if not acted:
             break
     if acted:
-        undo(poses, velocities, before, limits, pairs, count, matter, outlines, cell)
-    settle(poses, velocities, before, travelled, dt_s)
+        undo(bodies, polygons, barriers, count, cell)
+    settle(bodies, dt_s)
     return found
