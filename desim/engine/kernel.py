@@ -89,59 +89,72 @@ def _nothing(_: object) -> None:
     pass
 
 
+class Tick(Call):
+    """The agenda entry of a timer's ticks, one at a time: ``fn`` takes the tick's number.
+
+    Tick k is at ``start_ns + k * step // num``; ``order`` is its phase + entity. The next one is
+    booked before ``fn`` is called, so that this may cancel it.
+    """
+
+    __slots__ = ("start_ns", "num", "step", "order", "k")
+
+    def __init__(self, fn: Callable[[int], object], start_ns: int, num: int, step: int, order: int,
+                 k: int = 0) -> None:
+        self.fn, self.start_ns, self.num, self.step, self.order = fn, start_ns, num, step, order
+        self.k = k
+
+    def time_ns(self, k: int) -> int:
+        """The time of tick ``k``."""
+        return self.start_ns + k * self.step // self.num
+
+
 class Ticker:
     """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
 
-    __slots__ = ("_again", "_num", "_step", "_order", "_fn", "_start_ns", "_k", "_call", "_kernel",
-                 "_place", "_over")
+    __slots__ = ("_kernel", "_place", "_fn", "_tick", "_over")
 
     def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
                  fn: Callable[[int], object], start_ns: int) -> None:
         if type(frequency_hz) not in (int, Fraction) or not 0 < frequency_hz <= NS_PER_S:
             raise KernelError(f"frequency_hz must be an int or a Fraction above 0, at most 10**9, "
                               f"got {frequency_hz!r} for {_name(fn)}")
-        self._again = kernel.again
-        self._num, self._step = frequency_hz.numerator, NS_PER_S * frequency_hz.denominator
-        self._order, self._fn = phase + entity, fn
-        self._start_ns = start_ns
-        self._k = 0
-        self._kernel, self._place, self._over = kernel, (phase, entity), False
-        self._call = kernel.at(start_ns, phase, entity, self._tick)
+        self._kernel, self._place, self._fn, self._over = kernel, (phase, entity), fn, False
+        self._tick = Tick(fn, start_ns, frequency_hz.numerator,
+                          NS_PER_S * frequency_hz.denominator, phase + entity)
+        kernel.begin(self._tick, start_ns, phase, entity)
 
     def time_ns(self, k: int) -> int:
         """The time of tick ``k``."""
-        return self._start_ns + k * self._step // self._num
-
-    def _tick(self, _: object) -> None:
-        self._k = k = self._k + 1
-        # The next tick is booked first, so that the callback may cancel it.
-        self._again(self._start_ns + k * self._step // self._num, self._order, self._call)
-        self._fn(k - 1)
+        return self._tick.time_ns(k)
 
     def cancel(self) -> None:
         """No further tick."""
         self._over = True
-        self._call.cancel()
+        self._tick.cancel()
 
     @property
     def due_ns(self) -> int:
         """The time of the last tick that has passed without a call, or of the next one."""
-        now_ns = self._kernel.now_ns
-        last = ((now_ns - self._start_ns + 1) * self._num - 1) // self._step
-        return self.time_ns(max(self._k, last))
+        return self.time_ns(max(self._tick.k, self._last()))
 
     def pause(self) -> None:
         """No tick until ``resume``."""
-        self._call.cancel()
+        self._tick.cancel()
 
     def resume(self) -> None:
         """Go on after ``pause``. Of the ticks that have been due since, the last one is called now,
         and the others are skipped (rclcpp's timers)."""
         if self._over:
             return
-        due_ns, now_ns = self.due_ns, self._kernel.now_ns
-        self._k = max(self._k, ((now_ns - self._start_ns + 1) * self._num - 1) // self._step)
-        self._call = self._kernel.at(max(now_ns, due_ns), *self._place, self._tick)
+        due_ns, old = self.due_ns, self._tick  # which is on the agenda still
+        self._tick = Tick(self._fn, old.start_ns, old.num, old.step, old.order,
+                          max(old.k, self._last()))
+        self._kernel.begin(self._tick, max(self._kernel.now_ns, due_ns), *self._place)
+
+    def _last(self) -> int:
+        """The number of the last tick whose time has come."""
+        tick = self._tick
+        return ((self._kernel.now_ns - tick.start_ns + 1) * tick.num - 1) // tick.step
 
 
 class Kernel:
@@ -208,17 +221,25 @@ class Kernel:
            arg: T | None = None) -> Call:
         """Call ``fn(arg)`` at ``time_ns``, like ``after``. Raises ``KernelError`` for a time that
         is not an int or lies in the past."""
-        now_ns = self.now_ns
-        if type(time_ns) is not int or time_ns < now_ns:
-            raise KernelError(f"time_ns must be an int >= now ({now_ns}), got {time_ns!r} "
+        self._check_time(time_ns, fn)
+        return self.after(time_ns - self.now_ns, phase, entity, fn, arg)
+
+    def _check_time(self, time_ns: int, fn: Callable[..., object]) -> None:
+        if type(time_ns) is not int or time_ns < self.now_ns:
+            raise KernelError(f"time_ns must be an int >= now ({self.now_ns}), got {time_ns!r} "
                               f"for {_name(fn)}")
-        return self.after(time_ns - now_ns, phase, entity, fn, arg)
 
     def ticker(self, frequency_hz: Fraction | int, phase: Phase, entity: int,
                fn: Callable[[int], object], start_ns: int | None = None) -> Ticker:
         """Call ``fn(k)`` for tick k = 0, 1, ...; the first at ``start_ns`` (default: now)."""
         return Ticker(self, frequency_hz, phase, entity, fn,
                       self.now_ns if start_ns is None else start_ns)
+
+    def begin(self, tick: Tick, time_ns: int, phase: Phase, entity: int) -> None:
+        """Book the first tick of a timer, or the first one after a pause. Raises as ``at`` does."""
+        self._check_time(time_ns, tick.fn)
+        self.again(time_ns, phase + entity if time_ns > self.now_ns
+                   else self._next(phase, entity, tick.fn), tick)
 
     def process(self, life: Generator[int, None, None], phase: Phase, entity: int) -> None:
         """Run a generator that yields int nanoseconds to sleep; its errors end the run as they are.
@@ -282,19 +303,28 @@ class Kernel:
         raises, is in it. ``while queue`` would do as well, but Python 3.11 specializes a running
         function's instructions only at unconditional jumps back: ``while True`` takes 7 % off the
         instructions of a message between hosts (101.7 to 94.1 thousand)."""
-        env, queue = self.env, self._agenda
+        env, queue, numbers = self.env, self._agenda, self._numbers
         while True:
             entry = heappop(queue)
             call = entry[3]
             env._now = self.now_ns = entry[0]
-            if type(call) is not Call:  # an event of a foreign environment, or the end
+            if type(call) is Call:
+                self._fired = entry
+                self.events += 1
+                fn = call.fn
+                fn(call.arg)
+            elif type(call) is Tick:
+                self._fired = entry
+                self.events += 1
+                fn, k = call.fn, call.k
+                if fn is not _nothing:
+                    call.k = k + 1  # ``again`` without its call
+                    heappush(queue, (call.start_ns + (k + 1) * call.step // call.num, call.order,
+                                     next(numbers), call))
+                fn(k)
+            else:  # an event of a foreign environment, or the end
                 heappush(queue, entry)
                 env.step()
-                continue
-            self._fired = entry
-            self.events += 1
-            fn = call.fn
-            fn(call.arg)
 
     def stop(self) -> None:
         """End ``run`` (or the foreign environment's) when the current instant is complete."""
@@ -386,7 +416,14 @@ class _Guest(Kernel):
     def _fire(self, order: int, call: Call) -> None:
         self._fired = self.now_ns, order
         self.events += 1
-        call.fn(call.arg)
+        if not isinstance(call, Tick):
+            call.fn(call.arg)
+            return
+        k = call.k
+        if call.fn is not _nothing:
+            call.k = k + 1
+            self.again(call.time_ns(k + 1), call.order, call)
+        call.fn(k)
 
 
 def _name(fn: object) -> str:

@@ -19,7 +19,7 @@ from pathlib import Path
 from types import CodeType, FrameType
 
 import desim
-from desim.engine.kernel import Kernel, Ticker
+from desim.engine.kernel import Kernel
 from desim.scenario.load import Loaded
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,12 +42,12 @@ WORKLOADS: dict[str, tuple[str, ...]] = {  # a scenario and what is set in it
     "field_30": ("field_30.yaml",),
 }
 
-_LOOP, _TICK = Kernel._loop.__code__, Ticker._tick.__code__
+_LOOP = Kernel._loop.__code__
 
 
 class Calls:
     """Python calls while the clock of a run runs: by function, and by the event that led to them.
-    An event goes by the name of the function that it calls; a ticker's, by that of its callback."""
+    An event goes by the name of the function that it calls."""
 
     def __init__(self) -> None:
         self.functions: Counter[CodeType] = Counter()
@@ -61,7 +61,7 @@ class Calls:
             return
         code, caller = frame.f_code, frame.f_back
         if caller is not None and caller.f_code is _LOOP:
-            self._event = _callback(frame) if code is _TICK else code
+            self._event = code
             self.events[self._event] += 1
         self.functions[code] += 1
         self.by_event[self._event] += 1
@@ -69,14 +69,6 @@ class Calls:
     @property
     def total(self) -> int:
         return sum(self.functions.values())
-
-
-def _callback(tick: FrameType) -> CodeType:
-    """The code that a ticker calls; a partial function's is that of its function."""
-    call = tick.f_locals["self"]._fn
-    while not hasattr(call, "__code__") and hasattr(call, "func"):
-        call = call.func
-    return getattr(call, "__code__", _TICK)
 
 
 def load(name: str, until_s: float) -> Loaded:
