@@ -12,7 +12,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from desim.computers.scheduling import Discipline
-from desim.engine.kernel import Call, Kernel, Phase
+from desim.engine.agenda import Call
+from desim.engine.kernel import Kernel, Phase
 from desim.errors import KernelError
 
 if TYPE_CHECKING:

@@ -15,11 +15,12 @@ from enum import IntEnum
 from fractions import Fraction
 from functools import partial
 from heapq import heappop, heappush
-from typing import Any, TypeAlias, TypeVar, cast
+from typing import TypeAlias, TypeVar, cast
 
 import simpy
 from simpy.core import StopSimulation
 
+from desim.engine.agenda import Call, Tick, Ticker, name_of, nothing
 from desim.errors import KernelError
 from desim.units import NS_PER_S
 
@@ -55,25 +56,6 @@ def pair(source: int, destination: int) -> int:
     return source << 32 | destination
 
 
-class Call:
-    """One agenda entry: a function and its one argument.
-
-    Made by ``Kernel`` without a constructor, which would be a quarter of the cost of an event. With
-    ``callbacks`` it looks to SimPy like a triggered event.
-    """
-
-    __slots__ = ("callbacks", "fn", "arg")
-    _ok = True
-    callbacks: tuple[Callable[[Call], object]]
-    fn: Callable[[Any], object]  # takes what ``arg`` is: ``after`` checks it
-    arg: object
-
-    def cancel(self) -> None:
-        """Do nothing when the time comes. Cancelling twice, or too late, is harmless."""
-        self.fn = _nothing
-        self.arg = None
-
-
 class _End(Call):
     """Ends the environment's ``run``. It is no event of the simulation."""
 
@@ -83,78 +65,6 @@ class _End(Call):
 Entry: TypeAlias = tuple[int, int, int, Call]  # of the agenda: time, priority, insertion
 
 _new_call = Call.__new__
-
-
-def _nothing(_: object) -> None:
-    pass
-
-
-class Tick(Call):
-    """The agenda entry of a timer's ticks, one at a time: ``fn`` takes the tick's number.
-
-    Tick k is at ``start_ns + k * step // num``; ``order`` is its phase + entity. The next one is
-    booked before ``fn`` is called, so that this may cancel it.
-    """
-
-    __slots__ = ("start_ns", "num", "step", "order", "k")
-
-    def __init__(self, fn: Callable[[int], object], start_ns: int, num: int, step: int, order: int,
-                 k: int = 0) -> None:
-        self.fn, self.start_ns, self.num, self.step, self.order = fn, start_ns, num, step, order
-        self.k = k
-
-    def time_ns(self, k: int) -> int:
-        """The time of tick ``k``."""
-        return self.start_ns + k * self.step // self.num
-
-
-class Ticker:
-    """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
-
-    __slots__ = ("_kernel", "_place", "_fn", "_tick", "_over")
-
-    def __init__(self, kernel: Kernel, frequency_hz: Fraction | int, phase: Phase, entity: int,
-                 fn: Callable[[int], object], start_ns: int) -> None:
-        if type(frequency_hz) not in (int, Fraction) or not 0 < frequency_hz <= NS_PER_S:
-            raise KernelError(f"frequency_hz must be an int or a Fraction above 0, at most 10**9, "
-                              f"got {frequency_hz!r} for {_name(fn)}")
-        self._kernel, self._place, self._fn, self._over = kernel, (phase, entity), fn, False
-        self._tick = Tick(fn, start_ns, frequency_hz.numerator,
-                          NS_PER_S * frequency_hz.denominator, phase + entity)
-        kernel.begin(self._tick, start_ns, phase, entity)
-
-    def time_ns(self, k: int) -> int:
-        """The time of tick ``k``."""
-        return self._tick.time_ns(k)
-
-    def cancel(self) -> None:
-        """No further tick."""
-        self._over = True
-        self._tick.cancel()
-
-    @property
-    def due_ns(self) -> int:
-        """The time of the last tick that has passed without a call, or of the next one."""
-        return self.time_ns(max(self._tick.k, self._last()))
-
-    def pause(self) -> None:
-        """No tick until ``resume``."""
-        self._tick.cancel()
-
-    def resume(self) -> None:
-        """Go on after ``pause``. Of the ticks that have been due since, the last one is called now,
-        and the others are skipped (rclcpp's timers)."""
-        if self._over:
-            return
-        due_ns, old = self.due_ns, self._tick  # which is on the agenda still
-        self._tick = Tick(self._fn, old.start_ns, old.num, old.step, old.order,
-                          max(old.k, self._last()))
-        self._kernel.begin(self._tick, max(self._kernel.now_ns, due_ns), *self._place)
-
-    def _last(self) -> int:
-        """The number of the last tick whose time has come."""
-        tick = self._tick
-        return ((self._kernel.now_ns - tick.start_ns + 1) * tick.num - 1) // tick.step
 
 
 class Kernel:
@@ -200,7 +110,7 @@ class Kernel:
         negative.
         """
         if type(delay_ns) is not int or delay_ns < 0:
-            raise KernelError(f"delay_ns must be an int >= 0, got {delay_ns!r} for {_name(fn)}")
+            raise KernelError(f"delay_ns must be an int >= 0, got {delay_ns!r} for {name_of(fn)}")
         call = _new_call(Call)
         call.fn = fn
         call.arg = arg
@@ -227,7 +137,7 @@ class Kernel:
     def _check_time(self, time_ns: int, fn: Callable[..., object]) -> None:
         if type(time_ns) is not int or time_ns < self.now_ns:
             raise KernelError(f"time_ns must be an int >= now ({self.now_ns}), got {time_ns!r} "
-                              f"for {_name(fn)}")
+                              f"for {name_of(fn)}")
 
     def ticker(self, frequency_hz: Fraction | int, phase: Phase, entity: int,
                fn: Callable[[int], object], start_ns: int | None = None) -> Ticker:
@@ -251,7 +161,7 @@ class Kernel:
                 self.after(delay_ns, phase, entity, step)
                 return
 
-        step.__qualname__ = _name(life)  # an error message shall name the generator
+        step.__qualname__ = name_of(life)  # an error message shall name the generator
         self.after(0, phase, entity, step)
 
     def run(self, until_ns: int) -> None:
@@ -317,7 +227,7 @@ class Kernel:
                 self._fired = entry
                 self.events += 1
                 fn, k = call.fn, call.k
-                if fn is not _nothing:
+                if fn is not nothing:
                     call.k = k + 1  # ``again`` without its call
                     heappush(queue, (call.start_ns + (k + 1) * call.step // call.num, call.order,
                                      next(numbers), call))
@@ -377,7 +287,7 @@ class Kernel:
         round_ = (order >> _ROUND_BIT) + (phase <= order & _PHASE_MASK)
         if round_ > MAX_ROUNDS:
             raise KernelError(f"more than {MAX_ROUNDS} rounds at {self.now_ns} ns: the loop goes "
-                              f"through {_name(fn)} in phase {Phase(phase).name}")
+                              f"through {name_of(fn)} in phase {Phase(phase).name}")
         return phase + entity + (round_ << _ROUND_BIT)
 
 
@@ -420,11 +330,7 @@ class _Guest(Kernel):
             call.fn(call.arg)
             return
         k = call.k
-        if call.fn is not _nothing:
+        if call.fn is not nothing:
             call.k = k + 1
             self.again(call.time_ns(k + 1), call.order, call)
         call.fn(k)
-
-
-def _name(fn: object) -> str:
-    return str(getattr(fn, "__qualname__", repr(fn)))

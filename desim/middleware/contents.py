@@ -52,21 +52,22 @@ FLOAT64_BYTES = 8  # std_msgs/Float64
 class Lazy:
     """Content whose size is known at birth and whose value is computed at the first reading.
 
-    ``compute`` must be a pure function of immutable things, so that reading at birth, at delivery
-    or never makes no difference to anything else.
+    ``compute(*about)`` must be a pure function of immutable things, so that reading at birth, at
+    delivery or never makes no difference to anything else.
     """
 
-    __slots__ = ("size_bytes", "compute", "value")
+    __slots__ = ("size_bytes", "compute", "value", "_about")
 
-    def __init__(self, size_bytes: int, compute: Callable[[], object]) -> None:
+    def __init__(self, size_bytes: int, compute: Callable[..., object], *about: object) -> None:
         self.size_bytes = size_bytes
-        self.compute: Callable[[], object] | None = compute  # None: ``value`` is the result
+        self.compute: Callable[..., object] | None = compute  # None: ``value`` is the result
         self.value: Any = None
+        self._about = about
 
     def read(self) -> Any:
         if self.compute is not None:
-            self.value = self.compute()
-            self.compute = None
+            self.value = self.compute(*self._about)
+            self.compute, self._about = None, ()
         return self.value
 
 
@@ -110,16 +111,14 @@ class Pose(NamedTuple):
         return ODOMETRY_BYTES
 
 
-class Twist(NamedTuple):
+@dataclass(slots=True)  # frozen, it would take twice as long to make
+class Twist:
     """The velocity that a controller wants."""
 
     forward_mps: float
     left_mps: float
     turn_radps: float
-
-    @property
-    def size_bytes(self) -> int:
-        return TWIST_BYTES
+    size_bytes: ClassVar[int] = TWIST_BYTES
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from desim.engine.kernel import Call, Phase
+from desim.engine.agenda import Call
+from desim.engine.kernel import Phase
 from desim.engine.trace import pack
 from desim.middleware.answer_checks import transport_of
 from desim.middleware.arp import AddressedCarrier, Neighbours

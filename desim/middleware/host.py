@@ -32,7 +32,6 @@ MAX_CALLBACKS = 100_000  # on one host in one instant
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
 Ends = tuple[Latest | None, list[Subscription]]  # of one topic on one host
-_NOBODY: Ends = None, []
 
 
 class Host:
@@ -204,11 +203,6 @@ class Host:
         for one in self.nodes:
             if one.name == node:
                 one.unblock()
-
-    def latest_without_callbacks(self, topic: str) -> Latest | None:
-        """The ``Latest`` of ``topic``; None if there is none, or if callbacks wait for messages."""
-        latest, subscriptions = self._ends.get(topic, _NOBODY)
-        return None if subscriptions else latest
 
     def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
         return Publisher(self, topic, offer)

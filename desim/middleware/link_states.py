@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.engine.kernel import Call, Phase
+from desim.engine.agenda import Call
+from desim.engine.kernel import Phase
 from desim.ports import CutsCarrier
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from desim.engine.kernel import Ticker
+from desim.engine.agenda import Ticker
 from desim.errors import InputError
 from desim.middleware.contents import Content
 from desim.middleware.message import Message

@@ -22,7 +22,8 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING, NamedTuple
 
-from desim.engine.kernel import Call, Phase
+from desim.engine.agenda import Call
+from desim.engine.kernel import Phase
 from desim.middleware.clocks import PPB, HostClock
 from desim.units import NS_PER_S
 

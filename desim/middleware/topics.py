@@ -23,9 +23,10 @@ if TYPE_CHECKING:
 
 class Topic:
     """A name that messages are published under, its trace id and its counts. ``listening``: hosts
-    that subscribe, known or not, with the end of the topic there; None: there are several."""
+    that subscribe, known or not, with the end of the topic there; None: there are several.
+    ``latest``: the ends of hosts on which no callback waits for its messages."""
 
-    __slots__ = ("name", "id", "counts", "publishers", "listening")
+    __slots__ = ("name", "id", "counts", "publishers", "listening", "latest")
 
     def __init__(self, name: str, id_: int) -> None:
         self.name = name
@@ -33,6 +34,7 @@ class Topic:
         self.counts = TopicCounts()
         self.publishers: list[Publisher] = []
         self.listening: dict[int, Subscription | Latest | None] = {}
+        self.latest: dict[int, Latest] = {}
 
     def listens(self, host: int, latest: Latest | None, subscriptions: Sequence[Subscription]
                 ) -> None:
@@ -43,6 +45,9 @@ class Topic:
         else:
             ends = *subscriptions, *(() if latest is None else (latest,))
             self.listening[host] = ends[0] if len(ends) == 1 else None
+        self.latest.pop(host, None)
+        if latest is not None and not subscriptions:
+            self.latest[host] = latest
         if before != (host in self.listening):
             for publisher in self.publishers:
                 publisher.count_unmatched()
@@ -123,8 +128,12 @@ class Latest:
     @property
     def message(self) -> Message | None:
         """The last message that has arrived, or None."""
-        if self._expected or self.feed is not None:
+        if self._expected:
             self.catch_up()
+        elif self.feed is not None:  # ``catch_up`` without its call
+            message = self.feed.newer(self._message)
+            if message is not None:
+                self._message, self._unread = message, True
         return self._read() if self._unread else self._message
 
     def put(self, message: Message) -> None:
@@ -232,9 +241,9 @@ class Publisher:
     It asks the registries again only after a change of the topic.
     """
 
-    __slots__ = ("host", "topic", "offer", "transport", "latch", "batches", "_fans_out", "_last",
-                 "_local", "_inside", "_stale", "_receivers", "_has_subscribers", "_unmatched",
-                 "_owed")
+    __slots__ = ("host", "topic", "offer", "transport", "latch", "batches", "_lender", "_fans_out",
+                 "_last", "_local", "_inside", "_stale", "_receivers", "_has_subscribers",
+                 "_unmatched", "_owed")
 
     def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
         self.host = host
@@ -247,7 +256,8 @@ class Publisher:
                 offer._replace(via=Addressing.UNICAST)), self.transport)
         self.latch = offer.latch
         self.batches: BatchPublisher | None = None  # of which it is one
-        self._fans_out = isinstance(self.transport, LendsLinks) and not self.latch
+        self._lender = self.transport if isinstance(self.transport, LendsLinks) else None
+        self._fans_out = self._lender is not None and not self.latch
         self._last: Content | None = None  # of a latched topic
         self._local = self._has_subscribers = False
         self._stale = True
@@ -258,23 +268,19 @@ class Publisher:
     def lending(self) -> Mapping[int, BatchLink]:
         """The links by receiver, which may lend themselves; none if the topic is not its own alone,
         or it also publishes to its own host, or what it publishes is missed or latched."""
-        alone = len(self.topic.publishers) == 1 and not (
-            self._local or self.latch or self._missed() or self._stale)
-        return (self.transport.lending() if alone and isinstance(self.transport, LendsLinks)
-                else {})
+        lender = self._lender
+        if lender is None or len(self.topic.publishers) > 1 \
+                or self._local or self.latch or self._missed() or self._stale:
+            return {}
+        return lender.lending()
 
     def publish(self, content: Content) -> None:
         """Send ``content`` to all subscribers."""
         batches = self.batches
         if batches is None and self._fans_out and len(self._receivers) > 1:
             batches = FanOut(self, content.size_bytes)
-        if batches is None:
-            self.send(content)
-        else:
-            batches.publish_one(self, content)
-
-    def send(self, content: Content) -> None:
-        """Send ``content`` to all subscribers, message by message."""
+        if batches is not None and batches.takes(content):
+            return
         if self._stale:
             self._refresh()
         unmatched = self._unmatched

@@ -105,9 +105,10 @@ class WrappedCarrier(Carrier[T_contra]):
 
 
 class Carriers(Protocol[T_contra]):
-    """The senders of frames that set out together, one each."""
+    """The senders of frames that set out together, one each: ``members``."""
 
-    def __getitem__(self, i: int, /) -> Carrier[T_contra]: ...
+    @property
+    def members(self) -> Sequence[Carrier[T_contra]]: ...
 
     def expected_many(self, token: T_contra, delays_ns: Sequence[int]) -> object:
         """Frame i, for as many as there are delays, will be at its receiver ``delays_ns[i]`` from

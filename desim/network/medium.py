@@ -15,7 +15,8 @@ from typing import TypeVar
 import numpy as np
 
 from desim import ports
-from desim.engine.kernel import Call, Kernel, Phase
+from desim.engine.agenda import Call
+from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import KernelError, ModelError, below, class_of
@@ -260,8 +261,8 @@ class Medium(Account):
                       carriers: Carriers[T], token: T) -> None:
         """Take frames that one host sends now, equal but for their one receiver each, where
         ``lets_pass``: ``transmit`` for each of them in turn. ``carriers`` expect those whose
-        arrival the model knows; ``carriers[i]`` is notified of the fate of any other frame i."""
-        number, count = self.frames + 1, len(receivers)
+        arrival the model knows; its member i is notified of the fate of any other frame i."""
+        number, count, members = self.frames + 1, len(receivers), carriers.members
         self.frames += count
         self.intended += count
         self.packets_intended += count * segments
@@ -275,7 +276,7 @@ class Medium(Account):
             if type(delay_ns) is int and delay_ns >= 0 and len(ahead) == i:
                 ahead.append(delay_ns)
                 continue
-            claim = carriers[i], token, receivers[i], size_bytes, segments, PLAIN
+            claim = members[i], token, receivers[i], size_bytes, segments, PLAIN
             if delay_ns is None:
                 self._open[number + i] = claim
             else:
@@ -285,7 +286,7 @@ class Medium(Account):
         for i in range(len(known), count):
             self._offer(number + i,
                         Frame(number + i, source, (receivers[i],), size_bytes, segments, False),
-                        (carriers[i], token, receivers[i], size_bytes, segments, PLAIN))
+                        (members[i], token, receivers[i], size_bytes, segments, PLAIN))
 
     def is_open(self, number: int) -> bool:
         """Whether the model has taken frame ``number`` and not settled it everywhere."""

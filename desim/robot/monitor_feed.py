@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from fractions import Fraction
-from functools import partial
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from desim.middleware.node import Node
 from desim.ports import GridSpec
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import LayerSnapshot, occupancy
-from desim.robot.stamped_poses import step
 from desim.units import NS_PER_S
 
 Layers = tuple[LayerSnapshot, ...]
@@ -45,16 +44,15 @@ class MonitorFeed(Node):
         before, pose = self._pose, message.content
         self._pose = pose
         if before is not None:
-            self._travelled_m += step(before, pose)[0]
+            self._travelled_m += math.hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
 
     def _on_period(self, _: int) -> None:
         if self.has_subscribers("explored_map"):
             self.worked(cells=self.robot_map.spec.width * self.robot_map.spec.height)
-            self.publish("explored_map", Lazy(self._size_bytes, partial(
-                _fused_occupancy, self.robot_map.spec, self.robot_map.fusion_of,
-                self.robot_map.layers())))
+            self.publish("explored_map", Lazy(
+                self._size_bytes, _fused_occupancy, self.robot_map.spec, self.robot_map.fusion_of,
+                self.robot_map.layers()))
         self.publish("distance", Float64(self._travelled_m))
-
 
 
 def _fused_occupancy(spec: GridSpec, fusion_of: Callable[[Layers], np.ndarray],

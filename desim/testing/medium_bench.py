@@ -140,8 +140,9 @@ class _Burst:
     size_bytes: int
     segments: int
 
-    def __getitem__(self, i: int) -> Bench:
-        return self.bench
+    @property
+    def members(self) -> list[Bench]:
+        return [self.bench] * len(self.receivers)
 
     def expected_many(self, token: Token, delays_ns: Sequence[int]) -> None:
         """Book the arrivals."""

@@ -16,11 +16,10 @@ from desim.middleware.batches.batch import Batch, Member
 from desim.middleware.batches.publisher import BatchPublisher
 from desim.middleware.context import GraphContext
 from desim.middleware.direct import Direct
-from desim.middleware.host import Host
 from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.tcp import stack
 from desim.middleware.tcp.implied_acknowledgements import Express
-from desim.middleware.topics import WaitSet
+from desim.middleware.topics import Topic, WaitSet
 from desim.ports import PASS, Deliver, Drop
 from netmodels.ideal import Ideal
 from netmodels.switch import Switch
@@ -241,12 +240,18 @@ def _played(story, model, middleware, costs, until_ns, tcps):
                                     for tcp in tcps for _, ends in sorted(tcp._ends.items())])}
 
 
+def listens_by_callback(topic, host, latest, subscriptions, listens=Topic.listens):
+    """``Topic.listens`` of a topic that knows of no host without a callback."""
+    listens(topic, host, latest, subscriptions)
+    topic.latest.clear()
+
+
 @contextmanager
 def singly():
     """Each message for itself, and an event for each arrival."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(BatchPublisher, "_members", lambda batches: [])
-        patch.setattr(Host, "latest_without_callbacks", lambda host, topic: None)
+        patch.setattr(Topic, "listens", listens_by_callback)
         yield
 
 
@@ -330,7 +335,7 @@ SELDOM = Story(everybody(hz=2))
     (BatchPublisher, "_give", lambda batches, least_ns: None if least_ns else give(batches, 0),
      SELDOM, "stalls", "rows"),
     (BatchPublisher, "waiting", lambda batches, publisher: 0, SELDOM, "very far", "samples"),
-    (Member, "await_", lambda member, batch, arrival_ns: None, CUT_AND_STOP, "near", "heard"),
+    (Member, "hand_over", lambda member, batch: None, CUT_AND_STOP, "near", "heard"),
     (Member, "newer", lambda member, known: None, TOGETHER, "near", "heard"),
     (Batch, "over_ns", lambda batch, kernel: kernel.last_over_ns(Phase.DELIVER), TOGETHER,
      "nodes", "heard"),

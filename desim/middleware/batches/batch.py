@@ -86,16 +86,16 @@ class Member(Carrier[Batch]):
 
     protocol = "tcp"
     __slots__ = ("publisher", "link", "host", "latest", "ahead", "index", "message_index",
-                 "_batches", "_number", "_entity", "_elsewhere")
+                 "_batches", "_number", "entity", "_elsewhere")
 
     def __init__(self, batches: BatchPublisher, index: int, message_index: int, number: int,
                  link: BatchLink, publisher: Publisher, host: Host) -> None:
         self.publisher, self.link, self.host = publisher, link, host
-        self.latest = host.latest_without_callbacks(publisher.topic.name)
+        self.latest = publisher.topic.latest.get(host.index)
         self.ahead = True
         self._batches, self._number = batches, number
         self.index, self.message_index = index, message_index
-        self._entity = pair(publisher.host.id, host.id)
+        self.entity = pair(publisher.host.id, host.id)
         self._elsewhere = batches.published  # earlier batches, and messages that the link has taken
 
     @property
@@ -116,15 +116,12 @@ class Member(Carrier[Batch]):
         else:
             batch.arrivals[self.index] = arrival_ns
             if self.latest is None:
-                self.await_(batch, arrival_ns)
+                kernel = self._batches.kernel
+                kernel.after(arrival_ns - kernel.now_ns, Phase.DELIVER, self.entity,
+                             self.hand_over, batch)
 
-    def await_(self, batch: Batch, arrival_ns: int) -> None:
-        """Book the arrival of a message, for a callback that waits for it."""
-        kernel = self._batches.kernel
-        kernel.after(arrival_ns - kernel.now_ns, Phase.DELIVER, self._entity, self._hand_over,
-                     batch)
-
-    def _hand_over(self, batch: Batch) -> None:
+    def hand_over(self, batch: Batch) -> None:
+        """The message has arrived, for a callback that waits for it."""
         if self.index not in batch.given:
             self.host.receive(self.message(batch))
 

@@ -43,27 +43,26 @@ class BatchPublisher:
     def publish(self, read: Callable[[int], object]) -> None:
         """Publish one message of each publisher that has subscribers; ``read(k)`` computes the
         content of publisher k's. (Messages that a callback holds back go one by one.)"""
-        def content(k: int) -> Lazy:
-            return Lazy(self.size_bytes, partial(read, k))
+        content = partial(Lazy, self.size_bytes, read)
+        if self.host.holds or not self._publish(content):
+            self.release()
+            for number, publisher in enumerate(self._publishers):
+                if publisher.has_subscribers():
+                    publisher.publish(content(number))
 
-        if self.host.holds:
-            self._publish_singly(content)
-        else:
-            self._publish(content)
+    def takes(self, content: Content) -> bool:
+        """Whether what one of the publishers publishes by itself goes as a batch, too."""
+        return False
 
-    def publish_one(self, publisher: Publisher, content: Content) -> None:
-        """One of the publishers publishes a single message."""
-        publisher.send(content)
-
-    def _publish(self, content: Callable[[int], Content]) -> None:
+    def _publish(self, content: Callable[[int], Content]) -> bool:
+        """Publish a batch, if nothing stands in its way."""
         graph, host, kernel = self._graph, self.host, self.kernel
         if self._connections != graph.connections:
             self._connect()
         way = self._way
         if way is None or not self._is_free(way) or not way.medium.lets_pass(
                 host.index, way.receivers, *self.frame):
-            self._publish_singly(content)
-            return
+            return False
         messages = len(way.publishers)
         self.published += 1
         batch = Batch(kernel.now_ns, kernel.round_of(Phase.DELIVER), host.published + 1,
@@ -76,6 +75,7 @@ class BatchPublisher:
         late_ns = batch.born_ns + way.patience_ns
         if max(batch.arrivals) >= late_ns:
             self._give(late_ns)
+        return True
 
     def release(self) -> None:
         """Hand messages on their way over to their links: the caller is about to change their fate,
@@ -179,12 +179,6 @@ class BatchPublisher:
         self.mixed = False
         return True
 
-    def _publish_singly(self, content: Callable[[int], Content]) -> None:
-        self.release()
-        for number, publisher in enumerate(self._publishers):
-            if publisher.has_subscribers():
-                publisher.publish(content(number))
-
 
 class FanOut(BatchPublisher):
     """One publisher with several receivers, each of whose messages is a batch of its own, if it has
@@ -192,14 +186,9 @@ class FanOut(BatchPublisher):
 
     def __init__(self, publisher: Publisher, size_bytes: int) -> None:
         super().__init__([publisher], size_bytes)
-        self._publisher = publisher
 
-    def publish_one(self, publisher: Publisher, content: Content) -> None:
-        if content.size_bytes == self.size_bytes:
-            self._publish(lambda _: content)
-        else:
-            self._publish_singly(lambda _: content)
-
-    def _publish_singly(self, content: Callable[[int], Content]) -> None:
+    def takes(self, content: Content) -> bool:
+        if content.size_bytes == self.size_bytes and self._publish(lambda _: content):
+            return True
         self.release()
-        self._publisher.send(content(0))
+        return False

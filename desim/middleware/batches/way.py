@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
+from desim.engine.kernel import Phase
 from desim.engine.trace import ROW
 from desim.middleware.batches.batch import Batch, Member
 from desim.network.medium import UNKNOWN_NS, Medium
@@ -88,17 +89,15 @@ class BatchWay:
                    np.array([member.host.id for member in members], np.int64),
                    [member for member in members if member.latest is None], [])
 
-    def __getitem__(self, index: int) -> Member:
-        return self.members[index]
-
     def expected_many(self, batch: Batch, delays_ns: Sequence[int]) -> None:
         """See ``Carriers``."""
         now_ns, arrivals = batch.born_ns, batch.arrivals
         arrivals[:len(delays_ns)] = [now_ns + delay_ns for delay_ns in delays_ns]
+        after = self.host.graph.kernel.after
         for member in self.awaited:
             arrival_ns = arrivals[member.index]
             if arrival_ns != UNKNOWN_NS:
-                member.await_(batch, arrival_ns)
+                after(arrival_ns - now_ns, Phase.DELIVER, member.entity, member.hand_over, batch)
 
     def count_sent(self, batches: list[Batch]) -> None:
         """Write the rows ``sent`` and ``frame`` of batches."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from desim.engine.kernel import Call, Kernel, Phase
+from desim.engine.agenda import Call
+from desim.engine.kernel import Kernel, Phase
 from desim.middleware.busy.executor import Executor
 from desim.units import NS_PER_S
 

@@ -7,7 +7,8 @@ from heapq import heappop, heappush
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
-from desim.engine.kernel import Call, Phase
+from desim.engine.agenda import Call
+from desim.engine.kernel import Phase
 from desim.middleware.udp.cut_train import CutTrain, parts_of
 from desim.middleware.udp.receiver import ReceivedTrain
 from desim.middleware.udp.skb import truesize_before_last, truesize_bytes

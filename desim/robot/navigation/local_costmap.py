@@ -7,10 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from desim.compiler.kernel import compiled_function
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_costmap as kernels
 from desim.robot.navigation.scan_points import Directions, PlacedScan, seen_from
-from desim.units import seconds
+from desim.units import NS_PER_S
+
+_observe = compiled_function(kernels.observe)
 
 _MOST_REMEMBERED = 500  # points, more than ever are; maze_8: same
 # Greatest distance of an obstacle to yield to. Beyond 1.68 m two robots of 1.2 m/s that approach
@@ -49,9 +52,9 @@ class LocalCostmap:
         else:
             ranges, beams = seen_from(scans, self._beams)
             longest_m, edge_cos = math.inf, _edge_cos(scans)
-        self.scan[0] = (x_m, y_m, yaw_rad, seconds(scan.stamp_ns), longest_m, edge_cos)
-        kernels.observe(ranges, beams, self.scan, self.layer, self.around.flat, self.around.frame,
-                        self._memory, self.near2)
+        self.scan[0] = (x_m, y_m, yaw_rad, scan.stamp_ns / NS_PER_S, longest_m, edge_cos)
+        _observe(ranges, beams, self.scan, self.layer, self.around.flat, self.around.frame,
+                 self._memory, self.near2)
 
     def forget(self, outside_m: float) -> None:
         """Forget the remembered points that lie outside of a square of this side around the robot

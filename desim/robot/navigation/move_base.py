@@ -46,7 +46,7 @@ class MoveBase(Node):
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
         self._local = LocalPlanner(navigation, body, costmap)
         self._patience = patience(navigation)
-        self._sonar = Latest(host)
+        self._sonar: Latest | None = None
         self._scans: list[Latest] = []
         self._mapped = False
         self._goal: Goal | None = None
@@ -100,8 +100,8 @@ class MoveBase(Node):
             return
         self._spin, self._arriving = None, False
         now_ns = self.now_ns
-        self._recover(goal, pose.content, self._here(pose.content, now_ns), now_ns,
-                      Recovery.RETREAT)
+        here = self._local.extrapolate(pose.content, max(now_ns, pose.content.stamp_ns))
+        self._recover(goal, pose.content, here, now_ns, Recovery.RETREAT)
 
     def _observe(self, _: int) -> None:
         """Take the newest scan of each laser, and of the sonar, into the local costmap."""
@@ -117,13 +117,19 @@ class MoveBase(Node):
     def _seen(self, pose: Pose) -> list[PlacedScan]:
         """The newest scan of each laser, and of the sonar, each with the robot's pose then; none
         without one of the first laser."""
-        messages = [scan.message for scan in self._scans]
-        if messages[0] is None:
-            return []
-        scans = [message.content for message in messages if message is not None]
-        if self._sonar.message is not None:
-            scans += self._sonar.message.content.scans
-        return [(scan, self._local.extrapolate(pose, scan.stamp_ns)) for scan in scans]
+        placed: list[PlacedScan] = []
+        for latest in self._scans:
+            message = latest.message
+            if message is not None:
+                scan = message.content
+                placed.append((scan, self._local.extrapolate(pose, scan.stamp_ns)))
+            elif not placed:
+                return []
+        message = None if self._sonar is None else self._sonar.message
+        if message is not None:
+            placed += [(scan, self._local.extrapolate(pose, scan.stamp_ns))
+                       for scan in message.content.scans]
+        return placed
 
     # ---------------------------------------------------------------------------- what it does
 
@@ -136,7 +142,7 @@ class MoveBase(Node):
         if pose is None or now_ns - pose.stamp_ns > self._navigation.transform_tolerance_ns:
             self._drive(0.0, 0.0)
             return
-        here = self._here(pose, now_ns)
+        here = self._local.extrapolate(pose, max(now_ns, pose.stamp_ns))  # it may be yet to come
         if self._spin is not None:
             turn_radps = self._spin.turn_radps(here[2], now_ns)
             # As rotate_recovery, it does not turn where its footprint would meet something.
@@ -153,10 +159,6 @@ class MoveBase(Node):
             self._wait(goal, pose, here, now_ns)
         else:
             self._approach(goal, pose, here, now_ns)
-
-    def _here(self, pose: Pose, now_ns: int) -> Position:
-        """The robot's position now; that of ``pose`` itself if its stamp is yet to come."""
-        return self._local.extrapolate(pose, max(now_ns, pose.stamp_ns))
 
     def _senses(self, pose: Message) -> bool:
         """Whether ``pose`` and a scan of each laser have come lately (costmap_2d: sensors not

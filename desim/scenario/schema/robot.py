@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -44,12 +45,12 @@ class Laser(Params):
     y_m: Position = Field("0 m", description="of its place on the body, to the left of the middle")
     yaw_rad: Angle = Field("0 rad", description="of the middle of its view, to the left of ahead")
 
-    @property
+    @cached_property
     def angle_min_rad(self) -> float:
         """The direction of the first beam, as seen from the robot's heading."""
         return self.yaw_rad - 0.5 * self.field_of_view_rad
 
-    @property
+    @cached_property
     def increment_rad(self) -> float:
         """The angle between two beams."""
         return self.field_of_view_rad / (self.beams - 1)
