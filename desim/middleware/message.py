@@ -13,9 +13,10 @@ if TYPE_CHECKING:
 
 class Message:
     """A message of a node. ``seq`` counts the messages of its host; ``number`` counts the messages
-    between hosts of the whole run (0: it never left its host) and is in no digest."""
+    between hosts of the whole run (0: it never left its host) and is in no digest. ``unread`` is
+    the content as it was published, to be passed on."""
 
-    __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "_content")
+    __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "unread")
 
     def __init__(self, origin: Host, about: Topic, seq: int, size_bytes: int, born_ns: int,
                  content: Content) -> None:
@@ -25,7 +26,7 @@ class Message:
         self.size_bytes = size_bytes
         self.born_ns = born_ns
         self.number = 0
-        self._content = content
+        self.unread = content
 
     @property
     def source(self) -> int:
@@ -44,13 +45,8 @@ class Message:
         return self.about.name
 
     @property
-    def unread(self) -> Content:
-        """The content as it was published, to be passed on."""
-        return self._content
-
-    @property
     def content(self) -> Any:
-        content = self._content
+        content = self.unread
         if type(content) is not Lazy:
             return content
         return content.value if content.compute is None else content.read()

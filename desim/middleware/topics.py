@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Protocol
 
@@ -164,7 +164,7 @@ class Latest:
         now_ns = kernel.now_ns
         while expected and (expected[0][0] < now_ns or kernel.over(expected[0][0], Phase.DELIVER)):
             due_ns, link, message = expected.pop(0)
-            self._take(message)
+            self._message, self._unread = message, True
             link.land(message, due_ns)
         if not expected:
             self.host.graph.expecting.pop(self, None)
@@ -185,10 +185,6 @@ class Latest:
         self.host.graph.expecting.pop(self, None)
         for due_ns, link, message in expected:
             link.await_(message, due_ns)
-
-    def _take(self, message: Message) -> None:
-        self._message = message
-        self._unread = True
 
     def _read(self) -> Message | None:
         """The last message, which is read for the first time."""
@@ -217,10 +213,10 @@ class WaitSet:
         self._members += 1
         return self._members
 
-    def news(self) -> Iterator[tuple[Latest, Message]]:
+    def news(self) -> list[tuple[Latest, Message]]:
         """The subscriptions with a message that has arrived and was not read, and that message, in
         the order of subscribing."""
-        ready = sorted(self.ready, key=_by_number)
+        ready, news = sorted(self.ready, key=_by_number), []
         self.ready.clear()
         for latest in ready:
             if latest._expected or latest.feed is not None:
@@ -229,7 +225,8 @@ class WaitSet:
                     self.ready[latest] = None
             message = latest._read() if latest._unread else None
             if message is not None:
-                yield latest, message
+                news.append((latest, message))
+        return news
 
 
 _by_number = attrgetter("number")

@@ -241,7 +241,9 @@ class StreamLink(Carrier["Message"]):
         assert flights is not None
         self._latest = self._wire = None
         flights.landed(host.index, *self._train)
-        self.note_trip(due_ns - self._sent_ns)
+        self._tries, trip_ns = 0, due_ns - self._sent_ns  # ``note_trip`` without its call
+        if self._trip_ns < 0 or trip_ns < self._trip_ns:
+            self._trip_ns = trip_ns
         self._graph.arrive(message, host, due_ns, self._first_ns, self._sent_ns)
 
     def await_(self, message: Message, due_ns: int) -> None:

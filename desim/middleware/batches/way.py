@@ -130,11 +130,12 @@ class BatchWay:
                                np.where(landed, arrivals, 0).max(axis=0))
         self.medium.flights.landed_each(self.receivers, *self.frame, landed.sum(axis=0).tolist())
         if graph.on_arrivals is not None:
-            numbers = _of(batches, "number")[:, None] + self.messages
-            graph.on_arrivals(BatchArrivals(self.host.index, self.size_bytes, *(
-                np.broadcast_to(values, landed.shape)[landed] for values in (
-                    numbers, self.topics[self.messages], np.array(self.receivers), born_ns,
-                    arrivals))))
+            which, places = landed.nonzero()
+            messages = self.messages[places]
+            graph.on_arrivals(BatchArrivals(
+                self.host.index, self.size_bytes, _of(batches, "number")[which] + messages,
+                self.topics[messages], np.array(self.receivers)[places], births[which],
+                arrivals[landed]))
         elif graph.on_fate is not None:
             for k, index in np.argwhere(landed).tolist():
                 member, batch = self.members[index], batches[k]

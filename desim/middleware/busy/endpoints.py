@@ -114,9 +114,11 @@ class PaidLatest(Latest):
         super().put(message)
         self._charge(message)
 
-    def _take(self, message: Message) -> None:
-        super()._take(message)
-        self._charge(message)
+    def catch_up(self) -> None:
+        waiting = tuple(self._expected)
+        super().catch_up()
+        for _, _, message in waiting[:len(waiting) - len(self._expected)]:
+            self._charge(message)
 
     def _charge(self, message: Message) -> None:
         trigger, size_bytes = self.trigger, message.size_bytes

@@ -31,8 +31,9 @@ class Exploration:
 
     def on_knowledge(self, context: TaskContext, explorer: int) -> None:
         known, union_known = context.knowledge.known[explorer], context.knowledge.union_known
+        now_ns = context.now_ns
         for reached in (self._explored, self._enough):
-            reached.update(explorer, known, union_known, context.now_ns)
+            reached.update(explorer, known, union_known, now_ns)
         if self._enough.first_ns.get(context.stop_by) is not None:
             context.end(DONE)
 

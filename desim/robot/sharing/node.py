@@ -99,10 +99,13 @@ class MapSharing(Node):
 
     def _checked(self, contributions: Iterable[Contribution]) -> Iterator[Contribution]:
         """``contributions``, each of them checked."""
-        if not isinstance(contributions, Iterable):
-            raise ModelError(f"a robot takes in a list of Contributions, not {contributions!r}")
+        try:
+            each = iter(contributions)
+        except TypeError:
+            raise ModelError(f"a robot takes in a list of Contributions, not {contributions!r}"
+                             ) from None
         now_ns = self._graph.kernel.now_ns
-        for one in contributions:
+        for one in each:
             check_contribution(one, self._sources)
             clock_ns = self._graph.host(one.source).clock_ns(now_ns)
             if one.version > clock_ns + _AHEAD_NS:
