@@ -70,11 +70,6 @@ class Host:
         self._inbox: list[tuple[Subscription, Message]] | None = None
 
     @property
-    def holds(self) -> bool:
-        """Whether what is published now leaves later."""
-        return self.calling is not None
-
-    @property
     def up(self) -> bool:
         return self.graph.up[self.index]
 

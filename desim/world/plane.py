@@ -127,21 +127,19 @@ class Plane:
     def advance(self, to_ns: int) -> None:
         """Move everything to the last base tick at or before ``to_ns``."""
         while self._next_ns <= to_ns:
-            self._step(self._next_ns)
-
-    def _step(self, then_ns: int) -> None:
-        dt_s = (then_ns - self._now_ns) / NS_PER_S
-        if self._lively:
-            self._move_scenery(then_ns, dt_s)
-        self._contacts += self._bodies.advance(then_ns, dt_s)
-        self._now_ns = then_ns
-        self._tick += 1
-        self._next_ns = (self._tick + 1) * self._period[0] // self._period[1]
-        self._snapshot = None
-        if self._lively or self._walks:
-            for kind in self._odometers:
-                kind.advance(self._next_ns, self._bodies.poses)
-            self._scene = self._present_scene()
+            then_ns = self._next_ns
+            dt_s = (then_ns - self._now_ns) / NS_PER_S
+            if self._lively:
+                self._move_scenery(then_ns, dt_s)
+            self._contacts += self._bodies.advance(then_ns, dt_s)
+            self._now_ns = then_ns
+            self._tick += 1
+            self._next_ns = (self._tick + 1) * self._period[0] // self._period[1]
+            self._snapshot = None
+            if self._lively or self._walks:
+                for kind in self._odometers:
+                    kind.advance(self._next_ns, self._bodies.poses)
+                self._scene = self._present_scene()
 
     def _move_scenery(self, then_ns: int, dt_s: float) -> None:
         robots = np.column_stack([self._bodies.poses[:, :2], self._bodies.radii_m])

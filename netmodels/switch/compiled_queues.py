@@ -37,6 +37,7 @@ class CompiledQueues(Generic[T]):
         self.due_ns = NEVER
         self._fair = fair
         self.send = compiled_function(machine.send)
+        self._send_many = compiled_function(machine.send_many)
         self._put = compiled_function(machine.put)
         self._wake = compiled_function(machine.wake)
         self._flows: dict[Hashable, int] = {}  # records; the first are the one flow of each port
@@ -84,7 +85,7 @@ class CompiledQueues(Generic[T]):
             self._own(self._state._replace(many=np.zeros(count, np.int64)))
         while True:
             self._state.many[:count] = exits
-            taken, self.due_ns = machine.send_many(self.rows, now_ns, port, count, train)
+            taken, self.due_ns = self._send_many(self.rows, now_ns, port, count, train)
             if taken != FULL:
                 break
             self._grow()

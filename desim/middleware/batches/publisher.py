@@ -42,9 +42,9 @@ class BatchPublisher:
 
     def publish(self, read: Callable[[int], object]) -> None:
         """Publish one message of each publisher that has subscribers; ``read(k)`` computes the
-        content of publisher k's. (Messages that a callback holds back go one by one.)"""
+        content of publisher k's. (Messages that a callback holds back, until its time is over, go one by one.)"""
         content = partial(Lazy, self.size_bytes, read)
-        if self.host.holds or not self._publish(content):
+        if self.host.calling is not None or not self._publish(content):
             self.release()
             for number, publisher in enumerate(self._publishers):
                 if publisher.has_subscribers():
@@ -108,16 +108,19 @@ class BatchPublisher:
         unsent = [batch for batch in batches if not batch.sent]
         if unsent:
             way.count_sent(unsent)
-        arrivals = np.array([batch.arrivals for batch in batches])
-        landed = arrivals <= np.array([[batch.over_ns(self.kernel)] for batch in batches])
+        kernel, arrivals = self.kernel, np.array([batch.arrivals for batch in batches])
+        now_ns, over_ns = kernel.now_ns, kernel.last_over_ns(Phase.DELIVER)
+        landed = arrivals <= np.array([
+            [over_ns if batch.born_ns < now_ns else batch.over_ns(kernel)] for batch in batches])
         for batch, there in zip(batches, landed, strict=True):
             if len(batch.open) < len(there):
                 open_ = np.zeros(len(there), np.bool_)
                 open_[list(batch.open)] = True
                 there &= open_
-            if there.all():
+        for batch, there, whole in zip(batches, landed, landed.all(axis=1).tolist(), strict=True):
+            if whole:
                 batch.open.clear()
-            for index in np.flatnonzero(there).tolist() if batch.open else ():
+            for index in there.nonzero()[0].tolist() if batch.open else ():
                 del batch.open[index]
         self._batches = [batch for batch in batches if batch.open]
         if landed.any():
