@@ -134,7 +134,15 @@ class Latest:
             message = self.feed.newer(self._message)
             if message is not None:
                 self._message, self._unread = message, True
-        return self._read() if self._unread else self._message
+        message = self._message
+        if self._unread:
+            self._unread = False
+            if message is not None and message.number:  # it is read for the first time
+                host = self.host
+                graph = host.graph
+                graph.put(pack(graph.kernel.now_ns, graph.READ, host.id, message.origin.id,
+                               message.seq, message.about.id))
+        return message
 
     def put(self, message: Message) -> None:
         """``message`` has arrived."""
@@ -186,17 +194,6 @@ class Latest:
         for due_ns, link, message in expected:
             link.await_(message, due_ns)
 
-    def _read(self) -> Message | None:
-        """The last message, which is read for the first time."""
-        self._unread = False
-        message = self._message
-        if message is not None and message.number:
-            host = self.host
-            graph = host.graph
-            graph.put(pack(graph.kernel.now_ns, graph.READ, host.id, message.origin.id,
-                           message.seq, message.about.id))
-        return message
-
 
 class WaitSet:
     """The subscriptions of a node that may have something new, as rclcpp's of this name: it need
@@ -223,8 +220,7 @@ class WaitSet:
                 latest.catch_up()
                 if latest._expected or latest.feed is not None:
                     self.ready[latest] = None
-            message = latest._read() if latest._unread else None
-            if message is not None:
+            if latest._unread and (message := latest.message) is not None:
                 news.append((latest, message))
         return news
 

@@ -42,7 +42,8 @@ class BatchPublisher:
 
     def publish(self, read: Callable[[int], object]) -> None:
         """Publish one message of each publisher that has subscribers; ``read(k)`` computes the
-        content of publisher k's. (Messages that a callback holds back, until its time is over, go one by one.)"""
+        content of publisher k's. (Messages that a callback holds back until its time is over go
+        one by one.)"""
         content = partial(Lazy, self.size_bytes, read)
         if self.host.calling is not None or not self._publish(content):
             self.release()
@@ -117,8 +118,9 @@ class BatchPublisher:
                 open_ = np.zeros(len(there), np.bool_)
                 open_[list(batch.open)] = True
                 there &= open_
-        for batch, there, whole in zip(batches, landed, landed.all(axis=1).tolist(), strict=True):
-            if whole:
+        whole: list[bool] = landed.all(axis=1).tolist()
+        for batch, there, all_there in zip(batches, landed, whole, strict=True):
+            if all_there:
                 batch.open.clear()
             for index in there.nonzero()[0].tolist() if batch.open else ():
                 del batch.open[index]
