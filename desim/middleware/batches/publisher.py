@@ -118,9 +118,8 @@ class BatchPublisher:
                 open_ = np.zeros(len(there), np.bool_)
                 open_[list(batch.open)] = True
                 there &= open_
-        whole: list[bool] = landed.all(axis=1).tolist()
-        for batch, there, all_there in zip(batches, landed, whole, strict=True):
-            if all_there:
+        for batch, there, whole in zip(batches, landed, landed.all(axis=1), strict=True):
+            if whole:
                 batch.open.clear()
             for index in there.nonzero()[0].tolist() if batch.open else ():
                 del batch.open[index]
