@@ -118,7 +118,8 @@ class BatchPublisher:
                 open_ = np.zeros(len(there), np.bool_)
                 open_[list(batch.open)] = True
                 there &= open_
-        for batch, there, whole in zip(batches, landed, landed.all(axis=1), strict=True):
+        for batch, there, whole in zip(batches, landed, np.logical_and.reduce(landed, 1),
+                                       strict=True):
             if whole:
                 batch.open.clear()
             for index in there.nonzero()[0].tolist() if batch.open else ():
