@@ -9,12 +9,13 @@ This is the one module that imports simpy.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Callable, Generator, Sequence
 from enum import IntEnum
 from fractions import Fraction
 from functools import partial
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 from typing import TypeAlias, TypeVar, cast
 
 import simpy
@@ -57,7 +58,7 @@ def pair(source: int, destination: int) -> int:
 
 
 class _End(Call):
-    """Ends the environment's ``run``. It is no event of the simulation."""
+    """Ends a ``run``. It is no event of the simulation."""
 
     __slots__ = ()
 
@@ -92,6 +93,7 @@ class Kernel:
         self._agenda = cast(list[Entry], env._queue)  # its entries are checked when they fire
         self._numbers = env._eid
         self._stopping: Call | None = None
+        self._ends = 0  # on the agenda
         self._complete_ns = -1  # the instant at which ``run`` ended last
         self._shared: dict[str, object] = {}
 
@@ -172,17 +174,19 @@ class Kernel:
         """
         if type(until_ns) is not int or until_ns < self.now_ns:
             raise KernelError(f"until_ns must be an int >= now ({self.now_ns}), got {until_ns!r}")
-        end = self._end_after(until_ns - self.now_ns)
+        self._end_after(until_ns - self.now_ns)
         try:
             self._loop()
-        except StopSimulation:
-            pass
         except Exception as error:
             error.add_note(f"at simulated time {self.now_ns / NS_PER_S:.9f} s")
             raise
         finally:
-            end.cancel()
+            self._drop_ends()
         self._complete_ns = self.now_ns
+
+    def next_ns(self) -> float:
+        """The time of the next entry of the agenda; inf if there is none."""
+        return self._agenda[0][0] if self._agenda else math.inf
 
     @property
     def round(self) -> int:
@@ -209,8 +213,8 @@ class Kernel:
 
     def _loop(self) -> None:
         """Like ``env.run()``, but it calls the function directly. SimPy's ``step`` and callback
-        list would double the cost of an event. The heap is never empty, because the end, which
-        raises, is in it. ``while queue`` would do as well, but Python 3.11 specializes a running
+        list would double the cost of an event. The heap is never empty, because an end is in it.
+        ``while queue`` would do as well, but Python 3.11 specializes a running
         function's instructions only at unconditional jumps back: ``while True`` takes 7 % off the
         instructions of a message between hosts (101.7 to 94.1 thousand)."""
         env, queue, numbers = self.env, self._agenda, self._numbers
@@ -232,9 +236,20 @@ class Kernel:
                     heappush(queue, (call.start_ns + (k + 1) * call.step // call.num, call.order,
                                      next(numbers), call))
                 fn(k)
-            else:  # an event of a foreign environment, or the end
+            elif type(call) is _End:
+                self._ends -= 1
+                return
+            else:  # an event of a foreign environment
                 heappush(queue, entry)
                 env.step()
+
+    def _drop_ends(self) -> None:
+        """Take the ends that did not come off the agenda: the run was stopped, or failed."""
+        self._stopping = None
+        if self._ends:
+            self._agenda[:] = [entry for entry in self._agenda if type(entry[3]) is not _End]
+            heapify(self._agenda)
+            self._ends = 0
 
     def stop(self) -> None:
         """End ``run`` (or the foreign environment's) when the current instant is complete."""
@@ -246,13 +261,13 @@ class Kernel:
         call = _new_call(_End)
         call.callbacks = (lambda end: end.fn(end.arg),)
         call.fn, call.arg = self._end, None
+        self._ends += 1
         heappush(self._agenda, (self.now_ns + delay_ns, _LAST, next(self._numbers), call))
         return call
 
     def _end(self, _: object) -> None:
-        if self._stopping is not None:
-            self._stopping.cancel()
-            self._stopping = None
+        """End a foreign environment's ``run``."""
+        self._stopping = None
         raise StopSimulation(None)
 
     def again(self, time_ns: int, order: int, call: Call) -> None:

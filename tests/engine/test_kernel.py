@@ -1,6 +1,8 @@
 """The clock and the agenda, shown by small whole logs."""
 
+import math
 import traceback
+from contextlib import nullcontext
 from fractions import Fraction
 
 import numpy as np
@@ -36,6 +38,31 @@ def test_time_passes_from_event_to_event(kernel, log):
     assert log == ["a", (20, "b"), "c"]
     assert kernel.now_ns == 100
     assert kernel.events == 3
+
+
+def test_the_next_time_is_that_of_the_next_entry_and_inf_without_any(kernel, log):
+    assert kernel.next_ns() == math.inf
+    kernel.at(30, CONTROL, 0, log.append, "later")
+    kernel.at(10, CONTROL, 0, log.append, "first")
+    assert kernel.next_ns() == 10
+    kernel.run(20)
+    assert (kernel.next_ns(), kernel.now_ns) == (30, 20)
+    kernel.run(30)
+    assert kernel.next_ns() == kernel.env.peek() == math.inf
+
+
+@pytest.mark.parametrize("end", ["stopped", "failed"])
+def test_a_run_that_ends_early_leaves_nothing_behind(kernel, end):
+    def early(_):
+        if end == "failed":
+            raise ValueError("on purpose")
+        kernel.stop()
+
+    kernel.at(10, CONTROL, 0, early)
+    kernel.at(30, CONTROL, 0, list)
+    with pytest.raises(ValueError) if end == "failed" else nullcontext():
+        kernel.run(20)
+    assert (kernel.next_ns(), len(kernel.env._queue)) == (30, 1)
 
 
 def test_phases_are_declared_in_the_order_of_a_tick():
