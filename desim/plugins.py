@@ -129,7 +129,11 @@ def _installed(kind: str, name: str) -> str:
 
 
 def _contract(kind: str, cls: object) -> type:
-    return ports.Builds if kind == "network" and hasattr(cls, "build") else CONTRACTS[kind]
+    if kind == "network" and hasattr(cls, "build"):
+        return ports.Builds
+    if kind == "world" and hasattr(cls, "ahead") and not hasattr(cls, "build"):
+        return ports.Bodies
+    return CONTRACTS[kind]
 
 
 def _methods(contract: type) -> list[str]:

@@ -259,9 +259,8 @@ class Medium(Account):
 
     def transmit_many(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
                       carriers: Carriers[T], token: T) -> None:
-        """Take frames that one host sends now, equal but for their one receiver each, where
-        ``lets_pass``: ``transmit`` for each of them in turn. ``carriers`` expect those whose
-        arrival the model knows; its member i is notified of the fate of any other frame i."""
+        """Take frames that one host sends now, equal but for their receivers, where ``lets_pass``.
+        ``carriers`` expect those whose arrival the model knows; member i hears of any other i."""
         number, count, members = self.frames + 1, len(receivers), carriers.members
         self.frames += count
         self.intended += count

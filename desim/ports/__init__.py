@@ -5,6 +5,7 @@ desim. Values here stay small: what a model wants to remember about a frame it k
 its own, keyed by the frame's id.
 """
 
+from desim.ports.bodies import Arena, Bodies
 from desim.ports.frames import (
     FULL_PACKET_BYTES,
     PASS,
@@ -85,9 +86,9 @@ from desim.ports.unused_keys import KnowsUnusedKeys, UnusedKeys, changed_keys
 from desim.ports.worlds import GridSpec, HasDoubts, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
-    "Antennas", "BesideScenario", "Builds", "Context", "CountsAirtime", "CountsAttempts",
-    "CountsBusyTime", "CountsControl", "CutsCarrier", "Deliver", "Drop", "Duplicate",
-    "FULL_PACKET_BYTES", "File",
+    "Antennas", "Arena", "BesideScenario", "Bodies", "Builds", "Context", "CountsAirtime",
+    "CountsAttempts", "CountsBusyTime", "CountsControl", "CutsCarrier", "Deliver", "Drop",
+    "Duplicate", "FULL_PACKET_BYTES", "File",
     "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier",
     "GoalEnd", "GridSpec", "Handle", "HasDoubts", "HearsAntennas", "Itemizes",
     "JudgesTransmissions",

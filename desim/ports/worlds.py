@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
 from desim.ports.networks import Obstacles
+
+BodyType: TypeAlias = Any  # a desim.scenario.schema.fleet.BodyType
 
 
 class Snapshot(NamedTuple):
@@ -49,8 +51,8 @@ class World(Protocol):
     def advance(self, to_ns: int) -> None:
         """Move everything to ``to_ns``: one kernel call for the whole fleet."""
 
-    def body(self, robot: int) -> Any:
-        """The robot's type: ``desim.scenario.schema.fleet.BodyType``."""
+    def body(self, robot: int) -> BodyType:
+        """The robot's type."""
 
     def grid(self, resolution_m: float) -> GridSpec:
         """The raster for maps of this terrain."""

@@ -25,7 +25,7 @@ from desim.middleware.node import Node
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.monitor.truth import Truth
-from desim.ports import HasDoubts, Pose2D, World
+from desim.ports import HasDoubts, Pose2D
 from desim.ports.sharing import SharingTraits
 from desim.ports.tasks import Briefs, GivesMap, Ground
 from desim.robot.declared_traffic import (
@@ -54,6 +54,7 @@ from desim.simulation.link_signals import LinkSignals
 from desim.simulation.monitor_node import MonitorNode
 from desim.simulation.wiring import HostPlaces, wired
 from desim.simulation.world_events import WorldEvents
+from desim.world.physics import world_of
 
 
 class Outcome(NamedTuple):
@@ -86,8 +87,7 @@ class Simulation:
         self.kernel, self.streams, self.names = Kernel(), Streams(scenario.seed), Names()
         self.trace = Trace(self.names, trace_sink)
         # Matter: terrain and bodies.
-        self.world: World = plugins.load("world", scenario.physics.model).build(
-            scenario, self.streams)
+        self.world = world_of(scenario, self.streams)
         self.grid = self.world.grid(scenario.robot.mapping.resolution_m)
         self._equipment, self._strategies = equipment_of(scenario), strategies_of(scenario)
         # Messages: the hosts, their middleware, and the media between them.

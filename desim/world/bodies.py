@@ -20,7 +20,7 @@ TILE_M = 2.0  # smaller tiles list fewer walls and cost memory
 _NEVER_NS = -(1 << 62)
 
 
-class Bodies:
+class PlaneBodies:
     """Poses and velocities of robots, in the order of ``specs``.
 
     ``poses`` [n, 3] x m, y m, yaw rad; ``velocities`` [n, 3] forward, left m/s, turn rad/s;

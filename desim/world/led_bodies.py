@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from desim.world.bodies import Bodies
+from desim.world.bodies import PlaneBodies
 from desim.world.fleet import RobotSpec
 from desim.world.recorded_motion import RecordedMotion
 from desim.world.terrain import Terrain
 
 
-class LedBodies(Bodies):
+class LedBodies(PlaneBodies):
     """Bodies of which some have a path: nothing holds these. Others are pushed out of their way,
     and contacts count, at each tick where they are then."""
 

@@ -9,19 +9,28 @@ from math import isfinite
 
 import numpy as np
 
-from desim.engine.streams import Streams
-from desim.errors import ModelError
-from desim.ports import GridSpec, Obstacles, Snapshot, materials, natural_key
+from desim import ports
+from desim.errors import InputError, ModelError
+from desim.ports import (
+    GridSpec,
+    Obstacles,
+    RandomStreams,
+    Snapshot,
+    materials,
+    natural_key,
+)
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import SCAN
 from desim.scenario.schema.scenario import Scenario
 from desim.units import NS_PER_S
 from desim.world import lidar, odometry, placement, scenery, sources
-from desim.world.bodies import Bodies
+from desim.world.bodies import PlaneBodies
 from desim.world.fleet import RobotSpec, place_fleet
+from desim.world.foreign_bodies import ForeignBodies
 from desim.world.led_bodies import LedBodies
 from desim.world.obstacles import Matter, crossing, toll
+from desim.world.outlines import Outlines
 from desim.world.path_doubts import path_doubts
 from desim.world.scene import Scene
 
@@ -34,7 +43,7 @@ class Plane:
     """
 
     def __init__(self, environment: Environment, fleet: list[RobotSpec], rate_hz: Fraction,
-                 streams: Streams) -> None:
+                 streams: RandomStreams, bodies: ports.Bodies | None = None) -> None:
         self.terrain, tick_s = sources.load(environment.terrain), float(1 / rate_hz)
         self._doors = scenery.Doors(environment.doors, self.terrain.bounds)
         self._movers = scenery.Movers(environment.moving_obstacles, self.terrain, tick_s)
@@ -46,8 +55,13 @@ class Plane:
         self._doubts = (*self.terrain.doubts, *path_doubts(specs, self.terrain))
         self._types = [spec.body for spec in specs]
         self._planes_m = [plane_m for spec in specs for plane_m in spec.planes_m]
-        is_led = any(spec.path is not None for spec in specs)
-        self._bodies = (LedBodies if is_led else Bodies)(specs, self.terrain, tick_s)
+        self._radii_m = np.array([spec.body.radius_m for spec in specs])
+        self._obstacles: Obstacles | None = None
+        self._epoch = 0
+        led = any(spec.path is not None for spec in specs)
+        self._bodies: PlaneBodies | ForeignBodies = (
+            (LedBodies if led else PlaneBodies)(specs, self.terrain, tick_s) if bodies is None
+            else ForeignBodies(bodies, self._arena(specs, tick_s)))
         self.lidars = self._lidars(specs, streams)
         keys = self._keys(streams, "odometry")
         kinds = list(dict.fromkeys(spec.odometry for spec in specs))
@@ -61,8 +75,6 @@ class Plane:
         self._contacts: list[tuple[int, int]] = []
         self._lively = bool(environment.doors or environment.moving_obstacles)
         self._walks = any(kind.walks for kind in self._odometers)
-        self._epoch = 0
-        self._obstacles: Obstacles | None = None
         self._snapshot: Snapshot | None = None
         self._walls, self._tops_m = self._standing_walls()
         self._bodies.surround(self._walls, self._tops_m, self._movers.discs)
@@ -72,7 +84,7 @@ class Plane:
         """Sentences on what is likely to be wrong with the files of terrain and paths."""
         return self._doubts
 
-    def _lidars(self, specs: list[RobotSpec], streams: Streams) -> list[list[lidar.Lidar]]:
+    def _lidars(self, specs: list[RobotSpec], streams: RandomStreams) -> list[list[lidar.Lidar]]:
         """The lasers of each robot, and then its sonar's transducers; those of one kind and height
         with noise of one name share one ``Lidar``."""
         # Lasers at the height of another one see it.
@@ -82,8 +94,9 @@ class Plane:
                   for topic, laser in (*spec.lasers.items(),
                                        *(("sonar", cone) for cone in spec.cones))]
                  for spec in specs]
+        outlines = Outlines(self._types)
         made = {kind: lidar.Lidar(kind[0], kind[1], self.terrain, self._doors.height_m,
-                                  self._bodies.radii_m, self._bodies.outlines, extents_m,
+                                  self._radii_m, outlines, extents_m,
                                   self._keys(streams, kind[2]))
                 for kind in dict.fromkeys(kind for own in kinds for kind in own)}
         return [[made[kind] for kind in own] for own in kinds]
@@ -92,7 +105,7 @@ class Plane:
         return Scene(self._walls, self._tops_m, len(self.terrain.lines), self._movers.discs,
                      tuple(kind.reckoned for kind in self._odometers))
 
-    def _keys(self, streams: Streams, sensor: str) -> np.ndarray:
+    def _keys(self, streams: RandomStreams, sensor: str) -> np.ndarray:
         return np.array([streams.key("robot", name, sensor) for name in self.robots],
                         dtype=np.uint64)
 
@@ -142,7 +155,7 @@ class Plane:
                 self._scene = self._present_scene()
 
     def _move_scenery(self, then_ns: int, dt_s: float) -> None:
-        robots = np.column_stack([self._bodies.poses[:, :2], self._bodies.radii_m])
+        robots = np.column_stack([self._bodies.poses[:, :2], self._radii_m])
         self._movers.advance(dt_s, robots, self._doors.lines[self._doors.closed])
         if self._doors.advance(then_ns, np.concatenate([robots, self._movers.discs])):
             self._epoch += 1
@@ -238,7 +251,20 @@ class Plane:
                                         toll if fixed.crossing is crossing else None)
         return self._obstacles
 
+    def _arena(self, specs: list[RobotSpec], tick_s: float) -> ports.Arena:
+        """The start of bodies of another simulator."""
+        led = [spec.name for spec in specs if spec.path is not None]
+        if led:
+            raise InputError(f"physics.model: {led[0]} moves as a recording says, which bodies of "
+                             "another simulator cannot; allowed: plane")
+        return ports.Arena(self.robots, tuple(self._types), np.array(
+            [(spec.x_m, spec.y_m, spec.yaw_rad) for spec in specs]).reshape(-1, 3),
+            self.obstacles(), tick_s)
+
     @classmethod
-    def build(cls, scenario: Scenario, streams: Streams) -> Plane:
-        """The plane of a scenario whose paths are absolute, as loading leaves them."""
-        return cls(scenario.environment, place_fleet(scenario), scenario.physics.rate_hz, streams)
+    def build(cls, scenario: Scenario, streams: RandomStreams, bodies: ports.Bodies | None = None
+              ) -> Plane:
+        """The plane of a scenario whose paths are absolute, as loading leaves them; ``bodies``:
+        those of another simulator."""
+        return cls(scenario.environment, place_fleet(scenario), scenario.physics.rate_hz, streams,
+                   bodies)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from desim import plugins
 from desim.engine.streams import Streams
 from desim.ports import Snapshot
 from desim.results.recording import Recording
@@ -16,6 +15,7 @@ from desim.scenario.robot_types import equipment_of
 from desim.scenario.schema.robot import Laser, Sonar
 from desim.scenario.schema.scenario import Scenario
 from desim.units import MM_PER_M, NS_PER_S
+from desim.world.physics import world_of
 from desim.world.plane import Plane
 
 _STEPS_PER_M = 1024  # ranges keep 1 mm, and files half of their bytes
@@ -31,8 +31,7 @@ class Scanner:
         self.lasers: tuple[dict[str, Laser], ...] = tuple(own.lasers_by_topic for own in equipment)
         self.sonars: tuple[Sonar | None, ...] = tuple(own.sonar for own in equipment)
         self.bumpers: tuple[bool, ...] = tuple(own.bumper for own in equipment)
-        self._world = plugins.load("world", scenario.physics.model).build(
-            scenario, Streams(scenario.seed))
+        self._world = world_of(scenario, Streams(scenario.seed))
         self._start: Snapshot = self._world.snapshot()
         self._doors = [_corners(door.start_m, door.end_m) for door in scenario.environment.doors]
 
