@@ -97,8 +97,8 @@ def test_a_wrong_answer_names_the_class_and_what_is_wanted(bodies, says):
 
 def test_bodies_without_all_methods_are_refused():
     with pytest.raises(InputError, match=(
-            r"physics\.model: the world '\S+:Deaf' has no command\(\), surround\(\), advance\(\): it "
-            r"is not a plug-in for this place; wanted: a class with all methods of "
+            r"physics\.model: the world '\S+:Deaf' has no command\(\), surround\(\), advance\(\): "
+            r"it is not a plug-in for this place; wanted: a class with all methods of "
             r"desim\.ports\.Bodies")):
         built(HELLO, f"physics.model={__name__}:Deaf")
 
