@@ -385,7 +385,8 @@ def test_a_turned_map_keeps_its_area_and_its_place(yaw):
     middle = (terrain.raster.x_m + 0.1 * (cols.mean() + 0.5),
               terrain.raster.y_m + 0.1 * (rows.mean() + 0.5))
     at = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]) @ (6.0, 4.0)
-    assert middle == pytest.approx((3 + at[0], at[1] - 2), abs=0.02)
+    half = 0.05  # of a cell: each takes the value of the nearest, alike in all rows at small angles
+    assert middle == pytest.approx((3 + at[0], at[1] - 2), abs=half)
 
 
 def test_what_looks_wrong_is_said(tmp_path):
