@@ -170,8 +170,9 @@ def _energy(m: Summary) -> list[tuple[str, str, str]]:
 
 
 def _awareness(m: Summary) -> list[tuple[str, str, str]]:
-    rows, size_bytes = [], m.get("discovery_bytes", 0)
+    rows = []
     if m.get("discovery_frames"):
+        size_bytes = m["discovery_bytes"]
         rows.append(("discovery", f"{size_bytes / 1e6:.1f} MB" if size_bytes >= 1e6 else
                      f"{size_bytes / 1e3:.1f} kB", f"in {m['discovery_frames']} frames"))
     for key, name, done in (("detection_delay_s", "loss noticed", "noticed"),

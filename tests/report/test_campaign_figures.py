@@ -55,6 +55,17 @@ def test_a_wide_range_is_logarithmic_but_for_shares(tmp_path, metric, values, sc
     assert axes.get_yscale() == scale
 
 
+def test_on_a_logarithmic_axis_the_levels_have_numbers_and_nothing_else_has(tmp_path):
+    study, estimates = studied(tmp_path, {"robots": [1, 4, 16, 64]}, 2, lambda levels, k: timed(
+        100.0 + k))
+    figure = metric_figure(study, estimates, "exploration_time_s", panels(study), [])
+    figure.draw_without_rendering()
+    axes, = figure.axes
+    assert axes.get_xscale() == "log"
+    assert [label.get_text() for label in axes.get_xticklabels(which="both")] == [
+        "1", "4", "16", "64"]
+
+
 @pytest.mark.parametrize(("count", "labelled"), [(1, [0]), (2, [0, 1]), (3, [1, 2]), (4, [2, 3])])
 def test_a_panel_with_none_below_has_the_numbers_of_the_axis(count, labelled):
     _, all_axes = paneled(count)

@@ -33,6 +33,16 @@ def test_four_panels_are_drawn(run, tmp_path):
             assert len(np.unique(colours[rows, columns])) > 20
 
 
+def test_the_legend_of_the_map_counts_its_wrong_cells(run, tmp_path, monkeypatch):
+    found = []
+    monkeypatch.setattr(run_figure, "save", lambda drawn, path: found.append(drawn))
+    run_figure.draw(run, tmp_path / "figure.png")
+    axes = found[0].axes[1]
+    *_, wrong = axes.images
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "free", "occupied", "unknown", f"wrong ({wrong.get_array().count()} cells)"]
+
+
 def test_where_computers_get_busy_their_loads_are_drawn(repository, tmp_path, monkeypatch):
     """Figure 6 of the paper: of each robot, and the mean; rates over 5 s as in samples.parquet."""
     run = desim.run(repository / "scenarios" / "hello.yaml", out=tmp_path,

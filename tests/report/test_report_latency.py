@@ -193,7 +193,9 @@ def ages_that_disagree(folder, design, rows):
 
 
 def test_the_table_has_the_ages_of_the_ledgers(busy):
-    assert "Before the birth, and on the way" in write(*busy).read_text()
+    text = write(*busy).read_text()
+    assert "Before the birth, and on the way" in text
+    assert all(f">{step}, median<" in text for step in ("waited", "computed", "on the way"))
     rows = rows_of(busy[0], "age_by_topic")
     assert not ages_that_disagree(*busy, rows)
     assert {"/*/cmd_vel"} < {row["topic"] for row in rows}
