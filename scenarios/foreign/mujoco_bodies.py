@@ -1,5 +1,6 @@
-"""Bodies by MuJoCo (pip install mujoco): walls are boxes, robots are cylinders on two slides and a
-hinge. Motors hold the commanded velocity, with the force of the robot's type's acceleration."""
+"""Bodies by MuJoCo (pip install mujoco): boxes as walls, robots on two slides and a hinge.
+
+Motors hold the velocity that is commanded, with the force of the acceleration of a robot's type."""
 
 import math
 
