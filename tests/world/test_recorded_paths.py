@@ -10,11 +10,15 @@ from hypothesis import strategies as st
 from desim.errors import InputError
 from desim.robot.coordination.strategies.follow import Follow
 from desim.scenario.load import from_mapping
+from desim.scenario.schema.environment import Shape
+from desim.scenario.schema.fleet import BodyType
 from desim.units import NS_PER_S
 from desim.world import recorded_paths
-from desim.world.fleet import place_fleet
+from desim.world.fleet import RobotSpec, place_fleet
+from desim.world.path_doubts import path_doubts
 from desim.world.recorded_motion import RecordedMotion
 from desim.world.recorded_paths import read_paths, wrapped
+from desim.world.sources import load
 
 HEAD = "time_s,robot,x_m,y_m,yaw_rad"
 
@@ -158,3 +162,11 @@ def test_a_file_that_is_not_there_and_a_robot_that_is_not(read, tmp_path):
     with pytest.raises(InputError, match=r"^\.names: unknown robot 'robot_1' \(did you mean "
                                          r"'robot_0'\?\); allowed: robot_0$"):
         read(HEAD, names={"robot_1": "a"})
+
+
+def test_a_jump_is_said_with_the_line_where_it_ends(read):
+    path = read(HEAD, "0,robot_0,0,0,0", "1,robot_0,1,0,0", "2,robot_0,9,0,0")["robot_0"]
+    spec = RobotSpec("robot_0", BodyType(), 0.0, 0.0, 0.0, path=path)
+    jump, *_ = path_doubts([spec], load(Shape(size=("20 m", "20 m"))))
+    assert jump.endswith("walk.csv:4: robot_0: a jump of 8.00 m within 1 s, the first of 1; "
+                         "max_speed is 1.2 m/s")

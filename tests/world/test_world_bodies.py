@@ -27,8 +27,10 @@ def square(side=20, **more):
 
 
 def world(starts, environment=None, body=None, names=None, snap=False):
-    specs = [RobotSpec(names[i] if names else f"robot_{i}", body or BodyType(), *start, snap)
+    specs = [RobotSpec(names[i] if names else f"robot_{i}", body or BodyType(), *start)
              for i, start in enumerate(starts)]
+    if snap:  # otherwise they stand where they are told to
+        specs = [spec._replace(snap=True) for spec in specs]
     return Plane(environment or square(), specs, Fraction(60), Streams(1))
 
 

@@ -13,6 +13,7 @@ from PIL import Image
 
 from desim.errors import InputError
 from desim.ports import GridSpec
+from desim.ports.terrain import Wall
 from desim.scenario.schema.environment import Drawing, MapFile, Shape
 from desim.world.geometry import merge_collinear, outline, segments
 from desim.world.polygons import strips
@@ -164,6 +165,15 @@ def test_an_outline_separates_solid_from_free(seed):
 
 
 # ---------------------------------------------------------------------------------------- drawings
+
+
+def test_above_all_walls_the_bounds_remain():
+    """One stands where a side would be if the room were turned."""
+    room = load(Shape(size=("20 m", "10 m"), walls=[
+        Wall(**{"from": (f"{x_m} m", "-1 m"), "to": (f"{x_m} m", "1 m")}) for x_m in (-5, 2)]))
+    assert len(room.walls) == 6
+    assert sorted(room.above(2.0).walls.tolist()) == sorted(
+        load(Shape(size=("20 m", "10 m"))).walls.tolist())
 
 
 def test_a_drawing_of_walls():
