@@ -167,6 +167,6 @@ def test_a_file_that_is_not_there_and_a_robot_that_is_not(read, tmp_path):
 def test_a_jump_is_said_with_the_line_where_it_ends(read):
     path = read(HEAD, "0,robot_0,0,0,0", "1,robot_0,1,0,0", "2,robot_0,9,0,0")["robot_0"]
     spec = RobotSpec("robot_0", BodyType(), 0.0, 0.0, 0.0, path=path)
-    jump, *_ = path_doubts([spec], load(Shape(size=("20 m", "20 m"))))
+    *_, jump = path_doubts([spec], load(Shape(size=("20 m", "20 m"))))
     assert jump.endswith("walk.csv:4: robot_0: a jump of 8.00 m within 1 s, the first of 1; "
                          "max_speed is 1.2 m/s")
