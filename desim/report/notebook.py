@@ -85,7 +85,7 @@ def _campaign(campaign: Campaign) -> Iterable[str]:
     if design.question:
         yield f"<p>{html.escape(design.question)}</p>"
     study = Study(campaign.path, design)
-    table = all_metrics(study, Estimates(study))
+    table, _ = all_metrics(study, Estimates(study))
     presented = [name for name in design.report.metrics if name in study.metrics]
     shown = len(study.axes) + 2 + len(presented)  # vector, ..., runs, ...
     yield _table(table.head[:shown], ([text_of(cell) for cell in row[:shown]]

@@ -69,9 +69,9 @@ def test_the_first_screen_of_factors_that_interact(tmp_path):
         "[54.34, 65.66].",
         "strategy = far: exploration time is lowest at robots = 1 and highest at 4: 60 s apart "
         "[54.34, 65.66].",
-        "Exploration time is lowest at strategy = near in all 4 settings of robots.",
-        "Map age is the same at every robots in all 2 settings of strategy.",
-        "48 runs: 8 settings with 6 seeds each. All reached the aim."]
+        "Exploration time is lowest at strategy = near in all 4 levels of robots.",
+        "Map age is the same at every robots in all 2 levels of strategy.",
+        "48 runs: 8 vectors with 6 seeds each. All reached the aim."]
     assert figures == ["figure-answer"]
 
 
@@ -82,7 +82,7 @@ def test_where_many_settings_differ_nothing_is_pooled(tmp_path):
 
     said, _ = first_screen(study_of(tmp_path, {"robots": [1, 2], "terrain": list("abcde")},
                                     5, outcome))
-    assert said[2] == ("Exploration time is lowest at robots = 2 in 4 of 5 settings of terrain and "
+    assert said[2] == ("Exploration time is lowest at robots = 2 in 4 of 5 levels of terrain and "
                        "at 1 in 1. They differ, so that no pooled answer exists.")
 
 
@@ -99,7 +99,7 @@ def test_the_first_screen_of_runs_that_ended_at_the_time_limit(tmp_path):
     assert said[2:] == [
         "Exploration time is lowest at rate = 30 Mb/s, 110 s [90.37, 129.6]. 7 of 20 runs ended at "
         "the time limit, among them all at 1 Mb/s.",
-        "20 runs: 4 settings with 5 seeds each. 7 of 20 runs ended at the time limit."]
+        "20 runs: 4 vectors with 5 seeds each. 7 of 20 runs ended at the time limit."]
     assert figures == ["figure-answer"]
 
 
@@ -121,7 +121,7 @@ def test_the_first_screen_of_two_runs_each_shows_the_values(tmp_path):
     assert first_screen(study)[0][2:] == [
         "Exploration time is lowest at strategy = near (100 and 107 s) and highest at far (121 and "
         "126 s).",
-        "4 runs: 2 settings with 2 seeds each, too few for more than a hint. All reached the aim."]
+        "4 runs: 2 vectors with 2 seeds each, too few for more than a hint. All reached the aim."]
     body = page_of(study)[1].partition("made_up Does")[2].partition("Methods")[0]
     assert not re.search(r"\[-?[\d.]+, ", body), "nor is there an interval below"
 
@@ -166,7 +166,7 @@ def test_failed_runs_and_runs_stopped_otherwise_are_counted_in_words(tmp_path):
             None if k < 4 else 50.0, stop_reason="elapsed" if k == 1 else "blocked")
 
     said, _ = first_screen(study_of(tmp_path, STRATEGIES, 6, outcome))
-    assert said[-1] == ("12 runs: 2 settings with 6 seeds each. 2 of 12 runs failed. 2 of 12 runs "
+    assert said[-1] == ("12 runs: 2 vectors with 6 seeds each. 2 of 12 runs failed. 2 of 12 runs "
                         "ended at the time limit. 4 of 12 runs ended before the aim for another "
                         "reason.")
 
@@ -187,7 +187,7 @@ def test_few_seeds_are_a_hint_and_never_significant(tmp_path):
     (found,) = contrasts(study, Estimates(study), "exploration_time_s")
     assert found.p is None and found.paired.t_p < 0.01, "the twin: tested, it would be"
     _, text = page_of(study)
-    assert "2 settings with 3 seeds each, too few for more than a hint." in text
+    assert "2 vectors with 3 seeds each, too few for more than a hint." in text
     assert "significant differences" not in text.lower()
 
 

@@ -99,7 +99,7 @@ def test_no_id_stands_twice(whole):
 def test_the_page_says_the_question_and_the_counts(whole):
     text = whole[1].text
     assert "Does <it> pay off & when?" in text
-    assert "72 runs: 12 settings with 6 seeds each. All reached the aim." in text
+    assert "72 runs: 12 vectors with 6 seeds each. All reached the aim." in text
 
 
 def test_means_and_intervals_are_those_of_the_runs(whole):
@@ -272,7 +272,7 @@ def test_runs_with_an_aim_beside_runs_without(tmp_path):
 def test_one_vector_without_parameters(tmp_path):
     page = made(campaign(tmp_path, {}, 5, lambda levels, k: timed(100.0 + k)),
                 design({}, iterations=5))
-    assert "5 runs: 1 setting with 5 seeds." in page.text
+    assert "5 runs: 1 vector with 5 seeds." in page.text
     assert "figure-exploration_time_s" in page.ids
 
 
@@ -326,7 +326,7 @@ def test_kinds_that_belong_together_say_which_saturates_first(tmp_path):
         rates, iterations=2, metrics={"a_delivered": "x / y", "b_delivered": "x / y"},
         report={"metrics": ["*_delivered"]}))
     assert "a (at 30 Mb/s) falls first, then b (at 3 Mb/s)." in page.text
-    assert "messages delivered" not in page.text.split("All metrics")[1].split("mean ±")[0]
+    assert "messages delivered" not in page.text.split("Metrics by vector")[1].split("mean ±")[0]
 
 
 def test_stopping_by_width_shows_the_measured_coverage(tmp_path):
@@ -440,7 +440,7 @@ def test_samples_name_the_range_of_the_design_and_a_shared_run_once(tmp_path):
     assert "noise (a.noise): between 1 mm and 100 mm, evenly in the logarithm; kind (a.kind): 1, " \
            "2." in page.text
     assert "No run reached the aim in 1 of 3 vectors: noise = 40 mm, kind = 2." in page.text
-    assert "2 runs: 3 settings with 1 seed each. 1 of 2 runs ended at the time limit." in page.text
+    assert "2 runs: 3 vectors with 1 seed each. 1 of 2 runs ended at the time limit." in page.text
     assert "2 runs ended (vectors with the same values share theirs), of which 1 reached" \
         in page.text
 

@@ -9,6 +9,8 @@ from synthetic import campaign, design, timed
 
 from desim.report.campaign import formatting
 from desim.report.campaign.campaign_report import write
+from desim.report.campaign.numbers import Estimates, Study
+from desim.report.campaign.tables.overview import all_metrics
 from desim.report.campaign.tables.table import ReportTable, Shown, as_csv, as_html, as_latex
 
 pytestmark = pytest.mark.usefixtures("svg_alone")
@@ -103,3 +105,21 @@ def test_latex_of_a_report_compiles(tmp_path):
     assert (folder / "parameters.tex").exists()
     done = compiled(folder, sorted(file.stem for file in folder.glob("*.tex")))
     assert done.returncode == 0, done.stdout[-2000:]
+
+
+def test_the_page_has_the_metrics_that_differ_and_folds_the_others(tmp_path):
+    """Of two rates; ``load`` is apart, ``noise`` overlaps, of one topic's ``sent`` nobody asked."""
+    axes = {"rate": ["1 Mb/s", "3 Mb/s"]}
+
+    def outcome(levels, k):
+        fast = levels["rate"] == "3 Mb/s"
+        return timed(100.0 + k, load=10.0 * fast + k, noise=0.1 * fast + k, steady=7.0,
+                     **{"messages_by_topic_/map_sent": 100.0 * fast + k})
+
+    folder = campaign(tmp_path, axes, 4, outcome)
+    study = Study(folder, design(axes, iterations=4, report={"metrics": ["exploration_time_s"]}))
+    first, others = all_metrics(study, Estimates(study))
+    head = ["vector", "rate", "runs", "reached", "failed"]
+    assert first.head == [*head, "exploration time [s]", "load"]
+    assert {"noise", "steady"} <= set(others.head) and not {"load"} & set(others.head)
+    assert {"load", "noise", "steady", "messages_by_topic_/map_sent"} <= set(first.exact_head)

@@ -175,6 +175,18 @@ def test_what_is_wrong_has_its_place(tmp_path, monkeypatch, row, more, complaint
     assert done.stderr.replace(f"{tmp_path}/", "").strip() == complaint
 
 
+def test_places_that_a_recording_overrules_are_warned_of(tmp_path):
+    def said(**more):
+        simulation = built(scenario(tmp_path, "0,robot_0,4,3,0", "4,robot_0,4,3,0", **more),
+                           "fleet.start={poses: [{x: 1 m, y: 1 m}]}")
+        simulation.run()
+        return [text for text in warnings(simulation.monitor) if "fleet.start" in text]
+
+    assert said() == ["fleet.start.poses: no effect, because robots start where the recording "
+                      "begins"]
+    assert said(coordination="strategy: nearest_frontier") == []
+
+
 def test_a_fault_of_the_host_does_not_hold_the_body(tmp_path):
     file = scenario(tmp_path, "0,robot_0,0,0,0", "4,robot_0,4,0,0",
                     more="faults: [{at: 1 s, host: robot_0, down_for: 1 s}]")

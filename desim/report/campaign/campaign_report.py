@@ -244,8 +244,12 @@ class _Report:
                                                  self._written(table))]
 
     def _table(self) -> Section:
-        return Section("table", "All metrics", self._written(
-            overview.all_metrics(self._study, self._estimates), wide=True))
+        table, others = overview.all_metrics(self._study, self._estimates)
+        body = self._written(table, wide=True)
+        if others is not None:
+            count = len(others.head) - len(overview.vector_head(self._study))
+            body += page.folded(f"Other metrics ({count})", as_html(others))
+        return Section("table", "Metrics by vector", body)
 
     def _methods(self) -> Section:
         study, sources = self._study, self._sources

@@ -55,7 +55,7 @@ def runs_of(study: Study) -> str:
     sizes = [len(vector.rows) for vector in study.vectors]
     runs = int(study.once.sum())
     said = [f"{formatting.counted(runs, 'run')}: "
-            f"{formatting.counted(len(sizes), 'setting')} with "
+            f"{formatting.counted(len(sizes), 'vector')} with "
             f"{'' if min(sizes) == max(sizes) else 'up to '}"
             f"{formatting.counted(max(sizes), 'seed')}{' each' if len(sizes) > 1 else ''}"
             + ("" if max(sizes) >= FEWEST_SEEDS or study.is_sampled
@@ -182,7 +182,8 @@ class _Part:
         kinds += [("not known, because runs ended at the time limit,", unknown)] if unknown else []
         said = [f"{what} in {count if i else _of(count, len(settings))}"
                 for i, (what, count) in enumerate(kinds)]
-        said[0] += f" settings of {formatting.listed([axis.name for axis in self._rest])}"
+        said[0] += (f" {'levels' if len(self._rest) == 1 else 'combinations'} of "
+                    f"{formatting.listed([axis.name for axis in self._rest])}")
         return (f"{self._name} {self._is()} {formatting.listed(said)}."
                 + (" They differ, so that no pooled answer exists." if len(lowest) > 1 else ""))
 

@@ -224,7 +224,7 @@ def _statistics(study: Study, intervals: set[str], resamples: int, metrics: list
                     "median with the interval of Brookmeyer and Crowley (1982), and the mean of "
                     "the successes (Yan et al. 2017).")
     if any(contrasts.values()):
-        text.append("Settings were compared run by run under common random numbers, with the "
+        text.append("Vectors were compared run by run under common random numbers, with the "
                     "paired t test and Wilcoxon's signed-rank test" + (
                         ", times with the limit in place of what was censored" if with_times else ""
                     ) + "; p values were corrected by Holm's method over the "

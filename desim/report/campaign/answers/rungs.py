@@ -68,7 +68,7 @@ def sentences(study: Study, metric: str, found: list[Rung]) -> list[str]:
     if highest.kendall is None:
         return [f"The highest rung, {highest.name}, has no runs to compare with."]
     if highest.kendall.tau is None:
-        return [f"On the highest rung, {highest.name}, all settings have the same "
+        return [f"On the highest rung, {highest.name}, all levels have the same "
                 f"{formatting.titled(metric)}: there is no ranking that others could hold."]
     below, out = found[:-1], []
     if not any(rung.flips for rung in below):
@@ -86,10 +86,10 @@ def sentences(study: Study, metric: str, found: list[Rung]) -> list[str]:
             out.append(f"{rung.name} flips {formatting.listed(pairs)} against {highest.name}.")
     tied = [rung.name for rung in below if rung.kendall and rung.kendall.tau is None]
     if tied:
-        out.append(f"On {formatting.listed(tied)} all settings come to the same.")
+        out.append(f"On {formatting.listed(tied)} all levels come to the same.")
     lacking = [rung.name for rung in below if rung.kendall is None]
     if lacking:
-        out.append(f"Without results for every setting: {formatting.listed(lacking)}.")
+        out.append(f"Without results for every level: {formatting.listed(lacking)}.")
     return out
 
 

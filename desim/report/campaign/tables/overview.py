@@ -10,29 +10,56 @@ from desim.report.campaign.numbers.contrasts import Contrast
 from desim.report.campaign.tables.table import Cell, ReportTable, Shown
 
 _MOST_VECTORS = 1000  # that are looked at one by one
-_WIDE_FOR = 150  # up to so many vectors the page's table has all metrics
+_WIDE_FOR = 150  # up to so many vectors the page's tables have all metrics
+_MOST_APART = 12  # metrics that differ between vectors, beside those that the design asks about
+_PARTS = ("messages_by_topic_", "traffic_", "hosts_", "cluster_nodes_", "discovery_by_kind_")
 
 
-def all_metrics(study: Study, estimates: Estimates) -> ReportTable:
+def all_metrics(study: Study, estimates: Estimates) -> tuple[ReportTable, ReportTable | None]:
     """Every metric of every vector: the presented ones with their intervals, of the others the
-    mean of the runs that have them."""
+    mean of the runs that have them. The page's first table has the presented ones and those that
+    differ most between vectors, the second one, if there are any, the others."""
     presented = [name for name in study.design.report.metrics if name in study.metrics]
     others = [name for name in study.metrics if name not in presented and name != "censored"]
     means = {name: _means(study, estimates, name) for name in (*presented, *others)}
-    names = [*presented, *(others if len(study.vectors) <= _WIDE_FOR else [])]
-    head, exact_head = vector_head(study), exact_vector_head(study)
-    rows = [[*vector_cells(study, vector), *(
-        Shown(_with_half(*(column[i] for column in means[name])), means[name].mean[i])
-        for name in names)] for i, vector in enumerate(study.vectors)]
+    few = len(study.vectors) <= _WIDE_FOR
+    shown = {*presented, *(_most_apart({name: means[name] for name in others
+                                        if not name.startswith(_PARTS)}) if few else ())}
+    rest = [name for name in others if few and name not in shown]
+    exact_head = exact_vector_head(study)
     columns = [column for name, found in means.items() for column in found[:len(_endings(name))]]
     exact = ([*exact_vector_cells(study, vector), *(
         None if np.isnan(column[i]) else float(column[i]) for column in columns)]
         for i, vector in enumerate(study.vectors))  # a file's rows, one at a time
-    caption = ("All metrics by vector: mean ± half of the 95 % interval; times are restricted to "
-               "the time limit; ≥ where runs that were not there by then count with it.")
-    return ReportTable("metrics_by_vector", caption, [*head, *map(formatting.titled, names)], rows,
-                       [*exact_head, *(f"{name}{ending}" for name in means
-                                       for ending in _endings(name))], exact)
+    caption = ("mean ± half of the 95 % interval; times are restricted to the time limit; ≥ where "
+               "runs that were not there by then count with it.")
+    first = ReportTable(
+        "metrics_by_vector", "The metrics that the design asks about and those that differ most "
+        f"between vectors: {caption}", *_shown(study, {
+            name: found for name, found in means.items() if name in shown}),
+        [*exact_head, *(f"{name}{ending}" for name in means for ending in _endings(name))], exact)
+    return first, ReportTable(
+        "other_metrics", f"By vector: {caption}",
+        *_shown(study, {name: means[name] for name in rest}), [], []) if rest else None
+
+
+def _most_apart(means: dict[str, Means]) -> list[str]:
+    """The metrics with vectors whose intervals are apart, those first that are farthest apart for
+    the width of their intervals."""
+    found = {}
+    for name, (_, low, high, *_) in means.items():
+        known = np.isfinite(low)
+        if known.any() and low[known].max() > high[known].min():
+            width = float(np.mean(high[known] - low[known]))
+            found[name] = (low[known].max() - high[known].min()) / width if width else np.inf
+    return sorted(found, key=lambda name: -found[name])[:_MOST_APART]
+
+
+def _shown(study: Study, means: dict[str, Means]) -> tuple[list[str], list[list[Cell | Shown]]]:
+    """The head and the rows of a table of these metrics."""
+    return [*vector_head(study), *map(formatting.titled, means)], [[*vector_cells(study, vector), *(
+        Shown(_with_half(*(column[i] for column in found)), found.mean[i])
+        for found in means.values())] for i, vector in enumerate(study.vectors)]
 
 
 def _endings(metric: str) -> tuple[str, ...]:
