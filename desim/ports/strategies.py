@@ -7,7 +7,7 @@ each call it gets a ``StrategyContext``, through which it acts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -18,7 +18,6 @@ from pydantic import Field
 
 from desim.ports import parameters
 from desim.ports.traits import Traits
-from desim.ports.unused_keys import UnusedKeys
 from desim.ports.worlds import GridSpec
 from desim.units import Duration
 
@@ -316,11 +315,3 @@ class RecordedPaths(parameters.Params):
         "by robot, its name in the recording (its own)"))
     begin_ns: Duration | None = Field(None, description=(
         "the moment of the recording at which the run begins (null: its first pose)"))
-
-    def without_effect(self, scenario: Any) -> Iterator[UnusedKeys]:
-        """See ``ports.KnowsUnusedKeys``."""
-        fleet = scenario.fleet
-        unnamed = not all(pose.name for pose in getattr(fleet.start, "poses", ()))
-        if unnamed and scenario.coordination.params is self and not any(
-                kind.strategy for kind in fleet.types.values()):
-            yield UnusedKeys(["fleet.start.poses"], "robots start where the recording begins")

@@ -48,7 +48,7 @@ house.building.yaml: a building of the traffic editor
   size   22 m x 17 m, from x = -1 m, y = -16 m
   walls  6, 82 m in all
   doors  1, which stand open
-  free   361.9 m2, in 2 parts that no way connects: 295.3, 66.6 m2
+  free   361.9 m2, 66.6 m2 of it outside
 note: walls count as plasterboard, transparent ones as glass (--material)
 """
 
@@ -80,6 +80,27 @@ def test_a_map_of_ros_has_the_same_walls():
     assert facts["image"] == "house.pgm" and facts["resolution"] == 0.05
     known = json.loads(done("map", "house.yaml", "--json"))
     assert known["free_parts_m2"] == pytest.approx([295.3, 66.6], rel=0.06)
+
+
+@pytest.mark.parametrize("margin, door, outside, parts", [
+    (20, False, 49.4, [22.5, 2.0]),  # around the house; two rooms
+    (20, True, 0.0, [82.0, 2.0]),  # a door leads outside
+    (0, False, 0.0, [22.5, 2.0])])  # all of the picture is house
+def test_the_ground_around_a_house_is_outside_and_no_part(margin, door, outside, parts):
+    """A picture of a room of 5 m x 5 m, in which a closet of 1.4 m x 1.4 m is closed."""
+    pixels = np.pad(np.zeros((52, 52), np.uint8), margin, constant_values=255)
+    inside = pixels[margin:len(pixels) - margin, margin:len(pixels) - margin]
+    inside[1:-1, 1:-1] = 255
+    inside[20:36, 20:36] = 0
+    inside[21:35, 21:35] = 255
+    if door:
+        inside[10:20, 0] = 255
+    Image.fromarray(pixels).save("plan.png")
+    known = json.loads(done("map", "plan.png", "--resolution", "0.1", "--json"))
+    assert known["outside_m2"] == pytest.approx(outside, rel=0.2)
+    assert known["free_parts_m2"] == pytest.approx(parts, rel=0.1)
+    said = done("map", "plan.png", "--resolution", "0.1")
+    assert ("m2 of it outside, inside in 2 parts that no way connects" in said) == bool(outside)
 
 
 def test_a_raster_is_written_as_it_is():

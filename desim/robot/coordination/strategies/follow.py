@@ -1,6 +1,10 @@
 """Follow: robots move as somebody has recorded it, as in a mobility trace."""
 
+from collections.abc import Iterator
+
 from desim import ports
+from desim.scenario.schema.fleet import StartList
+from desim.scenario.schema.scenario import Scenario
 
 
 class Follow:
@@ -14,7 +18,14 @@ class Follow:
     """
 
     class Params(ports.RecordedPaths):
-        pass
+        def without_effect(self, scenario: Scenario) -> Iterator[ports.UnusedKeys]:
+            """See ``ports.KnowsUnusedKeys``."""
+            start, kinds = scenario.fleet.start, scenario.fleet.types.values()
+            if (isinstance(start, StartList) and not all(pose.name for pose in start.poses)
+                    and scenario.coordination.params is self
+                    and not any(kind.strategy for kind in kinds)):
+                yield ports.UnusedKeys(["fleet.start.poses"],
+                                       "robots start where the recording begins")
 
     def __init__(self, params: Params) -> None:
         self.params = params
