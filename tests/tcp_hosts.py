@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from configured import configured
 from graphs import Net, silent
 
 from desim.middleware.tcp import Tcp, TcpParams
@@ -64,7 +65,8 @@ class Pair:
 
     def __init__(self, model=None, rules=(), *, params=None, **options):
         self.net = Net({"a": silent, "b": silent}, model, rules, **options)
-        self.tcp = Tcp(self.net.graph.context, TcpParams(**{"arp": "static"} | (params or {})))
+        self.tcp = Tcp(self.net.graph.context, configured(
+            TcpParams, **{"arp": "static"} | (params or {})))
         self.log = []
         self.calls = []  # connections
         self.tcp.listen(1, "talk", self._accept)

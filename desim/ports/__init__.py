@@ -53,6 +53,7 @@ from desim.ports.networks import (
 )
 from desim.ports.parameters import (
     BesideScenario,
+    Constants,
     File,
     Params,
     Preset,
@@ -86,7 +87,8 @@ from desim.ports.unused_keys import KnowsUnusedKeys, UnusedKeys, changed_keys
 from desim.ports.worlds import GridSpec, HasDoubts, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
-    "Antennas", "Arena", "BesideScenario", "Bodies", "Builds", "Context", "CountsAirtime",
+    "Antennas", "Arena", "BesideScenario", "Bodies", "Builds", "Constants", "Context",
+    "CountsAirtime",
     "CountsAttempts", "CountsBusyTime", "CountsControl", "CutsCarrier", "Deliver", "Drop",
     "Duplicate", "FULL_PACKET_BYTES", "File",
     "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier",

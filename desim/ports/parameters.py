@@ -28,6 +28,18 @@ class Params(BaseModel):
                               alias_generator=yaml_key, protected_namespaces=())
 
 
+class Constants(Params):
+    """Base of the times and sizes that a real implementation fixes, each with its source.
+
+    They are no keys of their own: the parameter ``constants`` of a block changes single ones.
+    """
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, *_: object) -> dict[str, object]:
+        return {"type": "object", "default": {},
+                "description": f"single values of {cls.__module__}:{cls.__name__}"}
+
+
 def tuples(given: object) -> object:
     """``given`` with tuples in place of its lists: pydantic, which is strict, takes no list for a
     tuple in what a validator of the whole block returns."""
@@ -41,10 +53,20 @@ Preset: TypeAlias = Mapping[str, object]  # parameters as a scenario gives them
 
 def with_preset(given: object, key: str, default: str, presets: Mapping[str, Preset]) -> object:
     """The parameters ``given``, with those of the preset that they name under ``key`` where they
-    have none. Unknown names are left for the validator to report."""
+    have none; inside of a block key by key, unless it names another model. Unknown names are left
+    for the validator to report."""
     if not isinstance(given, dict):
         return given
-    return {**presets.get(str(given.get(key, default)), {}), **given}
+    preset = presets.get(str(given.get(key, default)), {})
+    return {**preset, **{name: _completed(value, preset.get(name))
+                         for name, value in given.items()}}
+
+
+def _completed(value: object, preset: object) -> object:
+    if not isinstance(value, dict) or not isinstance(preset, dict):
+        return value
+    model = preset.get("model")
+    return preset | value if value.get("model", model) == model else value
 
 
 class BesideScenario:

@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from desim.errors import did_you_mean
-from desim.ports import Params
+from desim.ports import Constants, Params
 from desim.scenario.schema.communication import PluginChoice, RuleChoice
 from desim.scenario.schema.shapes import alternatives, keys, without_null
 from desim.scenario.source_places import Path, Places, SourcePlace, dotted
@@ -87,7 +87,9 @@ def _complaint(block: type[Params], data: object, base: Path, more: tuple[str, .
     if kind == "extra_forbidden":
         around = _block(block, location[:-1])
         known = [*(more if len(own) == 1 else ()), *keys(around)]
-        text = (f"{did_you_mean(str(own[-1]), known)}; allowed: {', '.join(known)}" if known
+        text = (f": it is one of the constants, so write constants: {{{own[-1]}: ...}}"
+                if own[-1] in _constants(around) else
+                f"{did_you_mean(str(own[-1]), known)}; allowed: {', '.join(known)}" if known
                 else "; it has no parameters")
         return Complaint(path, f"unknown key{text}", at_key=True)
     if kind == "missing":
@@ -133,6 +135,12 @@ def _limit(limit: Any, block: type[Params], location: Location) -> str:
         if writers:
             limit = writers[0](float(limit))
     return f"{limit:g}" if isinstance(limit, float) else str(limit)  # with all digits
+
+
+def _constants(block: type[Params]) -> list[str]:
+    """The names of the constants that a block's ``constants`` may change."""
+    return [key for info in block.model_fields.values() if isinstance(info.annotation, type)
+            and issubclass(info.annotation, Constants) for key in keys(info.annotation)]
 
 
 def _missing(block: type[Params], data: object, base: Path, location: Location) -> Complaint:

@@ -32,15 +32,15 @@ def discovery() -> Iterator[Check]:
                      bench.run(40).tap.bytes, measured, "B")
 
 
-def received_again(runs: int = 20, **params: object) -> Iterator[Check]:
+def received_again(runs: int = 20, **constants: object) -> Iterator[Check]:
     """The delay after a cut of 20 s, of two hosts with ten messages of 1 kB a second. It takes a
     heartbeat, a time that sync draws, and a link; cuts end at any time between two heartbeats."""
-    late_s = [late for seed in range(runs) for late in _again(seed, params)]
+    late_s = [late for seed in range(runs) for late in _again(seed, constants)]
     yield within(0.15, "multimaster: heard again after 20 s: mean", mean(late_s), HEARD_AGAIN_S,
                  "s")
 
 
-def _again(seed: int, params: dict[str, object]) -> list[float]:
+def _again(seed: int, constants: dict[str, object]) -> list[float]:
     def talk(me: int) -> Callable[[LabNode], object]:
         def begin(node: LabNode) -> None:
             node.publishes(f"/talk{me}", 1000, 10, queue=10)
@@ -49,7 +49,7 @@ def _again(seed: int, params: dict[str, object]) -> list[float]:
 
     from_s = 40 + 0.37 * seed  # at any time between two heartbeats and looks
     bench = Laboratory({f"h{me}": talk(me) for me in range(2)}, Multimaster(Multimaster.Params(
-        preset="fkie_1_3_groovy", tcp=KNOWN_ADDRESSES, **params)), seed=seed,
+        preset="fkie_1_3_groovy", tcp=KNOWN_ADDRESSES, constants=constants)), seed=seed,
         cuts=[(from_s, from_s + 20)]).run(from_s + 35)
     return [bench.received_after(f"h{me}", from_s + 20) for me in range(2)]
 

@@ -50,7 +50,7 @@ class Socket:
             streams=streams, hosts=["a", "b"], place=Nowhere(2)))
         for host in graph.hosts:
             host.start()
-        tcp = Tcp(graph.context, TcpParams(arp="static", ack_every=ack_every))
+        tcp = Tcp(graph.context, TcpParams(arp="static", constants={"ack_every": ack_every}))
         tcp.listen(1, "bench", lambda connection: None)
         self.sender = tcp.connect(0, 1, "bench", "bench", opened=lambda connection: None,
                                   closed=lambda connection, reason: None,

@@ -62,24 +62,15 @@ PRESETS: dict[str, dict[str, object]] = {
         "queue": 500, "retries": 7, "window_failures": 8, "difs_first": True,
     },
 }
-_IF_ASKED_FOR = {"ns3_3_44": {"rate_control": {"model": "arf_ns3"}}}  # none by itself
 
 
 def filled(given: object) -> object:
     """Parameters with the values of their preset where ``given`` has none; inside of a parameter
     key by key, unless it names another model."""
     given = ports.tuples(given)
-    if not isinstance(given, dict) or (name := str(given.get("preset"))) not in PRESETS:
-        return given
-    inside = PRESETS[name] | _IF_ASKED_FOR.get(name, {})
-    own = {key: _completed(value, inside.get(key)) for key, value in given.items()}
-    if name == "ns3_3_44":
-        own.setdefault("broadcast_rate", "6 Mb/s" if given.get("standard") == "11a" else "1 Mb/s")
-    return ports.with_preset(own, "preset", "", PRESETS)
-
-
-def _completed(value: object, preset: object) -> object:
-    if not isinstance(value, dict) or not isinstance(preset, dict):
-        return value
-    model = preset.get("model")
-    return preset | value if value.get("model", model) == model else value
+    if isinstance(given, dict) and given.get("preset") == "ns3_3_44":
+        given = {"broadcast_rate": "6 Mb/s" if given.get("standard") == "11a" else "1 Mb/s",
+                 **given}
+        if isinstance(given.get("rate_control"), dict):  # none by itself
+            given["rate_control"] = {"model": "arf_ns3", **given["rate_control"]}
+    return ports.with_preset(given, "preset", "", PRESETS)

@@ -95,10 +95,8 @@ at their defaults:
   body: drive, altitude, clearance, max_speed, max_turn, acceleration, turn_acceleration, \
 command_timeout
   robot.navigation: control_rate, local_rate, local_size, local_resolution, inflation_radius, \
-inflation_scaling, sim_time, speed_samples, turn_samples, goal_tolerance, recovery, stuck_after, \
-give_up_after, planner_patience, controller_patience, oscillation_timeout, oscillation_distance, \
-conservative_reset, sensor_timeout, transform_tolerance, keep_right, clearance, path_weight, \
-goal_weight, obstacle_weight
+inflation_scaling, sim_time, speed_samples, turn_samples, goal_tolerance, recovery, \
+transform_tolerance
   robot.laser: noise, pose
 """
 
@@ -148,7 +146,8 @@ controller_patience: 3.0
 """)
     assert read("move.yaml", "explore.launch") == {
         "max_speed": "0.5 m/s", "robot.navigation.control_rate": "5 Hz",
-        "robot.navigation.controller_patience": "3 s", "robot.navigation.recovery": "move_base",
+        "robot.navigation.constants.controller_patience": "3 s",
+        "robot.navigation.recovery": "move_base",
         "robot.exploration.rate": "0.33 Hz", "robot.exploration.min_frontier": "0.75 m"}
 
 

@@ -1,12 +1,14 @@
 """DDS for small networks, and rules that make trouble there."""
 
+from configured import configured
+
 from desim.middleware.dds.dds import Dds
 from desim.ports import PASS, Drop
 from netmodels.rules.partition import Partition
 
 
 def dds(preset="cyclonedds", **params):
-    return Dds(Dds.Params(preset=preset, **{"start_spread": "0 ns", **params}))
+    return Dds(configured(Dds.Params, preset=preset, **{"start_spread": "0 ns", **params}))
 
 
 def partition(start, until):

@@ -1,5 +1,6 @@
 """Small networks for tests of the ROS 1 middleware: their outages, and their logs."""
 
+from configured import configured
 from graphs import Life, Net, S
 
 from desim.middleware.ros1.ros1 import Ros1
@@ -19,7 +20,7 @@ def one_master(nodes, rules=(), **params):
     params = {"master": "m", **AT_ONCE} | params
     params["tcp"] = {"tick": "0 ns", "arp": "static"} | params.get("tcp", {})
     return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
-               middleware=Ros1(Ros1.Params(**params)))
+               middleware=Ros1(configured(Ros1.Params, **params)))
 
 
 def says(*at_s):

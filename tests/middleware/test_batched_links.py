@@ -5,6 +5,7 @@ from functools import partial
 from typing import NamedTuple
 
 import pytest
+from configured import configured
 from graphs import MS, Net, S, Words
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -266,8 +267,8 @@ def the_same(*args, **options):
 
 
 def ros1(**tcp):
-    return lambda: Ros1(Ros1.Params(master="m", poll="0 s", worker_poll="0 s", parameters=0,
-                                    tcp={"acks": "implied", **tcp}))
+    return lambda: Ros1(configured(Ros1.Params, master="m", poll="0 s", worker_poll="0 s",
+                                   parameters=0, tcp={"acks": "implied", **tcp}))
 
 
 MIDDLEWARE = {"direct": Direct, "ros1": ros1(), "ros1, known addresses": ros1(arp="static"),

@@ -7,6 +7,7 @@ endpoints named like those of a ROS 2 node; Ethernet frames of the first 15 s.
 import re
 
 import pytest
+from configured import configured
 from graphs import MS, Net, S, listener, silent, talker
 from pydantic import ValidationError
 
@@ -20,7 +21,7 @@ MEASURED_BYTES = {2: 19_200, 4: 130_000, 8: 576_000}  # a second time: 22.6, 125
 
 
 def dds(preset="cyclonedds", **params):
-    return Dds(Dds.Params(preset=preset, **{"start_spread": "0 ns", **params}))
+    return Dds(configured(Dds.Params, preset=preset, **{"start_spread": "0 ns", **params}))
 
 
 def robots(count, seed=0, **options):

@@ -1,6 +1,7 @@
 """DDS participants that fall silent, die, come back: leases, ghosts, new lives."""
 
 import pytest
+from configured import configured
 from graphs import MS, Net, S, listener, silent, talker
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -17,7 +18,7 @@ LEASE_S = {"fastdds": 20, "cyclonedds": 10}
 
 
 def dds(preset="cyclonedds", **params):
-    return Dds(Dds.Params(preset=preset, **{"start_spread": "0 ns", **params}))
+    return Dds(configured(Dds.Params, preset=preset, **{"start_spread": "0 ns", **params}))
 
 
 def partition(start, until, *groups):

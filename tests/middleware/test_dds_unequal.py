@@ -4,6 +4,7 @@ Leases differ, and an outage between the two makes differ what they remember.
 """
 
 import pytest
+from configured import configured
 from graphs import MS, Net, S, listener, silent, talker
 
 from desim.middleware.dds.dds import Dds
@@ -36,7 +37,7 @@ class LosesOne:
 
 
 def dds(preset, **params):
-    return Dds(Dds.Params(preset=preset, announcement_period="3 s", **params))
+    return Dds(configured(Dds.Params, preset=preset, announcement_period="3 s", **params))
 
 
 def cut(host, begin, end):

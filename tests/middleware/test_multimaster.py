@@ -1,6 +1,7 @@
 """A master on each host: how they meet, notice silence, and copy what the others know."""
 
 import pytest
+from configured import configured
 from graphs import Net, S, listener, silent, talker
 from ros_networks import AT_ONCE, apart, beliefs, control, master, says, seen, stop
 from tcp_hosts import Losing
@@ -20,7 +21,7 @@ def net(nodes, preset, rules=(), **params):
     params = {**AT_ONCE, "start_jitter": "0 s", "sync_delay": "0 s"} | params
     params["tcp"] = {"tick": "0 ns", "arp": "static"} | params.get("tcp", {})
     return Net(nodes, Ideal(Ideal.Params(delay="10 ms")), rules,
-               middleware=Multimaster(Multimaster.Params(preset=preset, **params)))
+               middleware=Multimaster(configured(Multimaster.Params, preset=preset, **params)))
 
 
 def registered(net, host, side="publishers"):

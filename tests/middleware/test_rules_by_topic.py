@@ -6,6 +6,7 @@ What they do to the frames of one topic leaves each message of the others its fa
 from functools import partial
 
 import pytest
+from configured import configured
 from ddsnets import dds
 from graphs import MS, Net, S, listener, silent, talker
 from ros_networks import AT_ONCE
@@ -28,14 +29,14 @@ LARGE_BYTES = 20_000  # several packets: trains, and fragments that are put toge
 
 
 def ros1(**params):
-    return Ros1(Ros1.Params(**{"master": "m", **AT_ONCE, **params}))
+    return Ros1(configured(Ros1.Params, **{"master": "m", **AT_ONCE, **params}))
 
 
 IMPLIED = {"tcp": {"acks": "implied"}}
 MIDDLEWARES = {
     "direct": Direct, "ros1": ros1, "ros1, implied": partial(ros1, **IMPLIED),
     "rospy": partial(ros1, client="rospy"),
-    "multimaster": lambda: Multimaster(Multimaster.Params(preset="fkie_1_3")),
+    "multimaster": lambda: Multimaster(configured(Multimaster.Params, preset="fkie_1_3")),
     "cyclonedds": dds, "cyclonedds, implied": partial(dds, acks="implied"),
     "fastdds": partial(dds, "fastdds"), "fastdds, implied": partial(dds, "fastdds", acks="implied"),
     "zenoh": zenoh, "zenoh, implied": partial(zenoh, **IMPLIED)}

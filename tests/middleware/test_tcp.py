@@ -4,7 +4,7 @@ import pytest
 from graphs import MS, S
 from tcp_hosts import Losing, Pair, Takes, Word, link, partition
 
-from desim.middleware.tcp import TcpParams
+from desim.middleware.tcp.constants import TcpConstants
 from desim.middleware.tcp.cubic import Cubic
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.repair import Repair
@@ -185,7 +185,7 @@ def test_a_timeout_is_taken_back_if_only_its_first_segment_was_lost(monkeypatch,
     pair.run(S)
     assert [row[4] for row in pair.rows("frame")] == [0, 1, 2, 3, 3, 0]
     assert (sender.cwnd // 1448, sender.ssthresh // 1448) == (
-        window, threshold or sender.params.window_bytes // 1448)
+        window, threshold or sender.constants.window_bytes // 1448)
 
 
 @pytest.mark.parametrize(("known", "window"), [(True, 10), (False, 7)])
@@ -286,7 +286,7 @@ def test_a_partition_is_felt_until_the_next_timeout():
 def test_a_silence_as_long_as_agreed_ends_a_connection(monkeypatch, more_ns, closed_ms):
     """At the first timeout that is not less than so long after the first one (Linux
     retransmits_timed_out). The first is at 1408 ms, the second at 1824 ms."""
-    monkeypatch.setattr(TcpParams, "silence_ns", 416 * MS + more_ns)
+    monkeypatch.setattr(TcpConstants, "silence_ns", 416 * MS + more_ns)
     pair = Pair(rules=[partition("1 s", "100 s")])
     pair.call()
     pair.at(S, pair.say, 1).run(10 * S)

@@ -3,6 +3,7 @@
 from collections import deque
 
 import pytest
+from configured import configured
 from graphs import Net, silent
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -191,7 +192,7 @@ def test_the_parts_of_a_message_are_its_time_in_sockets_too(read):
 
     ledger, _ = with_ledger(lambda ledger: Net(
         {"a": begin, "b": reader}, link("8 Mb/s"), ledger=ledger, sockets=Sockets(read=read),
-        middleware=Dds(Dds.Params(preset="fastdds", start_spread="0 ns"))).run(4 * S))
+        middleware=Dds(configured(Dds.Params, preset="fastdds", start_spread="0 ns"))).run(4 * S))
     late = [sum(time_ns for part, host, time_ns in parts if (part, host) == ("queue", "b"))
             for parts in stamps_of(ledger)]
     found = sums(ledger)

@@ -4,6 +4,7 @@ from collections import deque
 from fractions import Fraction
 
 import pytest
+from configured import configured
 from graphs import Net, silent
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -236,9 +237,9 @@ def test_a_blocked_node_of_a_busy_computer_waits_too():
 
 
 MIDDLEWARES = {
-    "direct": lambda: None, "ros1": lambda: Ros1(Ros1.Params(master="a")),
-    "cyclonedds": lambda: Dds(Dds.Params(preset="cyclonedds", start_spread="0 ns")),
-    "fastdds": lambda: Dds(Dds.Params(preset="fastdds", start_spread="0 ns"))}
+    "direct": lambda: None, "ros1": lambda: Ros1(configured(Ros1.Params, master="a")),
+    "cyclonedds": lambda: Dds(configured(Dds.Params, preset="cyclonedds", start_spread="0 ns")),
+    "fastdds": lambda: Dds(configured(Dds.Params, preset="fastdds", start_spread="0 ns"))}
 
 
 @pytest.mark.parametrize("middleware", MIDDLEWARES)

@@ -44,7 +44,8 @@ def no_rounds(monkeypatch):
 
 def no_questions(monkeypatch):
     """Subscriptions are registered at once."""
-    monkeypatch.setattr(Ros1, "Params", partial(Ros1.Params, parameters=0))
+    monkeypatch.setattr(Ros1, "Params", partial(
+        Ros1.Params, constants={"parameters": 0}))
 
 
 def longer_keep_alives(monkeypatch):
@@ -107,11 +108,11 @@ def fleet_of_cyclone_dds():
 
 
 def greeted_one_by_one(monkeypatch):
-    monkeypatch.setitem(parameters.CYCLONEDDS, "greets_all", False)
+    monkeypatch.setitem(parameters.CYCLONEDDS["constants"], "greets_all", False)
 
 
 def nobody_says_that_it_lives(monkeypatch):
-    monkeypatch.setitem(parameters.CYCLONEDDS, "liveliness_period", "0 ns")
+    monkeypatch.setitem(parameters.CYCLONEDDS["constants"], "liveliness_period", "0 ns")
 
 
 def large_samples():

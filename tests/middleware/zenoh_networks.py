@@ -1,5 +1,6 @@
 """Networks of Zenoh routers to test with."""
 
+from configured import configured
 from graphs import Net, S
 
 from desim.middleware.zenoh.zenoh import Zenoh
@@ -13,7 +14,7 @@ QUICK = {"preset": "zenoh", "scout_jitter": "0 s", "open_wait": "0 s"}
 def zenoh(**params):
     """With timers that are exact and addresses that are known."""
     params["tcp"] = {"tick": "0 ns", "arp": "static"} | params.get("tcp", {})
-    return Zenoh(Zenoh.Params(**{**QUICK, **params}))
+    return Zenoh(configured(Zenoh.Params, **{**QUICK, **params}))
 
 
 def link(**params):

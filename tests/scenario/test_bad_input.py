@@ -130,9 +130,10 @@ WRONG = {
             "2:35: robot.mapping.published_size: makes maps of 1.25e+09 cells, a byte each; "
             "allowed: 1 GB"]),
     "more topics than a master has": (
-        "middleware: {model: ros1, polling: 100 ms, polled_topics: 1001, workers: 1001}", [
+        "middleware: {model: ros1, polling: 100 ms, polled_topics: 1001,\n"
+        "constants: {workers: 1001}}", [
             "2:59: middleware.polled_topics: must be at most 1000, got 1001",
-            "2:74: middleware.workers: must be at most 1000, got 1001"]),
+            "3:22: middleware.constants.workers: must be at most 1000, got 1001"]),
     "nobody to receive what a type publishes": (
         "deployment: field\nfleet: {types: {a: {robot: {publishes: [{topic: a, size: 1 kB, "
         "rate: 1 Hz}]}}}}", [
@@ -212,7 +213,7 @@ WRONG = {
             "4:29: hosts.a.forwards.1: a is not attached to lan (network.media.lan.hosts)"]),
     "unknown key where null is allowed": ("coordination: {exchange: {contents: full}}", [
         "2:27: coordination.exchange.contents: unknown key (did you mean 'content'?); allowed: "
-        "model, fusion, content, encoding, period, via"]),
+        "model, fusion, encoding, period, via, content"]),
     "wrong unit": ("network: {media: {lan: {model: switch, rate: 1 m}}}", [
         f"2:46: network.media.lan.rate: unknown unit 'm' for a bit rate; {RATES}"]),
     "bare number": ("stop: {elapsed: 2000}", [
@@ -469,41 +470,55 @@ WRONG = {
         "2:21: middleware.model: unknown middleware 'ros' (did you mean 'ros1'?); known: dds, "
         f"direct, multimaster, ros1, zenoh, {DOTTED}"]),
     "times of TCP": (
-        "middleware: {model: ros1, tcp: {rto_min: 200 s, keepalive_interval: 1 ns,\n"
-        "retries: 256, window: 1 kB, buffer: 0 B}}", [
-            "2:69: middleware.tcp.keepalive_interval: '1 ns' is too small; at least 1 ms",
-            "3:10: middleware.tcp.retries: must be at most 255, got 256",
-            "3:23: middleware.tcp.window: must be at least 2896 B, got '1 kB'",
-            "3:37: middleware.tcp.buffer: must be at least 1 B, got '0 B'"]),
+        "middleware: {model: ros1, tcp: {constants: {keepalive_interval: 1 ns,\n"
+        "retries: 256, window: 1 kB, buffer: 0 B}}}", [
+            "2:65: middleware.tcp.constants.keepalive_interval: '1 ns' is too small; at least 1 ms",
+            "3:10: middleware.tcp.constants.retries: must be at most 255, got 256",
+            "3:23: middleware.tcp.constants.window: must be at least 2896 B, got '1 kB'",
+            "3:37: middleware.tcp.constants.buffer: must be at least 1 B, got '0 B'"]),
+    "a constant beside the keys, and one misspelt": (
+        "middleware: {model: ros1, workers: 4, tcp: {rto_min: 1 s}, constants: {worker: 4}}", [
+            "2:27: middleware.workers: unknown key: it is one of the constants, so write "
+            "constants: {workers: ...}",
+            "2:45: middleware.tcp.rto_min: unknown key: it is one of the constants, so write "
+            "constants: {rto_min: ...}",
+            "2:72: middleware.constants.worker: unknown key (did you mean 'workers'?); allowed: "
+            "master_retry, reconnect_first, reconnect_most, connect_timeout, poll, parameters, "
+            "start, workers, worker_poll, local_call"]),
     "timeouts of TCP out of order": (
-        "middleware: {model: zenoh, tcp: {rto_min: 200 s}}", [
-            "2:33: middleware.tcp: rto_min must not be above rto_max, got 200 s and 120 s"]),
-    "retries of ROS 1": ("middleware: {model: ros1, master_retry: 1 ns, reconnect_first: 0 s}", [
-        "2:41: middleware.master_retry: '1 ns' is too small; at least 1 ms",
-        "2:64: middleware.reconnect_first: '0 s' must be above zero"]),
+        "middleware: {model: zenoh, tcp: {constants: {rto_min: 200 s}}}", [
+            "2:45: middleware.tcp.constants: rto_min must not be above rto_max, got 200 s and "
+            "120 s"]),
+    "retries of ROS 1": (
+        "middleware: {model: ros1, constants: {master_retry: 1 ns, reconnect_first: 0 s}}", [
+        "2:53: middleware.constants.master_retry: '1 ns' is too small; at least 1 ms",
+        "2:76: middleware.constants.reconnect_first: '0 s' must be above zero"]),
     "retries of ROS 1 out of order": (
-        "middleware: {model: ros1, client: rospy, reconnect_most: 100 ms}", [
-            "2:13: middleware: reconnect_first must not be above reconnect_most, got 1 s and "
-            "0.1 s"]),
+        "middleware: {model: ros1, client: rospy, constants: {reconnect_most: 100 ms}}", [
+            "2:53: middleware.constants: reconnect_first must not be above reconnect_most, got 1 s "
+            "and 0.1 s"]),
     "a patience without end": (
-        "middleware: {model: multimaster, timeout_factor: 1e300, measurement_intervals: 10000000}",
-        ["2:50: middleware.timeout_factor: must be at most 1e+06, got 1e+300",
-         "2:80: middleware.measurement_intervals: must be at most 1000000, got 10000000"]),
+        "middleware: {model: multimaster, constants: {timeout_factor: 1e300,\n"
+        "measurement_intervals: 10000000}}",
+        ["2:62: middleware.constants.timeout_factor: must be at most 1e+06, got 1e+300",
+         "3:24: middleware.constants.measurement_intervals: must be at most 1000000, got "
+         "10000000"]),
     "masters that nobody hears": ("middleware: {model: multimaster, multicast: false}", [
         "2:13: middleware: nobody is found with multicast: false and no robot_hosts; name hosts, "
         "or take multicast: true"]),
     "batches of nothing": (
-        "middleware: {model: zenoh, batch: 0 B, lease: 1 ns, scout_first: 1 us, retry_first: 0 s}",
-        ["2:35: middleware.batch: must be at least 64 B, got '0 B'",
-         "2:47: middleware.lease: '1 ns' is too small; at least 1 ms",
-         "2:66: middleware.scout_first: '1 us' is too small; at least 1 ms",
-         "2:85: middleware.retry_first: '0 s' must be above zero"]),
+        "middleware: {model: zenoh, lease: 1 ns,\n"
+        "constants: {batch: 0 B, scout_first: 1 us, retry_first: 0 s}}",
+        ["2:35: middleware.lease: '1 ns' is too small; at least 1 ms",
+         "3:20: middleware.constants.batch: must be at least 64 B, got '0 B'",
+         "3:38: middleware.constants.scout_first: '1 us' is too small; at least 1 ms",
+         "3:57: middleware.constants.retry_first: '0 s' must be above zero"]),
     "too many keepalives": (
         "middleware: {model: zenoh, keep_alive: 1000000000000}", [
             "2:13: middleware: lease / keep_alive must be at least 1 ms, got 60 s / "
             "1000000000000"]),
-    "scouts out of order": ("middleware: {model: zenoh, scout_last: 100 ms}", [
-        "2:13: middleware: scout_first must not be above scout_last, got 1 s and 0.1 s"]),
+    "scouts out of order": ("middleware: {model: zenoh, constants: {scout_last: 100 ms}}", [
+        "2:39: middleware.constants: scout_first must not be above scout_last, got 1 s and 0.1 s"]),
     "unknown world": ("physics: {model: plan}", [
         f"2:18: physics.model: unknown world 'plan' (did you mean 'plane'?); known: plane, {DOTTED}"
     ]),

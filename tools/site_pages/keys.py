@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
-from desim.ports import Params
+from desim.ports import Constants, Params
 from desim.scenario.schema.scenario import Scenario
 from desim.units import RATIO, Dimension
 from site_pages.text import code, inline, prose, table
@@ -35,8 +35,19 @@ def page() -> str:
 
 
 def parameter_table(block: type[Params]) -> str:
-    """The parameters of a plug-in, those of its blocks below them."""
-    return table(_HEAD, list(_all_rows("", block)))
+    """The parameters of a plug-in, those of its blocks below them, and its constants."""
+    return "\n\n".join([table(_HEAD, list(_all_rows("", block))), *_constants("", block)])
+
+
+def _constants(path: str, block: type[Params]) -> Iterator[str]:
+    """A table of each set of constants that a block's parameters may change."""
+    for name, info in block.model_fields.items():
+        kind = info.annotation
+        if inspect.isclass(kind) and issubclass(kind, Constants):
+            yield prose(f"``{path}{name}``: {inspect.getdoc(kind)}")
+            yield table(("constant", *_HEAD[1:]), [row for row, _ in _rows("", kind)])
+        for below, inner in blocks_in(f"{path}{info.alias or name}", kind):
+            yield from _constants(f"{below}.", inner)
 
 
 def _all_rows(path: str, block: type[Params]) -> Iterator[tuple[str, str, str, str]]:
@@ -53,6 +64,7 @@ def _section(path: str, block: type[Params]) -> Iterator[str]:
         yield f"### {name}"
         yield prose(inspect.getdoc(below) or "")
         yield table(_HEAD, list(_all_rows(f"{name}.", below)))
+        yield from _constants(f"{name}.", below)
 
 
 def _blocks(path: str, block: type[Params]) -> Iterator[tuple[str, type[Params]]]:
@@ -67,27 +79,29 @@ def _rows(path: str, block: type[Params],
         key = f"{path}{info.alias or name}"
         annotation = Annotated[info.annotation, *info.metadata] if info.metadata else \
             info.annotation
-        blocks = list(_inside(key, info.annotation))
+        blocks = list(blocks_in(key, info.annotation))
         about = inline(info.description or "")
         if not about and len(blocks) == 1:
             about = inline(" ".join((inspect.getdoc(blocks[0][1]) or "").split()).split(". ")[0])
         yield (code(key), _value(annotation), _default(info), about), blocks
 
 
-def _inside(key: str, annotation: object) -> Iterator[tuple[str, type[Params]]]:
+def blocks_in(key: str, annotation: object) -> Iterator[tuple[str, type[Params]]]:
+    """The blocks that may stand at ``key``, each with its path."""
     kind, arguments = get_origin(annotation), get_args(annotation)
     if inspect.isclass(annotation) and issubclass(annotation, Params):
-        yield key, annotation
+        if not issubclass(annotation, Constants):  # those have a table of their own
+            yield key, annotation
     elif kind in (Union, UnionType):
         options = [one for one in arguments if one is not NoneType]
         for option in options:
-            yield from _inside(key, option)
+            yield from blocks_in(key, option)
     elif kind is Annotated:
-        yield from _inside(key, arguments[0])
+        yield from blocks_in(key, arguments[0])
     elif kind is tuple and arguments and arguments[-1] is Ellipsis:
-        yield from _inside(f"{key}.N", arguments[0])
+        yield from blocks_in(f"{key}.N", arguments[0])
     elif kind is dict:
-        yield from _inside(f"{key}.NAME", arguments[1])
+        yield from blocks_in(f"{key}.NAME", arguments[1])
 
 
 def _value(annotation: object) -> str:
@@ -107,7 +121,7 @@ def _value(annotation: object) -> str:
     if kind is dict:
         return f"mapping of names to {_value(arguments[1])}"
     if inspect.isclass(annotation) and issubclass(annotation, Params):
-        return "mapping"
+        return "constants by name" if issubclass(annotation, Constants) else "mapping"
     return _WORDS.get(annotation, getattr(annotation, "__name__", str(annotation)))
 
 

@@ -41,7 +41,7 @@ def facts(name: str, files: Sequence[Path], kinds: Sequence[FileKind], found: Fo
     for unused in found.unused:
         groups.setdefault(unused.section, []).append((unused.key, str(unused.place)))
     own = [*(key for key in keys(BodyType)),
-           *(f"robot.navigation.{key}" for key in keys(Navigation)),
+           *(f"robot.navigation.{key}" for key in keys(Navigation) if key != "constants"),
            *(() if kind.robot and kind.robot.lasers
              else (f"robot.laser.{key}" for key in keys(Laser)))]
     passed = {"radius", "footprint"} if {"radius", "footprint"} & read.keys() else set()

@@ -60,6 +60,7 @@ def _seconds(value: float) -> str:
 
 
 _NAVIGATION = ("robot", "navigation")
+_CONSTANTS = (*_NAVIGATION, "constants")
 _SPEED: tuple[Path, Written] = (("max_speed",), SPEED.format)
 _TURN: tuple[Path, Written] = (("max_turn",), ANGULAR_SPEED.format)
 _GAIN: tuple[Path, Written] = (("acceleration",), ACCELERATION.format)
@@ -87,11 +88,11 @@ _KEYS: dict[str, tuple[Path, Written]] = {
     "vx_samples": ((*_NAVIGATION, "speed_samples"), int),
     "vtheta_samples": ((*_NAVIGATION, "turn_samples"), int),
     "vth_samples": ((*_NAVIGATION, "turn_samples"), int),
-    "planner_patience": ((*_NAVIGATION, "planner_patience"), _seconds),
-    "controller_patience": ((*_NAVIGATION, "controller_patience"), _seconds),
-    "oscillation_timeout": ((*_NAVIGATION, "oscillation_timeout"), _seconds),
-    "oscillation_distance": ((*_NAVIGATION, "oscillation_distance"), LENGTH.format),
-    "conservative_reset_dist": ((*_NAVIGATION, "conservative_reset"), LENGTH.format),
+    "planner_patience": ((*_CONSTANTS, "planner_patience"), _seconds),
+    "controller_patience": ((*_CONSTANTS, "controller_patience"), _seconds),
+    "oscillation_timeout": ((*_CONSTANTS, "oscillation_timeout"), _seconds),
+    "oscillation_distance": ((*_CONSTANTS, "oscillation_distance"), LENGTH.format),
+    "conservative_reset_dist": ((*_CONSTANTS, "conservative_reset"), LENGTH.format),
     "min_frontier_size": (("robot", "exploration", "min_frontier"), LENGTH.format),
     "explore.planner_frequency": (("robot", "exploration", "rate"), _hertz),
     "local_costmap.update_frequency": ((*_NAVIGATION, "local_rate"), _hertz),

@@ -40,10 +40,11 @@ class Dds:
 
     def __init__(self, params: DdsParams | None = None) -> None:
         self.params = DdsParams() if params is None else params
+        self.constants = self.params.constants
         self.server: int | None = None
         self.matches = 0
         self.wire = self.params.wire
-        fragment_bytes, most = self.params.fragment_bytes, self.params.message_fragments
+        fragment_bytes, most = self.constants.fragment_bytes, self.constants.message_fragments
         # Functions of a sample's bytes and of the messages with heartbeats, called with each.
         self.message_sizes = lru_cache(1 << 12)(
             lambda size_bytes: self.wire.messages(size_bytes, fragment_bytes, most))
@@ -63,7 +64,7 @@ class Dds:
             raise InputError(".server: the host of the discovery server is wanted with discovery: "
                              "server, and only then")
         self.context = context
-        self.timers = Timers(context.kernel, params.heartbeat_period_ns // 4)
+        self.timers = Timers(context.kernel, self.constants.heartbeat_period_ns // 4)
         self.leases_ns = [params.leases.get(host, params.lease_ns) for host in hosts]
         self.participants: dict[int, Participant] = {}
         self._lives = [0] * len(hosts)

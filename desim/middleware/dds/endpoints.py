@@ -37,17 +37,17 @@ class Endpoints:
 
     def __init__(self, me: Participant) -> None:
         self._me = me
-        self._params = me.params
+        self._constants = me.constants
         self._wire = me.dds.wire
         self._context = me.context
-        self._multicast = me.params.allow_multicast == "all"
+        self._multicast = me.dds.params.allow_multicast == "all"
         self.items: list[Item] = []  # those that exist
         # A node's endpoints are made some time after its participant.
         self._exist = False
         self._coming = self._wire.built_in_endpoints(me.guid, self._context.hosts[me.host])
         self._beat_ns = NEVER  # when the next heartbeat is due
         self._beats = 0
-        limit_bytes = me.params.heartbeat_after_bytes
+        limit_bytes = me.constants.heartbeat_after_bytes
         self._spent = None if limit_bytes is None else (Spent(limit_bytes), Spent(limit_bytes))
 
     def write(self, item: Item) -> None:
@@ -89,17 +89,17 @@ class Endpoints:
         for remote in remotes:
             remote.sent_count = last
         self._beats = 0
-        self._book(self._params.discovery_heartbeat_period_ns)
+        self._book(self._constants.discovery_heartbeat_period_ns)
 
     def meet(self, remote: RemoteParticipant) -> None:
         """Offer all items to a new participant, and ask for its own."""
-        params, delay_ns = self._params, self._params.initial_acknack_ns
+        constants, delay_ns = self._constants, self._constants.initial_acknack_ns
         self._beats = 0
-        if params.initial_heartbeat_ns:
-            self._book(params.initial_heartbeat_ns)
+        if constants.initial_heartbeat_ns:
+            self._book(constants.initial_heartbeat_ns)
         else:
             self._offer([remote], self._wire.built_in_writers, directed=True)
-            self._book(params.discovery_heartbeat_period_ns)
+            self._book(constants.discovery_heartbeat_period_ns)
         if delay_ns is not None:
             self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
@@ -107,7 +107,7 @@ class Endpoints:
         """Send the first heartbeat of a writer that every node has, because it has matched a reader
         of ``remote``."""
         readers, chunk = [remote], self._wire.heartbeats(1)
-        if self._params.greets_all:
+        if self._constants.greets_all:
             readers = [other for other in self._me.direct()
                        if (ItemKind.BUILT_IN_READER, topic) in other.built_in]
             if len(readers) > 1:
@@ -123,7 +123,7 @@ class Endpoints:
     def expect_greeting(self, remote: RemoteParticipant, topic: str) -> None:
         """A reader that every node has, has matched a writer of ``remote``. It asks for a heartbeat
         unless one arrives."""
-        delay_ns = self._params.initial_acknack_ns
+        delay_ns = self._constants.initial_acknack_ns
         if self._wire.apart and delay_ns is not None and topic not in remote.greeted:
             self._me.after(delay_ns, self._ask_for_greeting, (remote, topic))
 
@@ -138,7 +138,7 @@ class Endpoints:
 
     def _send_again(self, remote: RemoteParticipant, numbers: Sequence[int]) -> None:
         """Send the items of these numbers, which the remote has requested."""
-        out, most_bytes = remote.out, self._params.repeated_message_bytes
+        out, most_bytes = remote.out, self._constants.repeated_message_bytes
         if self._wire.apart:
             numbers = sorted(numbers, key=lambda n: wire.is_reader(out[n]))
             parts = self._parted([out[number] for number in numbers])
@@ -222,7 +222,7 @@ class Endpoints:
         if self._beat_ns != due_ns:
             return
         self._beat_ns = NEVER
-        params = self._params
+        constants = self._constants
         known = self._me.direct()
         behind = [remote for remote in known
                   if not remote.answered or remote.acked_count < remote.sent_count]
@@ -230,11 +230,11 @@ class Endpoints:
             return
         new = [remote for remote in behind if not remote.answered]
         self._offer(new, self._wire.built_in_writers, directed=False)
-        others = known if params.discovery_heartbeats_all else behind
+        others = known if constants.discovery_heartbeats_all else behind
         self._offer([remote for remote in others if remote.answered], 2, directed=False)
         self._beats += 1
-        self._book(min(params.discovery_heartbeat_limit_ns,
-                       params.discovery_heartbeat_period_ns
+        self._book(min(constants.discovery_heartbeat_limit_ns,
+                       constants.discovery_heartbeat_period_ns
                        << min(16, max(0, self._beats - 2))))
 
     def _offer(self, remotes: list[RemoteParticipant], writers: int, *, directed: bool,
@@ -251,7 +251,7 @@ class Endpoints:
         if self._me.remotes.get(remote.guid) is remote:
             self._send_again(remote, wanted)
             self._beats = 0
-            self._book(self._params.discovery_heartbeat_period_ns)
+            self._book(self._constants.discovery_heartbeat_period_ns)
 
     # Handlers.
 
@@ -271,10 +271,11 @@ class Endpoints:
         if missing:
             pending, remote.wanted = remote.wanted, missing
             if not pending:
-                self._me.after(self._params.discovery_nack_response_ns, self._repeat, remote)
+                self._me.after(self._constants.discovery_nack_response_ns, self._repeat, remote)
         elif asks:
             self._offer([remote], self._wire.built_in_writers if first else 2, directed=True)
-            self._book(self._params.discovery_heartbeat_period_ns)  # it may be lost, or its answer
+            # It may be lost, or its answer.
+            self._book(self._constants.discovery_heartbeat_period_ns)
 
     def receive(self, remote: RemoteParticipant, lost: Collection[int], series: int,
                 mails: Sequence[Mail]) -> None:
@@ -304,7 +305,7 @@ class Endpoints:
         remote.beating = max(remote.beating, writers)
         if not remote.answering:
             remote.answering = True
-            self._me.after(self._params.discovery_heartbeat_response_ns, self._answer, remote)
+            self._me.after(self._constants.discovery_heartbeat_response_ns, self._answer, remote)
 
     def _goes_on(self, remote: RemoteParticipant, series: int) -> bool:
         """Whether a message belongs to the present series. A message of a later one begins that."""
@@ -338,7 +339,7 @@ class Endpoints:
             return
         self._send("sedp_acknack", remote, [self._wire.acknacks(self._wire.built_in_writers)],
                    Endpoints.acknowledged, remote.received_series, remote.got, (), True)
-        limit_ns = self._params.initial_acknack_limit_ns
+        limit_ns = self._constants.initial_acknack_limit_ns
         delay_ns = min(2 * delay_ns, self._me.announcing_ns if limit_ns is None else limit_ns)
         self._me.after(delay_ns, self._ask, (remote, delay_ns))
 
@@ -350,7 +351,7 @@ class Endpoints:
                 self._greet_back(remote)
         elif not topic or (ItemKind.BUILT_IN_WRITER, topic) in remote.built_in:
             remote.greeted[topic] = None
-            self._me.after(self._params.heartbeat_response_ns, self._greet_back, remote)
+            self._me.after(self._constants.heartbeat_response_ns, self._greet_back, remote)
 
     def _greet_back(self, remote: RemoteParticipant) -> None:
         self._send_in_advance("acknack", remote, [self._wire.acknacks(1)], Endpoints.alive)

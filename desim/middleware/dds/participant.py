@@ -26,7 +26,7 @@ class Participant:
     """
 
     def __init__(self, dds: Dds, host: int, life: int) -> None:
-        self.dds, self.context, self.params = dds, dds.context, dds.params
+        self.dds, self.context, self.constants = dds, dds.context, dds.constants
         self.host = host
         self._others = [other for other in range(len(self.context.hosts)) if other != host]
         self.guid: Guid = (host, life)
@@ -41,10 +41,10 @@ class Participant:
         self.endpoints = Endpoints(self)
         lease_ns = dds.leases_ns[host]
         self._hello = (self.guid, lease_ns)
-        self.announcing_ns = self.params.announcing_ns(lease_ns)
-        self.asserting_ns = self.params.asserting_ns(lease_ns)
+        self.announcing_ns = self.constants.announcing_ns(lease_ns)
+        self.asserting_ns = self.constants.asserting_ns(lease_ns)
         self.awake = False
-        spread_ns = self.params.start_spread_ns
+        spread_ns = self.constants.start_spread_ns
         if spread_ns:
             stream = self.context.stream("start", self.context.hosts[host], life)
             self.after(int(stream.integers(spread_ns)), self._wake)
@@ -55,7 +55,7 @@ class Participant:
         """The process runs: from now on it sends and receives."""
         self.awake = True
         self._announce(0)
-        self.after(self.params.endpoint_delay_ns, self.endpoints.appear)
+        self.after(self.constants.endpoint_delay_ns, self.endpoints.appear)
         if self.asserting_ns:
             self.after(self.asserting_ns, self._assert_liveliness)
 
@@ -92,20 +92,20 @@ class Participant:
     def _announce(self, k: int) -> None:
         """Announce this participant for the k-th time: a client of a server to that server alone,
         the server to its clients."""
-        params, dds = self.params, self.dds
+        constants, dds = self.constants, self.dds
         known = [remote.host for remote in self.direct()]
         period_ns = self.announcing_ns
         if dds.server is None:
-            self._announce_to_all(params.first_times if k == 0 else 1,
-                                  known if k and params.allow_multicast == "spdp" else [])
-            if k + 1 < params.initial_announcements:
-                period_ns = params.initial_period_ns
+            self._announce_to_all(constants.first_times if k == 0 else 1,
+                                  known if k and dds.params.allow_multicast == "spdp" else [])
+            if k + 1 < constants.initial_announcements:
+                period_ns = constants.initial_period_ns
         elif dds.server == self.host:
             self._hello_to(known, dds.wire.announcement(), False)
         else:
             self._hello_to([dds.server], dds.wire.announcement(), False, calls=True)
             if not known:
-                period_ns = params.server_period_ns
+                period_ns = constants.server_period_ns
         self.after(period_ns, self._announce, k + 1)
 
     def _announce_to_all(self, times: int, known: list[int]) -> None:
@@ -139,10 +139,10 @@ class Participant:
                                    self._series)
         self._meet(remote)
         self.after(lease_ns, self._check_lease, remote)
-        if self.params.announces_when_found and self.dds.server is None:
+        if self.constants.announces_when_found and self.dds.server is None:
             self._announce_to_all(1, [other.host for other in self.direct()])
         if wants_response:
-            self._respond((remote, self.params.responses if self.dds.server is None else 1))
+            self._respond((remote, self.constants.responses if self.dds.server is None else 1))
         self.endpoints.meet(remote)
 
     def _meet(self, remote: RemoteParticipant) -> None:
@@ -155,7 +155,7 @@ class Participant:
         if times and self.remotes.get(remote.guid) is remote:
             self._hello_to([remote.host], self.dds.wire.announcement(), False)
             if times > 1:
-                self.after(self.params.response_period_ns, self._respond, (remote, times - 1))
+                self.after(self.constants.response_period_ns, self._respond, (remote, times - 1))
 
     def _check_lease(self, remote: RemoteParticipant) -> None:
         """Lose ``remote`` if its lease has ended."""

@@ -78,7 +78,7 @@ class Reader(Carrier[Answer]):
 
     socket = "rtps"  # a participant sends all by one
 
-    __slots__ = ("_link", "_dds", "_context", "_kernel", "_params", "_host", "_writer", "_topic",
+    __slots__ = ("_link", "_dds", "_context", "_kernel", "_constants", "_host", "_writer", "_topic",
                  "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
                  "_due_ns", "_seen", "_remote", "_greeting", "_asking", "_asked", "_acked",
                  "_acked_ns")
@@ -86,7 +86,7 @@ class Reader(Carrier[Answer]):
     def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: int,
                  medium: Route) -> None:
         source = offer.publisher.host
-        self._link, self._dds, self._params = link, dds, dds.params
+        self._link, self._dds, self._constants = link, dds, dds.constants
         self._context = context = dds.context
         self._kernel = context.kernel
         self._host = host
@@ -190,9 +190,9 @@ class Reader(Carrier[Answer]):
             self._asked = True
             if beat == DIRECTED:
                 self._asking.directed = True
-            self._answer_in(self._params.heartbeat_response_ns)
+            self._answer_in(self._constants.heartbeat_response_ns)
         elif self._next <= self._known:
-            self._answer_in(self._params.nack_delay_ns)
+            self._answer_in(self._constants.nack_delay_ns)
 
     def heartbeat(self, first: int, last: int, beat: int) -> None:
         """A heartbeat that rides on no sample has arrived."""
@@ -203,9 +203,9 @@ class Reader(Carrier[Answer]):
 
     def joined(self) -> None:
         """The reader has matched the writer now, which may have sent something already."""
-        if self._params.initial_acknack_ns is not None:
+        if self._constants.initial_acknack_ns is not None:
             self._greeting = True
-            self._answer_in(self._params.initial_acknack_ns)
+            self._answer_in(self._constants.initial_acknack_ns)
 
     def _answer_in(self, delay_ns: int) -> None:
         """Answer at that time, or earlier if an answer is due anyway."""
@@ -235,12 +235,12 @@ class Reader(Carrier[Answer]):
     def _ask(self, missing: Missing, greeting: bool) -> None:
         """Request ``missing`` fragments unless that was done just now; with ``greeting``, a
         heartbeat."""
-        now_ns, params, base = self._kernel.now_ns, self._params, self._next
+        now_ns, constants, base = self._kernel.now_ns, self._constants, self._next
         fragments = [len(parts) for _, parts in missing if parts]
         if missing:
             (number, parts), (last, last_parts) = missing[0], missing[-1]
             first = number, parts[0] if parts else 0
-            wait_ns = self._asking.wait_ns(first, now_ns, params.nack_again_ns)
+            wait_ns = self._asking.wait_ns(first, now_ns, constants.nack_again_ns)
             if wait_ns and not greeting:
                 self._answer_in(wait_ns)
                 return
@@ -250,13 +250,13 @@ class Reader(Carrier[Answer]):
         self._record_answer(base, len(missing), chunk.size_bytes)
         self._send(self._host, self._to, chunk.size_bytes, chunk.packets, False, self,
                    (base, missing, greeting))
-        if missing and params.nack_renewal_ns is not None:
-            self._answer_in(params.nack_renewal_ns)
+        if missing and constants.nack_renewal_ns is not None:
+            self._answer_in(constants.nack_renewal_ns)
 
     def _acknowledge(self) -> None:
         """Acknowledge all before the next number, but do not repeat a recent acknowledgement."""
         base, now_ns = self._next, self._kernel.now_ns
-        if base == self._acked and now_ns < self._acked_ns + self._params.ack_again_ns:
+        if base == self._acked and now_ns < self._acked_ns + self._constants.ack_again_ns:
             return
         size_bytes = self._dds.ack_chunk.size_bytes
         self._record_answer(base, 0, size_bytes)

@@ -61,7 +61,7 @@ class ReliableLink(Carrier[DataToken]):
     read_by: type[Reader] = Reader
 
     __slots__ = ("guid", "waiting", "received_ns", "reader", "_dds", "_context", "_kernel",
-                 "_params", "_from", "_from_id", "_receiver", "_to_id", "_to", "_udp", "_medium",
+                 "_constants", "_from", "_from_id", "_receiver", "_to_id", "_to", "_udp", "_medium",
                  "_node", "_record_frame", "_depth", "_history", "_unacked_bytes",
                  "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
                  "_beating", "_bundling", "_coming", "_wanted", "_repeating", "_repeat_ns",
@@ -74,7 +74,7 @@ class ReliableLink(Carrier[DataToken]):
         self.guid = guid
         self.waiting = 0  # samples without a fate
         self.received_ns = 0  # the last acknowledgement that counts so far
-        self._dds, self._context, self._params = dds, context, dds.params
+        self._dds, self._context, self._constants = dds, context, dds.constants
         self._kernel = context.kernel
         self._from, self._from_id = source, context.host_ids[source]
         self._receiver, self._to_id = receiver, context.host_ids[receiver]
@@ -84,17 +84,17 @@ class ReliableLink(Carrier[DataToken]):
         self._depth, self._piggyback = writer.depth, writer.piggyback
         self._history: deque[ReliableSample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
-        self._beat_ns: int = -dds.params.heartbeat_asks_after_ns  # the first sample asks
+        self._beat_ns: int = -dds.constants.heartbeat_asks_after_ns  # the first sample asks
         self._timer = Timer(dds.timers, self._from_id, self._tick)
-        self._steady = dds.params.heartbeat_rides != "always"
-        self._period_ns: int = dds.params.heartbeat_period_ns + dds.params.timer_slip_ns
+        self._steady = dds.constants.heartbeat_rides != "always"
+        self._period_ns: int = dds.constants.heartbeat_period_ns + dds.constants.timer_slip_ns
         self._trains, self._long_trains = dds.trains, dds.long_trains
         self._smooth = True  # nothing was lost so far
         self._quick = False  # the last large sample was there soon, and nothing was asked for since
         self._greeted = False  # its first heartbeat is still to come, which offers all
         self._closed: str | None = None
         self.ends = source, receiver, topic
-        self._wanted = Wanted(dds.params, dds.wire)
+        self._wanted = Wanted(dds.constants, dds.wire)
         self._repeating: Handle | None = None
         self._repeat_ns = 0
         self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
@@ -106,7 +106,7 @@ class ReliableLink(Carrier[DataToken]):
 
     def offer(self, message: Message, beats: tuple[bool, ...]) -> None:
         """Send a new sample, with heartbeats on those of its messages."""
-        history, params, now_ns = self._history, self._params, message.born_ns
+        history, constants, now_ns = self._history, self._constants, message.born_ns
         if self._coming:
             self.take_acknowledgements(now_ns)
         self._last = number = self._last + 1
@@ -120,8 +120,8 @@ class ReliableLink(Carrier[DataToken]):
             self._unacked_bytes -= oldest.message.size_bytes
             oldest.kept = False
             self.settle(oldest, "overwritten")
-        asks = (now_ns - self._beat_ns >= params.heartbeat_asks_after_ns
-                or self._unacked_bytes >= params.high_water_bytes)
+        asks = (now_ns - self._beat_ns >= constants.heartbeat_asks_after_ns
+                or self._unacked_bytes >= constants.high_water_bytes)
         self._beats = 0
         self._beat_ns = now_ns
         self._transmit_new(sample, trains, ASKS if asks else FINAL)
@@ -181,7 +181,7 @@ class ReliableLink(Carrier[DataToken]):
         self._acknowledge(now_ns, base)
         if missing:
             self._quick = False
-            delay_ns = self._params.nack_response_ns
+            delay_ns = self._constants.nack_response_ns
             self._wanted.request(missing)
             if delay_ns:
                 self._repeat_in(delay_ns)
@@ -251,7 +251,7 @@ class ReliableLink(Carrier[DataToken]):
 
     def _send_again(self, parts: list[tuple[ReliableSample, range]]) -> None:
         """Send each fragment of ``parts`` in a message of its own, or whole samples together."""
-        fragment_bytes, cut = self._params.fragment_bytes, self._dds.wire
+        fragment_bytes, cut = self._constants.fragment_bytes, self._dds.wire
         beats = iter(self._piggyback.again([
             min(fragment_bytes, sample.message.size_bytes) for sample, part in parts
             for _ in part]))
@@ -298,8 +298,8 @@ class ReliableLink(Carrier[DataToken]):
     def _next_beat_ns(self) -> int:
         if self._steady:
             return self._kernel.now_ns + self._period_ns
-        params = self._params
-        delay_ns: int = min(params.heartbeat_limit_ns, params.heartbeat_period_ns
+        constants = self._constants
+        delay_ns: int = min(constants.heartbeat_limit_ns, constants.heartbeat_period_ns
                             << min(16, max(0, self._beats - 2)))
         return self._beat_ns + delay_ns
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from desim.middleware.dds.parameters import DdsParams
+from desim.middleware.dds.constants import DdsConstants
 from desim.middleware.dds.reader import Missing, ReliableSample
 from desim.middleware.dds.wire import RtpsDialect
 
@@ -17,8 +17,8 @@ class Wanted:
     doubles each time.
     """
 
-    def __init__(self, params: DdsParams, cut: RtpsDialect) -> None:
-        self._params, self._cut = params, cut
+    def __init__(self, constants: DdsConstants, cut: RtpsDialect) -> None:
+        self._constants, self._cut = constants, cut
         self.missing: dict[int, tuple[int, ...]] = {}
 
     def request(self, missing: Missing) -> None:
@@ -42,9 +42,9 @@ class Wanted:
             if not first <= number < first + len(history):
                 continue
             sample, indices = history[number - first], missing[number]
-            if not (indices or sample.again) and sample.parts > self._params.message_fragments:
+            if not (indices or sample.again) and sample.parts > self._constants.message_fragments:
                 parts += ((sample, train.part) for train in self._cut.trains(
-                    sample.message.size_bytes, self._params.fragment_bytes, 1, ()))
+                    sample.message.size_bytes, self._constants.fragment_bytes, 1, ()))
                 sample.again = dict.fromkeys(range(sample.parts), self._after(now_ns, 0))
                 continue
             waits = []
@@ -63,6 +63,6 @@ class Wanted:
 
     def _after(self, now_ns: int, pause_ns: int) -> tuple[int, int]:
         """The end and the length of the pause that follows one of ``pause_ns``."""
-        params = self._params
-        pause_ns = min(params.heartbeat_limit_ns, 2 * pause_ns) or params.nack_suppression_ns
+        constants = self._constants
+        pause_ns = min(constants.heartbeat_limit_ns, 2 * pause_ns) or constants.nack_suppression_ns
         return now_ns + pause_ns, pause_ns

@@ -24,14 +24,14 @@ class Reliable(LinkedTransport[ReliableLink]):
         super().__init__(self._link_to_reader, dds.context.drop)
         self._dds, self._offer = dds, offer
         self._host, self._topic = offer.publisher.host, offer.publisher.topic
-        params = dds.params
+        params, constants = dds.params, dds.constants
         self.depth = offer.queue if params.depth is None else params.depth
         self._written = 0
         self._link_type = ImpliedLink if params.acks == "implied" else ReliableLink
         self.piggyback: Always | WhenFull = Always()
-        if params.heartbeat_rides != "always":
-            full = self._many_written if params.heartbeat_rides == "written" else self._many_wait
-            self.piggyback = WhenFull(full, params.heartbeat_after_bytes or 1 << 62,
+        if constants.heartbeat_rides != "always":
+            full = self._many_written if constants.heartbeat_rides == "written" else self._many_wait
+            self.piggyback = WhenFull(full, constants.heartbeat_after_bytes or 1 << 62,
                                       dds.participants[self._host])
         self._connected = False  # its publisher has connected it
         self._fresh: list[int] = []
@@ -59,7 +59,7 @@ class Reliable(LinkedTransport[ReliableLink]):
             link for receiver, link in old.items() if links.get(receiver) is not link))
             if link.waiting]
         if new:
-            context.at(context.now_ns + self._dds.params.initial_heartbeat_ns, self._host,
+            context.at(context.now_ns + self._dds.constants.initial_heartbeat_ns, self._host,
                        self._greet, {receiver: links[receiver] for receiver in new})
 
     def _link_to_reader(self, receiver: int, link: ReliableLink | None) -> ReliableLink | None:
@@ -82,7 +82,7 @@ class Reliable(LinkedTransport[ReliableLink]):
         if not now:
             return
         to, chunk, multicast = list(now), dds.beat_chunk, False
-        if dds.params.greets_all and len(links) > 1:
+        if dds.constants.greets_all and len(links) > 1:
             to, chunk = list(links), dds.wire.heartbeat_to_all()
             multicast = dds.params.allow_multicast == "all"
         dds.context.send("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,

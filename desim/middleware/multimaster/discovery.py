@@ -7,6 +7,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple
 
+from desim.middleware.multimaster.constants import MultimasterConstants
 from desim.middleware.multimaster.parameters import DiscoveryTiming, MultimasterParams, timing
 from desim.middleware.ros1.master import Uri
 from desim.middleware.ros1.processes import Processes
@@ -89,18 +90,18 @@ class RemoteMaster:
         self.requests = 0
         self._beats.append(now_ns)
 
-    def verdict(self, now_ns: int, timing: DiscoveryTiming, params: MultimasterParams
+    def verdict(self, now_ns: int, timing: DiscoveryTiming, constants: MultimasterConstants
                 ) -> MasterNews | None:
         """The meaning of the master's silence: offline, removed, a request (which is counted), or
         None. With quick heartbeats silence is enough; with slow ones the master is asked first."""
         silent_ns = now_ns - self.received_ns
-        if silent_ns > params.remove_after_ns:
+        if silent_ns > constants.remove_after_ns:
             return MasterNews.REMOVED
         if timing.counted:
             return MasterNews.OFFLINE if silent_ns > timing.timeout_ns else None
-        if not params.active_request_after_ns or silent_ns <= params.active_request_after_ns:
+        if not constants.active_request_after_ns or silent_ns <= constants.active_request_after_ns:
             return None
-        if self.requests >= params.offline_after_requests:
+        if self.requests >= constants.offline_after_requests:
             return MasterNews.OFFLINE
         self.requests += 1
         return MasterNews.REQUEST
@@ -126,20 +127,21 @@ class Discovery:
                  notify: Callable[[MasterNews, RemoteMaster], object],
                  receive: Callable[[Beat, int], object]) -> None:
         self._processes, self._params, self._host = processes, params, host
+        self._constants = constants = params.constants
         self._notify, self._receive = notify, receive
         self._context = context = processes.context
-        self._timing = timing(params)
+        self._timing = timing(constants)
         self._others = [other for other in range(len(context.hosts)) if other != host]
         self._named = [other for other in self._others
                        if context.hosts[other] in params.robot_hosts]
         self._life = Lifetime(context, host)
-        self._firsts = 0 if self._timing.counted else params.first_notifications
+        self._firsts = 0 if self._timing.counted else constants.first_notifications
         self._seen_changes = -1  # changes of the own master at the last poll
         self._stirred_ns = context.now_ns  # when one was seen last
         self.state = MasterState(context.now_ns, ())
         self.remotes: dict[int, RemoteMaster] = {}
         start_ns = int(context.stream("discovery", context.hosts[host], processes.on(
-            host).uri.life).integers(params.start_jitter_ns + 1))
+            host).uri.life).integers(constants.start_jitter_ns + 1))
         self._life.after(start_ns, self._tick)
         self._life.after(start_ns + (self._timing.heartbeat_ns if self._firsts else 0),
                            self._beat)
@@ -206,7 +208,7 @@ class Discovery:
         now_ns = self._context.now_ns
         if remote is None:
             remote = self.remotes[beat.host] = RemoteMaster(beat.host)
-            self._life.after(self._params.contact_after_ns, self._contact, remote)
+            self._life.after(self._constants.contact_after_ns, self._contact, remote)
         remote.receive(now_ns)
         news = (beat.changed_ns, beat.stirred_ns) != (remote.changed_ns, remote.stirred_ns)
         remote.changed_ns, remote.stirred_ns = beat.changed_ns, beat.stirred_ns
@@ -223,7 +225,7 @@ class Discovery:
         call = self._processes.rpc.call(
             self._host, remote.host, "monitor", "masterContacts", CONTACTS.call,
             ("masterContacts",), lambda ok, _: self._contacted(remote, ok, call.reason),
-            timeout_ns=self._params.contact_timeout_ns, fresh=True)
+            timeout_ns=self._constants.contact_timeout_ns, fresh=True)
 
     def _contacted(self, remote: RemoteMaster, ok: bool, reason: str | None) -> None:
         if self.remotes.get(remote.host) is not remote:
@@ -232,12 +234,12 @@ class Discovery:
             remote.known = remote.online = True
             self._announce(MasterNews.ONLINE, remote)
         else:
-            params = self._params
-            self._life.after(params.unreachable_retry_ns if reason == "unreachable"
-                               else params.contact_retry_ns, self._contact, remote)
+            constants = self._constants
+            self._life.after(constants.unreachable_retry_ns if reason == "unreachable"
+                               else constants.contact_retry_ns, self._contact, remote)
 
     def _check(self, remote: RemoteMaster) -> None:
-        verdict = remote.verdict(self._context.now_ns, self._timing, self._params)
+        verdict = remote.verdict(self._context.now_ns, self._timing, self._constants)
         if verdict == MasterNews.REMOVED:
             self._remove(remote)
         elif verdict == MasterNews.REQUEST:

@@ -51,12 +51,13 @@ class Sync:
 
     def __init__(self, processes: Processes, params: MultimasterParams, host: int) -> None:
         self._processes, self._params, self._host = processes, params, host
+        self._constants = params.constants
         self.discovery: Discovery
         self._context = context = processes.context
         self._stream = context.stream("sync", context.hosts[host], processes.on(host).uri.life)
         self._copies: dict[int, Copy] = {}
         self._life = Lifetime(context, host)
-        self._life.after(params.sync_poll_ns, self._poll)
+        self._life.after(params.constants.sync_poll_ns, self._poll)
 
     def stop(self) -> None:
         """The host has stopped."""
@@ -90,13 +91,13 @@ class Sync:
 
     def _to_redo(self, remote: RemoteMaster) -> bool:
         """Whether a master that comes back is copied anew."""
-        params = self._params
         offline_ns = self._context.now_ns - remote.offline_ns
-        return params.resync_on_reconnect and offline_ns >= params.resync_on_reconnect_timeout_ns
+        return (self._params.resync_on_reconnect
+                and offline_ns >= self._constants.resync_on_reconnect_timeout_ns)
 
     def _poll(self, _: object) -> None:
         """Fetch states of masters that were left out."""
-        self._life.after(self._params.sync_poll_ns, self._poll)
+        self._life.after(self._constants.sync_poll_ns, self._poll)
         for remote in self.discovery.remotes.values():
             copy = self._copies.get(remote.host)
             if copy is not None and remote.online and copy.timer is None:
@@ -107,11 +108,11 @@ class Sync:
         if copy.asking or copy.changed_ns >= remote.changed_ns:
             return
         if copy.timer is not None:
-            if copy.restarts >= self._params.sync_restarts:
+            if copy.restarts >= self._constants.sync_restarts:
                 return
             copy.restarts += 1
             copy.timer.cancel()
-        delay_ns = int(self._stream.integers(self._params.sync_delay_ns + 1))
+        delay_ns = int(self._stream.integers(self._constants.sync_delay_ns + 1))
         copy.timer = self._life.after(delay_ns, self._fetch, (remote, copy))
 
     def _fetch(self, what: tuple[RemoteMaster, Copy]) -> None:
@@ -156,7 +157,7 @@ class Sync:
         """
         self._processes.rpc.call(
             self._host, remote.host, "monitor", method, size_bytes, (method, *arguments), done,
-            timeout_ns=self._params.sync_timeout_ns, fresh=True)
+            timeout_ns=self._constants.sync_timeout_ns, fresh=True)
 
     def _write(self, copy: Copy, wanted: tuple[Registration, ...]) -> int:
         """Make one MultiCall to the own master: unregister old registrations, register new ones.

@@ -54,14 +54,14 @@ class Process:
         self._held: list[XmlRpcCall] = []  # updates
         self._met = False  # the master, at least once
         self._ended = False  # rospy, because it did not
-        params, context = processes.params, processes.context
-        started_ns = params.poll_ns and int(context.stream(
-            "ros", context.hosts[self.host], uri.life).integers(params.start_ns + 1))
-        self.xmlrpc_thread = XmlrpcThread(params.poll_ns, context.now_ns - started_ns)
+        constants, context = processes.constants, processes.context
+        started_ns = constants.poll_ns and int(context.stream(
+            "ros", context.hosts[self.host], uri.life).integers(constants.start_ns + 1))
+        self.xmlrpc_thread = XmlrpcThread(constants.poll_ns, context.now_ns - started_ns)
         self._links_up: dict[int, int] = {}  # links that are up, by publishing host
         processes.rpc.serve(self.host, uri.slave, self._serve)
-        if params.polling_ns is not None and self.host != master:
-            period_ns = params.polling_ns
+        period_ns = processes.params.polling_ns
+        if period_ns is not None and self.host != master:
             context.at(context.now_ns + int(context.stream(
                 "ros", context.hosts[self.host], uri.life, "polling").integers(period_ns)),
                 self.host, self._poll, period_ns)
@@ -109,7 +109,7 @@ class Process:
         if self._ended or (method, topic) in self._wanted:
             return
         self._wanted[method, topic] = None
-        asks = self.all.params.parameters if method == "registerSubscriber" else 0
+        asks = self.all.constants.parameters if method == "registerSubscriber" else 0
         first = not self._calls
         self._calls.extend([("hasParam", topic)] * asks + [(method, topic)])
         if first:
@@ -123,13 +123,13 @@ class Process:
                           (method, topic, self.uri), self._registered)
 
     def _registered(self, ok: bool, answer: tuple[Uri, ...]) -> None:
-        context, params = self.all.context, self.all.params
-        if not ok and params.client == "rospy" and not self._met:
+        context, constants = self.all.context, self.all.constants
+        if not ok and self.all.params.client == "rospy" and not self._met:
             self._ended = True  # ROSInitException
             context.record("gave_up", self.host)
             return
         if not ok:
-            context.at(context.now_ns + params.master_retry_ns, self.host, self._call)
+            context.at(context.now_ns + constants.master_retry_ns, self.host, self._call)
             return
         self._met = True
         method, topic = self._calls.popleft()

@@ -89,7 +89,7 @@ class RosLink:
 
     def _connect(self, _: object) -> None:
         all_ = self.process.all
-        timeout_ns = all_.params.connect_timeout_ns
+        timeout_ns = all_.constants.connect_timeout_ns
         if timeout_ns is not None:
             self._set_timer(all_.context.now_ns + timeout_ns, self._hang_up)
         self._connection = all_.tcp.connect(

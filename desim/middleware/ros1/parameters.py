@@ -8,9 +8,9 @@ from typing import Literal, NamedTuple
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.middleware.ros1.constants import RosConstants
 from desim.middleware.tcp import TcpParams
-from desim.middleware.tcp.parameters import in_order
-from desim.units import NS_PER_S, Duration, Pace, Period
+from desim.units import NS_PER_S, Pace
 
 
 class Retries(NamedTuple):
@@ -30,9 +30,9 @@ class Retries(NamedTuple):
         return self.reasons is None or reason in self.reasons
 
 
-CLIENTS: dict[str, ports.Preset] = {"rospy": {
+CLIENTS: dict[str, ports.Preset] = {"rospy": {"constants": {
     "master_retry": "200 ms", "reconnect_first": "1 s", "reconnect_most": "32 s",
-    "connect_timeout": "30 s", "poll": "0 s", "parameters": 0}}
+    "connect_timeout": "30 s", "poll": "0 s", "parameters": 0}}}
 # What rospy tries again: ENETUNREACH, ETIMEDOUT, EHOSTUNREACH and the like, but no refusal and no
 # reset (tcpros_base.py).
 _UNREACHED = ("timeout", "unreachable")
@@ -45,32 +45,6 @@ class RosParams(ports.Params):
 
     client: Literal["roscpp", "rospy"] = Field("roscpp", description=(
         "whose schedules: that of C++ or of Python nodes (noetic)"))
-    master_retry_ns: Pace = Field("50 ms", description=(
-        "a registration that failed is tried again after (roscpp 50 ms, master.cpp; rospy 200 ms, "
-        "registration.py)"))
-    reconnect_first_ns: Pace = Field("0.1 s", description=(
-        "a link that broke is tried again after (roscpp 0.1 s, transport_publisher_link.cpp; "
-        "rospy 1 s, tcpros_base.py)"))
-    reconnect_most_ns: Pace = Field("20 s", description=(
-        "longest time between two such tries, to which they double (roscpp 20 s, rospy 32 s)"))
-    connect_timeout_ns: Period | None = Field(None, description=(
-        "patience with a connection (null: TCP's; roscpp null, rospy 30 s, tcpros_base.py)"))
-    poll_ns: Duration = Field("100 ms", description=(
-        "rounds of a roscpp process between which it sends requestTopic, and looks whether that "
-        "has been answered (xmlrpc_manager.cpp server_.work; rospy 0 s: at once)"))
-    parameters: int = Field(5, ge=0, le=1000, description=(
-        "parameters that a roscpp process asks its master for, one after another, before it "
-        "registers a subscription (statistics.cpp; rospy 0)"))
-    start_ns: Duration = Field("10 ms", description=(
-        "the first round of a process begins up to so long before its nodes (ours, for hosts that "
-        "start in one instant)"))
-    workers: int = Field(3, ge=1, le=1000, description=(
-        "threads that tell subscribers of new publishers (rosmaster master_api.py)"))
-    worker_poll_ns: Duration = Field("100 ms", description=(
-        "how often each of them looks whether there is something to tell, when it had nothing to "
-        "do (rosmaster threadpool.py)"))
-    local_call_ns: Duration = Field("1 ms", description=(
-        "an XML-RPC call within a host (ours)"))
     polling_ns: Pace | None = Field(None, description=(
         "each process asks a master on another host for all published topics so often, as "
         "yzrobot/map_merging does ten times a second (null: never)"))
@@ -80,11 +54,13 @@ class RosParams(ports.Params):
     tcp_nodelay: bool = Field(False, description=(
         "subscribers ask for links without Nagle's algorithm (roscpp default)"))
     tcp: TcpParams = Field(default_factory=TcpParams, description="see docs/middleware/tcp.md")
+    constants: RosConstants = Field(default_factory=RosConstants, description=(
+        "(those of the client's library and of rosmaster)"))
 
     @property
     def connections(self) -> Retries:
         """The new tries of a connection of TCPROS."""
-        return Retries(self.reconnect_first_ns, self.reconnect_most_ns,
+        return Retries(self.constants.reconnect_first_ns, self.constants.reconnect_most_ns,
                        _UNREACHED if self.client == "rospy" else None)
 
     @property
@@ -104,9 +80,3 @@ class RosParams(ports.Params):
     @classmethod
     def _of_client(cls, given: object) -> object:
         return ports.with_preset(given, "client", "roscpp", CLIENTS)
-
-    @model_validator(mode="after")
-    def _retries_in_order(self) -> RosParams:
-        in_order("reconnect_first", self.reconnect_first_ns, "reconnect_most",
-                 self.reconnect_most_ns)
-        return self

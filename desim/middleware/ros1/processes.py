@@ -42,9 +42,9 @@ class Processes:
                  more: dict[str, Method] | None = None) -> None:
         self.context = context
         self.sees = sees
-        self.params = params
+        self.params, self.constants = params, params.constants
         self.tcp = Tcp(context, params.tcp)
-        self.rpc = XmlRpc(context, self.tcp, local_ns=params.local_call_ns)
+        self.rpc = XmlRpc(context, self.tcp, local_ns=self.constants.local_call_ns)
         self.masters: dict[int, Master] = {}  # by host
         self._methods = _METHODS | (more or {})
         self._master_of = master_of
@@ -78,11 +78,11 @@ class Processes:
 
     def _threads(self, host: int) -> IdleThreads:
         """The idle threads of a master, which poll at times of their own."""
-        context, params = self.context, self.params
+        context, constants = self.context, self.constants
         stream = context.stream("rosmaster", context.hosts[host], self._lives[host])
-        asleep_ns = [context.now_ns + int(stream.integers(params.worker_poll_ns + 1))
-                     for _ in range(params.workers)]
-        return IdleThreads(params.worker_poll_ns, asleep_ns, lambda: context.now_ns,
+        asleep_ns = [context.now_ns + int(stream.integers(constants.worker_poll_ns + 1))
+                     for _ in range(constants.workers)]
+        return IdleThreads(constants.worker_poll_ns, asleep_ns, lambda: context.now_ns,
                            lambda time_ns, fn: context.at(time_ns, host, lambda _: fn()))
 
     def _serve(self, call: XmlRpcCall) -> None:

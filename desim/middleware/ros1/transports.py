@@ -74,7 +74,7 @@ class Outlet:
         self._outbox: deque[Message] = deque()
         self._written: deque[WrittenMessage] = deque()
         self._closed = False
-        self.patience_ns = connection.tcp.params.rto_min_ns
+        self.patience_ns = connection.tcp.constants.rto_min_ns
 
     def offer(self, message: Message) -> None:
         self._transport.unfinished += 1

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from desim.engine.kernel import Phase, pair
 from desim.middleware.arp import AddressedCarrier
 from desim.middleware.jiffies import fires_ns
+from desim.middleware.tcp.constants import SYN_BYTES
 from desim.middleware.tcp.implied_acknowledgements import ImpliedReceiver
-from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.sender import Sender
 from desim.middleware.tcp.transit import FIN, Token, Train, parts
@@ -34,7 +34,7 @@ class End(AddressedCarrier[Control]):
     protocol = "tcp"
     __slots__ = ("connection", "host", "peer", "state", "closed", "sender", "receiver", "far",
                  "received_ns", "way", "_echo_ns", "_tries", "_timer", "_keeper", "_entity",
-                 "_host_id", "_peer_id", "_kernel", "_params")
+                 "_host_id", "_peer_id", "_kernel", "_constants")
 
     def __init__(self, connection: Connection, host: int, peer: int) -> None:
         tcp = connection.tcp
@@ -47,14 +47,14 @@ class End(AddressedCarrier[Control]):
         self.way = tcp.way(connection.medium, host, peer)
         self.closed: Closed | None = None
         self.sender = Sender(connection, self, self._entity)
-        received_by = ImpliedReceiver if tcp.params.acks == "implied" else Receiver
+        received_by = ImpliedReceiver if tcp.acks == "implied" else Receiver
         self.receiver = self.sender.back = received_by(connection, self, self._entity)
         self.received_ns = self._echo_ns = 0
         self._tries = 0
         self._timer: Handle | None = None
         self._keeper = Timer(tcp.keepers, self._entity, self._keepalive_expired)
         self._kernel = tcp.context.kernel
-        self._params = tcp.params
+        self._constants = tcp.constants
 
     @property
     def conversation(self) -> Connection:
@@ -82,18 +82,18 @@ class End(AddressedCarrier[Control]):
         """Send a SYN or SYN-ACK, and again after timeouts that double (for a SYN, after the linear
         ones)."""
         self._send_control(what)
-        params = self._params
-        doubled = max(self._tries - params.syn_linear, 0) if what == SYN else self._tries
-        fires = fires_ns(self._kernel.now_ns, min(params.first_rto_ns << doubled,
-                                                  params.rto_max_ns), params.tick_ns)
+        constants = self._constants
+        doubled = max(self._tries - constants.syn_linear, 0) if what == SYN else self._tries
+        fires = fires_ns(self._kernel.now_ns, min(constants.first_rto_ns << doubled,
+                                                  constants.rto_max_ns), constants.tick_ns)
         self._timer = self._kernel.at(fires, Phase.NETWORK, self._entity, self._unanswered, what)
 
     def _unanswered(self, what: int) -> None:
         self._timer = None
         self._tries += 1
-        params = self._params
-        if self._tries <= (params.syn_retries + params.syn_linear if what == SYN
-                           else params.synack_retries):
+        constants = self._constants
+        if self._tries <= (constants.syn_retries + constants.syn_linear if what == SYN
+                           else constants.synack_retries):
             self._shake(what)
         elif what == SYN:
             self.fail("timeout")
@@ -112,7 +112,7 @@ class End(AddressedCarrier[Control]):
         if sender.express is not None:
             sender.express.ready = sender.written == sender.una and self.far.receiver.open
         if self.connection.keepalive:
-            self._set_keepalive(self._params.keepalive_idle_ns)
+            self._set_keepalive(self._constants.keepalive_idle_ns)
 
     def _rest(self) -> None:
         self._tries = 0
@@ -289,23 +289,23 @@ class End(AddressedCarrier[Control]):
     # Keepalive.
 
     def _set_keepalive(self, delay_ns: int) -> None:
-        self._keeper.expect(fires_ns(self._kernel.now_ns, delay_ns, self._params.tick_ns))
+        self._keeper.expect(fires_ns(self._kernel.now_ns, delay_ns, self._constants.tick_ns))
 
     def _keepalive_expired(self) -> None:
         """Probe a peer that was silent for so long; data under way has its own timer."""
-        params, sender = self._params, self.sender
+        constants, sender = self._constants, self.sender
         sender.reclaim()
         self.far.sender.reclaim()
         idle_ns = self._kernel.now_ns - max(
             self.received_ns, sender.received_ns, sender.transit.express_ns, self.last_data_ns())
-        left_ns = params.keepalive_idle_ns - (0 if sender.pending else idle_ns)
+        left_ns = constants.keepalive_idle_ns - (0 if sender.pending else idle_ns)
         if left_ns > 0:
             self._tries = 0
             self._set_keepalive(left_ns)
-        elif self._tries < params.keepalive_probes:
+        elif self._tries < constants.keepalive_probes:
             self._tries += 1
             self._send_control(PROBE)
-            self._set_keepalive(params.keepalive_interval_ns)
+            self._set_keepalive(constants.keepalive_interval_ns)
         else:
             self._send_control(RESET)
             self.fail("timeout")

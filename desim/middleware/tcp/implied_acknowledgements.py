@@ -41,7 +41,7 @@ class Express(AddressedCarrier[Flight]):
                  "_timed", "_since_ns", "_nodelay", "_joined", "_record_frame")
 
     def __init__(self, sender: Sender) -> None:
-        params = sender.params
+        constants = sender.constants
         end = sender.end
         self.ready = self.lent = False
         self.flight: Flight | None = None
@@ -56,8 +56,8 @@ class Express(AddressedCarrier[Flight]):
         self._transmit = end.way.transmit
         self._host, self._to = end.host, (end.peer,)
         self._host_id, self._to_id = context.host_ids[end.host], context.host_ids[end.peer]
-        self._most_bytes = min(params.train * MSS_BYTES, params.window_bytes)
-        self._patience_ns = params.rto_min_ns
+        self._most_bytes = min(constants.train * MSS_BYTES, constants.window_bytes)
+        self._patience_ns = constants.rto_min_ns
         self._timed = False  # the timer runs
         self._since_ns = 0  # from when it does, or would
 

@@ -57,10 +57,10 @@ class Receiver(AddressedCarrier[Train]):
         self._copy: tuple[int, int] | None = None  # bytes that have come twice (D-SACK, RFC 2883)
         self._quick = _QUICK_BYTES  # up to there data is acknowledged at once
         self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
-        params = connection.tcp.params
-        self._every = every = params.ack_every
+        constants = connection.tcp.constants
+        self._every = every = constants.ack_every
         self._behind = every if every > 2 else 1  # of them, where they come behind a gap
-        self._delay_ns, self._tick_ns = params.delayed_ack_ns, params.tick_ns
+        self._delay_ns, self._tick_ns = constants.delayed_ack_ns, constants.tick_ns
         self._timer: Handle | None = None
         self._kernel = context.kernel
         self._transmit = end.way.transmit

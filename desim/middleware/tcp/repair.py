@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.tcp.parameters import TIMEOUT_MIN_NS
+from desim.middleware.tcp.constants import TIMEOUT_MIN_NS
 from desim.middleware.tcp.scoreboard import ARRIVED, LOST, Scoreboard
 from desim.middleware.transports import MSS_BYTES
 
@@ -93,7 +93,7 @@ class Repair:
         if self._new_first:
             self._new_first = False
             return
-        most = sender.params.train * MSS_BYTES
+        most = sender.constants.train * MSS_BYTES
         while (run := board.first_lost()) is not None:
             free = sender.cwnd - board.flying
             if free <= 0 or free < MSS_BYTES and board.flying:
@@ -139,7 +139,7 @@ class Repair:
         sender, board = self._sender, self.board
         patience_ns = 0
         if self.state == DISORDER \
-                and board.bytes[ARRIVED] < sender.params.duplicate_acks * MSS_BYTES:
+                and board.bytes[ARRIVED] < sender.constants.duplicate_acks * MSS_BYTES:
             patience_ns = min(sender.least_rtt_ns >> 2, sender.srtt_ns)
         lost, again, wait_ns = board.overtaken(patience_ns, now_ns)
         if wait_ns:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.jiffies import fires_ns, whole_ticks
-from desim.middleware.tcp.parameters import TIMEOUT_MIN_NS
+from desim.middleware.tcp.constants import TIMEOUT_MIN_NS
 from desim.middleware.tcp.repair import DISORDER
 from desim.middleware.tcp.scoreboard import ARRIVED
 from desim.middleware.timers import Timer, Timers
@@ -32,14 +32,14 @@ class RetransmissionTimer:
     since. Only then does the sender call this object with each message that it sends.
     """
 
-    __slots__ = ("timer", "uneasy", "_sender", "_params", "_backoff", "_silent_ns", "_probed",
+    __slots__ = ("timer", "uneasy", "_sender", "_constants", "_backoff", "_silent_ns", "_probed",
                  "_doubtful", "_hidden", "_aim", "_aim_ns")
 
     def __init__(self, sender: Sender, timers: Timers, entity: int) -> None:
         self.timer = Timer(timers, entity, self._expired)
         self.uneasy = False
         self._sender = sender
-        self._params = sender.params
+        self._constants = sender.constants
         self._backoff = 0  # doublings of the timeout
         self._silent_ns = -1  # when it went off first, without an answer since
         self._probed = 0  # what had been sent when a probe went that was not answered (0: none)
@@ -107,18 +107,18 @@ class RetransmissionTimer:
     def _probe_soon(self, since_ns: int) -> None:
         """Linux tcp_schedule_loss_probe: two round trips after what was sent or heard last, and no
         later than the timeout."""
-        sender, params = self._sender, self._params
+        sender, constants = self._sender, self._constants
         if sender.srtt_ns < 0 or not self._orderly():
             return
         delay_ns = 2 * sender.srtt_ns + (
-            params.rto_min_ns if sender.nxt - sender.una <= MSS_BYTES else TIMEOUT_MIN_NS)
+            constants.rto_min_ns if sender.nxt - sender.una <= MSS_BYTES else TIMEOUT_MIN_NS)
         left_ns = self._left_ns(since_ns)
         self._aim_at(PROBE, left_ns if 0 < left_ns < delay_ns else delay_ns, since_ns)
 
     def _left_ns(self, since_ns: int) -> int:
         """The time until the timeout of the first bytes (Linux tcp_rto_delta_us)."""
         sender = self._sender
-        return sender.head_ns + whole_ticks(sender.rto_ns, self._params.tick_ns) - since_ns
+        return sender.head_ns + whole_ticks(sender.rto_ns, self._constants.tick_ns) - since_ns
 
     def _orderly(self) -> bool:
         """Whether nothing is known to be missing (Linux TCP_CA_Open)."""
@@ -127,9 +127,9 @@ class RetransmissionTimer:
 
     def _patience_ns(self) -> int:
         """The timeout, as often as it was doubled."""
-        params = self._params
-        most_ns: int = params.rto_max_ns
-        return min(whole_ticks(self._sender.rto_ns, params.tick_ns) << self._backoff,
+        constants = self._constants
+        most_ns: int = constants.rto_max_ns
+        return min(whole_ticks(self._sender.rto_ns, constants.tick_ns) << self._backoff,
                    most_ns)
 
     def _aim_at(self, what: int, delay_ns: int, since_ns: int | None = None) -> None:
@@ -138,7 +138,7 @@ class RetransmissionTimer:
         self.uneasy = True
         self._aim = what
         self._aim_ns = max(now_ns, fires_ns(now_ns if since_ns is None else since_ns, delay_ns,
-                                            self._params.tick_ns))
+                                            self._constants.tick_ns))
         self.timer.expect(self._aim_ns)
 
     def _expired(self) -> None:
@@ -180,7 +180,7 @@ class RetransmissionTimer:
         first = self._silent_ns < 0
         if first:
             self._silent_ns = now_ns
-        elif now_ns - self._silent_ns >= self._params.silence_ns:
+        elif now_ns - self._silent_ns >= self._constants.silence_ns:
             sender.end.fail("timeout")
             return
         repair = sender.repair or sender.begin_repair()

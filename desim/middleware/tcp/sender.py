@@ -44,7 +44,7 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
                  "_transmit", "_host", "_to", "_host_id", "_to_id", "_record_frame", "express")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
-        super().__init__(connection.tcp.params)
+        super().__init__(connection.tcp.constants)
         self.end = end
         self.nodelay = connection.nodelay
         self.open = self.finishing = False
@@ -277,12 +277,12 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         """Send all data that may go now, if the connection is open."""
         if not self.open:
             return
-        params, repair = self.params, self.repair
+        constants, repair = self.constants, self.repair
         if self.una == self.nxt:
             self.wake()
         cwnd = self.cwnd
         if self.near and self.una == self.nxt:
-            most = params.train * MSS_BYTES
+            most = constants.train * MSS_BYTES
             cwnd = max(most, cwnd)
         else:
             most = self.burst_bytes()
@@ -294,7 +294,7 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             start = self.nxt
             flying = start - self.una if repair is None else repair.board.flying
             size = min(self.written - start, cwnd - flying,
-                       self.una + params.window_bytes - start, most)
+                       self.una + constants.window_bytes - start, most)
             if size <= 0 or size < most and size < enough and size < self.written - start \
                     and start > self.una:  # it is worth waiting for more acknowledgements
                 break
@@ -317,7 +317,7 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         """Send one segment more, new data, even if Nagle's algorithm holds it, or the last one
         again. Returns whether it is new (Linux tcp_send_loss_probe)."""
         start = self.nxt
-        size = min(self.written - start, MSS_BYTES, self.una + self.params.window_bytes - start)
+        size = min(self.written - start, MSS_BYTES, self.una + self.constants.window_bytes - start)
         if size > 0:
             self._train(start, start + size)
             return True

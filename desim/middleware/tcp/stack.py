@@ -33,15 +33,15 @@ class Tcp:
 
     def __init__(self, context: MiddlewareContext, params: TcpParams) -> None:
         self.context = context
-        self.params = params
-        self.timers = Timers(context.kernel, params.rto_min_ns // 4)
-        self.keepers = Timers(context.kernel, params.keepalive_interval_ns)
+        self.acks, self.constants = params.acks, params.constants
+        self.timers = Timers(context.kernel, self.constants.rto_min_ns // 4)
+        self.keepers = Timers(context.kernel, self.constants.keepalive_interval_ns)
         context.discovery_bytes.setdefault(ACKS, 0)
         context.discovery_frames.setdefault(ACKS, 0)
         self._calls = 0
         self._tables: AddressTables | None = None  # None: addresses are configured
         if params.arp == "natural":
-            self._tables = context.resolve_addresses(params.tick_ns)
+            self._tables = context.resolve_addresses(self.constants.tick_ns)
         self._listeners: dict[tuple[int, str], Callable[[Connection], object]] = {}
         self._opened: dict[Connection, Callable[[Connection], object]] = {}
         self._ends: dict[int, dict[End, None]] = {}

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from desim.middleware.tcp.constants import TcpConstants
 from desim.middleware.tcp.cubic import Cubic
-from desim.middleware.tcp.parameters import TcpParams
 from desim.middleware.transports import MSS_BYTES
 
 _LONG_NS = 1 << 62
@@ -13,16 +13,16 @@ class CongestionWindow:
     """Congestion control of RFC 5681 with CUBIC's growth, in bytes, and Linux's timeout; only a
     window that is used grows. ``memory_bytes``: the send buffer, which grows with the window."""
 
-    __slots__ = ("params", "cwnd", "ssthresh", "rto_ns", "memory_bytes", "initial", "srtt_ns",
+    __slots__ = ("constants", "cwnd", "ssthresh", "rto_ns", "memory_bytes", "initial", "srtt_ns",
                  "least_rtt_ns", "near", "_cubic", "_deviation_ns", "_worst_ns", "_variance_ns",
                  "_round_ns", "_least_ns", "_most_ns")
 
-    def __init__(self, params: TcpParams) -> None:
-        self.params = params
-        self.cwnd = self.initial = params.initial_window * MSS_BYTES
-        self.ssthresh = params.window_bytes
-        self.rto_ns: int = params.first_rto_ns
-        self.memory_bytes: int = 2 * params.initial_window * params.segment_bytes
+    def __init__(self, constants: TcpConstants) -> None:
+        self.constants = constants
+        self.cwnd = self.initial = constants.initial_window * MSS_BYTES
+        self.ssthresh = constants.window_bytes
+        self.rto_ns: int = constants.first_rto_ns
+        self.memory_bytes: int = 2 * constants.initial_window * constants.segment_bytes
         self.srtt_ns = -1  # no round trip has been measured
         self.least_rtt_ns = _LONG_NS
         self.near = False  # the first round trip was below ``near_ns``, and nothing was lost since
@@ -31,7 +31,7 @@ class CongestionWindow:
         self._worst_ns = 0  # the greatest of it in this round trip, the least timeout at least
         self._variance_ns = 0  # smoothed: what the timeout adds to the round trip
         self._round_ns = 0  # what is sent from then on is of the next round trip
-        self._least_ns, self._most_ns = params.rto_min_ns, params.rto_max_ns
+        self._least_ns, self._most_ns = constants.rto_min_ns, constants.rto_max_ns
 
     @property
     def is_fresh(self) -> bool:
@@ -46,7 +46,7 @@ class CongestionWindow:
         if rtt_ns < self.least_rtt_ns:
             self.least_rtt_ns = rtt_ns
         if srtt_ns < 0:
-            self.near = rtt_ns < self.params.near_ns
+            self.near = rtt_ns < self.constants.near_ns
             self.srtt_ns = srtt_ns = rtt_ns
             self._deviation_ns = 2 * rtt_ns
             self._worst_ns = self._variance_ns = max(2 * rtt_ns, self._least_ns)
@@ -85,16 +85,16 @@ class CongestionWindow:
         if limited and segments:
             self.cwnd += MSS_BYTES * self._cubic.more(
                 self.cwnd // MSS_BYTES or 1, segments, now_ns, self.least_rtt_ns)
-        params = self.params
+        constants = self.constants
         self.memory_bytes = min(max(self.memory_bytes, 2 * self.cwnd // MSS_BYTES
-                                    * params.segment_bytes), params.buffer_bytes)
+                                    * constants.segment_bytes), constants.buffer_bytes)
 
     def burst_bytes(self) -> int:
         """The size of one train: the bytes that ``burst_ns`` brings at twice the window per round
         trip, two full segments at least."""
-        params = self.params
-        segments: int = 2 * self.cwnd * params.burst_ns // (max(self.srtt_ns, 1) * MSS_BYTES)
-        return min(max(segments, 2), params.train) * MSS_BYTES
+        constants = self.constants
+        segments: int = 2 * self.cwnd * constants.burst_ns // (max(self.srtt_ns, 1) * MSS_BYTES)
+        return min(max(segments, 2), constants.train) * MSS_BYTES
 
     def less(self, flying: int) -> None:
         """A loss shows that the window was too large. A near host was sent ``flying`` bytes."""

@@ -27,11 +27,11 @@ class Finder:
                  params: ZenohParams, routers: Mapping[int, ZenohRouter]) -> None:
         self.listens = listens
         self._host = host
-        self._context, self._params = context, params
+        self._context, self._params, self._constants = context, params, params.constants
         self._routers = routers
         self._endpoints = endpoints
         self._router: ZenohRouter
-        self._step_ns = params.scout_first_ns
+        self._step_ns = params.constants.scout_first_ns
         self._pauses_ns: dict[int, int] = {}  # before the next call of an endpoint
         self._greeters: dict[int, int] = {}  # to be called, and in which of their lives they are
         self._calling: int | None = None  # a greeter
@@ -41,7 +41,7 @@ class Finder:
         self._router = router
         if self._params.discovery == "multicast":
             stream = self._context.stream("zenoh", "scouts", self._host, router.life)
-            self._book(self._host, int(stream.integers(self._params.scout_jitter_ns + 1)),
+            self._book(self._host, int(stream.integers(self._constants.scout_jitter_ns + 1)),
                        self._scout)
         for endpoint in self._endpoints if self.listens else self._endpoints[:1]:
             self._book(endpoint, 0, self._call)
@@ -59,13 +59,13 @@ class Finder:
     def unlinked(self, peer: int, was_up: bool) -> None:
         """A link is lost, or did not open."""
         self._called(peer)
-        endpoints, params = self._endpoints, self._params
+        endpoints, constants = self._endpoints, self._constants
         if peer not in endpoints:
             return
         pause_ns = 0
         if not was_up:
-            pause_ns = self._pauses_ns.get(peer, params.retry_first_ns)
-            self._pauses_ns[peer] = min(2 * pause_ns, params.retry_last_ns)
+            pause_ns = self._pauses_ns.get(peer, constants.retry_first_ns)
+            self._pauses_ns[peer] = min(2 * pause_ns, constants.retry_last_ns)
         if not self.listens:
             peer = endpoints[(endpoints.index(peer) + 1) % len(endpoints)]
         self._book(peer, pause_ns, self._call)
@@ -84,7 +84,7 @@ class Finder:
         others = [host for host in range(len(context.hosts)) if host != self._host]
         context.send("scout", self._host, others, SCOUT_BYTES, self._scouted, multicast=True)
         self._book(self._host, self._step_ns, self._scout)
-        self._step_ns = min(2 * self._step_ns, self._params.scout_last_ns)
+        self._step_ns = min(2 * self._step_ns, self._constants.scout_last_ns)
 
     def _scouted(self, _: object, host: int) -> None:
         """The scout has arrived at ``host``, whose router answers with a hello."""

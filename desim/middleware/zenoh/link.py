@@ -103,7 +103,7 @@ class RouterLink:
     # The handshake.
 
     def _watch_opening(self) -> None:
-        self._book("opening", self._context.now_ns + self.router.params.open_timeout_ns,
+        self._book("opening", self._context.now_ns + self.router.constants.open_timeout_ns,
                    self.close)
 
     def _dialled(self, connection: Connection) -> None:

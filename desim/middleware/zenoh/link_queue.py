@@ -50,12 +50,12 @@ class LinkQueue:
         self._link = link
         self._connection, self._host = link.connection, link.host
         self._sender = link.connection.sender(link.host)
-        self._context, self._params = link.router.context, link.router.params
+        self._context, self._constants = link.router.context, link.router.constants
         self._kernel = self._context.kernel
         self._writing: deque[tuple[Parcel, int]] = deque()
         self._filling: deque[tuple[Parcel, int]] = deque()
         self._bytes = 0  # of what fills
-        self._most_bytes = (self._params.batches - 1) * self._params.batch_bytes
+        self._most_bytes = (self._constants.batches - 1) * self._constants.batch_bytes
         self._waiting: deque[Parcel] = deque()
         self._moved_ns = 0
         self._closer: Handle | None = None
@@ -131,7 +131,7 @@ class LinkQueue:
 
     def _next_batch(self) -> None:
         """Write the batch that has filled first; waiting parcels fill others."""
-        most_bytes = self._params.batch_bytes
+        most_bytes = self._constants.batch_bytes
         while self._filling and (not self._writing or self._filling[0][1] <= most_bytes):
             parcel, size_bytes = self._filling.popleft()
             self._bytes -= size_bytes
@@ -150,20 +150,20 @@ class LinkQueue:
                 self._writing.append((parcel, size_bytes))
 
     def _size(self, parcel: Parcel) -> int:
-        return push_bytes(parcel.message.size_bytes, self._params.batch_bytes)
+        return push_bytes(parcel.message.size_bytes, self._constants.batch_bytes)
 
     def _wait(self, parcel: Parcel, size_bytes: int) -> None:
-        context, params = self._context, self._params
+        context, constants = self._context, self._constants
         self._waiting.append(parcel)
         if not parcel.publication.blocks:
-            batches = -(-size_bytes // params.batch_bytes)
-            patience_ns = min(batches * params.wait_before_drop_ns,
-                              max(params.wait_before_drop_ns,
-                                  params.wait_before_drop_fragments_ns))
+            batches = -(-size_bytes // constants.batch_bytes)
+            patience_ns = min(batches * constants.wait_before_drop_ns,
+                              max(constants.wait_before_drop_ns,
+                                  constants.wait_before_drop_fragments_ns))
             context.at(context.now_ns + patience_ns, self._host, self._late, parcel)
         elif self._closer is None:
             self._moved_ns = context.now_ns
-            self._closer = context.at(context.now_ns + params.wait_before_close_ns,
+            self._closer = context.at(context.now_ns + constants.wait_before_close_ns,
                                       self._host, self._stuck)
 
     def _late(self, parcel: Parcel) -> None:
@@ -175,7 +175,7 @@ class LinkQueue:
     def _stuck(self, _: object) -> None:
         self._closer = None
         context = self._context
-        due_ns = self._moved_ns + self._params.wait_before_close_ns
+        due_ns = self._moved_ns + self._constants.wait_before_close_ns
         if not any(parcel.publication.blocks for parcel in self._waiting):
             return
         if context.now_ns >= due_ns:

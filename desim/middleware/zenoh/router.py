@@ -68,6 +68,7 @@ class ZenohRouter:
                  tcp: Tcp, finder: Finder) -> None:
         self.host, self.life = host, life
         self.context, self.params, self.tcp = context, params, tcp
+        self.constants = params.constants
         self.links: dict[int, RouterLink] = {}  # open ones, by peer
         self.topology = Topology(host, len(context.hosts), life)
         self.finder = finder
@@ -80,7 +81,7 @@ class ZenohRouter:
         self._held_back: list[list[Declaration]] = []  # of nodes, until it opens
         self._opened = False
         self._timers: dict[Callable[[], object], Handle] = {}
-        self._book(self._open, params.open_wait_ns)
+        self._book(self._open, self.constants.open_wait_ns)
         if finder.listens:
             tcp.listen(host, SERVICE, self._called)
         finder.begin(self)
@@ -198,7 +199,7 @@ class ZenohRouter:
 
     def _topology_changed(self) -> None:
         self._book(self._flood, max(self._free_ns - self.context.now_ns, 0))
-        self._book(self._spread_all, self.params.trees_ns)
+        self._book(self._spread_all, self.constants.trees_ns)
         self._review()
 
     def _book(self, what: Callable[[], object], delay_ns: int) -> None:
@@ -242,7 +243,7 @@ class ZenohRouter:
             if left:
                 messages += left
                 self._send_states(link, states, left_bytes, left, named)
-        self._free_ns = self.context.now_ns + messages * self.params.flood_ns
+        self._free_ns = self.context.now_ns + messages * self.constants.flood_ns
 
     def _send_all_states(self, link: RouterLink) -> None:
         """Send all link states over a new link, in one message."""

@@ -6,8 +6,26 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from pydantic import Field
+
 from desim import ports
-from desim.units import NS_PER_S
+from desim.units import NS_PER_S, Duration, Length, Period, Speed
+
+
+class MeetingParams(ports.Params):
+    """The times of meetings, and the patience with those who do not come."""
+
+    interval_ns: Period = Field("60 s", description=(
+        "from one meeting to the next (maze_8 with minpos takes 130 s)"))
+    speed_mps: Speed = Field("0.6 m/s", gt=0, description=(
+        "at which it expects to get there (half of a pioneer3dx's)"))
+    near_m: Length = Field("5 m", description="so near to the place it waits")
+    fresh_ns: Duration = Field("3 s", description=(
+        "who was heard of within it is there (three periods of the team's state)"))
+    linger_ns: Duration = Field("6 s", description=(
+        "time together, to exchange maps (a period of the exchange, and 1 s)"))
+    failsafe_after_ns: Duration = Field("20 s", description=(
+        "wait for those who do not come: then go on alone (24 m of way at 1.2 m/s)"))
 
 
 class Meeting(NamedTuple):

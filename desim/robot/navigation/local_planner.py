@@ -27,7 +27,7 @@ class LocalPlanner:
     """Keeps the local costmap, the path to follow, and the velocity that was commanded last."""
 
     def __init__(self, navigation: Navigation, body: BodyType, around: GlobalCostmap) -> None:
-        period_s = float(1 / navigation.control_rate_hz)
+        constants, period_s = navigation.constants, float(1 / navigation.control_rate_hz)
         self.candidates = navigation.speed_samples * navigation.turn_samples  # that ``steer`` rates
         self.speed_mps = 0.0
         self.turn_radps = 0.0
@@ -41,19 +41,19 @@ class LocalPlanner:
         self._setup[0] = (
             body.max_speed_mps, body.max_turn_radps, body.turn_acceleration_radps2,
             self._speed_step_mps, self._turn_step_radps,
-            rollout_s, inscribed_m, inscribed_m + navigation.clearance_m,
-            around_m, around_m + navigation.clearance_m,
+            rollout_s, inscribed_m, inscribed_m + constants.clearance_m,
+            around_m, around_m + constants.clearance_m,
             -min((x_m for x_m, _ in body.corners_m), default=-around_m),
             navigation.inflation_radius_m, navigation.inflation_scaling,
             navigation.local_resolution_m,
-            rollout_s * body.max_speed_mps + _MARGIN_M, navigation.keep_right_m,
-            navigation.path_weight, navigation.goal_weight, navigation.obstacle_weight,
+            rollout_s * body.max_speed_mps + _MARGIN_M, constants.keep_right_m,
+            constants.path_weight, constants.goal_weight, constants.obstacle_weight,
             navigation.speed_samples, navigation.turn_samples)
         self.is_blocked = False  # whether no velocity was clear when ``steer`` was last called
         self.costmap = LocalCostmap(
             navigation.local_size_m, navigation.local_resolution_m,
             around_m - inscribed_m + max(navigation.inflation_radius_m,
-                                         inscribed_m + navigation.clearance_m), around)
+                                         inscribed_m + constants.clearance_m), around)
         self._cover = cover(body, navigation.local_resolution_m)
         self._seen = (self._setup, self._cover, self.costmap.near2, self.costmap.layer,
                       self.costmap.scan, around.flat, around.frame)

@@ -39,7 +39,7 @@ class MoveBase(Node):
         super().__init__(host, "move_base")
         navigation, lasers = robot.navigation, robot.lasers_by_topic
         self._robot, self._navigation, self._body = robot, navigation, body
-        self._sensor_timeout_ns = max(navigation.sensor_timeout_ns,
+        self._sensor_timeout_ns = max(navigation.constants.sensor_timeout_ns,
                                       *(int(2 * NS_PER_S / laser.rate_hz)
                                         for laser in lasers.values()))
         self._beams = sum(laser.beams for laser in lasers.values())
@@ -203,7 +203,7 @@ class MoveBase(Node):
             self._finish(goal, False)
             return
         if kind is Recovery.CONSERVATIVE_RESET:
-            self._local.costmap.forget(self._navigation.conservative_reset_m)
+            self._local.costmap.forget(self._navigation.constants.conservative_reset_m)
         elif kind is Recovery.AGGRESSIVE_RESET:
             self._local.costmap.forget(_AGGRESSIVE_RADII * self._body.radius_m)
         number = self._patience.tried

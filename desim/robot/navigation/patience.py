@@ -7,7 +7,7 @@ from enum import Enum, auto
 from typing import Protocol
 
 from desim.robot.navigation.recovery import Recovery
-from desim.scenario.schema.navigation import Navigation
+from desim.scenario.schema.navigation import Navigation, NavigationConstants
 
 _PROGRESS_M = 0.2  # one cell of the map; maze_8: 192, 192 s
 # Distance since the last new path that makes another one a new start; maze_8: 187, 198 s.
@@ -56,9 +56,9 @@ class ProgressPatience:
     insists = False
     _ORDER = (Recovery.REPLAN, Recovery.ROTATE, Recovery.RETREAT)
 
-    def __init__(self, navigation: Navigation) -> None:
+    def __init__(self, constants: NavigationConstants) -> None:
         self.tried = 0
-        self._navigation = navigation
+        self._constants = constants
         self._since_ns = 0
         self._least_m = math.inf
         self._place_m = (math.inf, math.inf)
@@ -87,10 +87,10 @@ class ProgressPatience:
             self._least_m = togo_m
 
     def is_over(self, now_ns: int) -> bool:
-        return now_ns - self._since_ns > self._navigation.stuck_after_ns
+        return now_ns - self._since_ns > self._constants.stuck_after_ns
 
     def next(self, wanted: Recovery | None = None) -> Recovery | None:
-        if self.tried >= self._navigation.give_up_after:
+        if self.tried >= self._constants.give_up_after:
             return None
         self.tried += 1
         return self._ORDER[(self.tried - 1) % len(self._ORDER)] if wanted is None else wanted
@@ -116,9 +116,9 @@ class MoveBasePatience:
     _ORDER = (Recovery.CONSERVATIVE_RESET, Recovery.ROTATE, Recovery.AGGRESSIVE_RESET,
               Recovery.ROTATE)
 
-    def __init__(self, navigation: Navigation) -> None:
+    def __init__(self, constants: NavigationConstants) -> None:
         self.tried = 0
-        self._navigation = navigation
+        self._constants = constants
         self._cause: _Cause | None = None  # of the last recovery
         self._pathless = self._blocked = False
         self._path_ns = self._clear_ns = self._moved_ns = 0
@@ -141,7 +141,7 @@ class MoveBasePatience:
     def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
         self._blocked = blocked
         if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) \
-                >= self._navigation.oscillation_distance_m:
+                >= self._constants.oscillation_distance_m:
             self._place_m, self._moved_ns = (x_m, y_m), now_ns
             self._helped(_Cause.OSCILLATION)
         if blocked:
@@ -163,7 +163,7 @@ class MoveBasePatience:
         return self._ORDER[self.tried - 1] if wanted is None else wanted
 
     def _what_is_over(self, now_ns: int) -> _Cause | None:
-        limits, timeout_ns = self._navigation, self._navigation.oscillation_timeout_ns
+        limits, timeout_ns = self._constants, self._constants.oscillation_timeout_ns
         if self._pathless:
             late = now_ns - self._path_ns > limits.planner_patience_ns
             return _Cause.PLANNING if late else None
@@ -181,4 +181,4 @@ class MoveBasePatience:
 def patience(navigation: Navigation) -> GoalPatience:
     """The kind that ``robot.navigation.recovery`` names."""
     kind = MoveBasePatience if navigation.recovery == "move_base" else ProgressPatience
-    return kind(navigation)
+    return kind(navigation.constants)

@@ -18,15 +18,16 @@ from __future__ import annotations
 import math
 import struct
 import zlib
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
 from desim.middleware.contents import MAP_FRAME_BYTES
-from desim.ports import GridSpec, Pose2D
+from desim.ports import GridSpec, Params, Pose2D
 from desim.ports.sharing import Evidence
 from desim.robot.mapping.tiles import CELLS, raster
-from desim.units import NS_PER_S
+from desim.units import NS_PER_S, Pace
 
 ZLIB_LEVEL = 6  # zlib's own default
 
@@ -51,6 +52,15 @@ class MapUpdate(NamedTuple):
     pose: Pose2D | None
     layer: Evidence
     size_bytes: int
+
+
+class MapUpdateParams(Params):
+    """The form of the updates, and their period."""
+
+    encoding: Literal["raw", "zlib"] = Field("raw", description=(
+        "(default: raw in testbed, the paper; zlib in field)"))
+    period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
+    via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
 
 
 class MapFormat(NamedTuple):

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from configured import configured
 from drawn import costmap
 
 from desim.engine.kernel import Kernel
@@ -246,8 +247,8 @@ MOVE_BASE_ORDER = [Recovery.CONSERVATIVE_RESET, Recovery.ROTATE, Recovery.AGGRES
 def test_move_base_waits_for_a_path_through_its_recoveries(patience_s):
     """Each recovery, and the end, after ``planner_patience``, and a turn takes about 3.4 s."""
     shut = [*ROOM, (0, 5, 10, 5)]
-    drive = Drive(shut, ((1.0, 2.0, 0.0), (1.0, 8.0)), navigation=Navigation(
-        recovery="move_base", planner_patience=f"{patience_s} s")).run(50)
+    drive = Drive(shut, ((1.0, 2.0, 0.0), (1.0, 8.0)), navigation=configured(
+            Navigation, recovery="move_base", planner_patience=f"{patience_s} s")).run(50)
     (at_ns, result), = drive.tasks[0].results
     assert not result.reached
     assert [kind for _, kind, _ in drive.recorded("recovery")] == MOVE_BASE_ORDER
@@ -258,8 +259,8 @@ def test_move_base_waits_for_a_path_through_its_recoveries(patience_s):
 def test_move_base_gives_up_what_it_oscillates_before():
     shut = [*ROOM, (0, 5, 10, 5)]  # the map shows a gap that is not there
     for timeout, ends in (("5 s", [False]), (None, [])):  # the twin, as published, tries for ever
-        drive = Drive(shut, ((1.0, 2.0, 0.0), (1.0, 8.0)), known=CORNER, navigation=Navigation(
-            recovery="move_base", oscillation_timeout=timeout)).run(90)
+        drive = Drive(shut, ((1.0, 2.0, 0.0), (1.0, 8.0)), known=CORNER, navigation=configured(
+            Navigation, recovery="move_base", oscillation_timeout=timeout)).run(90)
         assert [r.reached for _, r in drive.tasks[0].results] == ends
         assert [kind for _, kind, _ in drive.recorded("recovery")][-4:] \
             == (MOVE_BASE_ORDER if ends else [])

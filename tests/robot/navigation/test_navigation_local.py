@@ -150,7 +150,7 @@ def test_it_keeps_to_the_right_of_its_way():
         v, w, _ = made.steer(x, y, yaw)
         made.command(v, w)
         x, y, yaw = x + 0.1 * v * math.cos(yaw), y + 0.1 * v * math.sin(yaw), yaw + 0.1 * w
-    assert y == pytest.approx(20.0 - NAVIGATION.keep_right_m, abs=0.1)
+    assert y == pytest.approx(20.0 - NAVIGATION.constants.keep_right_m, abs=0.1)
     assert yaw == pytest.approx(0.0, abs=0.1)
 
 

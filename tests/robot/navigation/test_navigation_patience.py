@@ -10,13 +10,13 @@ from desim.robot.mapping.tiles import FREE
 from desim.robot.navigation.local_costmap import LocalCostmap
 from desim.robot.navigation.patience import MoveBasePatience, ProgressPatience, patience
 from desim.robot.navigation.recovery import Recovery
-from desim.scenario.schema.navigation import Navigation
+from desim.scenario.schema.navigation import Navigation, NavigationConstants
 
 S = 10**9
 
 
 def move_base(**limits):
-    made = MoveBasePatience(Navigation(recovery="move_base", **limits))
+    made = MoveBasePatience(NavigationConstants(**limits))
     made.begin_goal(0)
     return made
 
@@ -62,7 +62,7 @@ def test_it_ends_after_the_planners_patience():
 
 
 def progress(**limits):
-    made = ProgressPatience(Navigation(**limits))
+    made = ProgressPatience(NavigationConstants(**limits))
     made.begin_goal(0)
     made.begin_path(0, 0.0, 0.0)
     return made

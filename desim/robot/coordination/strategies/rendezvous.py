@@ -1,11 +1,8 @@
 """Rendezvous: a team meets at agreed places and times to exchange maps (Roy and Dudek 2001)."""
 
-from pydantic import Field
-
 from desim import ports
-from desim.robot.coordination.meeting import Meeting, silent
+from desim.robot.coordination.meeting import Meeting, MeetingParams, silent
 from desim.robot.coordination.strategies.minpos import MinPos
-from desim.units import Duration, Length, Period, Speed
 
 
 class Rendezvous:
@@ -20,22 +17,11 @@ class Rendezvous:
     waited for ``failsafe_after`` goes on alone until the next meeting.
     """
 
-    class Params(ports.Params):
-        interval_ns: Period = Field("60 s", description=(
-            "from one meeting to the next (maze_8 with minpos takes 130 s)"))
-        speed_mps: Speed = Field("0.6 m/s", gt=0, description=(
-            "at which it expects to get there (half of a pioneer3dx's)"))
-        near_m: Length = Field("5 m", description="so near to the place it waits")
-        fresh_ns: Duration = Field("3 s", description=(
-            "who was heard of within it is there (three periods of the team's state)"))
-        linger_ns: Duration = Field("6 s", description=(
-            "time together, to exchange maps (a period of the exchange, and 1 s)"))
-        failsafe_after_ns: Duration = Field("20 s", description=(
-            "wait for those who do not come: then go on alone (24 m of way at 1.2 m/s)"))
+    Params = MeetingParams
 
     traits = ports.StrategyTraits(reads_team_state=True)
 
-    def __init__(self, params: Params) -> None:
+    def __init__(self, params: MeetingParams) -> None:
         self._params, self._explorer = params, MinPos(MinPos.Params())
         self._meeting: Meeting | None = None
         self._interval_ns = params.interval_ns

@@ -5,9 +5,9 @@ import math
 from pydantic import Field
 
 from desim import ports
-from desim.robot.coordination.meeting import Meeting, drive_near, is_near, silent
+from desim.robot.coordination.meeting import Meeting, MeetingParams, drive_near, is_near, silent
 from desim.robot.coordination.strategies.minpos import MinPos
-from desim.units import Duration, Length, Period, Speed
+from desim.units import Duration
 
 
 class RoleBased:
@@ -25,17 +25,8 @@ class RoleBased:
     on alone as ``minpos``, even if it is a relay, until it hears the partner again.
     """
 
-    class Params(ports.Params):
+    class Params(MeetingParams):
         base: str = Field("base", description="the host that relays bring maps to")
-        interval_ns: Period = Field("60 s", description=(
-            "from one meeting to the next at least (maze_8 with minpos takes 130 s)"))
-        speed_mps: Speed = Field("0.6 m/s", gt=0, description=(
-            "at which they expect to get there (half of a pioneer3dx's)"))
-        near_m: Length = Field("5 m", description="so near to a place they wait")
-        fresh_ns: Duration = Field("3 s", description=(
-            "who was heard of within it is there (three periods of the team's state)"))
-        linger_ns: Duration = Field("6 s", description=(
-            "time together, to exchange maps (a period of the exchange, and 1 s)"))
         failsafe_after_ns: Duration = Field("30 s", description=(
             "wait for the partner: then go on alone (36 m of way at 1.2 m/s)"))
 

@@ -6,11 +6,10 @@ from typing import Literal
 
 from pydantic import Field
 
-from desim import ports
 from desim.ports.sharing import Contribution, Evidence, SharingContext
-from desim.robot.sharing.map_message import MapFormat, MapUpdate
+from desim.robot.sharing.map_message import MapFormat, MapUpdate, MapUpdateParams
 from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
-from desim.units import NS_PER_S, Pace
+from desim.units import NS_PER_S
 
 
 class OwnMaps:
@@ -22,16 +21,12 @@ class OwnMaps:
     The map topic is latched, as gmapping's is.
     """
 
-    class Params(ports.Params):
+    class Params(MapUpdateParams):
         """The form of the updates, and their period."""
 
         content: Literal["full", "changed_tiles"] = Field("full", description=(
             "full grids, or the tiles that changed since the last message (default: full in "
             "testbed, the paper; changed_tiles in field)"))
-        encoding: Literal["raw", "zlib"] = Field("raw", description=(
-            "(default: raw in testbed, the paper; zlib in field)"))
-        period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
-        via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
 
     def __init__(self, params: Params) -> None:
         self._params = params

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field
 
-from desim import ports
 from desim.ports import Pose2D
 from desim.ports.sharing import Contribution, Evidence, ReceivedEvidence, SharingContext
-from desim.robot.sharing.map_message import MapFormat, MapUpdate
+from desim.robot.sharing.map_message import MapFormat, MapUpdate, MapUpdateParams
 from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
-from desim.units import NS_PER_S, Pace
+from desim.units import NS_PER_S
 
 
 class RelayedUpdates(NamedTuple):
@@ -32,15 +30,9 @@ class Relayed:
     has received, each with the version that its source gave it, and everything every sixth time.
     """
 
-    class Params(ports.Params):
-        """The form of the tiles, and the period."""
+    Params = MapUpdateParams
 
-        encoding: Literal["raw", "zlib"] = Field("raw", description=(
-            "(default: raw in testbed, the paper; zlib in field)"))
-        period_ns: Pace = Field("5 s", description="(gmapping map_update_interval)")
-        via: Literal["unicast", "broadcast"] = Field("unicast", description="(the paper: TCPROS)")
-
-    def __init__(self, params: Params) -> None:
+    def __init__(self, params: MapUpdateParams) -> None:
         self._params = params
         self._own: Evidence | None = None  # at the last message
         self._sent: dict[str, ReceivedEvidence] = {}  # by source, likewise
