@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Annotated, TypeAlias
+from typing import Annotated, ClassVar, Self, TypeAlias
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
+
+from desim.units import DURATION
 
 _UNIT = re.compile(r"_(ns|ps|bps|bytes|m|mps|mps2|rad|radps|radps2|hz|db|dbm|ppb|w|j|jpm)$")
 
@@ -32,7 +34,19 @@ class Constants(Params):
     """Base of the times and sizes that a real implementation fixes, each with its source.
 
     They are no keys of their own: the parameter ``constants`` of a block changes single ones.
+    ``ascending`` has pairs of fields of durations, of which the first must not be above the second.
     """
+
+    ascending: ClassVar[tuple[tuple[str, str], ...]] = ()
+
+    @model_validator(mode="after")
+    def _ascend(self) -> Self:
+        for low, high in self.ascending:
+            low_ns, high_ns = getattr(self, low), getattr(self, high)
+            if low_ns > high_ns:
+                raise ValueError(f"{yaml_key(low)} must not be above {yaml_key(high)}, got "
+                                 f"{DURATION.format(low_ns)} and {DURATION.format(high_ns)}")
+        return self
 
     @classmethod
     def __get_pydantic_json_schema__(cls, *_: object) -> dict[str, object]:

@@ -54,14 +54,6 @@ class RestrictedMean(NamedTuple):
     n: int
 
 
-class LogRank(NamedTuple):
-    """``z`` is above zero where the first group needs less time. None where nothing can be told: no
-    run got there, or all that were left did at once."""
-
-    z: float | None
-    p: float | None
-
-
 def kaplan_meier(times: ArrayLike, reached: ArrayLike, level: float = 0.95) -> Curve:
     """The product-limit estimate (Kaplan and Meier 1958), its band from Greenwood's variance on the
     log-log scale (Kalbfleisch and Prentice 1980), at each instant by itself. A run that got there
@@ -127,19 +119,6 @@ def mean_of_successes(times: ArrayLike, reached: ArrayLike, level: float = 0.95)
     says nothing about the other runs."""
     ends, there = _runs(times, reached)
     return t_interval(ends[there], level)
-
-
-def log_rank(times: ArrayLike, reached: ArrayLike, other_times: ArrayLike,
-             other_reached: ArrayLike) -> LogRank:
-    """Whether two groups of runs, not paired, take equally long: the log-rank test (Mantel 1966),
-    two-sided. Raises ``ValueError`` for a group without runs."""
-    groups = [stats.CensoredData.right_censored(ends, ~there) for ends, there in
-              (_runs(times, reached), _runs(other_times, other_reached))]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found = stats.logrank(*groups)
-    if not np.isfinite(found.statistic):
-        return LogRank(None, None)
-    return LogRank(float(found.statistic), float(found.pvalue))
 
 
 def restricted(times: ArrayLike, reached: ArrayLike, limit: float) -> np.ndarray:

@@ -92,13 +92,6 @@ def holm(p: ArrayLike) -> np.ndarray:
     return np.minimum(adjusted, 1.0)
 
 
-def benjamini_hochberg(p: ArrayLike) -> np.ndarray:
-    """p values [m] adjusted so that the expected share of false discoveries is bounded (Benjamini
-    and Hochberg 1995)."""
-    raw = _probabilities(p)
-    return stats.false_discovery_control(raw, method="bh") if len(raw) else raw
-
-
 def _signed_ranks(differences: np.ndarray) -> tuple[float | None, float | None]:
     moved = differences[differences != 0]
     if not len(moved):

@@ -292,8 +292,8 @@ def test_bad_hosts(params, complaint):
      "less than each lease, or null"),
     ({"preset": "fastdds", "leases": {"a": "2 s"}}, "3 s is not below the shortest lease, 2 s"),
     ({"announcement_period": "10 s"}, "10 s is not below the shortest lease, 10 s"),
-    ({"heartbeat_limit": "50 ms"}, "heartbeat_limit: 50 ms is below the period that it limits, "
-     "0.1 s; allowed: at least as much as heartbeat_period"),
+    ({"heartbeat_limit": "50 ms"}, "heartbeat_period must not be above heartbeat_limit, got 0.1 s "
+     "and 50 ms"),
     ({"fragment": "13441 B"}, "data_message: 13440 B hold no fragment of 13441 B; allowed: at "),
     ({"fragment": "999 B"}, "greater than or equal to 1000"),
     ({"data_message": "65401 B"}, "less than or equal to 65400"),

@@ -4,8 +4,8 @@ import pytest
 from graphs import MS, S
 from tcp_hosts import Losing, Pair, Takes, Word, link, partition
 
-from desim.middleware.tcp.constants import TcpConstants
 from desim.middleware.tcp.cubic import Cubic
+from desim.middleware.tcp.parameters import TcpConstants
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.retransmission import RetransmissionTimer

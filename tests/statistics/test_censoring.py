@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from desim.statistics.censoring import (
-    LogRank,
     Median,
     kaplan_meier,
-    log_rank,
     mean_of_successes,
     median_time,
     restricted,
@@ -43,17 +41,6 @@ def test_median_of_the_textbook_example():
     """23 weeks, from 13, the log-log band's, to beyond what was seen."""
     assert median_time(*runs(DRUG)) == Median(23.0, 13.0, None)
     assert median_time(*runs(PLACEBO)).value == 8.0
-
-
-def test_the_log_rank_test_of_the_textbook_example():
-    """Chi-square 16.79; placebo is the shorter."""
-    found = log_rank(*runs(PLACEBO), *runs(DRUG))
-    assert found.z > 0
-    assert found.z**2 == pytest.approx(16.79, abs=0.01)
-    assert found.p < 1e-4
-    assert log_rank(*runs(DRUG), *runs(PLACEBO)).z == pytest.approx(-found.z)
-    assert log_rank([5.0], [False], [5.0, 5.0], [False, False]) == LogRank(None, None)
-    assert log_rank([5.0], [True], [5.0, 5.0], [True, True]) == LogRank(None, None)
 
 
 @pytest.mark.parametrize("times", [[4.0, 1.0, 3.0], [4.0, 1.0, 3.0, 2.0]])

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from desim.statistics.comparisons import benjamini_hochberg, holm, paired, paired_times
+from desim.statistics.comparisons import holm, paired, paired_times
 from desim.statistics.intervals import t_interval
 
 
@@ -90,19 +90,11 @@ def test_holm_by_hand():
     assert holm([]).tolist() == []
 
 
-def test_benjamini_hochberg_by_hand():
-    """Times 4/1, 4/2, 4/3, 4/4 in ascending order, never more than the one after: 0.02, 0.02, 0.04
-    and 0.04."""
-    assert benjamini_hochberg([0.01, 0.04, 0.03, 0.005]) == pytest.approx([0.02, 0.04, 0.04, 0.02])
-    assert benjamini_hochberg([]).tolist() == []
-
-
 @given(st.lists(st.floats(0.0, 1.0), min_size=1, max_size=12))
-def test_corrections_only_raise_and_keep_the_order(raw):
-    for adjusted in (holm(raw), benjamini_hochberg(raw)):
-        assert (adjusted >= np.array(raw) - 1e-15).all() and (adjusted <= 1.0).all()
-        assert (np.diff(adjusted[np.argsort(raw, kind="stable")]) >= -1e-15).all()
-    assert (holm(raw) >= benjamini_hochberg(raw) - 1e-15).all()
+def test_the_correction_only_raises_and_keeps_the_order(raw):
+    adjusted = holm(raw)
+    assert (adjusted >= np.array(raw) - 1e-15).all() and (adjusted <= 1.0).all()
+    assert (np.diff(adjusted[np.argsort(raw, kind="stable")]) >= -1e-15).all()
 
 
 def test_holm_bounds_the_chance_of_any_false_alarm_and_no_correction_does_not():
@@ -114,6 +106,5 @@ def test_holm_bounds_the_chance_of_any_false_alarm_and_no_correction_does_not():
 
 @pytest.mark.parametrize("wrong", [[1.2], [-0.1], [float("nan")]])
 def test_what_is_no_probability_is_refused(wrong):
-    for correct in (holm, benjamini_hochberg):
-        with pytest.raises(ValueError):
-            correct(wrong)
+    with pytest.raises(ValueError):
+        holm(wrong)

@@ -8,8 +8,144 @@ from pydantic import Field, model_validator
 
 from desim import ports
 from desim.middleware.dds import wire
-from desim.middleware.dds.constants import DdsConstants
-from desim.units import DURATION, Pace
+from desim.units import DURATION, NS_PER_S, ByteSize, Duration, Pace
+
+
+class DdsConstants(ports.Constants):
+    """The constants of ``fastdds``; those that ``cyclonedds`` has different stand beside them."""
+
+    ascending = (("heartbeat_period_ns", "heartbeat_limit_ns"),
+                 ("discovery_heartbeat_period_ns", "discovery_heartbeat_limit_ns"))
+
+    initial_announcements: int = Field(6, ge=1, le=1000, description=(
+        "of a participant that starts (fastdds 6, cyclonedds 1; measured)"))
+    first_times: int = Field(1, ge=1, le=100, description=(
+        "announcements in the first packet (fastdds 1, cyclonedds 2; measured)"))
+    initial_period_ns: Pace = Field("100 ms", description="between these (fastdds)")
+    announcement_period_ns: Pace | None = Field("3 s", description=(
+        "after these; null: 80 % of the host's lease, at most 30 s (fastdds 3 s, cyclonedds null)"))
+    announces_when_found: bool = Field(True, description=(
+        "whenever it finds a participant, one announces itself to all and to each that it knows "
+        "(fastdds yes, cyclonedds no; measured)"))
+    responses: int = Field(0, ge=0, le=1000, description=(
+        "announcements sent to a newly heard participant alone (fastdds 0, "
+        "cyclonedds 4; measured)"))
+    response_period_ns: Pace = Field("1 s", description="between these (cyclonedds, measured)")
+    liveliness_period_ns: Duration | None = Field("0 ns", description=(
+        "of messages that say nothing else, 0: none; null: 80 % of the host's lease (fastdds none, "
+        "cyclonedds null)"))
+    start_spread_ns: Duration = Field("200 ms", description=(
+        "a participant starts up to so much after its host, at random: hosts that all announce "
+        "themselves in one nanosecond would collide on a radio for ever (ours; eight processes "
+        "that a loop started were 0.25 s apart)"))
+    endpoint_delay_ns: Duration = Field("35 ms", description=(
+        "from a participant's start until its endpoints are there (measured, cyclonedds)"))
+    initial_heartbeat_ns: Duration = Field("0 ns", description=(
+        "to a new reader (fastdds at once, measured; cyclonedds 5 ms)"))
+    greets_all: bool = Field(False, description=(
+        "that heartbeat goes to all readers of the writer, and the new one alone answers (fastdds "
+        "no, cyclonedds yes; measured)"))
+    discovery_heartbeat_period_ns: Pace = Field("1 s", description=(
+        "the same of discovery's own writers as heartbeat_period (fastdds 1 s, cyclonedds 100 ms; "
+        "measured)"))
+    discovery_heartbeat_limit_ns: Pace = Field("1 s", description=(
+        "up to which that period doubles without an answer (fastdds: never; cyclonedds 8 s)"))
+    discovery_heartbeats_all: bool = Field(True, description=(
+        "that heartbeat goes to all if one has not acknowledged (fastdds yes, cyclonedds no; "
+        "measured)"))
+    discovery_heartbeat_response_ns: Duration = Field("10 us", description=(
+        "until a reader of discovery answers (fastdds EDPSimple.cpp 10 us, cyclonedds at once)"))
+    discovery_nack_response_ns: Duration = Field("100 us", description=(
+        "until a writer of discovery repeats something (fastdds EDPSimple.cpp 100 us, cyclonedds "
+        "at once)"))
+    heartbeat_rides: Literal["always", "written", "unacknowledged"] = Field(
+        "written", description=(
+        "on which samples: always (cyclonedds); written: on all once the writer has written depth "
+        "of them (fastdds, whose writers keep what was acknowledged, measured); unacknowledged: "
+        "while depth of them are not acknowledged (fastdds with the durability VOLATILE of ROS 2's "
+        "default topics, measured)"))
+    heartbeat_after_bytes: ByteSize | None = Field("106496 B", ge=1000, description=(
+        "sent since the last heartbeat, after which one rides anyhow (fastdds: a socket's buffer, "
+        "Linux wmem_default 212992 B, of which asio reports half; cyclonedds null)"))
+    timer_slip_ns: Duration = Field("100 us", description=(
+        "by which a heartbeat comes later than its period (fastdds, measured: 3.0001 s; cyclonedds "
+        "0)"))
+    heartbeat_period_ns: Pace = Field("3 s", description=(
+        "while something is not acknowledged (fastdds 3 s, cyclonedds 100 ms)"))
+    heartbeat_limit_ns: Pace = Field("3 s", description=(
+        "up to which the period doubles without an answer (fastdds: never; cyclonedds 8 s)"))
+    heartbeat_asks_after_ns: Duration = Field("0 ns", description=(
+        "since the last heartbeat, the one behind a sample asks for an answer (fastdds always; "
+        "cyclonedds 80 % of its period, measured)"))
+    heartbeat_response_ns: Duration = Field("5 ms", description=(
+        "until a reader answers (fastdds 5 ms; cyclonedds at once, measured)"))
+    initial_acknack_ns: Pace | None = Field("70 ms", description=(
+        "until a reader asks a new writer for its samples, then again and again in doubled times; "
+        "null: never (fastdds 70 ms, cyclonedds 10 ms)"))
+    initial_acknack_limit_ns: Pace | None = Field("70 ms", description=(
+        "up to which that time doubles; null: the time between announcements (fastdds does not "
+        "double it, measured; cyclonedds null)"))
+    nack_delay_ns: Duration = Field("5 ms", description=(
+        "until a reader asks for what it misses if it was not asked (fastdds 5 ms, cyclonedds "
+        "100 ms)"))
+    nack_again_ns: Duration = Field("0 ns", description=(
+        "until a reader asks again for the same things, unless they were sent again (fastdds: "
+        "whenever it is asked, not verified; cyclonedds NackDelay 100 ms)"))
+    nack_renewal_ns: Pace | None = Field(None, description=(
+        "until an unanswered reader asks again; null: never (fastdds never, not verified; "
+        "cyclonedds AutoReschedNack 3 s)"))
+    ack_again_ns: Duration = Field("0 ns", description=(
+        "until a reader acknowledges the same again (fastdds: whenever it is asked, not verified; "
+        "cyclonedds AckDelay 10 ms)"))
+    nack_suppression_ns: Duration = Field("0 ns", description=(
+        "until a writer repeats the same again, doubled each time up to the limit of the heartbeat "
+        "period (fastdds nackSupressionDuration 0; cyclonedds RetransmitMergingPeriod 5 ms, which "
+        "it keeps for all readers or not at all. That it doubles is ours: a real writer stops "
+        "while its host's queue is full, which is not modelled)"))
+    nack_response_ns: Duration = Field("5 ms", description=(
+        "until a writer repeats something (fastdds 5 ms; cyclonedds at once, measured)"))
+    repeated_message_bytes: ByteSize = Field("65500 B", le=65_500, description=(
+        "of one RTPS message that announces endpoints again (fastdds maximum, cyclonedds "
+        "rexmit message)"))
+    fragment_bytes: ByteSize = Field("65324 B", ge=1000, le=65_400, description=(
+        "of a sample that get lost, are asked for and sent again by themselves (fastdds: in UDP "
+        "messages of 65500 B, measured; cyclonedds 1344 B in a rexmit message of 1456 B)"))
+    data_message_bytes: ByteSize = Field("65324 B", ge=1000, le=65_400, description=(
+        "of a sample in one UDP message at first, in whole fragments (fastdds: UDP messages up to "
+        "65500 B; cyclonedds: ten fragments in 14720 B; measured)"))
+    high_water_bytes: ByteSize = Field("250.5 kB", description=(
+        "not acknowledged, from which each heartbeat asks (cyclonedds: in the middle between "
+        "WhcLow, 1 kB, and WhcHigh, 500 kB; those of fastdds ask anyway)"))
+    server_period_ns: Pace = Field("450 ms", description=(
+        "in which a client calls a server that does not answer (fastdds)"))
+
+    @model_validator(mode="after")
+    def _sound(self) -> DdsConstants:
+        if self.liveliness_period_ns is not None and 0 < self.liveliness_period_ns < 10**6:
+            raise ValueError(
+                f"liveliness_period: {DURATION.format(self.liveliness_period_ns)} is too small; "
+                "allowed: 0 ns, or at least 1 ms, or null: 80 % of the lease")
+        if self.data_message_bytes < self.fragment_bytes:
+            raise ValueError(f"data_message: {self.data_message_bytes} B hold no fragment of "
+                             f"{self.fragment_bytes} B; allowed: at least as much as fragment")
+        return self
+
+    @property
+    def message_fragments(self) -> int:
+        """Fragments in one UDP message."""
+        return int(self.data_message_bytes // self.fragment_bytes)
+
+    def announcing_ns(self, lease_ns: int) -> int:
+        """The time between two announcements of a participant with this lease."""
+        if self.announcement_period_ns is None:
+            return min(lease_ns * 4 // 5, 30 * NS_PER_S)  # Cyclone DDS: SPDPInterval
+        return int(self.announcement_period_ns)
+
+    def asserting_ns(self, lease_ns: int) -> int:
+        """The time between two of its assertions of liveliness, 0 for none."""
+        period_ns = self.liveliness_period_ns
+        return lease_ns * 4 // 5 if period_ns is None else period_ns
+
 
 # What Cyclone DDS has different (src/core/ddsi/defconfig.c, docs/manual/options.md).
 CYCLONEDDS: ports.Preset = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from desim.middleware.dds.constants import DdsConstants
+from desim.middleware.dds.parameters import DdsConstants
 from desim.middleware.dds.reader import Missing, ReliableSample
 from desim.middleware.dds.wire import RtpsDialect
 

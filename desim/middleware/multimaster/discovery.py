@@ -7,8 +7,12 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple
 
-from desim.middleware.multimaster.constants import MultimasterConstants
-from desim.middleware.multimaster.parameters import DiscoveryTiming, MultimasterParams, timing
+from desim.middleware.multimaster.parameters import (
+    DiscoveryTiming,
+    MultimasterConstants,
+    MultimasterParams,
+    timing,
+)
 from desim.middleware.ros1.master import Uri
 from desim.middleware.ros1.processes import Processes
 from desim.middleware.ros1.sizes import Sizes

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from desim.engine.kernel import Phase, pair
 from desim.middleware.arp import AddressedCarrier
 from desim.middleware.jiffies import fires_ns
-from desim.middleware.tcp.constants import SYN_BYTES
 from desim.middleware.tcp.implied_acknowledgements import ImpliedReceiver
+from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.sender import Sender
 from desim.middleware.tcp.transit import FIN, Token, Train, parts

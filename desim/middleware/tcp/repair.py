@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.tcp.constants import TIMEOUT_MIN_NS
+from desim.middleware.tcp.parameters import TIMEOUT_MIN_NS
 from desim.middleware.tcp.scoreboard import ARRIVED, LOST, Scoreboard
 from desim.middleware.transports import MSS_BYTES
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.jiffies import fires_ns, whole_ticks
-from desim.middleware.tcp.constants import TIMEOUT_MIN_NS
+from desim.middleware.tcp.parameters import TIMEOUT_MIN_NS
 from desim.middleware.tcp.repair import DISORDER
 from desim.middleware.tcp.scoreboard import ARRIVED
 from desim.middleware.timers import Timer, Timers

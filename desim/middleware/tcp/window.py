@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from desim.middleware.tcp.constants import TcpConstants
 from desim.middleware.tcp.cubic import Cubic
+from desim.middleware.tcp.parameters import TcpConstants
 from desim.middleware.transports import MSS_BYTES
 
 _LONG_NS = 1 << 62

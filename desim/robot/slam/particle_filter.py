@@ -238,13 +238,6 @@ class ParticleSlam:
         return compose(self.poses[self.best],
                        motion_between(last.odometry, np.array(self._before)))
 
-    @property
-    def covariance(self) -> np.ndarray:
-        """The covariance [3, 3] of the particles' poses (m and rad)."""
-        centre = (self._shares[:, None] * self.poses).sum(0)
-        off = self.poses - centre
-        return (self._shares[:, None, None] * off[:, :, None] * off[:, None, :]).sum(0)
-
     def path(self) -> np.ndarray:
         """The poses [processed, 3] of the best particle and its ancestors."""
         at, poses = self.best, []
