@@ -13,7 +13,8 @@ COLUMNS = ("repository", "path", "commit", "format", "command", "first", "now", 
 def folder(tmp_path):
     (tmp_path / "me+maps" / "far").mkdir(parents=True)
     (tmp_path / "me+maps" / "far" / "a.map").write_text(MAP)
-    (tmp_path / "me+maps" / "base.yaml").write_text("footprint: 3\nrobot_radius: 0.25\n")
+    (tmp_path / "me+maps" / "numpy.py").write_text("raise SystemExit(9)\n")  # is not imported
+    (tmp_path / "me+maps" / "base.yaml").write_text("footprint: [3]\nrobot_radius: 0.25\n")
     (tmp_path / "me+maps" / "pose.txt").write_text("0 1 2 0 0 0 0 1\n1.5 1 3 0 0 0 0 1\n")
     return tmp_path
 
@@ -41,7 +42,7 @@ def test_what_is_found_is_compared_and_kept(folder, capsys):
         "  now  1 robot, 1.5 s, 2 poses each",
         "me/maps: desim robot base.yaml", "  was  ",
         "  now  exit code 2: base.yaml:1:1: footprint: must be a list of at least 3 corners, e.g. "
-        "[[0.2, 0.2], [0.2, -0.2], [-0.2, 0]], got 3",
+        "[[0.2, 0.2], [0.2, -0.2], [-0.2, 0]], got [3]",
         "4 rows, 3 changed, 1 without a file"]
     assert public_files.main([str(folder), "--table", str(path)]) == 0
     assert capsys.readouterr().out == "4 rows, 0 changed, 1 without a file\n"

@@ -22,7 +22,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 TABLE = Path(__file__).resolve().parent.parent / "docs" / "public_files.csv"
-DESIM = (sys.executable, "-c", "from desim.cli import app; app()")
+# -P: no module comes from the repository in whose folder it runs.
+DESIM = (sys.executable, "-P", "-c", "from desim.cli import app; app()")
 LONGEST = 160  # letters of a refusal in the table
 SECONDS = 900  # a command that takes longer counts as one that found nothing
 

@@ -61,7 +61,7 @@ _BY_LINE = [(CARMEN, [rb"^(?:FLASER|ROBOTLASER1|RAWLASER1|ODOM|PARAM) "]),
             (BUILDING, [rb"^levels[ \t]*:"]),
             (ROS_PARAMETERS, [
                 rb"^(?:[ \t]++ros__parameters|(?=\w*costmap)\w++|\w++(?<=\wPlannerROS)|footprint|"
-                rb"controller_frequency|min_frontier_size)[ \t]*:"]),
+                rb"controller_frequency|min_frontier_size|rmf_fleet)[ \t]*:"]),
             (STAGE, [rb"^[ \t]*+(?:define[ \t]++\w++[ \t]++\w++|"
                      rb"model|position|floorplan|window)\s*+\(|^[ \t]*+include[ \t]++\""])]
 

@@ -230,6 +230,43 @@ def test_of_two_equal_keys_the_last_one_counts_as_in_ros(here):
         "05-base.yaml:4:14: .inf is not a finite number"]
 
 
+def test_the_planner_of_move_base_is_chosen_in_another_file(here):
+    """A footprint comes before a radius, as in costmap_2d, wherever it stands."""
+    for name, text in (("dwa", "DWAPlannerROS: {max_vel_x: 0.7, max_trans_vel: 0.5}"),
+                       ("old", "TrajectoryPlannerROS: {max_vel_x: 0.3, xy_goal_tolerance: 0.9}"),
+                       ("base", "base_local_planner: dwa_local_planner/DWAPlannerROS"),
+                       ("map", "footprint: [[1, 1], [1, -1], [-1, 0]]\nrobot_radius: 0.2")):
+        (here / f"{name}.yaml").write_text(f"{text}\n")
+    known = json.loads(done("dwa.yaml", "old.yaml", "base.yaml", "map.yaml", "--json"))
+    assert set(known["read"]) == {"max_speed", "footprint"}
+    assert known["read"]["max_speed"] == ["0.5 m/s", "dwa.yaml:1:33"]
+    assert known["notes"] == [
+        "of the local planners DWAPlannerROS, TrajectoryPlannerROS, DWAPlannerROS counts "
+        "(base_local_planner)", "map.yaml:1:1: footprint replaces that of map.yaml:2:1"]
+
+
+def test_a_fleet_of_open_rmf(here):
+    (here / "tiny.yaml").write_text(
+        "# by hand\nrmf_fleet:\n  limits: {linear: [0.5, 0.75], angular: [0.6, 2.0]}\n"
+        "  profile: {footprint: 0.3, vicinity: 0.5}\n")
+    assert read("tiny.yaml") == {
+        "max_speed": "0.5 m/s", "acceleration": "0.75 m/s^2", "max_turn": "0.6 rad/s",
+        "turn_acceleration": "2 rad/s^2", "radius": "0.3 m"}
+    (here / "tiny.yaml").write_text("rmf_fleet:\n  limits: {linear: [0.5]}\n  reversible: true\n")
+    assert refused("robot", "tiny.yaml").startswith("tiny.yaml: has no key with a counterpart")
+
+
+@pytest.mark.parametrize("kind, drive", [
+    ("omni_wheel_drive_controller/OmniWheelDriveController", {"drive": "holonomic"}),
+    ("mecanum_drive_controller/MecanumDriveController", {"drive": "holonomic"}),
+    ("diff_drive_controller/DiffDriveController", {}), ("OmniCamera", {})])
+def test_the_controller_of_a_base_says_how_it_drives(here, kind, drive):
+    (here / "base.yaml").write_text(
+        f"controller_manager:\n  ros__parameters:\n    base: {{type: {kind}}}\n"
+        "    cmd_vel_timeout: 0.5\n")
+    assert read("base.yaml") == {"command_timeout": "0.5 s", **drive}
+
+
 WRONG = {
     "xacro": ("a.xacro", "<robot><xacro:include filename='b'/></robot>",
               "a.xacro: has xacro:include, which desim does not expand; make a URDF of it with: "

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path as FilePath
@@ -78,6 +79,7 @@ _LIMITS: dict[str, tuple[Path, Written]] = {
     "cmd_vel_timeout": (("command_timeout",), _seconds),
 }
 _LISTED = {"max_velocity": (_SPEED, _TURN), "max_accel": (_GAIN, _TURN_GAIN)}  # x, y, theta
+_OF_FLEETS = {"limits.linear": (_SPEED, _GAIN), "limits.angular": (_TURN, _TURN_GAIN)}  # Open-RMF
 # The last one that is said holds.
 _KEYS: dict[str, tuple[Path, Written]] = {
     "controller_frequency": ((*_NAVIGATION, "control_rate"), _hertz),
@@ -103,24 +105,26 @@ _KEYS: dict[str, tuple[Path, Written]] = {
     "global_costmap.resolution": (("robot", "mapping", "resolution"), LENGTH.format),
     "slam_toolbox.resolution": (("robot", "mapping", "resolution"), LENGTH.format),
     "robot_radius": (("radius",), LENGTH.format),
+    "profile.footprint": (("radius",), LENGTH.format),
 }
 _MOVE_BASE = ("planner_patience", "controller_patience", "oscillation_timeout",
               "conservative_reset_dist")
 # Sections whose limits are those of their own manoeuvres.
 _OF_MANOEUVRES = ("behavior_server", "behaviour_server", "recoveries_server", "docking_server",
                 "collision_monitor")
+_SIDEWAYS = re.compile(r"(omni|mecanum|swerve)\w*drive", re.IGNORECASE)  # a base's controller
 _TOP = "(at the top)"
 
 
-def read_yaml(path: FilePath, found: FoundRobot) -> None:
-    """Add what a YAML file of parameters says. Raises ``InputError``."""
+def of_yaml(path: FilePath, found: FoundRobot) -> list[RosParameter]:
+    """The parameters in a YAML file. Raises ``InputError``."""
     data, places, complaints = yaml12.read_as_ros(str(path))
     found.notes += complaints
-    _take(list(_flat(data, places, (), ())), found)
+    return _flat(data, places, (), ())
 
 
-def read_launch(path: FilePath, found: FoundRobot) -> None:
-    """Add what the ``<param>`` elements of a launch file of ROS 1 say. Raises ``InputError``."""
+def of_launch(path: FilePath, found: FoundRobot) -> list[RosParameter]:
+    """The ``<param>`` elements of a launch file of ROS 1. Raises ``InputError``."""
     parameters = []
 
     def collect(element: outside_xml.Element, node: tuple[str, ...]) -> None:
@@ -135,7 +139,7 @@ def read_launch(path: FilePath, found: FoundRobot) -> None:
             collect(child, node)
 
     collect(outside_xml.read(path), ())
-    _take(parameters, found)
+    return parameters
 
 
 def _scalar(text: str) -> object:
@@ -157,15 +161,18 @@ def _flat(value: object, places: Places, at: Path, names: tuple[str, ...]) -> li
     return flat
 
 
-def _take(parameters: list[RosParameter], found: FoundRobot) -> None:
+def take(parameters: list[RosParameter], inert: set[str], found: FoundRobot) -> None:
+    """Add what the parameters of a file say, without those of ``inert`` sections. Raises
+    ``InputError``."""
     explores = {one.path[:-1] for one in parameters
                 if one.path[-1:] in [("min_frontier_size",), ("potential_scale",), ("gain_scale",)]}
-    inert = _inert(parameters, found)
     # What is said later replaces what was said before: the local costmap comes after the global
-    # one, and what goal checkers and move_base say after what planners say of the same.
+    # one, what goal checkers and move_base say after what planners say of the same, and a footprint
+    # after a radius.
     parameters = sorted(parameters, key=lambda one: (
         "local_costmap" in one.path, "goal_checker" in " ".join(one.path),
-        not any(name.endswith("PlannerROS") for name in one.path)))
+        not any(name.endswith("PlannerROS") for name in one.path),
+        one.path[-1:] == ("footprint",)))
     for one in parameters:
         explore = one.path[:-1] in explores
         if inert.intersection(one.path) or not _taken(one, explore, found):
@@ -176,8 +183,11 @@ def _take(parameters: list[RosParameter], found: FoundRobot) -> None:
 def _taken(one: RosParameter, explore: bool, found: FoundRobot) -> bool:
     """Whether desim has a counterpart of this parameter, which is then set."""
     name = one.path[-1] if one.path else ""
-    if name == "footprint":
+    if name == "footprint" and math.isnan(one.number):
         return _outline(one, found)
+    if name == "type" and _SIDEWAYS.search(str(one.value)):
+        found.put(("drive",), "holonomic", one.place)
+        return True
     if name in ("holonomic_robot", "robot_model_type", "motion_model"):
         holonomic = one.value is True or str(one.value).rpartition("::")[2].startswith("Omni")
         found.put(("drive",), "holonomic" if holonomic else "differential", one.place)
@@ -185,6 +195,11 @@ def _taken(one: RosParameter, explore: bool, found: FoundRobot) -> bool:
     if name in _LISTED and isinstance(one.value, list) and len(one.value) == 3:
         for axis, (path, written) in zip((0, 2), _LISTED[name], strict=True):
             _limit(one._replace(value=one.value[axis]), path, written, found)
+        return True
+    limits = _OF_FLEETS.get(".".join(one.path[-2:]), ())
+    if limits and isinstance(one.value, list) and len(one.value) == 2:
+        for value, (path, written) in zip(one.value, limits, strict=True):
+            _limit(one._replace(value=value), path, written, found)
         return True
     if math.isnan(one.number) or set(_OF_MANOEUVRES).intersection(one.path):
         return False
@@ -239,8 +254,8 @@ def _outline(one: RosParameter, found: FoundRobot) -> bool:
     return True
 
 
-def _inert(parameters: list[RosParameter], found: FoundRobot) -> set[str]:
-    """The sections of plug-ins that are not the chosen ones."""
+def inert_sections(parameters: list[RosParameter], found: FoundRobot) -> set[str]:
+    """The sections, in all files together, of plug-ins that are not the chosen ones."""
     values = {one.path[-1]: one.value for one in parameters if one.path}
     inert: set[str] = set()
     for listed in ("controller_plugins", "goal_checker_plugins"):

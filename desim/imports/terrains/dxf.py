@@ -21,6 +21,7 @@ from desim.imports.terrains.dxf_tags import Document, Entity
 from desim.imports.terrains.found import Choices, ImportedPlan, Point
 from desim.imports.terrains.picture import HEIGHT_M, MATERIAL
 
+_SMALLEST_M = 1.0  # a plan that is smaller has other units than it says
 _THICKNESS_M = 0.1  # of a line without a width
 # $INSUNITS: inches, feet, miles, mm, cm, m, km, then microinches to parsecs, of which some are used
 _UNITS_M = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
@@ -39,6 +40,9 @@ def read(path: Path, choices: Choices) -> ImportedPlan:
     for entity in document.entities:
         drawing.draw(entity, Affine(scale, 0.0, 0.0, scale), "", 0)
     drawing.note()
+    if choices.scale is None and 0.0 < plan.side_m < _SMALLEST_M:
+        raise InputError(f"{path}: the drawing is {plan.side_m:.2g} m wide if $INSUNITS is right; "
+                         "give the length of one of its units in m, as in --scale 1")
     return plan
 
 

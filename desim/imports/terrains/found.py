@@ -108,6 +108,12 @@ class ImportedPlan:
             self.doors.append(Door(**{"from": written(start), "to": written(end)},
                                    open=(("0 s", "1000 h"),)))
 
+    @property
+    def side_m(self) -> float:
+        """The longer side of what was drawn."""
+        return max(max(axis) - min(axis) for axis in zip(*self._corners or [(0.0, 0.0)],
+                                                         strict=True))
+
     def _check(self, *points: Point) -> None:
         for x, y in points:
             if not (abs(x) <= _FARTHEST_M and abs(y) <= _FARTHEST_M):

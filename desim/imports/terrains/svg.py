@@ -58,7 +58,8 @@ class _Drawing:
             raise InputError(f"--level {choices.level}: {path} has no such layer or id"
                              f"{did_you_mean(choices.level, [*self._layers, *self._by_id])}; "
                              f"layers: {', '.join(self._layers) or 'none'}")
-        self._walls: list[tuple[list[Point], float, int]] = []  # with the number of areas below
+        # Points, width and the number of areas below of dark and of pale lines.
+        self._lines: dict[bool, list[tuple[list[Point], float, int]]] = {True: [], False: []}
         self._areas: list[tuple[bool, Area]] = []
         self._left_out: Counter[str] = Counter()
         self._elements = 0
@@ -103,18 +104,23 @@ class _Drawing:
     def _draw(self, chains: list[Chain], style: Style, scale: float) -> None:
         if not chains:
             return
-        fill, stroke = svg_style.paint(style, "fill"), svg_style.paint(style, "stroke")
+        fill, stroke = self._paint(style, "fill"), self._paint(style, "stroke")
         rings = tuple(tuple(points) for points, _ in chains if len(points) > 2)
         if rings and fill is not None:
             self._areas.append((fill, Area(rings, style.get("fill-rule") == "evenodd")))
         width = number(style.get("stroke-width", "1"), 1.0)
         if fill and rings:
             return
-        if stroke and width > 0.0:
-            self._walls += [([*points, points[0]] if is_closed else points, scale * width,
-                             len(self._areas)) for points, is_closed in chains]
-        elif stroke is False:
-            self._left_out["pale lines"] += 1
+        if stroke is not None and width > 0.0:
+            self._lines[stroke] += [([*points, points[0]] if is_closed else points, scale * width,
+                                     len(self._areas)) for points, is_closed in chains]
+
+    def _paint(self, style: Style, what: str) -> bool | None:
+        try:
+            return svg_style.paint(style, what)
+        except ValueError:
+            self._left_out["colours that cannot be read"] += 1
+            return None
 
     def _chains(self, element: Element) -> list[Chain]:
         given = element.attributes
@@ -168,7 +174,8 @@ class _Drawing:
         pale = [(number_, area, np.array(area.box)) for number_, (is_dark, area)
                 in enumerate(self._areas) if not is_dark]
         boxes = np.array([box for *_, box in pale]).reshape(-1, 4)
-        for points, width_m, below in self._walls:
+        are_dark = bool(self._lines[True])
+        for points, width_m, below in self._lines[are_dark]:
             for ends in pairwise(points):
                 low, high = np.min(ends, axis=0), np.max(ends, axis=0)
                 near = np.flatnonzero(((boxes[:, :2] <= high) & (boxes[:, 2:] >= low)).all(axis=1))
@@ -186,9 +193,12 @@ class _Drawing:
             for polygon in ([ring] if not over and not holes and len(ring) <= _MOST_CORNERS
                             else trapezoids(area, over)):
                 plan.block(polygon, height_m, material)
-        plan.notes.append(f"{len(self._walls)} dark lines are walls as thick as they are drawn, "
-                          f"{dark} dark shapes are solid")
+        shade = ("dark lines" if are_dark or not self._lines[False] else
+                 "pale lines, as none is dark,")
+        plan.notes.append(f"{len(self._lines[are_dark])} {shade} are walls as thick as they are "
+                          f"drawn, {dark} dark shapes are solid")
         self._left_out["pale shapes"] = len(self._areas) - dark
+        self._left_out["pale lines"] = are_dark * len(self._lines[False])
         left_out = [f"{count} {what}" for what, count in self._left_out.items() if count]
         if left_out:
             plan.notes.append(f"left out: {', '.join(left_out)}")

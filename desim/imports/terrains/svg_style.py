@@ -10,6 +10,8 @@ from desim.outside_xml import Element
 _COMMENT = re.compile(r"/\*.*?(?:\*/|\Z)", re.DOTALL)
 _RULE = re.compile(r"(?<![^{}])([^{}]+)\{([^{}]*)\}")
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(%?)")
+_VARIABLE = re.compile(r"var\(\s*--[^,()]*(?:,(.*))?\)", re.DOTALL)  # and what counts without it
+_RGBA = re.compile(r"rgba?\(([\d.]+)[ ,]+([\d.]+)[ ,]+([\d.]+)[ ,/]+([\d.]+%?)\)")
 _INHERITED = ("fill", "stroke", "stroke-width", "fill-rule", "fill-opacity", "stroke-opacity",
               "visibility", "color")
 _OWN = ("display", "opacity")
@@ -51,22 +53,24 @@ def is_shown(style: Style) -> bool:
 
 def paint(style: Style, what: str) -> bool | None:
     """Whether the ``fill`` or the ``stroke`` of a shape is dark; None where there is none, or none
-    that covers what is below it."""
+    that covers what is below it. Raises ``ValueError`` for a colour that cannot be read."""
     from PIL import ImageColor
 
     text = style.get(what, "black" if what == "fill" else "none")
     if text in ("currentColor", "currentcolor"):
         text = style.get("color", "black")
+    if variable := _VARIABLE.fullmatch(text):
+        text = (variable[1] or "").strip() or "a variable"
     if text in ("none", "transparent", "") or text.startswith("url("):
         return None
-    try:
-        grey = sum(ImageColor.getrgb(text)[:3]) / 3
-    except ValueError:
-        return None
     alpha = _share(style.get(f"{what}-opacity", "1")) * _share(style.get("opacity", "1"))
+    if mixed := _RGBA.fullmatch(text):
+        grey, alpha = sum(map(float, mixed.groups()[:3])) / 3, alpha * _share(mixed[4])
+    else:
+        grey = sum(ImageColor.getrgb(text)[:3]) / 3
     if 255 - alpha * (255 - grey) <= _DARK:
         return True
-    return False if alpha > 0.5 else None
+    return False if alpha >= 0.5 else None
 
 
 def number(text: str, default: float) -> float:

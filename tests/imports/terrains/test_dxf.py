@@ -42,7 +42,7 @@ def ends(folder, *entities, **parts):
 
 def test_lines_in_units_of_the_drawing(tmp_path):
     assert walls(tmp_path, LINE) == [(0.0, 0.0, 4.0, 3.0)]
-    assert walls(tmp_path, LINE, units="5") == [(0.0, 0.0, 0.04, 0.03)]
+    assert walls(tmp_path, LINE.replace("4", "400"), units="5") == [(0.0, 0.0, 4.0, 0.03)]
     found = read(tmp_path, drawing(LINE, units="0"), scale=0.5)
     assert found.source.walls[0].end_m == (2.0, 1.5)
     assert found.notes == ("walls are the lines of the layers WALLS (1)",)
@@ -141,6 +141,8 @@ def test_a_block_s_layer_0_is_that_of_its_insert(tmp_path):
 @pytest.mark.parametrize("text, complaint", [
     (drawing(LINE, units="0"), ": the drawing does not say how long its units are ($INSUNITS 0); "
                                "give the length of one in m, as in --scale 0.001 for mm"),
+    (drawing(LINE, units="4"), ": the drawing is 0.004 m wide if $INSUNITS is right; give the "
+                               "length of one of its units in m, as in --scale 1"),
     (drawing(LINE.replace("11 4", "11 far")), ":36: LINE: code 11 must be a number, got 'far'"),
     (drawing(LINE.replace("11 4", "11 nan")), ":36: LINE: code 11 must be a number, got 'nan'"),
     (drawing(LINE).replace(" 21 3", " x 3"), ":37: must be the code of a pair, a whole number, got "

@@ -42,7 +42,7 @@ def test_lines_are_walls_and_dark_shapes_are_blocks(tmp_path):
                             (1.0, -2.0, 0.5, -2.0, 0.2)]
     assert corners(found) == [[(3.0, -1.0), (3.5, -1.0), (3.5, -1.4), (3.0, -1.4)]]
     assert found.notes == ("a unit is 0.01 m, as the width 20000mm says (--scale)",
-                           LINES.format(2, 1), "left out: 1 texts, 1 pale lines, 1 hidden elements")
+                           LINES.format(2, 1), "left out: 1 texts, 1 hidden elements, 1 pale lines")
 
 
 @pytest.mark.parametrize("shape, solid", [
@@ -69,6 +69,24 @@ def test_rooms_painted_on_a_dark_house_are_free(tmp_path):
     area = sum(np.ptp([x for x, _ in ring]) * np.ptp([y for _, y in ring])
                for ring in corners(found))
     assert area == pytest.approx(100.0 - 64.0) and len(corners(found)) == 4
+
+
+def test_pale_lines_are_walls_where_none_is_dark(tmp_path):
+    """As for a dark page: of a variable what counts without it, of rgba its share."""
+    pale = """
+        <rect x='0' y='0' width='400' height='300' fill='var(--floor, rgba(255,255,255,0.02))'
+          stroke='var(--wall, rgba(255, 255, 255, 0.7))' stroke-width='4'/>
+        <line x1='200' y1='0' x2='200' y2='150' stroke='#ccc' stroke-width='4'/>
+        <line x1='0' y1='9' x2='9' y2='9' stroke='rgba(255,255,255,0.2)'/>"""
+    found = read(tmp_path, pale)
+    assert len(walls(found)) == 5 and walls(found)[-1] == (2.0, 0.0, 2.0, -1.5, 0.04)
+    assert found.notes[1:] == (
+        "2 pale lines, as none is dark, are walls as thick as they are drawn, 0 dark shapes are "
+        "solid",)
+    found = read(tmp_path, pale + "<line x2='9' stroke='rgb(0 0 0 / 80%)'/>"
+                 "<line x2='9' stroke='var(--wall)'/><line x2='9' stroke='lab(9 9 9)'/>")
+    assert len(walls(found)) == 1 and found.notes[1:] == (
+        LINES.format(1, 0), "left out: 2 colours that cannot be read, 2 pale lines")
 
 
 def test_a_door_painted_over_a_wall_is_open(tmp_path):
