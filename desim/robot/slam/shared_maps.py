@@ -116,9 +116,8 @@ class SharedMaps:
         them: what two particles share counts once, where all of the patch is the same."""
         maps = self.arrays
         particles, tiles = maps.visit_tiles.shape
-        top, right = maps.low + tiles // maps.columns - 1, maps.left + maps.columns - 1
-        hashes = np.zeros((particles, top // _PATCH - maps.low // _PATCH + 1,
-                           right // _PATCH - maps.left // _PATCH + 1), np.uint64)
+        across, up = (count // _PATCH + 2 for count in (maps.columns, tiles // maps.columns))
+        hashes = np.zeros((particles, up, across), np.uint64)  # more than they can reach into
         # Of 64 bits: those of two patches are the same by chance once in 1e19 pairs.
         return count_patches(maps, _PATCH, _WEIGHTS, hashes)
 

@@ -1,6 +1,7 @@
 """The explore node, as a log of the goals that it sends."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from desim.middleware.contents import Empty, GoalResult, Lazy, Pose
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
 from desim.middleware.node import Node
-from desim.ports import Frontier, Peer, Place
+from desim.ports import Frontier, GoalEnd, Peer, Place
 from desim.robot.coordination.blacklist import Blacklist
 from desim.robot.coordination.explore import Explore
 from desim.robot.coordination.strategies.nearest_frontier import NearestFrontier
@@ -149,6 +150,24 @@ def test_a_result_of_an_older_goal_means_nothing():
     play = Play()
     play.at(5, lambda: play.script.publish("goal_result", GoalResult(0.1, 0.1, False)))
     assert len(play.run(20)) == 1
+
+
+def test_another_goal_replaces_one_and_the_same_changes_nothing():
+    ended = []
+
+    class Passive:
+        def choose(self, view):
+            return None
+
+        def on_goal(self, view, place, end):
+            ended.append((view.now_ns // S, place, end))
+
+    play = Play(LEFT_KNOWN, Passive())
+    places = (Place(2.0, 1.5), Place(2.0, 1.5), Frontier(2.0, 1.5, 0.9, 7), Place(3.5, 1.5))
+    for second, place in enumerate(places, 1):
+        play.at(second, partial(play.explore.go, place))
+    assert play.run(6) == [(1, (2.0, 1.5)), (4, (3.5, 1.5))]
+    assert ended == [(4, (2.0, 1.5), GoalEnd.REPLACED)]
 
 
 def test_goals_are_on_record():

@@ -49,6 +49,14 @@ def test_a_robot_gives_its_goal_to_who_is_nearer_and_takes_the_next():
     assert team.goals() == {"a": (-14.0, 0.0), "b": (10.0, 0.0)}
 
 
+def test_a_robot_whose_goal_was_sold_to_another_one_takes_the_next():
+    for sold, goal in ((-14.0, 10.0), (10.0, -14.0)):
+        team = market({"a": (0, 0), "b": (12, 0)}, (10, 0), (-14, 0))
+        team.benches["a"].go((10.0, 0.0))
+        team.benches["a"].deliver(ports.StrategyMessage("b", "award", [["b", sold, 0.0]], 0))
+        assert team.goals()["a"] == (goal, 0.0)
+
+
 def test_a_busy_robot_bids_the_way_by_its_goal_unless_the_lot_lies_before():
     team = market({"a": (0, 0), "b": (40, 0)}, (25, 0))
     team.benches["b"].go((50.0, 0.0))  # 10 m, and 25 m back
