@@ -13,7 +13,7 @@ from desim.errors import did_you_mean
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
-from desim.monitor.monitor import Monitor
+from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.tasks.places import free_cells
 from desim.monitor.traffic import family
 from desim.monitor.truth import Truth
@@ -43,7 +43,11 @@ def warnings(monitor: Monitor) -> list[str]:
     said += _uninformed(monitor.task, truth.scenario)
     said += _out_of_reach(monitor.task, truth)
     if truth.explorers and not truth.travelled_m().any():
-        said.append("no robot has moved: does the strategy choose goals, and do commands arrive?")
+        reason = monitor.stop_reason or StopReason.ELAPSED
+        said.append("no robot has moved: does the strategy choose goals, and do commands arrive?"
+                    if reason in {*StopReason} or reason.startswith("condition") else
+                    f"the run ended ({reason}) before a robot moved: robots see enough from where "
+                    "they start; a larger terrain or a shorter robot.laser.max_range is a task")
     return said
 
 

@@ -106,3 +106,10 @@ def test_a_bus_that_carries_nothing_is_said_once_for_all_robots(bus, line):
     assert said(f"network.media.usb={{{bus}, inside: true}}", topic) == [
         f"medium usb: nothing has arrived inside of a host: {line}", NOBODY_MOVES]
     assert said("network.media.usb={model: link, inside: true}", topic) == []
+
+
+def test_a_fleet_that_sees_all_from_where_it_starts_is_no_fleet_that_cannot_move():
+    assert said("stop.explored=1 %") == [
+        "the run ended (explored) before a robot moved: robots see enough from where they start; a "
+        "larger terrain or a shorter robot.laser.max_range is a task"]
+    assert said("stop={explored: 100 %, elapsed: 10 ms}") == [NOBODY_MOVES]
