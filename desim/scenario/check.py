@@ -153,7 +153,8 @@ def _fleet(scenario: Scenario, _: Folder) -> Found:
 def _start_list(start: StartList, size: int | None) -> Found:
     path = ("fleet", "start", "poses")
     if size not in (None, len(start.poses)):
-        yield path, f"must be as many as there are robots, {size}, got {len(start.poses)}"
+        yield path, (f"must be as many as there are robots, {size}, got {len(start.poses)}; for "
+                     "any number of robots let fleet.start be {from: [x, y], step: [dx, dy]}")
     if len(start.poses) > MAX_ROBOTS:
         yield path, f"must be a list of at most {MAX_ROBOTS}, got {len(start.poses)}"
     names = [pose.name for pose in start.poses]

@@ -618,7 +618,8 @@ WRONG = {
     "size against groups": ("fleet: {size: 3, robots: [{type: pioneer3dx, count: 2}]}", [
         "2:15: fleet.size: must be the sum of the groups' counts, 2, got 3"]),
     "size against poses": ("fleet: {size: 2, start: {poses: [{x: 1 m, y: 1 m}]}}", [
-        "2:33: fleet.start.poses: must be as many as there are robots, 2, got 1"]),
+        "2:33: fleet.start.poses: must be as many as there are robots, 2, got 1; for any number of "
+        "robots let fleet.start be {from: [x, y], step: [dx, dy]}"]),
     "one pose with a name": (
         "fleet: {start: {poses: [{x: 1 m, y: 1 m, name: a}, {x: 2 m, y: 1 m}]}}", [
             "2:52: fleet.start.poses.1: the key 'name' is missing; all poses have one or none"]),
