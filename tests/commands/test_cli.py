@@ -59,11 +59,12 @@ def run_path(hello, tmp_path_factory):
 
 
 def test_run_prints_the_metrics_and_where_the_results_are(hello, tmp_path):
-    said = desim_("run", hello, "--until", "2 s", "--seed", "7", "--out", tmp_path)
+    out = tmp_path / "a [red]folder[/]"
+    said = desim_("run", hello, "--until", "2 s", "--seed", "7", "--out", out)
     assert "hello, seed 7: finished, elapsed" in said
     for word in ("exploration time", "> 2.0 s", "map quality", "messages", "digest"):
         assert word in said
-    assert str(only(tmp_path / "hello")) in said
+    assert str(only(out / "hello")) in said
 
 
 def test_quiet_is_quiet(hello, tmp_path):
@@ -155,24 +156,27 @@ def at(time_s: float, do):
 
 
 def test_the_gauge_reads_what_happened_since_it_was_read_before(hello, tmp_path):
-    readings, wall_s = [], iter((10.0, 12.0, 12.5))
+    readings, on_air, wall_s = [], [0], iter((10.0, 12.0, 12.5))
 
     @contextmanager
     def watch(simulation, folder):
         gauge = progress.Gauge(simulation, folder, clock=lambda: next(wall_s))
-        for time_s in (1, 2):
-            simulation.kernel.at(time_s * S, Phase.OBSERVE, 0,
-                                 lambda _: (simulation.graph.catch_up(),
-                                            readings.append(gauge.read())))
+        for time_s in (1, 3):
+            simulation.kernel.at(time_s * S, Phase.OBSERVE, 0, lambda _: (
+                simulation.graph.catch_up(), readings.append(gauge.read()),
+                on_air.append(progress.totals(simulation.graph).bytes_on_air)))
         yield
 
-    run = desim.run(hello, overrides=("stop.elapsed=3 s",), out=tmp_path, watch=watch)
+    run = desim.run(hello, overrides=("stop.elapsed=4 s",), out=tmp_path, watch=watch)
     table = run.table("messages")
-    second = (table["end_ns"] >= S) & (table["end_ns"] <= 2 * S) & (table["fate"] == "delivered")
-    assert [reading["time_s"] for reading in readings] == [1.0, 2.0]
-    assert [reading["factor"] for reading in readings] == [0.5, 2.0]
-    assert readings[1]["messages_per_s"] == pytest.approx(second.sum(), abs=20)
-    links = set(zip(table["source"][second], table["destination"][second], strict=True))
+    arrived = (table["end_ns"] >= S) & (table["end_ns"] <= 3 * S) & (table["fate"] == "delivered")
+    assert [reading["time_s"] for reading in readings] == [1.0, 3.0]
+    assert [reading["factor"] for reading in readings] == [0.5, 4.0]
+    assert readings[1]["messages_per_s"] == pytest.approx(arrived.sum() / 2, abs=20)
+    assert [reading["bytes_per_s"] for reading in readings] == [
+        on_air[1], (on_air[2] - on_air[1]) / 2]
+    last = arrived & (table["end_ns"] >= 2 * S)
+    links = set(zip(table["source"][last], table["destination"][last], strict=True))
     assert readings[1]["links"] == len(links)
     assert 0.0 < readings[0]["explored"] <= readings[0]["explored_union"] <= 1.0
 
