@@ -131,19 +131,6 @@ class Neighbour(BroadcastCarrier[int]):
         transmit = self._transmit
         return transmit(source, receivers, size_bytes, segments, broadcast, carrier, token)
 
-    @property
-    def known(self) -> bool:
-        """Whether a frame would leave at once, and set no timer."""
-        return self._state > STALE
-
-    def used(self, sent_ns: int, confirmed_ns: int = 0) -> None:
-        """A frame has left at ``sent_ns``, and its acknowledgement came at ``confirmed_ns`` (0:
-        not yet)."""
-        if sent_ns > self.used_ns:
-            self.used_ns = sent_ns
-        if confirmed_ns > self.confirmed_ns:
-            self.confirmed_ns = confirmed_ns
-
     def forget(self) -> None:
         """The host has stopped: the address is forgotten, and what waits for it is lost."""
         self._state = NONE
@@ -182,7 +169,6 @@ class Neighbour(BroadcastCarrier[int]):
     def _expired(self, _: object) -> None:
         """Linux neigh_timer_handler."""
         self._call = None
-        self._all.context.release(self._host)
         now_ns, state = self._kernel.now_ns, self._state
         if state == REACHABLE:
             late_ns = now_ns - self.confirmed_ns - self._all.reachable_ns(self._host)

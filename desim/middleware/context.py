@@ -138,11 +138,6 @@ class GraphContext:
         graph = self._graph
         graph.put(pack(self.kernel.now_ns, self._id(kind), self.host_ids[host], a, b, c))
 
-    def release(self, host: int) -> None:
-        for batches in self._graph.batches:
-            if batches.host.index == host:
-                batches.release()
-
     def relay(self, message: Published, host: int) -> None:
         if self._graph.passages is not None:
             self._graph.passages.relay(message, host, self.kernel.now_ns)

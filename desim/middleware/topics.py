@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Protocol
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack
 from desim.middleware.answer_checks import subscribers_of
-from desim.middleware.batches.batch import BatchLink, LendsLinks
 from desim.middleware.batches.publisher import BatchPublisher, FanOut
 from desim.middleware.contents import Content
 from desim.middleware.counts import TopicCounts
 from desim.middleware.inside import WithInside
 from desim.middleware.message import Message
+from desim.middleware.transports import Stream, StreamLink
 from desim.ports.middleware import Addressing, Offer, Transport
 
 if TYPE_CHECKING:
@@ -234,7 +234,7 @@ class Publisher:
     It asks the registries again only after a change of the topic.
     """
 
-    __slots__ = ("host", "topic", "offer", "transport", "latch", "batches", "_lender", "_fans_out",
+    __slots__ = ("host", "topic", "offer", "transport", "latch", "batches", "_stream", "_fans_out",
                  "_last", "_local", "_inside", "_stale", "_receivers", "_has_subscribers",
                  "_unmatched", "_owed")
 
@@ -249,8 +249,8 @@ class Publisher:
                 offer._replace(via=Addressing.UNICAST)), self.transport)
         self.latch = offer.latch
         self.batches: BatchPublisher | None = None  # of which it is one
-        self._lender = self.transport if isinstance(self.transport, LendsLinks) else None
-        self._fans_out = self._lender is not None and not self.latch
+        self._stream = self.transport if isinstance(self.transport, Stream) else None
+        self._fans_out = self._stream is not None and not self.latch
         self._last: Content | None = None  # of a latched topic
         self._local = self._has_subscribers = False
         self._stale = True
@@ -258,14 +258,15 @@ class Publisher:
         self._unmatched: list[int] | None = None  # see ``_missed``; None: not counted yet
         self._owed: list[int] = []  # those of them that miss a latched topic's last message
 
-    def lending(self) -> Mapping[int, BatchLink]:
-        """The links by receiver, which may lend themselves; none if the topic is not its own alone,
-        or it also publishes to its own host, or what it publishes is missed or latched."""
-        lender = self._lender
-        if lender is None or len(self.topic.publishers) > 1 \
+    def stream_links(self) -> Mapping[int, StreamLink]:
+        """The links by receiver over which its messages may go in batches; none if the topic is not
+        its own alone, or it also publishes to its own host, or what it publishes is missed or
+        latched."""
+        stream = self._stream
+        if stream is None or len(self.topic.publishers) > 1 \
                 or self._local or self.latch or self._missed() or self._stale:
             return {}
-        return lender.lending()
+        return stream.links()
 
     def publish(self, content: Content) -> None:
         """Send ``content`` to all subscribers."""

@@ -8,7 +8,7 @@ settles it, with no acknowledgement on the air.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
@@ -16,7 +16,6 @@ from desim.engine.kernel import Phase, pair
 from desim.engine.trace import pack
 from desim.middleware.jiffies import TICK_NS, fires_ns
 from desim.network.carrier import Carrier
-from desim.network.medium import UNKNOWN_NS
 from desim.network.ways import Way
 from desim.ports import packet_sizes
 
@@ -102,7 +101,7 @@ class LinkedTransport(Generic[L]):
         return [receiver for receiver, link in self._links.items() if old.get(receiver) is not link]
 
     def links(self) -> dict[int, L]:
-        """The links by receiver; none if there is no way to one of them."""
+        """The links by receiver, for batches; none if there is no way to one of them."""
         return {} if self._unrouted else self._links
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
@@ -135,10 +134,6 @@ class Stream(LinkedTransport["StreamLink"]):
 
         super().__init__(link_to, graph.drop)
 
-    def lending(self) -> dict[int, StreamLink]:
-        """See ``LendsLinks``."""
-        return self.links()
-
 
 class StreamLink(Carrier["Message"]):
     """One message on the wire; an outbox behind it that drops its oldest when full.
@@ -156,7 +151,6 @@ class StreamLink(Carrier["Message"]):
     """
 
     protocol = "tcp"
-    patience_ns = 2 * UNKNOWN_NS  # it has a timer only after losses
     __slots__ = ("medium", "_graph", "_from", "_from_id", "_host", "_to", "_to_id", "_flights",
                  "_send", "_record_loss", "_limit", "_outbox", "_wire", "_train", "_trip_ns",
                  "_tries", "_first_ns", "_sent_ns", "_timer", "_closed", "_entity", "ahead",
@@ -185,25 +179,21 @@ class StreamLink(Carrier["Message"]):
         self.ahead = self._flights is not None
         self._latest: Latest | None = None  # expects the message on the wire
 
-    # For batches: see ``BatchLink``.
+    # For batches.
 
     @property
-    def carrier(self) -> StreamLink:
-        return self
-
-    def lend(self, size_bytes: int) -> bool:
+    def at_rest(self) -> bool:
+        """Whether a message would leave at once, and nothing but its arrival would follow. If so,
+        batches may send in the link's stead."""
         if self._latest is not None:
             self._latest.catch_up()
         return self._wire is None
 
-    def landed(self, sent_ns: Sequence[int], trips_ns: Sequence[int]) -> None:
-        self.note_trip(min(trips_ns))
-
-    def take(self, message: Message, due_ns: int) -> Message:
+    def take(self, message: Message) -> None:
+        """Take over ``message``, which was sent at its birth in the link's stead."""
         self._wire = message
         self._train = stream_frame(message.size_bytes)
         self._first_ns = self._sent_ns = message.born_ns
-        return message
 
     def offer(self, message: Message) -> None:
         if self._latest is not None:
@@ -247,9 +237,13 @@ class StreamLink(Carrier["Message"]):
         self._graph.arrive(message, host, due_ns, self._first_ns, self._sent_ns)
 
     def await_(self, message: Message, due_ns: int) -> None:
+        """Somebody waits for the message on the wire."""
+        self._latest = None
+        self.book(message, due_ns)
+
+    def book(self, message: Message, due_ns: int) -> None:
         """The arrival of the message on the wire shall be an event."""
         assert self._flights is not None
-        self._latest = None
         self._flights.book(self._from, self._host.index, *self._train, self, message, due_ns)
 
     def arrived(self, message: Message, receiver: int) -> None:

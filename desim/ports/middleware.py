@@ -126,14 +126,6 @@ class AddressEntry(Sends, Protocol):
 
     confirmed_ns: int
 
-    @property
-    def known(self) -> bool:
-        """Whether a frame would leave at once, with no other effect."""
-
-    def used(self, sent_ns: int, confirmed_ns: int = 0) -> None:
-        """A frame has left past the entry at ``sent_ns``; its sender knew at ``confirmed_ns`` that
-        the address is right (0: it did not learn it)."""
-
 
 class AddressTables(Protocol):
     """The tables of all hosts that map hosts to addresses (ARP)."""
@@ -259,11 +251,6 @@ class MiddlewareContext(Protocol):
     def record_frame(self) -> Callable[[int, int, int, int], object]:
         """``record_frame(source, to, seq, size_bytes)`` writes the trace row of a frame of message
         ``seq``; ``source`` and ``to`` are trace ids of hosts, or of a medium for a multicast."""
-
-    def release(self, host: int) -> None:
-        """Somebody looks at the state of connections of ``host``, or changes it: tell them what
-        messages of this host that go in batches (``desim.middleware.batches``) have done, and hand
-        over those on their way."""
 
     def relay(self, message: Published, host: int) -> None:
         """Note for the ledger that ``host`` will pass on a message that arrives there now."""

@@ -38,19 +38,13 @@ MODELS = {
     # A master that has stopped knows nobody afterwards, and nobody tells it anew.
     "ros1": Model(Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0]}),
     "rospy": Model(Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0], "client": "rospy"}),
-    "ros1, acknowledgements implied": Model(
-        Ros1, ANY._replace(stops=(1, 2, 3)), {"master": HOSTS[0], "tcp": {"acks": "implied"}}),
     "fkie_1_3_groovy": Model(Multimaster, params={"preset": "fkie_1_3_groovy"}),
     "fkie_1_3": Model(Multimaster, params={"preset": "fkie_1_3"}),
     "fastdds": Model(Dds, params={"preset": "fastdds"}),
     "fastdds, served": Model(Dds, params={"preset": "fastdds", **_SERVED}),
     "cyclonedds": Model(Dds, params={"preset": "cyclonedds"}),
     "cyclonedds, served": Model(Dds, params={"preset": "cyclonedds", **_SERVED}),
-    **{f"{preset}, acknowledgements implied":
-       Model(Dds, params={"preset": preset, "acks": "implied"})
-       for preset in ("fastdds", "cyclonedds")},
     "zenoh": Model(Zenoh),
-    "zenoh, acknowledgements implied": Model(Zenoh, params={"tcp": {"acks": "implied"}}),
     "zenoh, star": Model(Zenoh, ANY._replace(stops=(1, 2, 3)),
                          {"discovery": "connect", "connect": [HOSTS[0]]}),
 }

@@ -2,55 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Kernel, Phase, pair
 from desim.middleware.contents import Content
 from desim.middleware.message import Message
 from desim.network.carrier import Carrier
-from desim.network.medium import UNKNOWN_NS, Medium
+from desim.network.medium import UNKNOWN_NS
 
 if TYPE_CHECKING:
     from desim.middleware.batches.publisher import BatchPublisher
     from desim.middleware.host import Host
     from desim.middleware.topics import Latest, Publisher
-
-
-class BatchLink(Protocol):
-    """A link whose messages may go in batches."""
-
-    @property
-    def carrier(self) -> Carrier[Any]:
-        """The carrier of its frames."""
-
-    @property
-    def medium(self) -> object:
-        """The medium or way of its frames; None: there is none."""
-
-    @property
-    def patience_ns(self) -> int:
-        """A message that takes longer, or nobody knows how long, needs a timer of the link."""
-
-    def lend(self, size_bytes: int) -> bool:
-        """Whether a message of ``size_bytes`` would leave at once, and nothing but its arrival
-        would follow. If so, batches may send in the link's stead from now on. The link calls
-        ``MiddlewareContext.release`` before anything else reads or changes its state."""
-
-    def take(self, message: Message, due_ns: int) -> object:
-        """Take over ``message``, which was sent at its birth in the link's stead and will arrive at
-        ``due_ns`` (``UNKNOWN_NS``: nobody knows). Returns the token of its frame."""
-
-    def landed(self, sent_ns: Sequence[int], trips_ns: Sequence[int]) -> object:
-        """Messages that were sent in its stead at ``sent_ns`` have arrived, each after its trip."""
-
-
-@runtime_checkable
-class LendsLinks(Protocol):
-    """A transport whose links may be lent to batches."""
-
-    def lending(self) -> Mapping[int, BatchLink]:
-        """The links by receiver; empty if there is no way to one of them."""
+    from desim.middleware.transports import StreamLink
 
 
 class Batch:
@@ -58,7 +23,7 @@ class Batch:
     is number ``seq + m`` of its host and number ``number + m`` of the run; ``content(k)`` is the
     content of publisher k's message. The message at place i arrives at ``arrivals[i]`` ns; without
     delay, in round ``round`` of the instant of birth. ``open``: the places that are not counted as
-    delivered yet. ``given``: by place, the token of a frame that its link has taken."""
+    delivered yet. ``given``: by place, those that their links have taken."""
 
     __slots__ = ("born_ns", "round", "seq", "number", "ordinal", "arrivals", "content", "messages",
                  "sent", "open", "given")
@@ -72,7 +37,7 @@ class Batch:
         self.messages: list[Message | None] = [None] * messages  # those that were made
         self.sent = False  # whether it is counted as sent
         self.open = dict.fromkeys(range(places))
-        self.given: dict[int, object] = {}
+        self.given: dict[int, Message] = {}
 
     def over_ns(self, kernel: Kernel) -> int:
         """Messages with arrivals up to this time have landed by now."""
@@ -89,7 +54,7 @@ class Member(Carrier[Batch]):
                  "_batches", "_number", "entity", "_elsewhere")
 
     def __init__(self, batches: BatchPublisher, index: int, message_index: int, number: int,
-                 link: BatchLink, publisher: Publisher, host: Host) -> None:
+                 link: StreamLink, publisher: Publisher, host: Host) -> None:
         self.publisher, self.link, self.host = publisher, link, host
         self.latest = publisher.topic.latest.get(host.index)
         self.ahead = True
@@ -99,13 +64,13 @@ class Member(Carrier[Batch]):
         self._elsewhere = batches.published  # earlier batches, and messages that the link has taken
 
     @property
-    def ends(self) -> tuple[BatchLink, Latest | None]:
+    def ends(self) -> tuple[StreamLink, Latest | None]:
         """The link, and where messages are kept at its other end."""
         return self.link, self.latest
 
     @property
     def socket(self) -> object:
-        return self.link.carrier.socket
+        return self.link.socket
 
     def topics(self, batch: Batch) -> tuple[str, ...]:
         return (self.publisher.topic.name,)
@@ -171,7 +136,8 @@ class Member(Carrier[Batch]):
         del batch.open[index]
         self._elsewhere += 1
         self._batches.mixed = True
-        batch.given[index] = self.link.take(self.message(batch), arrival_ns)
+        batch.given[index] = message = self.message(batch)
+        self.link.take(message)
         if arrival_ns != UNKNOWN_NS:
             self._book(batch, arrival_ns)
 
@@ -188,25 +154,22 @@ class Member(Carrier[Batch]):
 
     def _book(self, batch: Batch, arrival_ns: int) -> None:
         """Make an event of the arrival of a frame that the link has taken."""
-        medium = self.link.medium
-        assert isinstance(medium, Medium)
-        medium.flights.book(self.publisher.host.index, self.host.index, *self._batches.frame,
-                            self.link.carrier, batch.given[self.index], arrival_ns)
+        self.link.book(batch.given[self.index], arrival_ns)
 
     # Unusual fates.
 
     def arrived(self, batch: Batch, receiver: int) -> None:
-        self.link.carrier.arrived(self._given(batch), receiver)
+        self.link.arrived(self._given(batch), receiver)
 
     def arrived_in_part(self, batch: Batch, receiver: int, lost: dict[int, str]) -> None:
-        self.link.carrier.arrived_in_part(self._given(batch), receiver, lost)
+        self.link.arrived_in_part(self._given(batch), receiver, lost)
 
     def lost(self, batch: Batch, receiver: int, reason: str) -> None:
-        self.link.carrier.lost(self._given(batch), receiver, reason)
+        self.link.lost(self._given(batch), receiver, reason)
 
-    def _given(self, batch: Batch) -> object:
-        """The token of a frame, which the link takes now if it has not done so."""
+    def _given(self, batch: Batch) -> Message:
+        """The message, which the link takes now if it has not done so."""
         if self.index not in batch.given:
-            self._batches.notify_links()  # it waits by the round trips that were measured so far
+            self._batches.catch_up()  # it waits by the round trips that were measured so far
             self.give(batch)
         return batch.given[self.index]

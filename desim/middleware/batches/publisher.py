@@ -73,32 +73,17 @@ class BatchPublisher:
         self._batches.append(batch)
         self.before, self.last = self.last, batch
         way.medium.transmit_many(host.index, way.receivers, *self.frame, way, batch)
-        late_ns = batch.born_ns + way.patience_ns
-        if max(batch.arrivals) >= late_ns:
-            self._give(late_ns)
         return True
 
     def release(self) -> None:
         """Hand messages on their way over to their links: the caller is about to change their fate,
         or to read the links."""
         self.mixed = True
-        self._give(0)
-
-    def notify_links(self) -> None:
-        """Notify the links of all messages that have arrived by now."""
-        self.catch_up()
-        if self._way is not None:
-            self._way.notify_links()
-
-    def _give(self, least_ns: int) -> None:
-        """Hand over to their links the messages on their way that will not arrive before
-        ``least_ns``."""
-        self.notify_links()  # they wait by the round trips that were measured so far
+        self.catch_up()  # they wait by the round trips that were measured so far
         last, way = self.last, self._way
         if last is not None and way is not None and last.open:
             over_ns = last.over_ns(self.kernel)
-            for index in [index for index in last.open if last.arrivals[index] > over_ns
-                          and last.arrivals[index] >= least_ns]:
+            for index in [index for index in last.open if last.arrivals[index] > over_ns]:
                 way.members[index].give(last)
 
     def catch_up(self) -> None:
@@ -162,7 +147,7 @@ class BatchPublisher:
         for number, publisher in enumerate(self._publishers):
             if not publisher.has_subscribers():
                 continue
-            links = publisher.lending()
+            links = publisher.stream_links()
             if not links or self._graph.payloads != "lazy":
                 return []
             members += [Member(self, index, messages, number, link, publisher,
@@ -179,7 +164,7 @@ class BatchPublisher:
                          else max(last.arrivals[index] for index in last.open))
             if latest_ns > last.over_ns(self.kernel):
                 return False
-        if self.mixed and not all(member.link.lend(self.size_bytes) for member in way.members):
+        if self.mixed and not all(member.link.at_rest for member in way.members):
             return False
         self.mixed = False
         return True

@@ -18,11 +18,6 @@ if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.topics import Publisher
 
-MOST_UNREPORTED = 1 << 8  # calls of ``count_arrived``: 0.1 MB with thirty receivers
-
-# Births [batches], latencies [batches, places] and which messages have landed, likewise.
-Arrivals = tuple[np.ndarray, np.ndarray, np.ndarray]
-
 
 class BatchArrivals(NamedTuple):
     """Messages of one host that were delivered: the host, their size, and arrays of their numbers,
@@ -52,7 +47,7 @@ class BatchWay:
     and segments): the ``members``, one a place, and the ``publishers`` of the messages with their
     places. ``topics``: of each message, the trace id of its topic. ``messages``, ``receivers``,
     ``hosts``: of each place, the message's number in its batch, and the receiver's index and trace
-    id. ``patience_ns``: the shortest of the links.
+    id.
     """
 
     host: Host
@@ -61,13 +56,12 @@ class BatchWay:
     medium: Medium
     members: list[Member]
     publishers: list[tuple[Publisher, slice]]
-    patience_ns: int
     topics: np.ndarray
     messages: np.ndarray
     receivers: tuple[int, ...]
     hosts: np.ndarray
     awaited: list[Member]  # those with a callback
-    unreported: list[Arrivals]  # not notified to the links yet
+    shortest_ns: np.ndarray  # trip of each place so far
 
     @classmethod
     def of(cls, host: Host, size_bytes: int, frame: tuple[int, int], members: list[Member]
@@ -82,12 +76,12 @@ class BatchWay:
             places.setdefault(member.publisher, []).append(member.index)
         publishers = [(publisher, slice(own[0], own[-1] + 1)) for publisher, own in places.items()]
         return cls(host, size_bytes, frame, medium, members, publishers,
-                   min(member.link.patience_ns for member in members),
                    np.array([publisher.topic.id for publisher, _ in publishers], np.int64),
                    np.array([member.message_index for member in members], np.int64),
                    tuple(member.host.index for member in members),
                    np.array([member.host.id for member in members], np.int64),
-                   [member for member in members if member.latest is None], [])
+                   [member for member in members if member.latest is None],
+                   np.full(len(members), UNKNOWN_NS))
 
     def expected_many(self, batch: Batch, delays_ns: Sequence[int]) -> None:
         """See ``Carriers``."""
@@ -114,14 +108,12 @@ class BatchWay:
 
     def count_arrived(self, batches: list[Batch], arrivals: np.ndarray, landed: np.ndarray) -> None:
         """Write the rows ``delivered`` of the messages that have ``landed`` [batches, places], and
-        notify all that count them. (Links are notified later, of many at once: few read them.)"""
+        notify all that count them."""
         graph, own = self.host.graph, self.host.id
         births = _of(batches, "born_ns")
         born_ns = births[:, None]
         latencies = arrivals - born_ns
-        self.unreported.append((births, latencies, landed))
-        if len(self.unreported) > MOST_UNREPORTED:
-            self.notify_links()
+        self._note_trips(np.where(landed, latencies, UNKNOWN_NS).min(axis=0))
         rows = _rows(arrivals, graph.DELIVERED, self.hosts, own,
                      _of(batches, "seq")[:, None] + self.messages, latencies)
         graph.trace.put_rows(rows if landed.all() else rows[landed.ravel()])
@@ -142,19 +134,11 @@ class BatchWay:
                 graph.on_fate(member.message(batch), member.host.index, batch.arrivals[index],
                               None, batch.born_ns, batch.born_ns)
 
-    def notify_links(self) -> None:
-        """Notify the links of all messages that have arrived since the last time."""
-        if not self.unreported:
-            return
-        births, trips, landed = zip(*self.unreported, strict=True)
-        self.unreported.clear()
-        sent_ns = np.concatenate(births).tolist()
-        for member, trips_ns, there in zip(self.members, np.concatenate(trips).T.tolist(),
-                                           np.concatenate(landed).T.tolist(), strict=True):
-            if all(there):
-                member.link.landed(sent_ns, trips_ns)
-            elif any(there):
-                member.link.landed([*compress(sent_ns, there)], [*compress(trips_ns, there)])
+    def _note_trips(self, least_ns: np.ndarray) -> None:
+        """Tell the links of trips that are shorter than those before, ``least_ns`` [places]."""
+        for index in (least_ns < self.shortest_ns).nonzero()[0].tolist():
+            self.shortest_ns[index] = trip_ns = int(least_ns[index])
+            self.members[index].link.note_trip(trip_ns)
 
     def _count(self, latencies_ns: list[list[int]], landed: np.ndarray) -> None:
         """Enter ``latencies_ns`` [places, batches] of messages that have ``landed`` [batches,

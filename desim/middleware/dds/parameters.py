@@ -185,10 +185,6 @@ class DdsParams(ports.Params):
         "what cyclonedds says by multicast: announcements alone, which then also go to each known "
         "participant (its default on wireless networks); or discovery, too (on others). That of "
         "fastdds is always spdp"))
-    acks: Literal["sent", "implied"] = Field("sent", description=(
-        "sent: readers answer heartbeats; implied: a writer knows at once that a reader has all, "
-        "which answers only to ask for what it misses, for long studies on networks that have room "
-        "(sent: DDS)"))
     depth: int | None = Field(None, ge=0, le=1_000_000, description=(
         "samples that a reliable writer keeps for a reader, 0: all (null: the publisher's queue; "
         "ROS 2 default 10)"))

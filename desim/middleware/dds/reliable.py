@@ -58,7 +58,6 @@ class ReliableLink(Carrier[DataToken]):
     """
 
     socket = "rtps"  # a participant sends all by one
-    read_by: type[Reader] = Reader
 
     __slots__ = ("guid", "waiting", "received_ns", "reader", "_dds", "_context", "_kernel",
                  "_constants", "_from", "_from_id", "_receiver", "_to_id", "_to", "_udp", "_medium",
@@ -99,7 +98,7 @@ class ReliableLink(Carrier[DataToken]):
         self._repeat_ns = 0
         self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
         self._coming: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
-        self.reader = self.read_by(self, dds, offer, receiver, medium)
+        self.reader = Reader(self, dds, offer, receiver, medium)
         dds.linked(self)
 
     # The writer.
@@ -124,13 +123,8 @@ class ReliableLink(Carrier[DataToken]):
                 or self._unacked_bytes >= constants.high_water_bytes)
         self._beats = 0
         self._beat_ns = now_ns
-        self._transmit_new(sample, trains, ASKS if asks else FINAL)
-
-    def _transmit_new(self, sample: ReliableSample, trains: tuple[wire.SampleTrain, ...],
-                      beat: int) -> None:
-        """Send all trains of a new sample, and expect to send a heartbeat."""
         for train in trains:
-            self._transmit(sample, train, beat, self._node)
+            self._transmit(sample, train, ASKS if asks else FINAL, self._node)
         if self._greeted:
             self._expect(self._beat_ns + self._period_ns)
 

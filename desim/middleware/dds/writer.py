@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.heartbeat_piggyback import Always, WhenFull
-from desim.middleware.dds.implied_acknowledgements import ImpliedLink
 from desim.middleware.dds.reader import DIRECTED
 from desim.middleware.dds.reliable import ReliableLink
 from desim.middleware.transports import LinkedTransport
@@ -27,7 +26,6 @@ class Reliable(LinkedTransport[ReliableLink]):
         params, constants = dds.params, dds.constants
         self.depth = offer.queue if params.depth is None else params.depth
         self._written = 0
-        self._link_type = ImpliedLink if params.acks == "implied" else ReliableLink
         self.piggyback: Always | WhenFull = Always()
         if constants.heartbeat_rides != "always":
             full = self._many_written if constants.heartbeat_rides == "written" else self._many_wait
@@ -71,7 +69,7 @@ class Reliable(LinkedTransport[ReliableLink]):
             return None
         guid = dds.reader(self._host, receiver, self._topic)
         if link is None or link.guid != guid:
-            return self._link_type(dds, self._offer, self, receiver, guid, medium)
+            return ReliableLink(dds, self._offer, self, receiver, guid, medium)
         return link
 
     def _greet(self, new: dict[int, ReliableLink]) -> None:

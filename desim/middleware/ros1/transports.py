@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
 
 from desim.middleware.message import Message
 from desim.middleware.ros1.client import RosPublication
 from desim.middleware.ros1.links import RosLink
 from desim.middleware.tcp import Connection
-from desim.middleware.tcp.implied_acknowledgements import Express, Flight
 from desim.middleware.transports import LENGTH_BYTES, LinkedTransport
 from desim.ports.middleware import MiddlewareContext, Transport
 
@@ -31,10 +29,6 @@ class Tcpros(LinkedTransport["Outlet"]):
 
         super().__init__(link_to, context.drop)
         self.unfinished = 0
-
-    def lending(self) -> dict[int, Outlet]:
-        """See ``desim.middleware.batches.LendsLinks``."""
-        return self.links()
 
     def waiting(self) -> int:
         return self.unfinished
@@ -60,8 +54,8 @@ class Outlet:
     oldest, and the messages in the socket. The socket takes one more while its send buffer has
     room."""
 
-    __slots__ = ("connection", "patience_ns", "_transport", "_context", "_sender", "_receiver",
-                 "_limit", "_outbox", "_written", "_closed")
+    __slots__ = ("connection", "_transport", "_context", "_sender", "_receiver", "_limit",
+                 "_outbox", "_written", "_closed")
 
     def __init__(self, transport: Tcpros, context: MiddlewareContext, source: int, receiver: int,
                  connection: Connection, limit: int) -> None:
@@ -74,7 +68,6 @@ class Outlet:
         self._outbox: deque[Message] = deque()
         self._written: deque[WrittenMessage] = deque()
         self._closed = False
-        self.patience_ns = connection.tcp.constants.rto_min_ns
 
     def offer(self, message: Message) -> None:
         self._transport.unfinished += 1
@@ -92,7 +85,6 @@ class Outlet:
 
     def close(self, reason: str) -> None:
         """Drop all messages that wait or have not arrived. Later arrivals have no effect."""
-        self._sender.reclaim()
         self._closed = True
         self._transport.unfinished -= self.waiting
         drop, receiver = self._context.drop, self._receiver
@@ -106,34 +98,6 @@ class Outlet:
     @property
     def waiting(self) -> int:
         return len(self._written) + len(self._outbox)
-
-    # For batches: see ``desim.middleware.batches.BatchLink``.
-
-    @property
-    def medium(self) -> object:
-        return self.connection.medium
-
-    @property
-    def carrier(self) -> Express:
-        express = self._sender.express
-        assert express is not None  # else it lends nothing
-        return express
-
-    def lend(self, size_bytes: int) -> bool:
-        express = self._sender.express
-        return (express is not None and not (self._written or self._outbox or self._closed)
-                and express.lend(size_bytes + LENGTH_BYTES))
-
-    def take(self, message: Message, due_ns: int) -> Flight:
-        self._transport.unfinished += 1
-        written = WrittenMessage(message)
-        written.first_ns = written.last_ns = message.born_ns
-        self._written.append(written)
-        return self.carrier.take(message.size_bytes + LENGTH_BYTES, self._arrived, written,
-                                 message.born_ns, due_ns)
-
-    def landed(self, sent_ns: Sequence[int], trips_ns: Sequence[int]) -> None:
-        self.carrier.landed(sent_ns, trips_ns)
 
     def _write(self, message: Message) -> None:
         written = WrittenMessage(message)

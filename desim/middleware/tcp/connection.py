@@ -85,9 +85,8 @@ class Connection:
 
     def unacked(self, source: int) -> list[Token]:
         """Tokens of the messages of ``source`` that were not acknowledged."""
-        sender = self.end(source).sender
-        sender.join()
-        return [entry[2] for entry in sender.transit.messages if entry[3] is not FIN]
+        messages = self.end(source).sender.transit.messages
+        return [entry[2] for entry in messages if entry[3] is not FIN]
 
     def undelivered(self, source: int) -> list[Token]:
         """Those of them that have not arrived. When the connection is over at ``source``, none of

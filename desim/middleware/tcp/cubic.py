@@ -28,11 +28,6 @@ class Cubic:
         self._seen_tick = self._epoch_ms = -1
         self._origin = self._k_ms = self._acked = self._reno = 0
 
-    @property
-    def is_fresh(self) -> bool:
-        """Whether nothing has grown since the last loss."""
-        return self._epoch_ms < 0
-
     def less(self, window: int) -> int:
         """The window after a loss at ``window``. If that was below the last maximum, the next one
         is lower still, which leaves room for other connections (fast convergence)."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from desim.engine.kernel import Phase, pair
 from desim.middleware.arp import AddressedCarrier
 from desim.middleware.jiffies import fires_ns
-from desim.middleware.tcp.implied_acknowledgements import ImpliedReceiver
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.sender import Sender
@@ -47,8 +46,7 @@ class End(AddressedCarrier[Control]):
         self.way = tcp.way(connection.medium, host, peer)
         self.closed: Closed | None = None
         self.sender = Sender(connection, self, self._entity)
-        received_by = ImpliedReceiver if tcp.acks == "implied" else Receiver
-        self.receiver = self.sender.back = received_by(connection, self, self._entity)
+        self.receiver = self.sender.back = Receiver(connection, self, self._entity)
         self.received_ns = self._echo_ns = 0
         self._tries = 0
         self._timer: Handle | None = None
@@ -108,9 +106,6 @@ class End(AddressedCarrier[Control]):
             self.sender.sample(rtt_ns, self.received_ns)
         sender = self.sender
         sender.open = self.receiver.open = True
-        sender.express = self.receiver.express_for(sender)
-        if sender.express is not None:
-            sender.express.ready = sender.written == sender.una and self.far.receiver.open
         if self.connection.keepalive:
             self._set_keepalive(self._constants.keepalive_idle_ns)
 
@@ -279,7 +274,7 @@ class End(AddressedCarrier[Control]):
 
     def last_data_ns(self) -> int:
         """The time of the last arrival of data at this end."""
-        return max(self.receiver.received_ns, self.receiver.transit.express_ns)
+        return self.receiver.received_ns
 
     def _notify_owner(self, reason: str) -> None:
         closed, self.closed = self.closed, None
@@ -294,10 +289,8 @@ class End(AddressedCarrier[Control]):
     def _keepalive_expired(self) -> None:
         """Probe a peer that was silent for so long; data under way has its own timer."""
         constants, sender = self._constants, self.sender
-        sender.reclaim()
-        self.far.sender.reclaim()
-        idle_ns = self._kernel.now_ns - max(
-            self.received_ns, sender.received_ns, sender.transit.express_ns, self.last_data_ns())
+        idle_ns = self._kernel.now_ns - max(self.received_ns, sender.received_ns,
+                                            self.last_data_ns())
         left_ns = constants.keepalive_idle_ns - (0 if sender.pending else idle_ns)
         if left_ns > 0:
             self._tries = 0

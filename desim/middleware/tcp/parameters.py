@@ -95,9 +95,6 @@ class TcpConstants(ports.Constants):
 class TcpParams(ports.Params):
     """Parameters of all TCP connections of a run."""
 
-    acks: Literal["sent", "implied"] = Field("sent", description=(
-        "sent: acknowledgements are frames; implied: a sender knows at once what has arrived, "
-        "without a frame, for long studies on networks that have room (sent: TCP)"))
     arp: Literal["natural", "static"] = Field("natural", description=(
         "natural: a host asks for the other's address, and again when it has not heard of it for "
         "long, and a retransmission that finds none takes one doubling of the timeout back (RFC "

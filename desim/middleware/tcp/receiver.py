@@ -15,8 +15,6 @@ from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
     from desim.middleware.tcp.end import End
-    from desim.middleware.tcp.implied_acknowledgements import Express
-    from desim.middleware.tcp.sender import Sender
     from desim.middleware.tcp.transit import Transit
     from desim.ports.networks import Handle
 
@@ -40,7 +38,7 @@ class Receiver(AddressedCarrier[Train]):
 
     protocol = "tcp"
     __slots__ = ("end", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",
-                 "received_ns", "acknowledged", "pingpong", "prompt", "_full", "_every", "_behind",
+                 "received_ns", "acknowledged", "pingpong", "_full", "_every", "_behind",
                  "_copy", "_quick", "_delay_ns", "_tick_ns", "_timer", "_kernel", "_transmit",
                  "_counts", "_frames", "_host", "_to", "_entity")
 
@@ -49,7 +47,7 @@ class Receiver(AddressedCarrier[Train]):
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         context = connection.tcp.context
         self.end, self.back = end, end.sender
-        self.open = self.pingpong = self.prompt = False
+        self.open = self.pingpong = False
         self.nxt = self.acknowledged = 0
         self.ranges: list[tuple[int, int]] = []
         self.due_ns = self.echo_ns = 0
@@ -99,16 +97,12 @@ class Receiver(AddressedCarrier[Train]):
         if len(messages) > delivered and messages[delivered][0] == end:  # as nearly always: whole
             transit.delivered = delivered + 1
             _, arrived, token, _ = messages[delivered]
-            if self.prompt:
-                self.acknowledge(1)
             arrived(token)
             pushed = True
         else:
             if now_ns - heard_ns > self.back.rto_ns:
                 self._be_quick()
             pushed = self._deliver() or end <= self._quick
-            if self.prompt and self.open:
-                self.acknowledge(1)
         if not self.due_ns:  # it was acknowledged, maybe by an answer, or all is over
             return
         if end - start > self._full:
@@ -172,13 +166,8 @@ class Receiver(AddressedCarrier[Train]):
         self.due_ns = 0
         return self.echo_ns
 
-    def express_for(self, _: Sender) -> Express | None:
-        """The shortcut for the sender at this end, if it has one."""
-        return None
-
     def shut(self) -> None:
         """Take nothing more."""
-        self.transit.sender.join()
         self.open = False
         self.due_ns = 0
         if self._timer is not None:

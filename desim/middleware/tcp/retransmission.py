@@ -145,7 +145,6 @@ class RetransmissionTimer:
         """The timer. Where it was set in passing, it has yet to be seen when Linux's would go
         off."""
         sender = self._sender
-        sender.join()
         now_ns = sender.now_ns
         if now_ns != self._aim_ns:
             self._aim_at(AGAIN, sender.rto_ns, now_ns - sender.rto_ns)

@@ -18,7 +18,6 @@ from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
     from desim.middleware.tcp.end import End
-    from desim.middleware.tcp.implied_acknowledgements import Express
     from desim.middleware.tcp.receiver import Receiver
 
 # An acknowledgement: all before this byte has arrived; when the segment was sent that it answers;
@@ -41,14 +40,13 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
     __slots__ = ("end", "back", "open", "nodelay", "transit", "_messages", "una", "nxt", "written",
                  "finishing", "received_ns", "repair", "retransmission", "timer", "_waiters",
                  "_small", "_full_end", "_trains", "sent_ns", "_context", "_kernel", "_way",
-                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_record_frame", "express")
+                 "_transmit", "_host", "_to", "_host_id", "_to_id", "_record_frame")
 
     def __init__(self, connection: Connection, end: End, entity: int) -> None:
         super().__init__(connection.tcp.constants)
         self.end = end
         self.nodelay = connection.nodelay
         self.open = self.finishing = False
-        self.express: Express | None = None
         self.transit = Transit(self)
         self._messages = self.transit.messages
         self.una = self.nxt = self.written = 0
@@ -88,9 +86,6 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
     def send(self, size_bytes: int, arrived: Callable[..., object], token: Token,
              kind: str | None, writes: int = 1) -> None:
         """See ``Connection.send``. TCP cuts writes that may not go at once as usual."""
-        express = self.express
-        if express is not None and express.send(size_bytes, arrived, token, kind, writes):
-            return
         start = self.written
         self.written = end = start + size_bytes
         self._messages.append((end, arrived, token, kind))
@@ -102,34 +97,9 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         elif small_may_go or end - self.nxt >= MSS_BYTES:
             self.push()
 
-    def sent(self, size_bytes: int, arrived: Callable[..., object], token: Token, kind: str | None,
-             sent_ns: int) -> int:
-        """A message was sent by express, and is on its way. Returns where it begins."""
-        start = self.written
-        if start > self.una:
-            self._trains.append((start, self.sent_ns))
-        self.written = self.nxt = end = start + size_bytes
-        self._messages.append((end, arrived, token, kind))
-        if size_bytes % MSS_BYTES:
-            self._small = end
-        self.sent_ns = sent_ns
-        if self.transit.firsts is not None:
-            self.transit.firsts.append((end, sent_ns))
-        return start
-
     def wake(self) -> None:
         """Sending begins after a rest: the window may have to shrink."""
         self.rest(self._kernel.now_ns - self.sent_ns)
-
-    def join(self) -> None:
-        """Move express messages that are under way into the stream."""
-        if self.express is not None:
-            self.express.join()
-
-    def reclaim(self) -> None:
-        """Take over what others have sent over the connection in its stead."""
-        if self.express is not None:
-            self.express.reclaim()
 
     def finish(self, finishes: Callable[..., object]) -> None:
         """Send all that was written, without delay, and a FIN behind it: one byte of the sequence,
@@ -140,7 +110,6 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
 
     def shut(self) -> None:
         """Send nothing more. Messages that have not arrived never will."""
-        self.join()
         self.open = False
         self.transit.clear()
         self._waiters.clear()
@@ -149,18 +118,13 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
     @property
     def pending(self) -> int:
         """The bytes that were written and may not have arrived."""
-        express = self.express
-        flying = 0 if express is None or express.flight is None else express.flying()
-        return self.written + flying - self.una
+        return self.written - self.una
 
     @property
     def writable(self) -> bool:
         """Whether poll() reports the socket as writable: a third of the send buffer is free (Linux
         sk_stream_is_writeable). A writer that has waited for that may go on while it ``takes``."""
-        express = self.express
         pending = self.written - self.una
-        if express is not None and express.flight is not None:
-            pending += express.flying()
         return 3 * pending < self.memory_bytes or 3 * (
             pending + _PIECE_BYTES * self._pieces()) <= 2 * self.memory_bytes
 
@@ -185,7 +149,6 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         if self.writable:
             fn()
         else:
-            self.join()
             self._waiters.append(fn)
 
     # Acknowledgements.
@@ -240,9 +203,6 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
         elif self.finishing:
             self.transit.clear()
             self.end.finished()
-        elif self.express is not None:
-            self.express.ready = (self.transit.receiver.open and self.repair is None
-                                  and not self.retransmission.uneasy)
         while self._waiters and self.writable:
             self._waiters.pop(0)()
 

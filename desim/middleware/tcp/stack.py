@@ -20,11 +20,7 @@ class Known:
 
     def __init__(self, transmit: Callable[..., int | None]) -> None:
         self.transmit = transmit
-        self.confirmed_ns = 0
-        self.known = True
-
-    def used(self, sent_ns: int, confirmed_ns: int = 0) -> None:
-        """Do nothing: it does not expire."""
+        self.confirmed_ns = 0  # of no use: it does not expire
 
 
 class Tcp:
@@ -33,7 +29,7 @@ class Tcp:
 
     def __init__(self, context: MiddlewareContext, params: TcpParams) -> None:
         self.context = context
-        self.acks, self.constants = params.acks, params.constants
+        self.constants = params.constants
         self.timers = Timers(context.kernel, self.constants.rto_min_ns // 4)
         self.keepers = Timers(context.kernel, self.constants.keepalive_interval_ns)
         context.discovery_bytes.setdefault(ACKS, 0)

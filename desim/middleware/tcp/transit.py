@@ -26,17 +26,16 @@ class Transit:
     """One direction of a connection, and the one thing that its two ends share.
 
     The ``sender`` appends ``messages`` and removes acknowledged ones; the ``receiver`` counts how
-    many of them, from the first, it has ``delivered``. ``express_ns``: when the last express
-    message arrived. ``firsts``, where a ledger is kept: the end of each train of new bytes
-    that are not acknowledged, and when it was sent.
+    many of them, from the first, it has ``delivered``. ``firsts``, where a ledger is kept: the end
+    of each train of new bytes that are not acknowledged, and when it was sent.
     """
 
-    __slots__ = ("messages", "delivered", "express_ns", "firsts", "sender", "receiver")
+    __slots__ = ("messages", "delivered", "firsts", "sender", "receiver")
     receiver: Receiver
 
     def __init__(self, sender: Sender) -> None:
         self.messages: deque[Entry] = deque()
-        self.delivered = self.express_ns = 0
+        self.delivered = 0
         self.firsts: deque[tuple[int, int]] | None = None
         self.sender = sender
 

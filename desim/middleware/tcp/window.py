@@ -33,11 +33,6 @@ class CongestionWindow:
         self._round_ns = 0  # what is sent from then on is of the next round trip
         self._least_ns, self._most_ns = constants.rto_min_ns, constants.rto_max_ns
 
-    @property
-    def is_fresh(self) -> bool:
-        """Whether the window is as at first: after a rest it need not shrink."""
-        return self.cwnd == self.initial and self._cubic.is_fresh
-
     def sample(self, rtt_ns: int, now_ns: int) -> None:
         """A round trip was measured: SRTT + max(200 ms, 4 RTTVAR), where the variance rises at once
         and falls by a quarter of the way a round trip (Linux tcp_input.c tcp_rtt_estimator, tcp.h
