@@ -240,11 +240,7 @@ def scenarios() -> list[Row]:
 
 MIDDLEWARE = {"direct": ["model=direct"], "ros1": ["model=ros1"],
               "dds, fastdds": ["model=dds"], "dds, cyclonedds": ["model=dds", "preset=cyclonedds"],
-              "zenoh": ["model=zenoh"],
-              "ros1, acks implied": ["model=ros1", "tcp.acks=implied"],
-              "dds, fastdds, acks implied": ["model=dds", "acks=implied"],
-              "dds, cyclonedds, acks implied": ["model=dds", "preset=cyclonedds", "acks=implied"],
-              "zenoh, acks implied": ["model=zenoh", "tcp.acks=implied"]}
+              "zenoh": ["model=zenoh"]}
 PRESETS = ("fkie_1_3_groovy", "fkie_1_3")
 
 

@@ -279,7 +279,7 @@ CUT_AND_STOP = Story(everybody() + everybody("both", 2, 1400, "zero"), [(25, "a"
                      [(1800, "c", 300)], [(2500, 2800, "b")])
 TOGETHER = Story(everybody(start="zero"))
 SELDOM = Story(everybody(hz=2))
-SEVERAL = Story([*everybody(hz=2, size_bytes=1400), *everybody(hz=1, size_bytes=9000, start="zero")])
+SEVERAL = Story(everybody(hz=2, size_bytes=1400) + everybody(hz=1, size_bytes=9000, start="zero"))
 
 
 @pytest.mark.parametrize("part, name, broken, story, model, what", [

@@ -12,11 +12,9 @@ from desim.middleware.dds.dds import Dds
 from desim.network.medium import Medium
 from desim.ports import Drop
 from netmodels.access_link import AccessLink
-from netmodels.ideal import Ideal
 from netmodels.rules.loss import Loss
 from netmodels.rules.timing import Duplication, Reordering
 
-ACKS = st.sampled_from(["sent", "implied"])
 PRESETS = pytest.mark.parametrize("preset", ["fastdds", "cyclonedds"])
 
 
@@ -46,9 +44,8 @@ def chance(rules):
 @settings(max_examples=15)
 @given(rules=RULES, preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
        size_bytes=st.sampled_from([100, 3000, 30_000]), gap_ms=st.sampled_from([1, 15, 300]),
-       small=st.booleans(), acks=ACKS)
-def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, gap_ms, small,
-                                               acks):
+       small=st.booleans())
+def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, gap_ms, small):
     """Of a writer that keeps all, with a preset's messages or with ``small`` ones. (Of 21 packets
     of a message of fastdds, 30 % of them lost, one in 1800 arrives.)"""
     assume(small or preset != "fastdds" or size_bytes < 30_000 or rules.get("loss") != "30 %")
@@ -57,7 +54,7 @@ def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, 
     says = [(5 * S + k * gap_ms * MS, str(k)) for k in range(20)]
     net = Net({"a": talker(says, queue=0, size_bytes=size_bytes),
                "b": listener(heard, queue=0)}, rules=chance(rules), seed=seed,
-              middleware=dds(preset, lease="1 h", acks=acks, **cut))
+              middleware=dds(preset, lease="1 h", **cut))
     for step in range(1, 20):
         net.run(step * S)
         assert conserved(net)
@@ -69,15 +66,15 @@ def test_every_message_comes_once_and_in_order(rules, preset, seed, size_bytes, 
 
 @settings(max_examples=15)
 @given(rules=RULES, preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
-       size_bytes=st.sampled_from([100, 30_000]), acks=ACKS)
+       size_bytes=st.sampled_from([100, 30_000]))
 def test_with_the_leases_of_a_preset_no_message_comes_twice_or_late(
-        rules, preset, seed, size_bytes, acks):
+        rules, preset, seed, size_bytes):
     """Messages that wait when a lease ends are gone."""
     assume(preset != "fastdds" or size_bytes < 30_000 or rules.get("loss") != "30 %")
     heard = []
     says = [(5 * S + k * S, str(k)) for k in range(60)]
     net = Net({"a": talker(says, queue=0, size_bytes=size_bytes), "b": listener(heard, queue=0)},
-              rules=chance(rules), seed=seed, middleware=Dds(Dds.Params(preset=preset, acks=acks)))
+              rules=chance(rules), seed=seed, middleware=Dds(Dds.Params(preset=preset)))
     for step in range(1, 20):
         net.run(5 * step * S)
         assert conserved(net)
@@ -89,15 +86,14 @@ def test_with_the_leases_of_a_preset_no_message_comes_twice_or_late(
 @settings(max_examples=15)
 @given(depth=st.sampled_from([1, 2, 10]), seed=st.integers(0, 99),
        preset=st.sampled_from(["fastdds", "cyclonedds"]),
-       loss=st.sampled_from(["5 %", "30 %"]), acks=ACKS)
-def test_of_a_bounded_history_the_order_is_kept_and_each_fate_is_one(depth, seed, preset, loss,
-                                                                     acks):
+       loss=st.sampled_from(["5 %", "30 %"]))
+def test_of_a_bounded_history_the_order_is_kept_and_each_fate_is_one(depth, seed, preset, loss):
     heard = []
     net = Net({"a": talker([(5 * S + 10 * k * MS, str(k)) for k in range(100)], queue=depth,
                            size_bytes=2000), "b": listener(heard, queue=0)},
               AccessLink(AccessLink.Params(latency="3 ms")), [Loss(Loss.Params(probability=loss)),
               Reordering(Reordering.Params(probability="20 %", delay="15 ms"))], seed=seed,
-              middleware=dds(preset, lease="1 h", acks=acks))
+              middleware=dds(preset, lease="1 h"))
     for step in range(1, 30):
         net.run(5 * S + step * 50 * MS)
         assert conserved(net)
@@ -153,7 +149,7 @@ def test_what_only_says_that_somebody_lives_needs_no_event(preset, seed, latency
                    "c": listener(heard), "d": silent},
                   AccessLink(AccessLink.Params(rate="100 Mb/s", latency=latency)),
                   chance({"loss": loss}), seed=seed, middleware=dds(
-                      preset, lease="2 s", announcement_period="900 ms", acks="implied"))
+                      preset, lease="2 s", announcement_period="900 ms"))
         net.at(7 * S, net.graph.host("c").stop)
         net.at(7 * S + down_ms * MS, net.graph.host("c").start)
         net.run(20 * S)
@@ -165,47 +161,11 @@ def test_what_only_says_that_somebody_lives_needs_no_event(preset, seed, latency
     assert short == long and events < more_events
 
 
-def test_the_whole_log_of_implied_acknowledgements():
-    """Readers answer when they miss something, and no heartbeat goes alone but for that."""
-    heard = []
-    says = [(2 * S, "one"), (3 * S, "two"), (3040 * MS, "three"), (3080 * MS, "four")]
-    net = Net({"a": talker(says, queue=2), "b": listener(heard, queue=0)},
-              middleware=dds("fastdds", acks="implied"), rules=[Nth([1], [314])]).run(20 * S)
-    log = net.rows("frame", "lost", "delivered", "heartbeat", "acknack")
-    assert [row for row in log if row[0] > 2100 * MS] == [
-        (3 * S, "frame", "a", "b", 2, 314), (3 * S, "lost", "b", "a", 2, "unlucky"),
-        (3040 * MS, "frame", "a", "b", 3, 314),
-        (3045 * MS, "acknack", "b", "a", 2, 1), (3050 * MS, "frame", "a", "b", 2, 314),
-        (3050 * MS, "delivered", "b", "a", 2, 50 * MS),
-        (3050 * MS, "delivered", "b", "a", 3, 10 * MS),
-        (3080 * MS, "frame", "a", "b", 4, 314), (3080 * MS, "delivered", "b", "a", 4, 0)]
-    assert [text for *_, text in heard] == ["one", "two", "three", "four"]
-
-
-@given(preset=st.sampled_from(["fastdds", "cyclonedds"]), seed=st.integers(0, 99),
-       latency=st.sampled_from(["0 ns", "700 us", "30 ms"]), depth=st.sampled_from([0, 10]),
-       gap_ms=st.sampled_from([1, 15, 300]), size_bytes=st.sampled_from([100, 30_000]))
-def test_where_nothing_is_lost_implied_acknowledgements_change_no_delivery(
-        preset, seed, latency, depth, gap_ms, size_bytes):
-    """But they leave out 40 answers or so."""
-    def play(acks):
-        heard = []
-        says = [(2 * S + k * gap_ms * MS + seed, str(k)) for k in range(40)]
-        net = Net({"a": talker(says, queue=depth, size_bytes=size_bytes),
-                   "b": listener(heard, queue=0)}, AccessLink(AccessLink.Params(latency=latency)),
-                  seed=seed, middleware=dds(preset, acks=acks)).run(20 * S)
-        assert conserved(net) and net.waiting() == 0
-        return heard, len([row for row in net.rows("acknack") if row[0] > 2100 * MS])
-
-    (sent, answers), (implied, fewer) = play("sent"), play("implied")
-    assert sent == implied and fewer <= 2 and fewer <= answers
-
-
 def test_a_frame_that_finds_its_host_stopped_is_not_forgotten():
-    """It was to be there soon, so no heartbeat was due; now there is, until the lease ends."""
+    """Heartbeats follow it until the lease ends."""
     net = Net({"a": talker([(4 * S, "one"), (5 * S, "two")], queue=0), "b": listener([])},
               AccessLink(AccessLink.Params(latency="10 ms")),
-              middleware=dds(lease="2 s", acks="implied"))
+              middleware=dds(lease="2 s"))
     net.at(5005 * MS, net.graph.host("b").stop)
     net.run(20 * S)
     beats = [row[0] for row in net.rows("heartbeat") if row[0] > 4500 * MS]
@@ -227,45 +187,12 @@ class Mute:
 
 
 @PRESETS
-def test_implied_acknowledgements_are_not_heard(preset):
-    """A reader that falls silent is given up when its lease ends, though all reaches it."""
+def test_a_reader_that_falls_silent_is_given_up(preset):
+    """When its lease ends, though all reaches it."""
     heard = []
     Net({"a": talker([(5 * S + k * S, str(k)) for k in range(60)]), "b": listener(heard, queue=0)},
-        rules=[Mute()], middleware=dds(preset, acks="implied", lease="12 s")).run(70 * S)
+        rules=[Mute()], middleware=dds(preset, lease="12 s")).run(70 * S)
     assert 18 * S < heard[-1][0] <= 22 * S
-
-
-def heartbeats(acks, *rules, delay="0 ns", lease="10 s"):
-    """Those that follow the second of two samples, as rows, and when samples are there."""
-    heard = []
-    net = Net({"a": talker([(3 * S, "one"), (6 * S, "two")], queue=0, size_bytes=30_000),
-               "b": listener(heard, queue=0)}, Ideal(Ideal.Params(delay=delay)), rules,
-              middleware=dds(lease=lease, acks=acks)).run(12 * S)
-    return [row for row in net.rows("heartbeat") if row[0] > 6 * S], [row[0] for row in heard]
-
-
-def test_with_implied_acknowledgements_a_long_way_has_its_heartbeats():
-    """Data that have not arrived yet may be lost."""
-    sent, (_, heard_ns) = heartbeats("sent", delay="300 ms")
-    implied, _ = heartbeats("implied", delay="300 ms")
-    assert implied == [row for row in sent if row[0] <= heard_ns] and len(implied) > 1
-
-
-def test_with_implied_acknowledgements_a_reader_that_knows_no_writer_learns_of_its_samples():
-    """It was deaf to everything small for a lease, and forgot the writer."""
-    class Deaf:
-        reasons = ("deaf",)
-
-        def start(self, context, hosts):
-            self.context = context
-
-        def judge(self, frame, receivers):
-            deaf = frame.source == 0 and self.context.now_ns > 3 * S and frame.size_bytes < 1000
-            return [Drop("deaf") for _ in receivers] if deaf else None
-
-    (sent, heard), (implied, _) = (heartbeats(acks, Deaf(), lease="2 s")
-                                   for acks in ("sent", "implied"))
-    assert len(heard) == 1 and implied == sent and len(implied) > 3
 
 
 def test_the_whole_log_of_a_loss():
@@ -286,12 +213,11 @@ def test_the_whole_log_of_a_loss():
 
 
 @PRESETS
-@pytest.mark.parametrize("acks", ["sent", "implied"])
-def test_what_is_lost_at_the_end_comes_with_the_next_heartbeat(preset, acks):
+def test_what_is_lost_at_the_end_comes_with_the_next_heartbeat(preset):
     """After 100 ms in cyclonedds; after 3 s, and 5 ms for each answer, in fastdds."""
     heard = []
     net = Net({"a": talker([(2 * S, "one"), (5 * S, "two")]), "b": listener(heard)},
-              middleware=dds(preset, acks=acks), rules=[partition("5 s", "5.01 s")]).run(20 * S)
+              middleware=dds(preset), rules=[partition("5 s", "5.01 s")]).run(20 * S)
     assert heard[1][0] == pytest.approx({"cyclonedds": 5100 * MS, "fastdds": 8010 * MS}[preset],
                                         abs=MS // 4), "a timer of fastdds slips by 0.1 ms"
     perturbed = []

@@ -32,14 +32,11 @@ def ros1(**params):
     return Ros1(configured(Ros1.Params, **{"master": "m", **AT_ONCE, **params}))
 
 
-IMPLIED = {"tcp": {"acks": "implied"}}
 MIDDLEWARES = {
-    "direct": Direct, "ros1": ros1, "ros1, implied": partial(ros1, **IMPLIED),
+    "direct": Direct, "ros1": ros1,
     "rospy": partial(ros1, client="rospy"),
     "multimaster": lambda: Multimaster(configured(Multimaster.Params, preset="fkie_1_3")),
-    "cyclonedds": dds, "cyclonedds, implied": partial(dds, acks="implied"),
-    "fastdds": partial(dds, "fastdds"), "fastdds, implied": partial(dds, "fastdds", acks="implied"),
-    "zenoh": zenoh, "zenoh, implied": partial(zenoh, **IMPLIED)}
+    "cyclonedds": dds, "fastdds": partial(dds, "fastdds"), "zenoh": zenoh}
 BROADCAST = {"transport": "datagram", "via": "broadcast"}
 TRANSPORTS = {"stream": {"transport": "stream"}, "datagram": {"transport": "datagram"},
               "broadcast": BROADCAST}

@@ -255,20 +255,6 @@ def test_a_loss_shows_that_a_near_host_has_to_be_asked_how_much_it_takes():
     assert [seq for _, seq in pair.heard()] == [1, 2]
 
 
-def test_implied_acknowledgements_are_no_frames():
-    """So Nagle holds what is said while something is on its way, and no longer."""
-    pair = Pair(wire(), params={"acks": "implied"})
-    pair.call()
-    known = []
-    pair.at(10 * MS, pair.say, 7).at(10_500_000, pair.say, 8).at(20 * MS, pair.say, 9, 14_480)
-    for time_ns in 11_001_359, 11_001_361:
-        pair.at(time_ns, lambda: known.append(len(pair.connection.unacked(0))))
-    pair.run(S)
-    assert known == [2, 1]
-    assert pair.heard() == [(11_001_360, 7), (12_002_720, 8), (21_000_000 + 15_180 * 8, 9)]
-    assert pair.net.graph.context.discovery_bytes["ack"] == 0
-
-
 def test_a_partition_is_felt_until_the_next_timeout():
     """The probe comes after 200 ms, the timeout 200 ms after it, then it doubles; ticks of 4 ms,
     later of 32 ms, make them longer. Nagle lets the second message wait for the first."""

@@ -38,7 +38,7 @@ def test_carriers_are_whole(module, name):
 
 def test_the_search_finds_them():
     found = {name for _, name in carriers()}
-    assert {"PacketSource", "StreamLink", "Datagram", "Sender", "Express", "Bench"} <= found
+    assert {"PacketSource", "StreamLink", "Datagram", "Sender", "Bench"} <= found
     assert issubclass(Bench, BroadcastCarrier)
 
 

@@ -27,12 +27,6 @@ CASES = {
 MORE = {
     "a port that loses some": (MAZE_8, "stop.elapsed=10 s", f"{LAN}.queue=fq_codel",
                                f"{LAN}.rate=7 Mb/s", f"{LAN}.buffer=20 kB"),
-    "acknowledgements implied by TCP": (
-        MAZE_8, "stop.elapsed=5 s", "middleware={model: ros1, tcp: {acks: implied}}",
-        f"network.media={{lan: {{model: switch, rate: 12 Mb/s, {LOSSY}}}}}"),
-    "acknowledgements implied by DDS": (
-        MAZE_8, "stop.elapsed=5 s", "middleware={model: dds, acks: implied}",
-        f"network.media={{lan: {{model: switch, rate: 20 Mb/s, {LOSSY}}}}}"),
     "relays of Zenoh": (
         MAZE_8, "stop.elapsed=6 s", "middleware={model: zenoh, routers: [robot_3]}",
         f"network.media={{lan: {{model: switch, rate: 12 Mb/s, {LOSSY}}}}}"),

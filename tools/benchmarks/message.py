@@ -25,7 +25,6 @@ MIDDLEWARE: dict[str, Callable[[], Any]] = {
     "direct": Direct,
     "ros1": lambda: Ros1(Ros1.Params(master="master")),
     "ros1, tcp_nodelay": lambda: Ros1(Ros1.Params(master="master", tcp_nodelay=True)),
-    "ros1, acks implied": lambda: Ros1(Ros1.Params(master="master", tcp={"acks": "implied"})),
 }
 
 

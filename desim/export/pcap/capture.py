@@ -158,7 +158,7 @@ class _Tap:
 
 def _segment(carrier: Carrier[Never], token: object) -> Segment | None:
     """The numbers of a TCP segment, as far as they are simulated: byte 0 of a stream has the
-    sequence number 1. None: no sequence numbers are simulated (``StreamLink``, ``Express``)."""
+    sequence number 1. None: no sequence numbers are simulated (``StreamLink``)."""
     match carrier, token:
         case Receiver(), (int(start), int(_), int(ack), int(_), int(_), bool(last), int(_)):
             return Segment(1 + start, 1 + ack, ACK | PUSH | last * FIN)

@@ -8,8 +8,7 @@ many batches at once.
 
 A batch has a *place* for each reception. The same place in all batches of a publisher is a
 ``Member``: the link to one receiver. A message has *landed* when the time of its arrival is past,
-noticed or not. A link at rest is *lent*: while nothing else happens to it, its messages go in
-batches. In an unusual case the batch *gives* a message back to its link: a rule affects the frame,
-the link's last message has not arrived, the frame is lost, a host stops. The trace has the same
-rows either way.
+noticed or not. While nothing else happens to a link at rest, its messages go in batches. In an
+unusual case the batch *gives* a message back to its link: a rule affects the frame, the link's last
+message has not arrived, the frame is lost, a host stops. The trace has the same rows either way.
 """
