@@ -188,7 +188,7 @@ class Mute:
 
 @PRESETS
 def test_a_reader_that_falls_silent_is_given_up(preset):
-    """When its lease ends, though all reaches it."""
+    """Its lease ends, though all reaches it."""
     heard = []
     Net({"a": talker([(5 * S + k * S, str(k)) for k in range(60)]), "b": listener(heard, queue=0)},
         rules=[Mute()], middleware=dds(preset, lease="12 s")).run(70 * S)
