@@ -32,7 +32,7 @@ def test_a_table_and_a_sentence_say_what_gave_in_first(tmp_path):
     with open(page.parent / "tables" / "saturated_first.csv") as file:
         rows = list(csv.DictReader(file))
     assert [(row["speed"], row["first"]) for row in rows] == [
-        ("1", "processor 3 (robot_0 2, robot_1 1)"), ("2", "none 2, lan 1")]
+        ("1", "processor 3 (robot_0: 2, robot_1: 1)"), ("2", "none 2, lan 1")]
     assert [float(row["saturation_processor_peak"]) for row in rows] == pytest.approx([0.99, 0.4])
 
 

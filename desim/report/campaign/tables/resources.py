@@ -74,7 +74,7 @@ def _parts(study: Study, name: str, vector: VectorRuns) -> str:
     found = Counter(part for part, first in zip(study.text(column)[vector.rows],
                                                 study.text(_FIRST)[vector.rows], strict=True)
                     if part is not None and first == name)
-    return " (" + ", ".join(f"{part} {count}" for part, count in found.most_common()) + ")" \
+    return " (" + ", ".join(f"{part}: {count}" for part, count in found.most_common()) + ")" \
         if found else ""
 
 
