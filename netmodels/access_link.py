@@ -64,11 +64,10 @@ class AccessLink(Itemized):
         end_ns = begin_ns + airtime_ns(size_bytes, self._rate_bps)
         self._free_ns[frame.source] = end_ns
         self._booked_ns[frame.source] += end_ns - begin_ns
-        if self._ledger is not None:
-            spent = self._ledger.spent
-            spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
-            spent(frame, ports.TimePart.AIRTIME, end_ns - begin_ns)
-            spent(frame, ports.TimePart.PROPAGATION, self._latency_ns)
+        spent = self._ledger.spent
+        spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
+        spent(frame, ports.TimePart.AIRTIME, end_ns - begin_ns)
+        spent(frame, ports.TimePart.PROPAGATION, self._latency_ns)
         return end_ns - now_ns + self._latency_ns
 
     def _let_in(self, frame: ports.Frame, begin_ns: int, free_bytes: int) -> tuple[int, int]:

@@ -54,8 +54,7 @@ class Aloha(Itemized):
         self._times = FrameTimes.of(self._ledger)
 
     def send(self, frame: ports.Frame) -> None:
-        if self._times is not None:
-            self._times.begin(frame, self._context.now_ns)
+        self._times.begin(frame, self._context.now_ns)
         if self._slot_ns is None:
             self._begin(frame)
         else:
@@ -64,8 +63,7 @@ class Aloha(Itemized):
 
     def _begin(self, frame: ports.Frame) -> None:
         now_ns = self._context.now_ns
-        if self._times is not None:
-            self._times.until(frame, ports.TimePart.CONTENTION, now_ns)
+        self._times.until(frame, ports.TimePart.CONTENTION, now_ns)
         own = _Transmission(frame, now_ns, self._rate_bps)
         end_ns = own.ends_ns[-1]
         for other in self._air.values():
@@ -77,9 +75,8 @@ class Aloha(Itemized):
     def _end(self, own: _Transmission) -> None:
         frame = own.frame
         del self._air[frame.id]
-        if self._times is not None:
-            self._times.until(frame, ports.TimePart.AIRTIME, self._context.now_ns)
-            self._times.end(frame)
+        self._times.until(frame, ports.TimePart.AIRTIME, self._context.now_ns)
+        self._times.end(frame)
         if len(own.corrupted) == frame.segments:
             self._context.settle_many(frame, frame.receivers, ports.Drop("collision"))
             return

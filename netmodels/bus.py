@@ -73,7 +73,7 @@ class BusStations(ABC):
     _gives_up: str
 
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...],
-                 ledger: ports.Ledger | None = None) -> None:
+                 ledger: ports.Ledger) -> None:
         self._cable = cable
         self._context = context
         self._ledger, self._times = ledger, FrameTimes.of(ledger)
@@ -87,7 +87,7 @@ class BusStations(ABC):
         free = cable.queue_packets - len(station.queue) + station.idle
         sizes = ports.packet_sizes(frame.size_bytes, frame.segments)[:free]
         refuse(self._context, frame, len(sizes))
-        if self._times is not None and sizes:
+        if sizes:
             self._times.begin(frame, self._context.now_ns)
         station.queue.extend(Packet(frame, cable.wire_ns(size_bytes), number, number + 1 == free
                                     or number + 1 == frame.segments)
@@ -109,9 +109,8 @@ class BusStations(ABC):
 
     def _stamp(self, station: BusStation, part: TimePart, now_ns: int | None = None) -> None:
         """A station's packet has been in ``part`` until now."""
-        if self._times is not None:
-            self._times.until(station.packet.frame, part,
-                              self._context.now_ns if now_ns is None else now_ns)
+        self._times.until(station.packet.frame, part,
+                          self._context.now_ns if now_ns is None else now_ns)
 
     def _sent(self, station: BusStation) -> None:
         """The last bit has left the station."""
@@ -132,9 +131,8 @@ class BusStations(ABC):
         if not last:
             return
         lost, station.lost = station.lost, []
-        if self._ledger is not None and self._times is not None:
-            self._times.end(frame)
-            self._ledger.spent(frame, TimePart.PROPAGATION, self._cable.propagation_ns)
+        self._times.end(frame)
+        self._ledger.spent(frame, TimePart.PROPAGATION, self._cable.propagation_ns)
         if lost:
             for receiver in frame.receivers:
                 settle_without(self._context, frame, receiver, {self._gives_up: lost}, self._arrive,
@@ -193,7 +191,7 @@ class CollisionDetection(BusStations):
     _gives_up = "excessive_collisions"
 
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...],
-                 ledger: ports.Ledger | None = None) -> None:
+                 ledger: ports.Ledger) -> None:
         super().__init__(cable, context, hosts, ledger)
         # That have begun, unheard so far, and when.
         self._senders: list[tuple[BusStation, int]] = []
@@ -247,7 +245,7 @@ class Fifo:
     arbiter, which the other disciplines are measured against."""
 
     def __init__(self, cable: Cable, context: ports.Context, hosts: tuple[str, ...],
-                 ledger: ports.Ledger | None = None) -> None:
+                 ledger: ports.Ledger) -> None:
         self._cable = cable
         self._context, self._ledger = context, ledger
         self.free_ns = self.taken_ns = 0
@@ -268,16 +266,15 @@ class Fifo:
         self.taken_ns += self.free_ns - begin_ns
         self.departures_ns[frame.source] = self.free_ns
         arrives_ns = self.free_ns - cable.gap_ns + cable.propagation_ns
-        if self._ledger is not None:
-            spent = self._ledger.spent
-            spent(frame, TimePart.QUEUE, begin_ns - now_ns)
-            spent(frame, TimePart.AIRTIME, self.free_ns - cable.gap_ns - begin_ns)
-            spent(frame, TimePart.PROPAGATION, cable.propagation_ns)
+        spent = self._ledger.spent
+        spent(frame, TimePart.QUEUE, begin_ns - now_ns)
+        spent(frame, TimePart.AIRTIME, self.free_ns - cable.gap_ns - begin_ns)
+        spent(frame, TimePart.PROPAGATION, cable.propagation_ns)
         self._context.settle_many(frame, frame.receivers, ports.Deliver(arrives_ns - now_ns))
 
 
 Arbitration = CarrierSense | CollisionDetection | Fifo
-Discipline = Callable[[Cable, ports.Context, tuple[str, ...], ports.Ledger | None], Arbitration]
+Discipline = Callable[[Cable, ports.Context, tuple[str, ...], ports.Ledger], Arbitration]
 ARBITRATIONS: dict[str, Discipline] = {
     "csma": CarrierSense, "csma_cd": CollisionDetection, "fifo": Fifo}
 

@@ -66,6 +66,5 @@ class Distance(Itemized):
         distances_m = np.fmax(np.sqrt(np.einsum("ij,ij->i", apart, apart)), 0.0)  # NaN: 0
         chances = np.interp(distances_m, self._distances_m, self._chances, right=0.0)
         delay_ns = self._outlets.delay_ns(frame, now_ns) + self._params.latency_ns
-        if self._ledger is not None:
-            self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._params.latency_ns)
+        self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._params.latency_ns)
         self._losses.settle(frame, chances.tolist(), delay_ns)

@@ -27,6 +27,5 @@ class Ideal(Itemized):
         """Nothing to do: it needs neither time nor places."""
 
     def send(self, frame: ports.Frame) -> int:
-        if self._ledger is not None:
-            self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._delay_ns)
+        self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._delay_ns)
         return self._delay_ns

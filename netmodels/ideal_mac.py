@@ -74,8 +74,7 @@ class IdealMac(Itemized, UnitDiskRadio):
         if train is None:
             return
         queue.append(train)
-        if self._times is not None:
-            self._times.begin(frame, self._context.now_ns)
+        self._times.begin(frame, self._context.now_ns)
         if source not in self._air:
             self._waiting.add(source)
             self._book()
@@ -116,8 +115,7 @@ class IdealMac(Itemized, UnitDiskRadio):
         self._waiting.remove(host)
         self._air[host] = sending
         context = self._context
-        if self._times is not None:
-            self._times.until(sending.train.frame, ports.TimePart.CONTENTION, context.now_ns)
+        self._times.until(sending.train.frame, ports.TimePart.CONTENTION, context.now_ns)
         context.at(context.now_ns + airtime_ns(sending.train.size_bytes, self._params.rate_bps),
                    self._end, host)
 
@@ -126,11 +124,9 @@ class IdealMac(Itemized, UnitDiskRadio):
         self._since_ns[host] = now_ns = self._context.now_ns
         if self._queues[host]:
             self._waiting.add(host)
-            if self._times is not None:
-                self._times.until(self._queues[host][0].frame, ports.TimePart.QUEUE, now_ns)
-        if self._times is not None:
-            self._times.until(frame, ports.TimePart.AIRTIME, now_ns)
-            self._times.end(frame)
+            self._times.until(self._queues[host][0].frame, ports.TimePart.QUEUE, now_ns)
+        self._times.until(frame, ports.TimePart.AIRTIME, now_ns)
+        self._times.end(frame)
         if self._waiting:
             self._book()
         settle(self._context, frame, got, 0)

@@ -5,10 +5,24 @@ from __future__ import annotations
 from desim.ports import Frame, Ledger, TimePart
 
 
-class Itemized:
-    """A network model that enters its frames' times in a ledger, if there is one."""
+class NoLedger(Ledger):
+    """The ledger of a run that keeps none."""
 
-    _ledger: Ledger | None = None
+    def spent(self, frame: Frame, part: TimePart, time_ns: int, receiver: int | None = None,
+              host: int | None = None) -> None:
+        pass
+
+    def lost_at(self, frame: Frame, host: int, receiver: int | None = None) -> None:
+        pass
+
+
+NO_LEDGER = NoLedger()
+
+
+class Itemized:
+    """A network model that enters its frames' times in a ledger."""
+
+    _ledger: Ledger = NO_LEDGER
 
     def itemize(self, ledger: Ledger) -> None:
         """Enter the times of frames in ``ledger`` from now on (``ports.Itemizes``)."""
@@ -24,9 +38,9 @@ class FrameTimes:
         self._sums: dict[int, dict[TimePart, int]] = {}
 
     @classmethod
-    def of(cls, ledger: Ledger | None) -> FrameTimes | None:
-        """Stopwatches for this ledger; None where there is none."""
-        return None if ledger is None else cls(ledger)
+    def of(cls, ledger: Ledger) -> FrameTimes:
+        """Stopwatches for this ledger."""
+        return NoTimes(ledger) if ledger is NO_LEDGER else cls(ledger)
 
     def begin(self, frame: Frame, now_ns: int) -> None:
         """The model takes the frame: its first part begins."""
@@ -44,3 +58,16 @@ class FrameTimes:
         for part, time_ns in self._sums.pop(frame.id).items():
             self._ledger.spent(frame, part, time_ns)
         del self._since_ns[frame.id]
+
+
+class NoTimes(FrameTimes):
+    """Stopwatches that nobody reads."""
+
+    def begin(self, frame: Frame, now_ns: int) -> None:
+        pass
+
+    def until(self, frame: Frame, part: TimePart, now_ns: int) -> None:
+        pass
+
+    def end(self, frame: Frame) -> None:
+        pass

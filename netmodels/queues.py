@@ -60,9 +60,9 @@ def admit(context: ports.Context, frame: ports.Frame, free: int) -> QueuedTrain 
 class SenderQueues:
     """One unbounded queue per sender. Its frames go out one after another at ``rate_bps``, and
     nobody hinders anybody else: delay = wait behind the sender's own earlier frames + size * 8 /
-    rate. Their parts are entered in ``ledger``, if there is one."""
+    rate. Their parts are entered in ``ledger``."""
 
-    def __init__(self, hosts: int, rate_bps: int, ledger: ports.Ledger | None = None) -> None:
+    def __init__(self, hosts: int, rate_bps: int, ledger: ports.Ledger) -> None:
         self._free_ns = [0] * hosts
         self._rate_bps = rate_bps
         self._ledger = ledger
@@ -80,8 +80,7 @@ class SenderQueues:
         source = frame.source
         begin_ns = max(now_ns, self._free_ns[source])
         self._free_ns[source] = end_ns = begin_ns + sent_ns + repeated_ns
-        if self._ledger is not None:
-            self._ledger.spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
-            self._ledger.spent(frame, ports.TimePart.AIRTIME, sent_ns)
-            self._ledger.spent(frame, ports.TimePart.RETRANSMISSION, repeated_ns)
+        self._ledger.spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
+        self._ledger.spent(frame, ports.TimePart.AIRTIME, sent_ns)
+        self._ledger.spent(frame, ports.TimePart.RETRANSMISSION, repeated_ns)
         return end_ns - now_ns

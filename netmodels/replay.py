@@ -92,8 +92,7 @@ class Replay(Itemized):
         return self._outlets.departure_ns(host)
 
     def send(self, frame: ports.Frame) -> None:
-        if self._ledger is not None:
-            self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._params.latency_ns)
+        self._ledger.spent(frame, ports.TimePart.PROPAGATION, self._params.latency_ns)
         if self._attempts is not None and not frame.broadcast:
             self._send_until_it_arrives(self._attempts, frame)
             return

@@ -90,8 +90,7 @@ class Tdma(Itemized, UnitDiskRadio):
         train = admit(self._context, frame, params.queue - waiting)
         if train is not None:
             queue.append(_SlottedTrain(frame, train.packets, []))
-            if self._times is not None:
-                self._times.begin(frame, self._context.now_ns)
+            self._times.begin(frame, self._context.now_ns)
             if len(queue) == 1:
                 self._book(frame.source, -(-self._context.now_ns // params.slot_ns))
 
@@ -116,23 +115,22 @@ class Tdma(Itemized, UnitDiskRadio):
                 if other != host:
                     corrupted |= disturbed[other]
             near = reached[host] & mask(waiting.frame.receivers)
-            if self._times is not None:
-                self._stamp(self._times, waiting, number)
+            self._stamp(waiting, number)
             waiting.sent.append((near & ~corrupted, near & corrupted))
             if len(waiting.sent) == waiting.packets:
                 queue.popleft()
                 over.append(waiting)
-                if queue and self._times is not None:
+                if queue:
                     self._times.until(queue[0].frame, ports.TimePart.QUEUE, self._context.now_ns)
             if queue:
                 self._book(host, number + 1)
         for waiting in over:
             settle_train(self._context, waiting.frame, waiting.sent)
 
-
-    def _stamp(self, times: FrameTimes, waiting: _SlottedTrain, number: int) -> None:
+    def _stamp(self, waiting: _SlottedTrain, number: int) -> None:
         """The next packet has been sent in slot ``number``."""
         params, frame, packet = self._params, waiting.frame, len(waiting.sent)
+        times = self._times
         begin_ns = number * params.slot_ns
         sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
         times.until(frame, ports.TimePart.CONTENTION, begin_ns)

@@ -65,9 +65,8 @@ class ArgosRab(Itemized):
             context.at((context.now_ns // params.tick_ns + 1) * params.tick_ns, self._tick)
         before = self._said.get(frame.source)
         self._said[frame.source] = frame
-        if self._ledger is not None:
-            self._ledger.spent(frame, ports.TimePart.CONTENTION,
-                               params.tick_ns - context.now_ns % params.tick_ns)
+        self._ledger.spent(frame, ports.TimePart.CONTENTION,
+                           params.tick_ns - context.now_ns % params.tick_ns)
         if before is not None:
             context.settle_many(before, before.receivers, _OVERWRITTEN)
 

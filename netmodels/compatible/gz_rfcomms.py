@@ -117,8 +117,7 @@ class GzRfComms(Itemized):
         now_ns = context.now_ns
         mean_dbm = received_dbm(self._params, distances_m, exponents).tolist()
         wait_ns = step_ns - now_ns % step_ns if step_ns else 0
-        if self._ledger is not None:
-            self._ledger.spent(frame, ports.TimePart.PROPAGATION, wait_ns)
+        self._ledger.spent(frame, ports.TimePart.PROPAGATION, wait_ns)
         for receiver, dbm in zip(frame.receivers, mean_dbm, strict=True):
             reason, lost = self._fate(frame, receiver, dbm, now_ns)
             if reason == "out_of_range" and frame.broadcast:

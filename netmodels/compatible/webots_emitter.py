@@ -70,11 +70,10 @@ class WebotsEmitter(Itemized):
         end_ns = begin_ns + self._airtime_ns(frame.size_bytes)
         sent_ns = -(-max(end_ns, now_ns + params.step_ns) // params.step_ns) * params.step_ns
         queue.append((end_ns, frame.size_bytes))
-        if self._ledger is not None:
-            spent = self._ledger.spent
-            spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
-            spent(frame, ports.TimePart.AIRTIME, end_ns - begin_ns)
-            spent(frame, ports.TimePart.PROPAGATION, sent_ns - end_ns)  # to the end of a step
+        spent = self._ledger.spent
+        spent(frame, ports.TimePart.QUEUE, begin_ns - now_ns)
+        spent(frame, ports.TimePart.AIRTIME, end_ns - begin_ns)
+        spent(frame, ports.TimePart.PROPAGATION, sent_ns - end_ns)  # to the end of a step
         context.at(sent_ns, self._sent, frame)
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:

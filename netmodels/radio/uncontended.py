@@ -138,12 +138,11 @@ class Uncontended(Itemized):
         ends_ns.extend(now_ns + wait_ns + (free_ns + again_ns) * number // packets
                        for number in range(1, packets + 1))
         arrive = ports.Deliver(wait_ns + arrives_ns + again_ns)
-        if self._ledger is not None:
-            spent, part = self._ledger.spent, ports.TimePart
-            spent(frame, part.QUEUE, wait_ns)
-            spent(frame, part.CONTENTION, arrives_ns - air_ns)
-            spent(frame, part.RETRANSMISSION, again_ns)
-            spent(frame, part.AIRTIME, air_ns)
+        spent, part = self._ledger.spent, ports.TimePart
+        spent(frame, part.QUEUE, wait_ns)
+        spent(frame, part.CONTENTION, arrives_ns - air_ns)
+        spent(frame, part.RETRANSMISSION, again_ns)
+        spent(frame, part.AIRTIME, air_ns)
         for receiver, missing in lost.items():
             settle_without(context, frame, receiver, missing, arrive, sent=packets)
         context.settle_many(frame, [receiver for receiver in near if receiver not in lost], arrive)
