@@ -56,7 +56,7 @@ class Tick(Call):
 
 
 class Ticker:
-    """The k-th tick of an f Hz timer is at ``start + k * 10**9 // f``: exact, never drifting."""
+    """A timer that can pause. Tick k of f Hz is at ``start + k * 10**9 // f``: it never drifts."""
 
     __slots__ = ("_kernel", "_place", "_fn", "_tick", "_over")
 

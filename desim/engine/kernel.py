@@ -69,7 +69,7 @@ _new_call = Call.__new__
 
 
 class Kernel:
-    """Integer-nanosecond time over a SimPy environment of its own; ``inside`` a foreign one."""
+    """Integer-nanosecond time over SimPy. ``inside`` joins a foreign environment."""
 
     def __init__(self) -> None:
         self.now_ns = 0  # read twenty times a message: no property
@@ -124,9 +124,9 @@ class Kernel:
 
     def after_all(self, delay_ns: int, phase: Phase, entities: Sequence[int],
                   fn: Callable[[Sequence[T]], object], args: Sequence[T]) -> None:
-        """Call ``fn(args)`` after ``delay_ns``, as if each of ``entities`` (ascending) booked
-        ``fn([arg])`` for its own one of ``args``, without a call for each: if something else comes
-        between two of them, ``fn`` gets those in front of it first. Raises as ``after`` does."""
+        """Like ``after`` for each of ``entities`` (ascending) and its own one of ``args``, but
+        ``fn`` gets many of these at once: the group splits where another event comes between.
+        Raises as ``after`` does."""
         self.after(delay_ns, phase, entities[0], self._fire_all, (entities, fn, args))
 
     def at(self, time_ns: int, phase: Phase, entity: int, fn: Callable[[T], object],
@@ -194,14 +194,9 @@ class Kernel:
         time_ns, order = self._fired[:2]
         return order >> _ROUND_BIT if time_ns == self.now_ns else 0
 
-    def over(self, time_ns: int, phase: Phase, round_: int = 0) -> bool:
-        """Whether what was booked for ``phase`` of the instant ``time_ns``, in its round ``round_``
-        (see ``round_of``), has fired: it is no later than now, and what runs now comes behind it.
-        """
-        return time_ns < self.now_ns or time_ns <= self.last_over_ns(phase, round_)
-
     def last_over_ns(self, phase: Phase, round_: int = 0) -> int:
-        """The last instant of which ``phase`` is over, in its round ``round_``."""
+        """The last instant at which all that was booked for ``phase``, in its round ``round_`` (see
+        ``round_of``), has fired."""
         now_ns, (time_ns, order) = self.now_ns, self._fired[:2]
         running = now_ns == time_ns and now_ns != self._complete_ns
         return now_ns - (running and order >> _PHASE_BIT

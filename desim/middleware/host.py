@@ -236,9 +236,8 @@ class Host:
         return True
 
     def has_arrived(self, receiver: int, time_ns: int) -> None:
-        """A message of this host has arrived at ``receiver``."""
-        self.last_arrival_ns[receiver] = max(self.last_arrival_ns[receiver], time_ns)
-        if self.on_next_arrival and receiver in self.on_next_arrival:
+        """A message of this host has arrived at ``receiver``, for those who wait for one."""
+        if receiver in self.on_next_arrival:
             self.on_next_arrival.pop(receiver)(time_ns)
 
     def have_arrived(self, receivers: Sequence[int], first_ns: np.ndarray, last_ns: np.ndarray

@@ -89,7 +89,7 @@ class Expecting(Protocol):
 
 
 class Feed(Protocol):
-    """A publisher whose messages are made when they are read."""
+    """One place of a publisher's batches, whose messages are made when they are read."""
 
     @property
     def size_bytes(self) -> int:
@@ -102,7 +102,7 @@ class Feed(Protocol):
         """The number of messages that have arrived so far."""
 
     def release(self) -> None:
-        """Make events of arrivals that are still to come."""
+        """Make events of arrivals that are still to come, at all places of the batches."""
 
 
 class Latest:
@@ -169,8 +169,10 @@ class Latest:
         if not expected:
             return
         kernel = self.host.graph.kernel
-        now_ns = kernel.now_ns
-        while expected and (expected[0][0] < now_ns or kernel.over(expected[0][0], Phase.DELIVER)):
+        over_ns = kernel.now_ns - 1
+        if expected[-1][0] > over_ns:  # as seldom
+            over_ns = kernel.last_over_ns(Phase.DELIVER)
+        while expected and expected[0][0] <= over_ns:
             due_ns, link, message = expected.pop(0)
             self._message, self._unread = message, True
             link.land(message, due_ns)
@@ -273,7 +275,7 @@ class Publisher:
         batches = self.batches
         if batches is None and self._fans_out and len(self._receivers) > 1:
             batches = FanOut(self, content.size_bytes)
-        if batches is not None and batches.takes(content):
+        if batches is not None and batches.publish_alone(content):
             return
         if self._stale:
             self._refresh()

@@ -27,8 +27,8 @@ class Arena(NamedTuple):
 
 
 class Bodies(Protocol):
-    """The bodies of a fleet on the plane, whose sensors, maps and networks stay desim's. It stands
-    in the place of a world, as ``physics.model``, and is made without arguments.
+    """The bodies of a fleet on the plane. desim keeps sensors, maps and networks. Named in
+    ``physics.model`` instead of a world, and constructed without arguments.
 
     ``poses`` [n, 3] x m, y m, yaw rad | ``velocities`` [n, 3] forward, left m/s, turn rad/s |
     ``travelled_m`` [n] the length of the way that each has gone. They are those of the last tick.
@@ -43,7 +43,7 @@ class Bodies(Protocol):
 
     def command(self, robot: int, velocity: tuple[float, float, float], now_ns: int) -> None:
         """Set the velocity that ``robot`` shall have from the next tick on: forward, left m/s, turn
-        rad/s. Its motors get it there; without a new one it stops after
+        rad/s. It accelerates to that; without a new one it stops after
         ``types[robot].command_timeout_ns``."""
 
     def surround(self, walls: np.ndarray, tops_m: np.ndarray, discs: np.ndarray) -> None:

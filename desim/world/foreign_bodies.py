@@ -26,15 +26,19 @@ class ForeignBodies:
     def advance(self, now_ns: int, dt_s: float) -> list[tuple[int, int]]:
         began = self._bodies.advance(now_ns, dt_s)
         self._take()
-        for pair in began:
-            if not (isinstance(pair, tuple) and len(pair) == 2 and all(
-                    -1 <= one < self._count for one in pair) and pair[0] >= 0):
-                raise ModelError(f"{class_of(self._bodies)}.advance returned the contact {pair!r}; "
-                                 "wanted: (robot, other robot or -1)")
+        if not isinstance(began, list) or not all(map(self._is_contact, began)):
+            raise ModelError(f"{class_of(self._bodies)}.advance returned {began!r}; wanted: a list "
+                             "of contacts (robot, other robot or -1)")
         return began
 
     def ahead(self, after_ns: int) -> np.ndarray:
         return self._checked("ahead()", self._bodies.ahead(after_ns), (self._count, 3))
+
+    def _is_contact(self, pair: object) -> bool:
+        match pair:
+            case (int(robot), int(other)):
+                return robot != other and 0 <= robot < self._count and -1 <= other < self._count
+        return False
 
     def _take(self) -> None:
         """Read the state after a tick."""
@@ -44,7 +48,11 @@ class ForeignBodies:
         self.travelled_m = self._checked("travelled_m", bodies.travelled_m, (count,))
 
     def _checked(self, name: str, values: object, shape: tuple[int, ...]) -> np.ndarray:
-        array = np.asarray(values, float)
+        try:
+            array = np.asarray(values, float)
+        except (TypeError, ValueError):
+            raise ModelError(f"{class_of(self._bodies)}: {name} must be numbers, got {values!r}"
+                             ) from None
         if array.shape != shape or not np.isfinite(array).all():
             got = (f"shape {list(array.shape)}" if array.shape != shape
                    else f"{array[~np.isfinite(array)][0]}")

@@ -56,6 +56,17 @@ class Ghost(Sliders):
         return [(0, 7)]
 
 
+class Silent(Sliders):
+    def advance(self, *tick):
+        super().advance(*tick)
+
+
+class Wordy(Sliders):
+    def start(self, arena):
+        super().start(arena)
+        self.velocities = "fast"
+
+
 class Deaf:
     def start(self, arena): ...
     def ahead(self, after_ns): ...
@@ -86,7 +97,9 @@ def test_contacts_of_the_bodies_are_collisions_of_the_robots():
 @pytest.mark.parametrize("bodies, says", [
     (Flat, "poses must be finite numbers of shape [3, 3], got shape [3, 2]"),
     (Lost, "poses must be finite numbers of shape [3, 3], got nan"),
-    (Ghost, "advance returned the contact (0, 7); wanted: (robot, other robot or -1)"),
+    (Ghost, "advance returned [(0, 7)]; wanted: a list of contacts (robot, other robot or -1)"),
+    (Silent, "advance returned None; wanted: a list of contacts (robot, other robot or -1)"),
+    (Wordy, "velocities must be numbers, got 'fast'"),
 ])
 def test_a_wrong_answer_names_the_class_and_what_is_wanted(bodies, says):
     with pytest.raises(ModelError) as error:

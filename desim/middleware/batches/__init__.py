@@ -7,8 +7,8 @@ arrivals, a message is made when somebody reads it, and trace rows and counts ar
 many batches at once.
 
 A batch has a *place* for each reception. The same place in all batches of a publisher is a
-``Member``: the link to one receiver. A message has *landed* when the time of its arrival is past,
-noticed or not. While nothing else happens to a link at rest, its messages go in batches. In an
-unusual case the batch *gives* a message back to its link: a rule affects the frame, the link's last
-message has not arrived, the frame is lost, a host stops. The trace has the same rows either way.
+``Member``, which stands in for the link to one receiver. A message has *landed* when the time of
+its arrival is past, noticed or not. Messages set out in a batch while all links are at rest and no
+rule touches them, else one by one. If the network loses a frame, or a host stops, ``Member.give``
+returns messages that are on their way to their links. The trace has the same rows either way.
 """

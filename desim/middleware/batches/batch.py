@@ -46,8 +46,8 @@ class Batch:
 
 
 class Member(Carrier[Batch]):
-    """One place of a publisher's batches: the link to one receiver. ``latest`` keeps the messages
-    there; None: a callback waits for each. It is the carrier of the frames."""
+    """One place of a publisher's batches, in the place of the link to one receiver. ``latest``
+    keeps the messages there; None: a callback waits for each. It is the carrier of the frames."""
 
     protocol = "tcp"
     __slots__ = ("publisher", "link", "host", "latest", "ahead", "index", "message_index",

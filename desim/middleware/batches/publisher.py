@@ -51,8 +51,8 @@ class BatchPublisher:
                 if publisher.has_subscribers():
                     publisher.publish(content(number))
 
-    def takes(self, content: Content) -> bool:
-        """Whether what one of the publishers publishes by itself goes as a batch, too."""
+    def publish_alone(self, content: Content) -> bool:
+        """One of the publishers publishes by itself. Returns whether that went as a batch."""
         return False
 
     def _publish(self, content: Callable[[int], Content]) -> bool:
@@ -177,7 +177,7 @@ class FanOut(BatchPublisher):
     def __init__(self, publisher: Publisher, size_bytes: int) -> None:
         super().__init__([publisher], size_bytes)
 
-    def takes(self, content: Content) -> bool:
+    def publish_alone(self, content: Content) -> bool:
         if content.size_bytes == self.size_bytes and self._publish(lambda _: content):
             return True
         self.release()
