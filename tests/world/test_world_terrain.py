@@ -1,5 +1,6 @@
 """Terrain sources and the ground truth made of them."""
 
+import math
 import shutil
 import tempfile
 from dataclasses import replace
@@ -15,10 +16,10 @@ from desim.errors import InputError
 from desim.ports import GridSpec
 from desim.ports.terrain import Wall
 from desim.scenario.schema.environment import Drawing, MapFile, Shape
-from desim.world.geometry import merge_collinear, outline, segments
+from desim.world.geometry import merge_collinear, outline, point_distance, segments
 from desim.world.polygons import strips
 from desim.world.sources import load
-from desim.world.terrain import Raster, from_raster
+from desim.world.terrain import Raster, from_raster, of_free_cells
 
 MAPS = Path(__file__).parents[3] / "shared" / "reference" / "mrs_testbed_maps"
 LINE = np.array([(-38.0, 38.0 - 2 * i) for i in range(30)])  # the paper's start line
@@ -249,6 +250,36 @@ def test_a_thin_polygon_is_one_wall_to_the_radio():
     x1, y1, x2, y2 = wall.segments[along]
     assert np.hypot(x2 - x1, y2 - y1) == pytest.approx(6.0)
     assert np.arctan2(y2 - y1, x2 - x1) % np.pi == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("points", "line"), [
+    ([(-1, 1), (5, 1), (2, 1.1)], (-1.0, 1.05, 5.0, 1.05)),
+    ([(2, -3), (2.1, 1), (2, 5)], (2.05, -3.0, 2.05, 5.0))])
+def test_a_sliver_is_a_wall_along_the_middle_of_its_box(points, line):
+    wall = load(Shape(size=("20 m", "20 m"), polygons=[{
+        "points": [(f"{x} m", f"{y} m") for x, y in points]}])).matter()
+    along, = np.flatnonzero(np.isclose(wall.thickness_m, 0.1))
+    assert wall.segments[along] == pytest.approx(line)
+
+
+coordinates = st.floats(-9, 9)
+
+
+@given(st.tuples(coordinates, coordinates), st.tuples(*[coordinates] * 4))
+def test_the_distance_from_a_wall_is_that_of_its_nearest_point(point, wall):
+    found_m = point_distance(np.array([point]), np.array([wall]))[0, 0]
+    places = np.linspace(wall[:2], wall[2:], 2001)
+    nearest_m = np.hypot(*(places - point).T).min()
+    assert found_m - 1e-9 <= nearest_m <= found_m + math.dist(wall[:2], wall[2:]) / 4000 + 1e-9
+
+
+def test_the_clearance_on_a_raster_is_that_from_its_solid_cells():
+    """A hall of 6 m by 4 m with a block from (3, 1) to (4.5, 2)."""
+    free = np.ones((8, 12), bool)
+    free[2:4, 6:9] = False
+    hall = of_free_cells(Path("hall"), free, 0, 0.5, (0.0, 0.0), 2.0)
+    points = np.array([(2.25, 1.5), (3.75, 2.75), (3.75, 0.25), (3.5, 1.5), (0.25, 3.0), (7, 2)])
+    assert hall.clearance(points, 2.0) == pytest.approx([0.75, 0.75, 0.25, -1.0, 0.25, -1.0])
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.001, 0.05, 0.5, 1.57])
