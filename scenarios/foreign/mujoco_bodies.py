@@ -1,6 +1,6 @@
 """Bodies by MuJoCo (pip install mujoco): boxes as walls, robots on two slides and a hinge.
 
-Motors hold the velocity that is commanded, with the force of the acceleration of a robot's type."""
+Motors hold the commanded velocity, with the force of a type's acceleration; walls have no width."""
 
 import math
 
@@ -64,7 +64,7 @@ def _turned(velocities, yaw):
 
 def _scene(arena):
     walls, bodies, motors = [], [], []
-    for x0, y0, x1, y1 in arena.obstacles.segments.tolist():  # lines, as desim's lasers see them
+    for x0, y0, x1, y1 in arena.obstacles.segments.tolist():
         walls.append(f'<geom type="box" pos="{(x0 + x1) / 2} {(y0 + y1) / 2} 0.5" euler="0 0 '
                      f'{math.degrees(math.atan2(y1 - y0, x1 - x0))}" size="'
                      f'{math.hypot(x1 - x0, y1 - y0) / 2} 0.01 0.5"/>')

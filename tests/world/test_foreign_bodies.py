@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from runs import HELLO, built, finished
+from runs import HELLO, MAZE_8, built, finished
 
 from desim.errors import InputError, ModelError
 
@@ -125,7 +125,8 @@ def test_robots_that_follow_a_recording_have_desims_own_bodies():
 @pytest.mark.skipif(find_spec("mujoco") is None, reason="mujoco is not installed")
 def test_mujocos_bodies_drive_the_same_way_twice():
     def run():
-        simulation = built(FOREIGN / "mujoco_maze.yaml", "stop.elapsed=20 s")
+        simulation = built(MAZE_8, f"physics.model={FOREIGN}/mujoco_bodies:MuJoCoBodies",
+                           "stop.elapsed=20 s")
         outcome = finished(simulation)
         return outcome.digest, simulation.world.travelled_m().sum()
 
