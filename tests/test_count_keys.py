@@ -8,7 +8,7 @@ from count_keys import Key, _of, keys, sums  # a tool
 
 from desim.ports import Constants, Params
 
-MOST_KEYS, MOST_PATHS = 650, 1100
+MOST_KEYS, MOST_PATHS = 550, 980
 
 
 def test_keys_stay_few():

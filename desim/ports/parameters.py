@@ -69,18 +69,15 @@ def with_preset(given: object, key: str, default: str, presets: Mapping[str, Pre
     """The parameters ``given``, with those of the preset that they name under ``key`` where they
     have none; inside of a block key by key, unless it names another model. Unknown names are left
     for the validator to report."""
-    if not isinstance(given, dict):
-        return given
-    preset = presets.get(str(given.get(key, default)), {})
-    return {**preset, **{name: _completed(value, preset.get(name))
-                         for name, value in given.items()}}
+    named = given.get(key, default) if isinstance(given, dict) else default
+    return _completed(given, presets.get(str(named), {}))
 
 
 def _completed(value: object, preset: object) -> object:
-    if not isinstance(value, dict) or not isinstance(preset, dict):
+    if not (isinstance(value, dict) and isinstance(preset, Mapping)
+            and value.get("model", preset.get("model")) == preset.get("model")):
         return value
-    model = preset.get("model")
-    return preset | value if value.get("model", model) == model else value
+    return {**preset, **{key: _completed(own, preset.get(key)) for key, own in value.items()}}
 
 
 class BesideScenario:

@@ -1,8 +1,7 @@
 """The knee of saturation: the bend of a metric over a load or a bandwidth.
 
 ``breakpoint_of`` is the answer: it has an interval, and says that there is no knee where a straight
-line does as well. ``kneedle`` finds the point of a curve that is farthest from its chord, on a
-straight line with noise, too; it is what the literature of systems uses.
+line does as well.
 """
 
 from __future__ import annotations
@@ -143,39 +142,6 @@ class _Fits:
         # Less than rounding leaves of numbers as large as these is nothing.
         floor = 1e-24 * (y**2).sum(axis=1) + np.finfo(float).tiny
         return np.where(squares <= floor, 0.0, gained / np.maximum(squares - gained, floor))
-
-
-def kneedle(load: ArrayLike, metric: ArrayLike, log: bool = False,
-            sensitivity: float = 1.0) -> float | None:
-    """The first knee, or elbow, of the curve of mean ``metric`` over ``load``, at one of the loads,
-    as Kneedle finds it offline (Satopaa et al. 2011, without their smoothing spline), or None.
-
-    Curve and load are scaled to [0, 1] and turned such that the curve rises and bends down. A knee
-    is a local maximum of y - x from which it falls by more than ``sensitivity`` mean steps of x
-    before it rises again. Raises ``ValueError`` for a load that is not above zero, if ``log``.
-    """
-    points, y = aligned(load, metric)
-    loads, which = np.unique(points, return_inverse=True)
-    x = _axis(loads, log)
-    y = np.bincount(which, y) / np.bincount(which)
-    if len(x) < 3 or np.ptp(y) == 0.0:
-        return None
-    across, up = (x - x[0]) / np.ptp(x), (y - y.min()) / np.ptp(y)
-    if y[-1] < y[0]:
-        up = 1.0 - up  # a falling curve that bends up becomes a rising one that bends down
-    turned = np.mean(up - across) < 0
-    above = across - up if turned else up - across
-    fall = sensitivity * np.diff(across).mean()
-    peak = None
-    for i in range(1, len(x)):
-        if peak is not None and above[i] < above[peak] - fall:
-            return float(loads[peak])
-        if i + 1 < len(x):
-            if above[i - 1] < above[i] >= above[i + 1]:
-                peak = i
-            elif above[i - 1] > above[i] < above[i + 1]:
-                peak = None
-    return None
 
 
 def _without_blocks(points: np.ndarray, y: np.ndarray, blocks: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from desim.units import NS_PER_S, BitRate, ByteSize, Length, Period, airtime_ns
 from netmodels.cases.traffic import MOST_RADIO_BYTES, numbered, udp_bytes
 from netmodels.ideal_mac import IdealMac
 from netmodels.multihop import Multihop
-from netmodels.multihop.batman import HEADER_BYTES, BatmanParams
+from netmodels.multihop.batman import HEADER_BYTES, BatmanConstants
 from netmodels.multihop.static import StaticParams
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import delivery
@@ -104,9 +104,9 @@ class RelayChain:
             places["spare"] = p.spacing_m * (hops // 2), _ASIDE * p.spacing_m
         begin_ns = _LEARNING_NS if p.routing == "batman" else 0
         size_bytes = udp_bytes(p.payload_bytes)
-        batman = BatmanParams()
+        batman = BatmanConstants()
         if p.mac == "dcf":  # a short message would get farther than the packets
-            batman = BatmanParams(message=f"{size_bytes - HEADER_BYTES} B")
+            batman = BatmanConstants(message=f"{size_bytes - HEADER_BYTES} B")
         params = Multihop.Params(routing=p.routing, batman=batman,
                                  hop_limit=max(p.hops, _HOP_LIMIT),
                                  **self._hop(hosts, size_bytes, leave_ns))

@@ -21,7 +21,7 @@ from netmodels.multihop.routes import LinkQuality, Routes
 HEADER_BYTES = 14 + 4  # of a frame: Ethernet, and its check sequence
 
 
-class BatmanParams(ports.Params):
+class BatmanConstants(ports.Constants):
     """The messages that find routes: when they are sent, and how links and routes are judged."""
 
     interval_ns: Period = Field("1 s", description="between a host's own messages (batman-adv)")
@@ -107,7 +107,7 @@ class Batman:
     ``frames`` and ``bytes`` count what was sent. A host that stops forgets all but its number.
     """
 
-    def __init__(self, params: BatmanParams) -> None:
+    def __init__(self, params: BatmanConstants) -> None:
         self._params = params
         self._most = params.bundle_bytes // params.message_bytes
         self.frames = self.bytes = 0

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import ModelError
-from netmodels.multihop.batman import Batman, BatmanParams
+from netmodels.multihop.batman import Batman, BatmanConstants
 from netmodels.multihop.hop_choice import HOPS, HopChoice
 from netmodels.multihop.hops import HopLedger
 from netmodels.multihop.on_hops import OnHops
@@ -70,7 +70,8 @@ class Multihop(OnHops):
         routing: Literal["batman", "static"] = Field("batman", description=(
             "a protocol on the air, or shortest paths that everybody knows for nothing (what such "
             "networks do)"))
-        batman: BatmanParams = Field(BatmanParams(), description="of routing: batman (batman-adv)")
+        batman: BatmanConstants = Field(BatmanConstants(), description=(
+            "of routing: batman (batman-adv)"))
         static: StaticParams = Field(StaticParams(), description="of routing: static (its own "
                                                                  "defaults)")
         hop_limit: int = Field(50, ge=1, le=255, description="hops that a frame may make "

@@ -75,12 +75,13 @@ class Air:
         ledgers = [one.ledger for one in self.radios if one.ledger is not None]
         self.stations = Stations(standard, keys, errors, params.reception.for_stations(),
                                  params.queue, params.retries,
-                                 params.window_failures or params.retries, params.lifetime_ns,
+                                 params.constants.window_failures or params.retries,
+                                 params.constants.lifetime_ns,
                                  first_rate=radio.rate if params.rate_control else None,
-                                 judged=judged, difs_first=params.difs_first,
+                                 judged=judged, difs_first=params.constants.difs_first,
                                  timed=bool(ledgers))
         self._times = AirTimes(ledgers, self._hosts, self.stations) if ledgers else None
-        self._unaware = params.reception.unaware
+        self._unaware = params.reception.constants.unaware
         self._attempts: dict[int, Callable[[int, int], int]] = {}  # the next rate, by outcome
         if params.rate_control:
             arf = params.rate_control.of(standard.alike(radio.rate), radio.rate)

@@ -23,8 +23,8 @@ the defaults in these rules, which were found by comparing small layouts and rea
   preamble was found; by 802.11-2016 (17.3.10.6) a found preamble does, and anything else from
   -62 dBm. Ten pairs on 120 m carry 29 instead of 41 Mb/s.
 - A receiver is not aware of interference that came less than 4 us before the frame, the weaker one
-  first (``reception.unaware``): two pairs 20 m apart carry 27.0 instead of 25.3 Mb/s at 54 Mb/s.
-- EIFS begins with the end of the frame that could not be decoded (``reception.eifs``), not when the
+  first (``unaware``): two pairs 20 m apart carry 27.0 instead of 25.3 Mb/s at 54 Mb/s.
+- EIFS begins with the end of the frame that could not be decoded (``eifs``), not when the
   medium is idle after it.
 - A receiver gives up a frame whose header has errors, and takes the medium for idle until something
   new comes (``reception.gives_up``).
@@ -56,10 +56,10 @@ PRESETS: dict[str, dict[str, object]] = {
         "power": "16.0206 dBm",
         "path_loss": {"model": "log_distance", "exponent": 3, "reference": "46.6777 dB"},
         "reception": {
-            "noise_figure": "7 dB", "heard": "-101 dBm", "energy": "-82 dBm",
-            "preamble": "-82 dBm", "preamble_above": "4 dB", "unaware": True, "eifs": "frame",
-            "gives_up": True},
-        "queue": 500, "retries": 7, "window_failures": 8, "difs_first": True,
+            "noise_figure": "7 dB", "energy": "-82 dBm", "preamble": "-82 dBm", "constants": {
+                "heard": "-101 dBm", "preamble_above": "4 dB", "unaware": True, "eifs": "frame",
+                "gives_up": True}},
+        "queue": 500, "retries": 7, "constants": {"window_failures": 8, "difs_first": True},
     },
 }
 

@@ -10,6 +10,18 @@ from pydantic import Field
 from desim import ports
 
 
+class ArfConstants(ports.Constants):
+    """The numbers after which automatic rate fallback changes the rate."""
+
+    up_after: int = Field(10, ge=1, le=1000, description=(
+        "acknowledgements in a row before the next faster rate (Kamerman and Monteban)"))
+    down_after: int = Field(2, ge=1, le=1000, description=(
+        "failures in a row before the next slower rate (Kamerman and Monteban)"))
+    timer: int = Field(15, ge=1, le=100_000, description=(
+        "attempts since the rate last rose or fell before the next faster one is tried in any case "
+        "(ns-3: ArfWifiManager)"))
+
+
 class RateControl(ports.Params):
     """Automatic rate fallback (Kamerman and Monteban 1997, "WaveLAN-II: a high-performance wireless
     LAN for the unlicensed band"): faster after acknowledgements in a row, or when the timer says
@@ -19,18 +31,13 @@ class RateControl(ports.Params):
 
     model: Literal["arf", "arf_ns3"] = Field("arf", description=(
         "arf_ns3: counts as ns-3's ArfWifiManager, which the preset has (Kamerman and Monteban)"))
-    up_after: int = Field(10, ge=1, le=1000, description=(
-        "acknowledgements in a row before the next faster rate (Kamerman and Monteban)"))
-    down_after: int = Field(2, ge=1, le=1000, description=(
-        "failures in a row before the next slower rate (Kamerman and Monteban)"))
-    timer: int = Field(15, ge=1, le=100_000, description=(
-        "attempts since the rate last rose or fell before the next faster one is tried in any case "
-        "(ns-3: ArfWifiManager)"))
+    constants: ArfConstants = Field(ArfConstants(), description=(
+        "single ones that differ (Kamerman and Monteban; ns-3)"))
 
     def of(self, rates: Sequence[int], first: int) -> Arf:
         """``rates`` [k] are indices of the standard's, the slowest first; ``first`` is the one to
         begin with."""
-        return {"arf": Arf, "arf_ns3": ArfOfNs3}[self.model](self, rates, first)
+        return {"arf": Arf, "arf_ns3": ArfOfNs3}[self.model](self.constants, rates, first)
 
 
 class Pair:
@@ -46,8 +53,8 @@ class Pair:
 class Arf:
     """Automatic rate fallback (Kamerman and Monteban 1997), for each pair of hosts by itself."""
 
-    def __init__(self, params: RateControl, rates: Sequence[int], first: int) -> None:
-        self._params, self._rates, self._first = params, rates, rates.index(first)
+    def __init__(self, constants: ArfConstants, rates: Sequence[int], first: int) -> None:
+        self._constants, self._rates, self._first = constants, rates, rates.index(first)
         self._pairs: dict[tuple[int, int], Pair] = {}
 
     def acknowledged(self, sender: int, receiver: int) -> int:
@@ -67,14 +74,14 @@ class Arf:
         pair.attempts += 1
         pair.failed += 1
         pair.acknowledged = 0
-        if pair.probing or pair.failed >= self._params.down_after:
+        if pair.probing or pair.failed >= self._constants.down_after:
             self._change(pair, -1)
         return self._rates[pair.step]
 
     def _rises(self, pair: Pair) -> bool:
         """Whether it is time to try the next faster rate, after an acknowledgement."""
-        return (pair.acknowledged >= self._params.up_after
-                or pair.attempts >= self._params.timer)
+        return (pair.acknowledged >= self._constants.up_after
+                or pair.attempts >= self._constants.timer)
 
     def _pair(self, sender: int, receiver: int) -> Pair:
         pair = self._pairs.get((sender, receiver))
@@ -96,11 +103,11 @@ class ArfOfNs3(Arf):
     failed attempt has no effect, and each failure but the first in a row starts it anew."""
 
     def _rises(self, pair: Pair) -> bool:
-        return (pair.acknowledged == self._params.up_after
-                or pair.attempts == self._params.timer)
+        return (pair.acknowledged == self._constants.up_after
+                or pair.attempts == self._constants.timer)
 
     def failed(self, sender: int, receiver: int) -> int:
-        pair, down_after = self._pair(sender, receiver), self._params.down_after
+        pair, down_after = self._pair(sender, receiver), self._constants.down_after
         pair.attempts += 1
         pair.failed += 1
         pair.acknowledged = 0

@@ -13,20 +13,11 @@ from netmodels.radio.dcf.stations import Reception
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K (Johnson and Nyquist 1928; ns-3)
 
 
-class Thresholds(ports.Params):
-    """Thresholds and rules of all receivers of a radio."""
+class ReceiverConstants(ports.Constants):
+    """Rules of all receivers of a radio, which preset ns3_3_44 changes."""
 
-    noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3; "
-                                                          "802.11-2016, 17.3.10.2, allows 15 dB)")
     heard_dbm: Level = Field("-101 dBm", description="what is weaker is not even interference "
                                                      "(ns-3: RxSensitivity; 7 dB below the noise)")
-    energy_dbm: Level = Field("-62 dBm", description=(
-        "whatever it is, it makes the medium busy (802.11-2016, 17.3.10.6; preset ns3_3_44: -82 "
-        "dBm)"))
-    preamble_dbm: Level | None = Field(None, description=(
-        "the least that a frame is found at, and makes the medium busy (null: none but "
-        "preamble_above, with which that is -90 dBm; 802.11-2016, 17.3.10.6, asks for -82 dBm or "
-        "better, and receivers are better; preset ns3_3_44: -82 dBm)"))
     preamble_above_db: Decibels = Field("4 dB", description=(
         "how far a frame must be above noise and interference to be found (ns-3)"))
     unaware: bool = Field(False, description=(
@@ -39,15 +30,32 @@ class Thresholds(ports.Params):
         "who could not make out a frame waits for EIFS when the medium is idle, or from the end of "
         "that frame (802.11-2016, 10.3.2.3.7; ns-3: frame)"))
 
+
+class Thresholds(ports.Params):
+    """Thresholds and rules of all receivers of a radio."""
+
+    noise_figure_db: Decibels = Field("7 dB", description="noise of the receiver itself (ns-3; "
+                                                          "802.11-2016, 17.3.10.2, allows 15 dB)")
+    energy_dbm: Level = Field("-62 dBm", description=(
+        "whatever it is, it makes the medium busy (802.11-2016, 17.3.10.6; preset ns3_3_44: -82 "
+        "dBm)"))
+    preamble_dbm: Level | None = Field(None, description=(
+        "the least that a frame is found at, and makes the medium busy (null: none but "
+        "preamble_above, with which that is -90 dBm; 802.11-2016, 17.3.10.6, asks for -82 dBm or "
+        "better, and receivers are better; preset ns3_3_44: -82 dBm)"))
+    constants: ReceiverConstants = Field(ReceiverConstants(), description=(
+        "single ones that differ (802.11-2016, ns-3)"))
+
     @property
     def found_dbm(self) -> float:
         """The least that a frame is found at where nobody else is on the air."""
-        above_noise_dbm = _THERMAL_DBM + self.noise_figure_db + self.preamble_above_db
+        above_noise_dbm = _THERMAL_DBM + self.noise_figure_db + self.constants.preamble_above_db
         if self.preamble_dbm is None:
             return above_noise_dbm
         return max(above_noise_dbm, self.preamble_dbm)
 
     def for_stations(self) -> Reception:
+        rules = self.constants
         return Reception(_THERMAL_DBM + self.noise_figure_db, self.energy_dbm, self.found_dbm,
-                         self.preamble_above_db, unaware=self.unaware, gives_up=self.gives_up,
-                         eifs_at_end=self.eifs == "frame")
+                         rules.preamble_above_db, unaware=rules.unaware, gives_up=rules.gives_up,
+                         eifs_at_end=rules.eifs == "frame")

@@ -81,11 +81,12 @@ class Uncontended(Itemized):
 
     def __init__(self, params: DcfRadio.Params, open_air: bool) -> None:
         standard = chosen_standard(params.standard, params.basic_rates_bps)
-        self._params, self._lifetime_ns, self._open_air = params, params.lifetime_ns, open_air
+        self._params, self._open_air = params, open_air
+        self._lifetime_ns = params.constants.lifetime_ns
         self._rates = chosen_rates(params.standard, params.rate_bps, params.broadcast_rate_bps)
         full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.reception.for_stations()
         self.sensitivity_dbm = tuple(  # of unicast and of broadcast
-            max(params.reception.heard_dbm,
+            max(params.reception.constants.heard_dbm,
                 sensitivity_dbm(SHARE, standard, rate, full_bytes, reception, tries,
                                 params.fading))
             for rate, tries in zip(self._rates, (params.retries, 1), strict=True))

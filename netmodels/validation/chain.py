@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping
 
 from desim.ports.cases import Check, Play
 from netmodels.cases.chain import RelayChain
-from netmodels.multihop.batman import HEADER_BYTES, BatmanParams
+from netmodels.multihop.batman import HEADER_BYTES, BatmanConstants
 from netmodels.validation.tolerance import within
 
 SHORT, LONG = (2, 3, 4, 6, 8, 12), (6, 8)  # hops
 SEEDS = (1, 2, 3)
-MESSAGE_BYTES = BatmanParams().message_bytes
+MESSAGE_BYTES = BatmanConstants().message_bytes
 
 
 class Chains:

@@ -101,7 +101,7 @@ def test_a_full_queue_refuses_and_has_room_again():
 
 def test_what_waits_too_long_is_not_sent():
     """11b at 1 Mb/s: a frame of 1064 B takes 8.7 ms."""
-    bench = Bench(radio(standard="11b", rate="1 Mb/s", lifetime="20 ms"), 4)
+    bench = Bench(radio(standard="11b", rate="1 Mb/s", constants={"lifetime": "20 ms"}), 4)
     for label in range(5):
         bench.send(0, "host_1", ["host_2"], UDP, label=label, broadcast=True)
     bench.send(500 * MS, "host_1", "host_2", UDP, label="later")
@@ -187,13 +187,16 @@ def test_thirty_saturated_stations_as_in_ns3(reference):
 
 
 def test_a_preset_fills_what_is_not_given():
-    params = DcfRadio.Params(preset="ns3_3_44", retries=4, reception={"energy": "-70 dBm"})
-    assert params.reception.unaware and params.window_failures == 8
+    params = DcfRadio.Params(preset="ns3_3_44", retries=4, reception={
+        "energy": "-70 dBm", "constants": {"heard": "-99 dBm"}})
+    assert params.reception.constants.unaware and params.constants.window_failures == 8
     assert params.retries == 4 and params.reception.energy_dbm == -70
+    assert params.reception.constants.heard_dbm == -99
     assert params.broadcast_rate_bps == 1e6
     slow = DcfRadio.Params(preset="ns3_3_44", standard="11a", rate="6 Mb/s")
     assert slow.broadcast_rate_bps == 6e6
-    assert not DcfRadio.Params().reception.unaware and DcfRadio.Params().window_failures is None
+    plain = DcfRadio.Params()
+    assert not plain.reception.constants.unaware and plain.constants.window_failures is None
     again = DcfRadio.Params(**params.model_dump(by_alias=True))
     assert again == params
 

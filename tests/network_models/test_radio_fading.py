@@ -311,8 +311,9 @@ def test_what_is_heard_only_when_it_fades_up_is_not_forgotten():
     """A receiver that finds what comes above its noise, from -100 dBm on, and gets 3 dB less on the
     average, which alone would not even count as interference."""
     found = delivered(-103.0, {}, frames=4000, standard="11b", broadcast_rate="1 Mb/s",
-                      rate="1 Mb/s", reception={"preamble": "-100 dBm", "preamble_above": "0 dB",
-                                                "noise_figure": "0 dB"})
+                      rate="1 Mb/s", reception={
+                          "preamble": "-100 dBm", "noise_figure": "0 dB",
+                          "constants": {"preamble_above": "0 dB"}})
     share = math.exp(-10 ** 0.3)
     assert abs(found - share) < ERRORS * math.sqrt(share * (1 - share) / 4000)
 

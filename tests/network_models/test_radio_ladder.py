@@ -32,7 +32,7 @@ RADIOS = {
                     "path_loss": {"model": "free_space", "frequency": "5180 MHz"}},
     "11b 11 noisy": {"standard": "11b", "rate": "11 Mb/s",
                      "reception": {"noise_figure": "15 dB", "preamble": "-101 dBm",
-                                   "preamble_above": "0 dB"}},
+                                   "constants": {"preamble_above": "0 dB"}}},
     "11g 54 quiet": {"broadcast_rate": "54 Mb/s", "reception": {"noise_figure": "4 dB"}},
 }
 
@@ -52,7 +52,7 @@ def delivered(distance_m, broadcast, between=(), /, **params):
 
 @pytest.mark.parametrize("fidelity", ["ideal", "disk", "walls", "mac"])
 @pytest.mark.parametrize("params", [
-    {}, {"rate": "6 Mb/s", "queue": 3, "rts": "500 B", "lifetime": "5 ms"},
+    {}, {"rate": "6 Mb/s", "queue": 3, "rts": "500 B", "constants": {"lifetime": "5 ms"}},
     {"path_loss": {"model": "fixed", "total": "60 dB"}, "preset": "ns3_3_44"},
     {"shadowing": {}, "channels": {"host_2": 6}}], ids=["default", "queue", "fixed", "channels"])
 def test_every_rung_keeps_the_contract(fidelity, params):
@@ -251,7 +251,7 @@ def test_channels_part_on_every_rung(name):
 
 def test_what_waits_too_long_expires():
     """Packets of 150 B go every 0.30 ms."""
-    bench = Bench(rung("disk", lifetime="1 ms"), {"a": (0, 0), "b": (5, 0)})
+    bench = Bench(rung("disk", constants={"lifetime": "1 ms"}), {"a": (0, 0), "b": (5, 0)})
     for label in range(5):
         bench.send(0, "a", "b", 150, label=label)
     assert sorted((label, fate) for _, label, _, _, fate in bench.run()) == [

@@ -8,6 +8,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from configured import configured
 from hypothesis import given
 from hypothesis import strategies as st
 from stations import LINKS
@@ -31,7 +32,7 @@ MS = 1_000_000
 
 def played(outcomes, first=5, **params):
     """The rate after each of so many acknowledgements (+) or failures (-)."""
-    arf = RateControl(**params).of(RATES, first)
+    arf = configured(RateControl, **params).of(RATES, first)
     return [(arf.acknowledged if outcome == "+" else arf.failed)(0, 1) for outcome in outcomes]
 
 
@@ -221,7 +222,8 @@ def test_the_chain_knows_what_happens_at_its_ends():
     assert 0.85 * alone < slow < alone
 
 
-@pytest.mark.parametrize("params", [{}, {"rts": "500 B", "lifetime": "5 ms", "queue": 3},
+@pytest.mark.parametrize("params", [{}, {"rts": "500 B", "constants": {"lifetime": "5 ms"},
+                                         "queue": 3},
                                     {"standard": "11b", "rate": "11 Mb/s"},
                                     {"fading": {"speed": "0.02 m/s"}, "standard": "11g"}])
 def test_it_keeps_the_contract(params):

@@ -54,9 +54,9 @@ def test_the_presets_values_are_those_of_the_reference_settings():
     params = DcfRadio.Params(preset="ns3_3_44")
     loss, heard = params.path_loss.chosen(), params.reception
     assert (params.power_dbm, loss.exponent, loss.reference_db) == (16.0206, 3, 46.6777)
-    assert (heard.noise_figure_db, heard.heard_dbm, heard.energy_dbm, heard.preamble_dbm,
-            heard.preamble_above_db) == (7, -101, -82, -82, 4)
-    assert (params.retries, params.window_failures, params.queue) == (7, 8, 500)
+    assert (heard.noise_figure_db, heard.constants.heard_dbm, heard.energy_dbm, heard.preamble_dbm,
+            heard.constants.preamble_above_db) == (7, -101, -82, -82, 4)
+    assert (params.retries, params.constants.window_failures, params.queue) == (7, 8, 500)
     assert heard.for_stations().noise_dbm == pytest.approx(-93.97, abs=0.01)
 
 

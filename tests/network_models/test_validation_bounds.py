@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from netmodels.multihop.batman import HEADER_BYTES, BatmanParams
+from netmodels.multihop.batman import HEADER_BYTES, BatmanConstants
 from netmodels.validation.chain import repaired
 from netmodels.validation.rules import FlappingAvailability
 
@@ -11,7 +11,7 @@ from netmodels.validation.rules import FlappingAvailability
 def checks(deserted_mbps, messages):
     """Both checks of a chain that carried 1 Mb/s for 10 s before its host left."""
     frames = 3
-    size_bytes = frames * HEADER_BYTES + messages * BatmanParams().message_bytes
+    size_bytes = frames * HEADER_BYTES + messages * BatmanConstants().message_bytes
 
     def play(setup, seed):
         goodput_mbps = deserted_mbps if played else 1.0

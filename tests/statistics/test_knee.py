@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from desim.statistics.knee import breakpoint_of, kneedle
+from desim.statistics.knee import breakpoint_of
 
 LOADS = np.repeat(np.arange(1.0, 11.0), 10)  # 10 seeds at each of 10 loads
 
@@ -71,7 +71,6 @@ def test_in_the_logarithm_of_the_load():
     assert knee.low <= 2e6 <= knee.high
     assert knee.high / knee.low < 2
     assert knee.slope_before == pytest.approx(-200, abs=20)
-    assert kneedle(rates_bps, times_s, log=True) in (1e6, 2e6, 4e6)
 
 
 def test_the_same_seed_gives_the_same_knee():
@@ -88,32 +87,9 @@ def test_the_order_of_magnitude_of_the_metric_does_not_matter():
     assert other.p == one.p
 
 
-def test_kneedle_on_the_figure_of_its_paper():
-    """y = 5 - 1 / (x + 0.1) at ten points of [0, 1]: 0.22 (Satopaa et al. 2011, figure 2)."""
-    x = np.linspace(0.0, 1.0, 10)
-    assert kneedle(x, 5 - 1 / (x + 0.1)) == pytest.approx(0.2222, abs=1e-4)
-
-
-@pytest.mark.parametrize("shape", [np.minimum(LOADS, 6), -np.minimum(LOADS, 6),
-                                   np.maximum(LOADS, 6), -np.maximum(LOADS, 6)])
-def test_kneedle_in_all_four_directions(shape):
-    assert kneedle(LOADS, shape) == 6.0
-
-
-def test_kneedle_on_a_line_and_with_hardly_anything():
-    assert kneedle(LOADS, 2 * LOADS) is None
-    assert kneedle(LOADS, 0 * LOADS) is None
-    assert kneedle([1.0, 2.0], [1.0, 5.0]) is None
-    # 6 / 6.8 - 5 / 9 above the chord, and a mean step is 1 / 9.
-    slight = np.minimum(LOADS, 6) + 0.2 * LOADS
-    assert kneedle(LOADS, slight, sensitivity=2.9) == 6.0
-    assert kneedle(LOADS, slight, sensitivity=3.0) is None
-
-
 def test_what_has_no_answer_is_refused():
     for loads in ([1, 2, 3, 4] * 5, [1, 2, 3, 4, 5, 6, 7], []):
         with pytest.raises(ValueError, match="at least 5 different loads and 8 runs"):
             breakpoint_of(loads, loads)
-    for find in (breakpoint_of, kneedle):
-        with pytest.raises(ValueError, match="logarithm"):
-            find(range(8), range(8), log=True)
+    with pytest.raises(ValueError, match="logarithm"):
+        breakpoint_of(range(8), range(8), log=True)

@@ -181,7 +181,7 @@ def nothing_on_the_way(monkeypatch):
 
 
 def no_pause(monkeypatch):
-    monkeypatch.setitem(PRESETS["ns3_3_44"], "difs_first", False)
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "difs_first", False)
 
 
 class Repairs:

@@ -35,6 +35,20 @@ from netmodels.radio.thresholds import Thresholds
 from netmodels.radio.walls import Walls
 
 
+class AccessConstants(ports.Constants):
+    """Rules of a station's access to the medium, which preset ns3_3_44 changes."""
+
+    lifetime_ns: Period | None = Field(None, description=(
+        "a frame that waits longer at its sender is dropped as expired (none; ns-3: 500 ms)"))
+    window_failures: int | None = Field(None, ge=1, le=255, description=(
+        "failures in a row that let a sender's contention window start anew (as many as "
+        "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))
+    difs_first: bool = Field(False, description=(
+        "a packet that comes while the medium is idle waits for DIFS from then on, and needs "
+        "no backoff if that becomes busy (as ns-3; 802.11-2016, 10.3.4.2: it goes when that "
+        "has been idle for DIFS, perhaps at once, and with a backoff if it is busy before)"))
+
+
 class DcfRadio:
     """Wi-Fi without an access point (802.11a, b or g): carrier sense, backoff, acknowledgements and
     retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
@@ -45,8 +59,8 @@ class DcfRadio:
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to another one or found it under others (``collision``), or that made out its
     beginning but not all of it (``channel_error``). Signals arrive without delay (really 0.7 us
-    over 200 m); with ``reception.unaware`` the distances decide which of two frames that were sent
-    in one slot comes first.
+    over 200 m); with ``unaware`` the distances decide which of two frames that were sent in one
+    slot comes first.
     A train is sent packet by packet; one that is given up, or that a receiver of a broadcast does
     not get, is lost alone. The train has arrived when the last packet is through.
 
@@ -101,17 +115,10 @@ class DcfRadio:
         reception: Thresholds = Field(Thresholds(), description="of receivers (802.11-2016)")
         queue: int = Field(500, ge=1, le=10_000, description="packets that wait at a sender "
                                                               "(ns-3)")
-        lifetime_ns: Period | None = Field(None, description=(
-            "a frame that waits longer at its sender is dropped as expired (none; ns-3: 500 ms)"))
         retries: int = Field(7, ge=1, le=255, description="transmissions before a frame is given "
                                                           "up (802.11: dot11ShortRetryLimit)")
-        window_failures: int | None = Field(None, ge=1, le=255, description=(
-            "failures in a row that let a sender's contention window start anew (as many as "
-            "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))
-        difs_first: bool = Field(False, description=(
-            "a packet that comes while the medium is idle waits for DIFS from then on, and needs "
-            "no backoff if that becomes busy (as ns-3; 802.11-2016, 10.3.4.2: it goes when that "
-            "has been idle for DIFS, perhaps at once, and with a backoff if it is busy before)"))
+        constants: AccessConstants = Field(AccessConstants(), description=(
+            "single ones that differ (802.11-2016)"))
         rts_bytes: ByteSize | None = Field(None, description=(
             "packets on the air above this size ask first, those of a train if its first one does "
             "(null: none)"))
@@ -199,7 +206,7 @@ class DcfRadio:
     def _heard_dbm(self) -> float:
         """Mean power below which a signal is ignored: too weak to interfere, and too weak to be
         found even in its best fade."""
-        heard_dbm, fading = self.params.reception.heard_dbm, self.params.fading
+        heard_dbm, fading = self.params.reception.constants.heard_dbm, self.params.fading
         if fading is None:
             return heard_dbm
         return min(heard_dbm, self.params.reception.found_dbm - fading.best_db)
