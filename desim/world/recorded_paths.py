@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from decimal import Decimal
 from functools import partial
 from math import degrees
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ import numpy as np
 from desim.errors import InputError, below
 from desim.ports import RecordedPaths, natural_key
 from desim.ports.files import CsvTable, number
+from desim.scenario.file_kinds import kind_of
 from desim.scenario.names import unknown
 from desim.units import MM_PER_M, MRAD_PER_RAD, NS_PER_S
 
@@ -88,6 +90,9 @@ def read_paths(params: RecordedPaths, robots: Sequence[str], until_ns: int
             raise InputError(f".names: {unknown('robot', robot, robots)}")
     paths = {}
     with below(".file"):
+        if Path(params.file).is_file() and (kind := kind_of(params.file)) is not None:
+            raise InputError(f"{params.file}: is {kind.name}; wanted: a CSV of poses, as desim "
+                             "export RUN --csv FOLDER writes of what desim import makes of it")
         table = CsvTable(params.file)
         faces_ahead = not any(map(table.has, _YAW.per))
         rows = _read(table, faces_ahead)

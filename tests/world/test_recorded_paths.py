@@ -154,6 +154,14 @@ def test_what_is_wrong_with_a_file(read, tmp_path, lines, complaint):
     assert str(caught.value).replace(str(tmp_path / "walk.csv"), "FILE") == complaint
 
 
+def test_a_trajectory_of_another_format_is_named_with_the_way_here(read, tmp_path):
+    with pytest.raises(InputError) as caught:
+        read("0.0 1 2 0 0 0 0 1", "0.1 1 2 0 0 0 0 1")
+    assert str(caught.value) == (
+        f".file: {tmp_path / 'walk.csv'}: is a TUM trajectory; wanted: a CSV of poses, as desim "
+        "export RUN --csv FOLDER writes of what desim import makes of it")
+
+
 def test_a_file_that_is_not_there_and_a_robot_that_is_not(read, tmp_path):
     with pytest.raises(InputError) as caught:
         read_paths(Follow.Params(file=str(tmp_path / "no.csv")), ["robot_0"], 0)

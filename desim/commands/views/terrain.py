@@ -9,6 +9,7 @@ from typing import TypedDict
 import numpy as np
 
 from desim.imports.terrains.found import FoundTerrain
+from desim.imports.terrains.written import between_walls
 from desim.scenario.file_kinds import FileKind
 from desim.scenario.schema.environment import Shape
 
@@ -94,19 +95,9 @@ def _parts_m2(free: np.ndarray, cell_m: float, has_rim: bool) -> tuple[float, li
         sides[np.unique(side)] += 1
     large = areas >= _SMALL_M2
     large[0] = False  # what is solid
-    within = np.bincount(joined.ravel(), _walled(~free).ravel()) * cell_m ** 2
+    within = np.bincount(joined.ravel(), between_walls(~free).ravel()) * cell_m ** 2
     outside = large & (sides >= 3) & (within < _WALLED * areas) & has_rim
     if not (large & ~outside).any():
         outside[:] = False
     return (round(float(areas[outside].sum()), 1),
             [round(float(area), 1) for area in np.sort(areas[large & ~outside])[::-1]])
-
-
-def _walled(solid: np.ndarray) -> np.ndarray:
-    """[rows, cols] bool: the cells with something solid on all four sides, apart from the rim."""
-    inner = np.pad(solid[1:-1, 1:-1], 1)
-    found = np.ones_like(solid)
-    for axis in (0, 1):
-        found &= np.maximum.accumulate(inner, axis)
-        found &= np.flip(np.maximum.accumulate(np.flip(inner, axis), axis), axis)
-    return found

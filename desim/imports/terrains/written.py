@@ -87,7 +87,7 @@ def starts(terrain: Terrain) -> list[Point]:
 
     grid = terrain.grid(_CELL_M if terrain.raster is None else terrain.raster.resolution_m)
     parts, _ = label(terrain.truth(grid) == 0)
-    enclosed = (parts > 0) & _between(parts == 0)
+    enclosed = (parts > 0) & between_walls(parts == 0)
     count = np.bincount(parts[enclosed if enclosed.any() else parts > 0])
     largest = parts == count.argmax()
     if enclosed.any():
@@ -106,16 +106,14 @@ def starts(terrain: Terrain) -> list[Point]:
     return places
 
 
-def _between(solid: np.ndarray) -> np.ndarray:
+def between_walls(solid: np.ndarray) -> np.ndarray:
     """[rows, cols] bool: the cells with something solid on all four sides, apart from the rim."""
-    inner = np.zeros_like(solid)
-    inner[1:-1, 1:-1] = solid[1:-1, 1:-1]
-    seen = np.ones_like(solid)
+    inner = np.pad(solid[1:-1, 1:-1], 1)
+    found = np.ones_like(solid)
     for axis in (0, 1):
-        for step in (1, -1):
-            seen &= np.maximum.accumulate(np.flip(inner, axis) if step < 0 else inner, axis)[
-                *((slice(None),) * axis), ::step]
-    return seen
+        found &= np.maximum.accumulate(inner, axis)
+        found &= np.flip(np.maximum.accumulate(np.flip(inner, axis), axis), axis)
+    return found
 
 
 def write_map(terrain: Terrain, image: Path, resolution_m: float | None = None) -> list[Path]:
