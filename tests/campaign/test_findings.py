@@ -27,7 +27,7 @@ def test_the_tables_have_the_terrains(vectors, tmp_path, capsys):
             for one in vectors.vectors([1, 8]) for seed in (1, 2, 3)]
     table.findings(runs, tmp_path)
     assert capsys.readouterr().out.splitlines() == [
-        "| robots | maze, merged | maze, at_once | zigzag, merged | zigzag, at_once |",
+        "| robots | maze, merged | maze, at once | zigzag, merged | zigzag, at once |",
         "|---|---|---|---|---|",
         "| 1 | " + " | ".join(["102 ± 2 (2.0 km)"] * 4) + " |",
         "| 8 | " + " | ".join(["802 ± 2 (2.0 km)"] * 4) + " |",
@@ -69,6 +69,11 @@ def test_each_mechanism_is_compared_seed_by_seed_and_the_larger_fleet_with_the_s
          else share * 400 + 10 * seed}
         for (robots, without), share in shares.items() for seed in (1, 2, 3)])
     assert capsys.readouterr().out.splitlines() == [
+        "| without | 8 robots | p | 16 robots | p | 16 against 8 |",
+        "|---|---|---|---|---|---|",
+        "| nothing | 1 |  | 1 |  | 1.48 (1.45 to 1.50) |",
+        "| the end | 1.67 (0.18 to 15.13) | 0.42 | 0.52 (0.50 to 0.54) | 0.00017 "
+        "| 0.46 (0.05 to 4.07) |",
         "",
         "| 8 robots without | time, s | share of time | p (Holm) | faster |",
         "|---|---|---|---|---|",

@@ -118,7 +118,7 @@ def scenario(tmp_path, monkeypatch):
 
     made = []
 
-    def write(rule, code=STORM, module="weather"):
+    def write(rule, code=STORM, module="gales"):
         made.append(module)
         (tmp_path / f"{module}.py").write_text(code)
         path = tmp_path / "case.yaml"
@@ -133,12 +133,12 @@ def scenario(tmp_path, monkeypatch):
 
 
 def test_a_scenario_names_it_by_its_dotted_path(scenario):
-    simulation = Simulation(scenario("{rule: 'weather:storm'}"))
+    simulation = Simulation(scenario("{rule: 'gales:storm'}"))
     simulation.run()
     (lan,) = simulation.graph.media
     assert lan.dropped["storm"] > 0 and lan.delivered > 0
-    cls = plugins.load("rule", "weather:storm")
-    assert plugins.reference("rule", "weather:storm", cls) == "weather:storm"
+    cls = plugins.load("rule", "gales:storm")
+    assert plugins.reference("rule", "gales:storm", cls) == "gales:storm"
 
 
 @pytest.mark.parametrize("rule, code, module, says", [

@@ -14,7 +14,7 @@ def driven(*overrides):
     simulation = built(SCENARIOS / "two_types.yaml", ALONE, POSES, BLIND, "stop.elapsed=60 s",
                        *overrides)
     world, samples = simulation.world, []
-    call_often(simulation, lambda: samples.append((world._bodies._commands[0, 0],
+    call_often(simulation, lambda: samples.append((world._bodies._arrays.commands[0, 0],
                                                    world.velocities[0, 0])))
     simulation.run()
     simulation.graph.catch_up()
