@@ -21,6 +21,7 @@ from desim.results.seal import MOST_BYTES, Json, manifest_of, parsed, wrong_with
 from desim.results.shown import InNotebooks
 from desim.scenario import yaml12
 from desim.scenario.complaints import lines, validated
+from desim.scenario.schema.environment import MapFile
 from desim.scenario.schema.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -50,7 +51,13 @@ class Run(InNotebooks):
             found = validated(Scenario, data)
         if isinstance(found, list):
             raise InputError(*lines(found, places))
-        return found
+        environment = found.environment
+        terrain = environment.terrain
+        if not isinstance(terrain, MapFile):
+            return found
+        placed = {"map": os.path.abspath(self.path / terrain.map)}  # it is relative to the run
+        return found.model_copy(update={"environment": environment.model_copy(update={
+            "terrain": terrain.model_copy(update=placed)})})
 
     @cached_property
     def metrics(self) -> Json:

@@ -82,6 +82,17 @@ def test_a_map_of_ros_has_the_same_walls():
     assert known["free_parts_m2"] == pytest.approx([295.3, 66.6], rel=0.06)
 
 
+def test_of_many_parts_the_largest_are_said():
+    pixels = np.zeros((20, 12 * 20), np.uint8)
+    for k in range(12):
+        pixels[2:18, 20 * k + 2:20 * k + 18] = 255
+    Image.fromarray(pixels).save("cells.png")
+    known = json.loads(done("map", "cells.png", "--resolution", "0.1", "--json"))
+    assert (known["free_parts"], len(known["free_parts_m2"])) == (12, 10)
+    assert "2.6, ... m2" in done(
+        "map", "cells.png", "--resolution", "0.1")
+
+
 @pytest.mark.parametrize("margin, door, outside, parts", [
     (20, False, 49.4, [22.5, 2.0]),  # around the house; two rooms
     (20, True, 0.0, [82.0, 2.0]),  # a door leads outside

@@ -267,6 +267,28 @@ def test_the_controller_of_a_base_says_how_it_drives(here, kind, drive):
     assert read("base.yaml") == {"command_timeout": "0.5 s", **drive}
 
 
+def test_a_link_that_is_only_seen_is_no_part_of_the_body(here):
+    """A marker beside the robot; without any collision what is seen counts."""
+    marker = ("<link name='marker'><visual><geometry><sphere radius='0.1'/></geometry></visual>"
+              "</link><joint name='c' type='fixed'><parent link='base_link'/>"
+              "<child link='marker'/><origin xyz='0 -1 0'/></joint>")
+    (here / "marked.urdf").write_text(URDF.replace("</robot>", marker + "</robot>"))
+    assert read("marked.urdf")["footprint"] == read("box.urdf")["footprint"]
+    assert json.loads(done("marked.urdf", "--json"))["notes"] == [
+        "marked.urdf: links without a collision are no part of the body: marker"]
+    (here / "seen.urdf").write_text((here / "marked.urdf").read_text().replace("collision>",
+                                                                               "visual>"))
+    assert min(float(y.split()[0]) for _, y in read("seen.urdf")["footprint"]) == -1.1
+
+
+def test_ackermann_steering_has_no_drive(here):
+    (here / "car.yaml").write_text("FollowPath: {motion_model: Ackermann, vx_max: 0.5}\n")
+    assert read("car.yaml")["drive"] == "differential"
+    assert json.loads(done("car.yaml", "--json"))["notes"] == [
+        "car.yaml:1:14: motion_model is Ackermann; no drive of desim steers so: differential, "
+        "which turns on the spot"]
+
+
 WRONG = {
     "xacro": ("a.xacro", "<robot><xacro:include filename='b'/></robot>",
               "a.xacro: has xacro:include, which desim does not expand; make a URDF of it with: "

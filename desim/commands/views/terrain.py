@@ -23,8 +23,8 @@ _RIM_CELLS = 2  # from the edge of the terrain, whose outermost cells are solid
 class Facts(TypedDict):
     """Size, walls and free ground of a terrain, in m and m2: walls and solid blocks as the file has
     them, of cells the edges. ``outside_m2``: of free ground around a building whose inside no way
-    connects with it. ``free_parts_m2``: of the other parts that no way connects, the largest
-    first, at most ten."""
+    connects with it. ``free_parts``: the number of other parts that no way connects;
+    ``free_parts_m2``: of the ten largest, the largest first."""
 
     format: str
     width_m: float
@@ -36,6 +36,7 @@ class Facts(TypedDict):
     doors: int
     free_m2: float
     outside_m2: float
+    free_parts: int
     free_parts_m2: list[float]
     notes: list[str]
 
@@ -57,15 +58,17 @@ def facts(kind: FileKind, found: FoundTerrain) -> Facts:
             "walls_m": round(float(lengths_m.sum()), 1),
             "blocks": None if plan is None else len(plan.polygons), "doors": len(found.doors),
             "free_m2": round(float(free.sum()) * cell_m ** 2, 1), "outside_m2": outside_m2,
-            "free_parts_m2": parts_m2[:10], "notes": list(found.notes)}
+            "free_parts": len(parts_m2), "free_parts_m2": parts_m2[:10],
+            "notes": list(found.notes)}
 
 
 def text(file: Path, known: Facts, files: Sequence[Path]) -> str:
     """The facts in lines, and the files that were written."""
-    parts_m2 = known["free_parts_m2"]
+    parts, parts_m2 = known["free_parts"], known["free_parts_m2"]
     outside = f", {known['outside_m2']:g} m2 of it outside" if known["outside_m2"] else ""
-    apart = (f", {'inside ' if outside else ''}in {len(parts_m2)} parts that no way connects: "
-             f"{', '.join(f'{part:g}' for part in parts_m2)} m2" if len(parts_m2) > 1 else "")
+    apart = (f", {'inside ' if outside else ''}in {parts} parts that no way connects: "
+             f"{', '.join(f'{part:g}' for part in parts_m2)}{', ...' * (parts > len(parts_m2))} m2"
+             if parts > 1 else "")
     edges = "edges" if known["blocks"] is None else "walls"
     walls = [f"  {edges}  {known['walls']}, {known['walls_m']:g} m in all"] * (known["walls"] > 0)
     blocks = [f"  blocks {known['blocks']}"] if known["blocks"] else []

@@ -191,6 +191,9 @@ def _taken(one: RosParameter, explore: bool, found: FoundRobot) -> bool:
     if name in ("holonomic_robot", "robot_model_type", "motion_model"):
         holonomic = one.value is True or str(one.value).rpartition("::")[2].startswith("Omni")
         found.put(("drive",), "holonomic" if holonomic else "differential", one.place)
+        if "ackermann" in str(one.value).lower():
+            found.notes.append(f"{one.place}: {name} is Ackermann; no drive of desim steers so: "
+                               "differential, which turns on the spot")
         return True
     if name in _LISTED and isinstance(one.value, list) and len(one.value) == 3:
         for axis, (path, written) in zip((0, 2), _LISTED[name], strict=True):

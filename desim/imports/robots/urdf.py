@@ -46,8 +46,14 @@ class _Description:
         self._path, self._root, self._found = path, root, found
         self._links = {self._name(link): link for link in root.all("link")}
         self._poses = self._placed()
+        self._collides = any(any(link.all("collision")) for link in self._links.values())
 
     def take(self) -> None:
+        seen = [name for name in self._poses if any(self._links[name].all("visual"))
+                and not any(self._links[name].all("collision"))]
+        if self._collides and seen:
+            self._found.notes.append(f"{self._path}: links without a collision are no part of the "
+                                     f"body: {', '.join(seen)}")
         corners, missing = [], []
         for name, pose in self._poses.items():
             for shape, at in self._shapes(self._links[name]):
@@ -80,8 +86,8 @@ class _Description:
             self._found.put(("height",), LENGTH.format(height_m), place)
 
     def _shapes(self, link: Element) -> Iterator[tuple[Element, np.ndarray]]:
-        """The shapes of a link, those of collisions if it has any, with their poses."""
-        for part in [*link.all("collision")] or [*link.all("visual")]:
+        """The shapes of a link with their poses: those of collisions, where the robot has any."""
+        for part in link.all("collision" if self._collides else "visual"):
             geometry = part.first("geometry")
             for shape in geometry.children if geometry else ():
                 if shape.tag in ("box", "cylinder", "capsule", "sphere", "mesh"):
