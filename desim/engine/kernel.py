@@ -22,7 +22,8 @@ import simpy
 from simpy.core import StopSimulation
 
 from desim.engine.agenda import Call, Tick, Ticker, name_of, nothing
-from desim.errors import KernelError
+from desim.errors import KernelError, class_of
+from desim.ports.federates import Federate
 from desim.units import NS_PER_S
 
 T = TypeVar("T")
@@ -95,7 +96,16 @@ class Kernel:
         self._stopping: Call | None = None
         self._ends = 0  # on the agenda
         self._complete_ns = -1  # the instant at which ``run`` ended last
+        self._federate: Federate | None = None
         self._shared: dict[str, object] = {}
+
+    def join(self, federate: Federate) -> None:
+        """Run in step with ``federate``. Raises ``KernelError`` if another one has joined: neither
+        could know how far it may go."""
+        if self._federate is not None:
+            raise KernelError(f"{class_of(self._federate)} and {class_of(federate)} both want to "
+                              "be asked before time passes; only one can")
+        self._federate = federate
 
     def shared(self, name: str, make: Callable[[], T]) -> T:
         """The object that parts of one run have in common under this name. The first who asks makes
@@ -174,6 +184,15 @@ class Kernel:
         """
         if type(until_ns) is not int or until_ns < self.now_ns:
             raise KernelError(f"until_ns must be an int >= now ({self.now_ns}), got {until_ns!r}")
+        if self._federate is None:
+            self._run(until_ns)
+            return
+        while not self._run(reached_ns := self._advanced(self._federate, until_ns)):
+            if reached_ns == until_ns:
+                return
+
+    def _run(self, until_ns: int) -> bool:
+        """Fire everything up to and including ``until_ns``; returns whether ``stop`` ended it."""
         self._end_after(until_ns - self.now_ns)
         try:
             self._loop()
@@ -181,8 +200,19 @@ class Kernel:
             error.add_note(f"at simulated time {self.now_ns / NS_PER_S:.9f} s")
             raise
         finally:
+            stopped = self._stopping is not None
             self._drop_ends()
         self._complete_ns = self.now_ns
+        return stopped
+
+    def _advanced(self, federate: Federate, until_ns: int) -> int:
+        """The time that ``federate`` has reached on its way to the next entry of the agenda."""
+        to_ns = int(min(self.next_ns(), until_ns))
+        reached_ns = federate.advance(to_ns)
+        if type(reached_ns) is not int or not self.now_ns <= reached_ns <= to_ns:
+            raise KernelError(f"{class_of(federate)}.advance({to_ns}) at {self.now_ns} ns must "
+                              f"return an int between these, got {reached_ns!r}")
+        return reached_ns
 
     def next_ns(self) -> float:
         """The time of the next entry of the agenda; inf if there is none."""
@@ -307,6 +337,10 @@ class _Guest(Kernel):
 
     def __init__(self, env: simpy.Environment) -> None:
         self._enter(env)
+
+    def join(self, federate: Federate) -> None:
+        raise KernelError(f"{class_of(federate)} cannot be asked before time passes: a foreign "
+                          "SimPy environment moves the clock")
 
     @property
     def now_ns(self) -> int:

@@ -66,20 +66,18 @@ class Medium(Account):
                  names: Names, streams: Streams, hosts: Sequence[str], own: int | None = None,
                  place: Surroundings | None = None) -> None:
         super().__init__(len(hosts), own)
-        self.name = name
-        self.id = names.id(f"medium/{name}")
+        self.name, self.id = name, names.id(f"medium/{name}")
         self.model = model
         self.rules = tuple(map(ports.rule_of, rules))
         self.on_refusal = [rule.refused for rule in self.rules if isinstance(rule, ports.TakesBack)]
         self.hosts = tuple(hosts)
         self.attached: Sequence[int] = range(len(hosts))
         self.frames = 0
-        self._kernel = kernel
+        self._kernel, self._streams = kernel, streams
         self._after, self.shared = kernel.after, kernel.shared
         self._send = model.send  # bound once: 400 instructions
         self.departures = Departures(model, self.rules)
         self.left = self.departures.left
-        self._streams = streams
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
         self.flights = Flights(self, kernel, [names.id(host) for host in hosts])
@@ -100,6 +98,8 @@ class Medium(Account):
         self.judge_transmission = gate.judge_transmission
         self._reasons = gate.reasons.union(model.reasons)
         model.start(self, self.hosts)
+        if isinstance(model, ports.Federate):
+            kernel.join(model)
         self._reachability = Reachability((model, *self.rules), self._place)
 
     @property

@@ -6,6 +6,7 @@ its own, keyed by the frame's id.
 """
 
 from desim.ports.bodies import Arena, Bodies
+from desim.ports.federates import Federate
 from desim.ports.frames import (
     FULL_PACKET_BYTES,
     PASS,
@@ -90,7 +91,7 @@ __all__ = [
     "Antennas", "Arena", "BesideScenario", "Bodies", "Builds", "Constants", "Context",
     "CountsAirtime",
     "CountsAttempts", "CountsBusyTime", "CountsControl", "CutsCarrier", "Deliver", "Drop",
-    "Duplicate", "FULL_PACKET_BYTES", "File",
+    "Duplicate", "FULL_PACKET_BYTES", "Federate", "File",
     "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier",
     "GoalEnd", "GridSpec", "Handle", "HasDoubts", "HearsAntennas", "Itemizes",
     "JudgesTransmissions",
