@@ -68,9 +68,9 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
                                     on_fate=folder.on_fate, recorder=folder.recorder,
                                     ledger=folder.ledger)
         folder.begin(simulation.names, tuple(host.name for host in simulation.graph.hosts))
-        with _blamed(loaded):
-            simulation.graph.start()
         with _interruptible(simulation), watch(simulation, folder) if watch else nullcontext():
+            with _blamed(loaded):
+                simulation.graph.start()
             simulation.run()
         interrupted = simulation.monitor.stop_reason == StopReason.INTERRUPTED
         path = folder.finish(simulation.monitor, simulation.kernel.now_ns, {

@@ -14,6 +14,7 @@ from desim.commands import (
     campaigns,
     communication,
     exports,
+    loops,
     maps,
     networks,
     pictures,
@@ -64,6 +65,8 @@ for command in (scenarios.new, maps.map_, robots.robot, runs.run, pictures.view,
                 plugins.describe, plugins.schema):
     app.command(command.__name__.rstrip("_"),  # import_
                 context_settings=_UNREAD if command is networks.net else None)(command)
+
+app.add_typer(loops.app, name="loop")
 
 # Python's end looks for garbage among all that is left: 0.1 s of the 0.7 s of hello.yaml.
 atexit.register(gc.freeze)

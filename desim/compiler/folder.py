@@ -28,7 +28,7 @@ def choose_folder() -> None:
     """Set ``NUMBA_CACHE_DIR``, unless the user has."""
     if "NUMBA_CACHE_DIR" in os.environ:
         return
-    folder = str(_own_folder(f"kernels-{_fingerprint()}"))
+    folder = str(own_folder(f"kernels-{_fingerprint()}"))
     os.environ["NUMBA_CACHE_DIR"] = folder
     if "numba" in sys.modules:  # it has read the environment already
         sys.modules["numba"].config.CACHE_DIR = folder
@@ -47,7 +47,7 @@ def _fingerprint() -> str:
     return digest.hexdigest()[:12]
 
 
-def _own_folder(name: str) -> Path:
+def own_folder(name: str) -> Path:
     """A folder ``name`` in the user's cache, or else among the temporary files. Where neither is
     the user's alone, a new one, which goes when this process ends."""
     for parent in _parents():

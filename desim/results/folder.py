@@ -59,8 +59,9 @@ class RunFolder:
     put into a run's folder stays in it when the run is made again.
 
     Give ``trace_sink``, ``on_fate``, ``recorder`` and ``ledger`` (None where nothing is kept) to
-    the ``Simulation``, and call ``begin`` before the clock runs. Raises ``InputError`` where the
-    folder cannot be written, or another process is writing it.
+    the ``Simulation``, and call ``begin`` before the clock runs. What lies in ``partial`` at the
+    end belongs to the results. Raises ``InputError`` where the folder cannot be written, or another
+    process is writing it.
     """
 
     def __init__(self, out: str | Path, scenario: Scenario) -> None:
@@ -68,7 +69,7 @@ class RunFolder:
         self._identity = identity.Identity(scenario)
         self.run_id = self._identity.run_id(scenario.seed)
         self.path = Path(out) / scenario.name / self.run_id
-        self._partial = self.path.with_name(f"{self.run_id}.partial")
+        self.partial = self.path.with_name(f"{self.run_id}.partial")
         keep = scenario.trace.keep
         self._trace: parquet.TraceTable | None = None
         self._events: parquet.TraceTable | None = None
@@ -82,22 +83,23 @@ class RunFolder:
         # For those who watch the run: what goes into the tables of events and of messages.
         self.on_events: RowSink = _ignored
         self.on_messages: Callable[[np.ndarray, list[str]], object] = _ignored
+        self.notes: Json = {}  # of those who watch, for the manifest
         self.ledger = None if self._ledger is None else self._ledger.messages
         with self._writing():
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._lock = self._claim()
-            (self._partial / SCENARIO).write_text(
-                resolved(scenario, self._partial), "utf-8")
+            (self.partial / SCENARIO).write_text(
+                resolved(scenario, self.partial), "utf-8")
 
     def begin(self, names: Names, hosts: tuple[str, ...]) -> None:
         """Open the tables. ``names`` are those of the run's trace, ``hosts`` are in index order."""
         with self._writing():
             if self.recorder is not None:
-                self._events = parquet.TraceTable(self._partial / EVENTS, names)
+                self._events = parquet.TraceTable(self.partial / EVENTS, names)
             if self.scenario.trace.keep == "all":
-                self._trace = parquet.TraceTable(self._partial / TRACE, names)
+                self._trace = parquet.TraceTable(self.partial / TRACE, names)
             if self._log is not None:
-                self._messages = parquet.MessageTable(self._partial / MESSAGES, names,
+                self._messages = parquet.MessageTable(self.partial / MESSAGES, names,
                                                       hosts)
 
     def finish(self, monitor: Monitor, now_ns: int, manifest: Json) -> Path | None:
@@ -108,20 +110,20 @@ class RunFolder:
                    "digest": manifest["digest"]}
         with self._writing():
             self._close_tables()
-            parquet.write(self._partial / SAMPLES, samples_table(monitor))
-            parquet.write(self._partial / ROBOTS, robots_table(monitor))
-            parquet.write(self._partial / "latency.parquet", latency_table(monitor.truth.graph))
+            parquet.write(self.partial / SAMPLES, samples_table(monitor))
+            parquet.write(self.partial / ROBOTS, robots_table(monitor))
+            parquet.write(self.partial / "latency.parquet", latency_table(monitor.truth.graph))
             if monitor.links is not None and self.recorder is None:
-                parquet.write(self._partial / LINKS, monitor.links.table())
+                parquet.write(self.partial / LINKS, monitor.links.table())
             self._write_maps(monitor)
-            _write_json(self._partial / SUMMARY, summary)
+            _write_json(self.partial / SUMMARY, summary)
             if self.recorder is not None:
                 self._write_recording(self.recorder)
             if self._ledger is not None:
                 hosts = [host.name for host in monitor.truth.graph.hosts]
                 ledger = self._ledger.table(monitor.truth.trace.names, hosts)
-                pq.write_table(ledger, self._partial / LEDGER, compression="zstd")
-                _write_json(self._partial / LEDGER_TOPICS, as_json(by_topic(ledger, hosts)))
+                pq.write_table(ledger, self.partial / LEDGER, compression="zstd")
+                _write_json(self.partial / LEDGER_TOPICS, as_json(by_topic(ledger, hosts)))
             return self._publish(manifest)
 
     def abandon(self, manifest: Json) -> None:
@@ -135,7 +137,7 @@ class RunFolder:
     def discard(self) -> None:
         """Remove what there is of the run: nothing of it is worth keeping."""
         with suppress(OSError):
-            _clear(self._partial)
+            _clear(self.partial)
         self._release()
 
     def flush(self) -> None:
@@ -175,7 +177,7 @@ class RunFolder:
                 table.close()
 
     def _write_maps(self, monitor: Monitor) -> None:
-        folder, ground = self._partial / MAPS, monitor.truth.ground
+        folder, ground = self.partial / MAPS, monitor.truth.ground
         folder.mkdir(exist_ok=True)
         truth = np.where(ground.solid != 0, 100, np.where(ground.reachable, 0, -1))
         maps.save(folder, "truth", truth, ground.grid)
@@ -185,16 +187,17 @@ class RunFolder:
     def _write_recording(self, recorder: Recorder) -> None:
         recorder.finish()
         for name, table in recorded(recorder).items():
-            parquet.write_integers(self._partial / f"{name}.parquet", table)
-        parquet.write(self._partial / LINKS, recorder.links.table())
+            parquet.write_integers(self.partial / f"{name}.parquet", table)
+        parquet.write(self.partial / LINKS, recorder.links.table())
         names = recorder.names.items()
-        _write_json(self._partial / NAMES, {str(id_): names[id_] for id_ in sorted(names)})
+        _write_json(self.partial / NAMES, {str(id_): names[id_] for id_ in sorted(names)})
 
     def _publish(self, manifest: Json) -> Path | None:
         complete = {"desim_version": identity.versions()["desim"], "run_id": self.run_id,
                     "name": self.scenario.name, "seed": self.scenario.seed, **manifest,
-                    "versions": identity.versions(), "plugins": self._identity.plugins,
-                    "source": self._identity.source, "machine": identity.machine()}
+                    **self.notes, "versions": identity.versions(),
+                    "plugins": self._identity.plugins, "source": self._identity.source,
+                    "machine": identity.machine()}
         before = manifest_of(self.path)
         if before is not None and before["status"] == manifest["status"] == RunStatus.FINISHED \
                 and before["digest"] != manifest["digest"]:
@@ -208,10 +211,10 @@ class RunFolder:
                 and before["status"] == RunStatus.FINISHED:
             self.discard()
             return None
-        written = [name for name in _files(self._partial)
+        written = [name for name in _files(self.partial)
                    if name not in (*self._kept, MANIFEST, LOCK)
-                   and (self._partial / name).is_file()]
-        seal(self._partial, complete, written)
+                   and (self.partial / name).is_file()]
+        seal(self.partial, complete, written)
         self._put_in_place([*written, MANIFEST])
         return self.path
 
@@ -219,12 +222,12 @@ class RunFolder:
         """Move the folder to its place by one rename, after everything is on the disk, so that a
         folder with the run's name is always whole."""
         for name in written:
-            synced(self._partial / name)
+            synced(self.partial / name)
         self._lock.remove_file()
-        synced(self._partial)
+        synced(self.partial)
         if os.path.lexists(self.path):
             os.replace(self.path, _free(self.path.with_name(f"{self.run_id}.old")))
-        os.replace(self._partial, self.path)
+        os.replace(self.partial, self.path)
         synced(self.path.parent)
         self._release()
         for old in sorted(self.path.parent.glob(f"{self.run_id}.old*")):
@@ -236,16 +239,16 @@ class RunFolder:
     def _claim(self) -> Lock:
         """Take over the partial folder, empty but for what desim has not written, unless a living
         process is at work in it."""
-        refuse_link(self._partial)
-        self._partial.mkdir(exist_ok=True)
+        refuse_link(self.partial)
+        self.partial.mkdir(exist_ok=True)
         try:
-            lock = Lock(self._partial / LOCK)
+            lock = Lock(self.partial / LOCK)
         except Taken:
-            raise InputError(f"{self._partial}: another process is writing this run; wait for it, "
+            raise InputError(f"{self.partial}: another process is writing this run; wait for it, "
                              "or choose another folder with --out") from None
-        refuse_link(self._partial / MAPS)
-        _clear(self._partial, [name for name in WRITTEN if name != LOCK])
-        self._kept = tuple(_files(self._partial))
+        refuse_link(self.partial / MAPS)
+        _clear(self.partial, [name for name in WRITTEN if name != LOCK])
+        self._kept = tuple(_files(self.partial))
         return lock
 
     @contextmanager
@@ -254,7 +257,7 @@ class RunFolder:
             yield
         except OSError as error:
             space = "free some space, or " if error.errno in _FULL else ""
-            raise InputError(f"cannot write results to {self._partial}: "
+            raise InputError(f"cannot write results to {self.partial}: "
                              f"{error.strerror or error}; {space}choose another folder with "
                              "--out") from error
 

@@ -17,6 +17,7 @@ from desim.scenario import (
     expression,
     file_kinds,
     generated_terrain,
+    loop_checks,
     network_checks,
     remote_slam_checks,
 )
@@ -363,6 +364,7 @@ _CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...
       ("fleet",), ("computers",)), _expressions),
     ((("measure", "periods"), ("task",)), _periods),
     *network_checks.CHECKS,
+    *loop_checks.CHECKS,
     ((("robot", "localization"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),
      remote_slam_checks.hosts),
     ((("robot", "localization"), ("fleet", "types"), ("coordination", "exchange")),

@@ -10,7 +10,7 @@ from desim.ports import Params, StrategyTraits, natural_key
 from desim.ports.sharing import SharingTraits
 from desim.scenario import plugin_choices
 from desim.scenario.cluster_nodes import cluster_nodes
-from desim.scenario.names import fleet_size
+from desim.scenario.names import fleet_size, robot_names
 from desim.scenario.recipients import monitors, words_of
 from desim.scenario.robot_types import (
     filled_in,
@@ -28,6 +28,7 @@ from desim.scenario.schema.environment import BUILT_IN_TERRAINS, Environment, Ma
 from desim.scenario.schema.experiment import TaskChoice
 from desim.scenario.schema.fleet import FleetParams, RobotType, StartList
 from desim.scenario.schema.footprint import radii_m
+from desim.scenario.schema.loop import Loop
 from desim.scenario.schema.robot import Equipment, laser_of
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Data, Folder
@@ -52,7 +53,7 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         scenario,
         environment=_environment(scenario.environment, folder),
         fleet=_fleet(scenario, robot, receivers),
-        robot=_changed(robot, passive=tuple(sorted(scenario.robot.passive, key=natural_key))),
+        robot=_changed(robot, passive=_passive(scenario)),
         network=_network(scenario),
         topics={pattern: _changed(choice, medium=choice.media)
                 for pattern, choice in scenario.topics.items()},
@@ -61,7 +62,22 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
         computers=scenario.computers.parsed(),
         task=_task(scenario).parsed(),
         coordination=_coordination(scenario).parsed(),
+        loop=_loop(scenario.loop, folder),
     )
+
+
+def _passive(scenario: Scenario) -> tuple[str, ...]:
+    """The robots without software of desim: also those with real programs."""
+    programs = scenario.loop.hosts.intersection(robot_names(scenario))
+    return tuple(sorted({*scenario.robot.passive, *programs}, key=natural_key))
+
+
+def _loop(loop: Loop, folder: Folder) -> Loop:
+    """Programs with absolute folders."""
+    return _changed(loop, programs=tuple(
+        _changed(program, folder=os.path.abspath(os.path.join(
+            folder(("loop", "programs", number)), program.folder)))
+        for number, program in enumerate(loop.programs)))
 
 
 def _task(scenario: Scenario) -> TaskChoice:

@@ -24,6 +24,7 @@ from desim.scenario.schema.cost_model import ComputersChoice
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.experiment import Measure, Stop, TaskChoice, TraceParams
 from desim.scenario.schema.fleet import FleetParams
+from desim.scenario.schema.loop import Loop
 from desim.scenario.schema.robot import Robot
 from desim.units import Frequency, Pace
 
@@ -92,6 +93,7 @@ class Scenario(Params):
     coordination: Coordination = Field(default_factory=Coordination)
     task: TaskChoice = Field(default_factory=TaskChoice)
     faults: tuple[Fault, ...] = ()
+    loop: Loop = Field(default_factory=Loop)
     stop: Stop = Field(default_factory=Stop)
     measure: Measure = Field(default_factory=Measure)
     trace: TraceParams = Field(default_factory=TraceParams)

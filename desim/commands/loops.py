@@ -1,0 +1,113 @@
+"""The commands of real programs: a run with them, and the guest kernel that they run on."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from desim.commands.arguments import Overrides, Quiet, ScenarioPath, Until
+from desim.commands.compiling import compiling, compiling_inside
+from desim.commands.exit_codes import command_line, exit_codes
+from desim.commands.output import say
+from desim.commands.usage import Commands
+
+if TYPE_CHECKING:
+    from desim.results.run import Run
+
+
+class _WithDefault(Commands):
+    """The commands below ``desim loop``; what is none of them is a scenario for ``run``."""
+
+    def resolve_command(self, ctx, args):
+        return super().resolve_command(ctx, args if args[0] in self.commands else ["run", *args])
+
+
+app = typer.Typer(cls=_WithDefault, no_args_is_help=True, help=(
+    "Run real programs on the networks of a scenario, in simulated time: desim loop SCENARIO."))
+
+
+@app.command()
+def run(scenario: ScenarioPath,
+        seed: Annotated[int | None, typer.Option(help="a seed, not the scenario's")] = None,
+        overrides: Overrides = [],  # noqa: B006
+        until: Until = None,
+        out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
+        quiet: Quiet = False) -> None:
+    """Run a scenario whose hosts run real programs (the default: desim loop SCENARIO)."""
+    with exit_codes():
+        from desim.commands.views.bars import counting
+        from desim.commands.views.terminal import Terminal
+        from desim.loop.guest_kernel import guest_kernel
+        from desim.loop.order import Order
+        from desim.loop.rehearsal import rehearse
+        from desim.loop.virtual import run_virtually
+        from desim.results.status import refuse_imported_scenario
+        from desim.scenario.load import load
+
+        refuse_imported_scenario(scenario)
+        changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
+        with compiling(quiet):
+            loaded = load(scenario, changes, seed)
+        kernel = guest_kernel()
+        with compiling_inside(quiet):
+            rehearse(loaded.scenario)
+        with counting(Terminal(), loaded.scenario.name) as on_progress:
+            finished = run_virtually(
+                Order(str(scenario), changes, seed, str(out), command_line()), loaded.scenario,
+                kernel, on_progress)
+        if not quiet:
+            _show(finished)
+
+
+@app.command()
+def build(source: Annotated[Path | None, typer.Option(
+              help="an archive or a folder of Linux 6.1 or later (default: Debian's package "
+                   "linux-source)", show_default=False)] = None,
+          jobs: Annotated[int, typer.Option(min=1, help="processes that compile")] = (
+              os.cpu_count() or 1),
+          quiet: Quiet = False) -> None:
+    """Build the guest kernel, once; it stays in the user's cache."""
+    with exit_codes():
+        from desim.commands.views.bars import counting
+        from desim.commands.views.terminal import Terminal
+        from desim.loop import guest_kernel
+
+        with counting(Terminal(), "guest kernel") as on_progress:
+            kernel = guest_kernel.build(source, jobs, on_progress)
+        if not quiet:
+            say(f"guest kernel in {kernel}")
+
+
+@app.command()
+def doctor() -> None:
+    """Say what is there for real programs, what is missing, and how to get it."""
+    with exit_codes():
+        from desim.loop.doctor import findings
+
+        found = findings()
+        for finding in found:
+            say(f"{'ok     ' if finding.remedy is None else 'missing'}  {finding.what}"
+                + ("" if finding.remedy is None else f": {finding.remedy}"))
+        if any(finding.remedy and finding.needed for finding in found):
+            raise typer.Exit(1)
+
+
+def _show(finished: Run) -> None:
+    """Say what a run with real programs has come to."""
+    manifest = finished.manifest
+    loop = manifest["loop"]
+    metrics = finished.metrics
+    say(f"{metrics['messages_sent']} frames of real programs, {metrics['messages_delivered']} "
+        f"arrived; clock: {manifest['clock']}")
+    if loop["lateness"] is not None:
+        say("handed over late by {p50_us} us (median), {p99_us} us (99 %), at most {max_us} us"
+            .format(**loop["lateness"]))
+    for program in loop["programs"]:
+        code = program["code"]
+        say(f"{program['host']:12} {program['run']}: "
+            + ("ran until the end" if code is None else f"exit code {code}")
+            + f"; {finished.path / program['log']}")
+    say(f"digest {manifest['digest']}\nresults in {finished.path}")

@@ -1,0 +1,110 @@
+"""The way of real frames through one medium: from the TAP of a host to those of others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import NamedTuple
+
+from desim.engine.kernel import Phase
+from desim.loop.addresses import host_of, is_group
+from desim.loop.packets import protocol_of, size_on_wire, topic_of
+from desim.loop.taps import HostTap
+from desim.middleware.contents import Filler
+from desim.middleware.graph import Graph
+from desim.middleware.message import Message
+from desim.network.carrier import BroadcastCarrier
+from desim.network.medium import Medium
+
+_AT_ONCE = 64  # frames of one TAP
+
+Late = Callable[[int], object]  # is notified of the instant (ns) at which a frame was due
+
+
+class Carried(NamedTuple):
+    """A real frame, and the message that stands for it."""
+
+    message: Message
+    frame: bytes
+
+
+class Conversation(BroadcastCarrier[Carried]):
+    """The frames of one host and topic on one medium. To the graph each is a message, so that
+    tables, ``desim why`` and rules by topic know them as they know desim's own."""
+
+    __slots__ = ("protocol", "_graph", "_taps", "_late")
+
+    def __init__(self, graph: Graph, topic: str, taps: Mapping[int, HostTap], late: Late) -> None:
+        self.protocol = protocol_of(topic)
+        self._graph, self._taps, self._late = graph, taps, late
+
+    def topics(self, token: Carried) -> tuple[str, ...]:
+        return (token.message.topic,)
+
+    def arrived(self, token: Carried, receiver: int) -> None:
+        graph, (message, frame) = self._graph, token
+        self._late(graph.kernel.now_ns)
+        if self._taps[receiver].write(frame):
+            graph.arrive(message, graph.hosts[receiver], graph.kernel.now_ns, message.born_ns,
+                         message.born_ns)
+        else:
+            graph.drop(message, receiver, "interface_down", message.born_ns, message.born_ns)
+
+    def lost(self, token: Carried, receiver: int, reason: str) -> None:
+        born_ns = token.message.born_ns
+        self._graph.drop(token.message, receiver, reason, born_ns, born_ns)
+
+    def repeated(self, token: Carried, receiver: int) -> None:
+        self._graph.repeat(token.message, receiver)
+        self._taps[receiver].write(token.frame)
+
+    def missed(self, token: Carried, receivers: Collection[int], reason: str,
+               medium: Medium) -> None:
+        self._graph.miss(token.message, receivers, reason, medium)
+
+
+class Gateway:
+    """The TAPs of one medium. ``late`` as ``Conversation`` calls it."""
+
+    def __init__(self, graph: Graph, medium: Medium, taps: Sequence[HostTap], late: Late) -> None:
+        self._graph, self._medium, self._late = graph, medium, late
+        self._taps = {tap.address.host: tap for tap in taps}
+        self._others = {host: tuple(sorted(self._taps.keys() - {host})) for host in self._taps}
+        self._conversations: dict[tuple[int, str], Conversation] = {}
+        self.strays = 0  # frames to nobody
+
+    def take(self, tap: HostTap, now_ns: int) -> None:
+        """Read what the programs behind ``tap`` have sent; it is under way from ``now_ns`` on."""
+        for _ in range(_AT_ONCE):
+            frame = tap.read()
+            if frame is None:
+                return
+            self._graph.kernel.at(now_ns, Phase.NETWORK, tap.address.host, self._send,
+                                  (tap.address.host, frame))
+
+    def _send(self, sent: tuple[int, bytes]) -> None:
+        source, frame = sent
+        receivers = self._receivers(source, frame[:6])
+        graph, host = self._graph, self._graph.hosts[source]
+        if not receivers or not host.up:
+            self.strays += 1
+            return
+        topic = topic_of(frame)
+        carrier = self._conversations.get((source, topic))
+        if carrier is None:
+            carrier = Conversation(graph, topic, self._taps, self._late)
+            self._conversations[source, topic] = carrier
+        host.published += 1
+        message = Message(host, graph.topic(topic), host.published, len(frame),
+                          graph.kernel.now_ns, Filler(len(frame)))
+        graph.depart(message, len(receivers))
+        size_bytes = size_on_wire(frame)
+        to = graph.hosts[receivers[0]].id if len(receivers) == 1 else self._medium.id
+        graph.record_frame(host.id, to, message.seq, size_bytes)
+        self._medium.transmit(source, receivers, size_bytes, 1, is_group(frame[:6]), carrier,
+                              Carried(message, frame))
+
+    def _receivers(self, source: int, to: bytes) -> tuple[int, ...]:
+        if is_group(to):
+            return self._others.get(source, ())
+        receiver = host_of(to)
+        return (receiver,) if receiver in self._others.get(source, ()) else ()

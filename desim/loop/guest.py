@@ -1,0 +1,95 @@
+"""The guest: a User-Mode Linux whose clock is simulated, in which an order is carried out.
+
+Its clock moves only when everything in it sleeps (``time-travel=inf-cpu``, arch/um/Kconfig of
+Linux): computing takes no time there, however long it takes here.
+"""
+
+from __future__ import annotations
+
+import os
+import shlex
+import socket
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from desim.loop.order import Order
+
+START_S = 1_767_225_600  # its clock at boot: 1 January 2026, UTC
+MEMORY_MB = 1500
+_OWN = ("/tmp", "/run", "/dev")  # where it has file systems of its own, in memory
+_PASSED_ON = ("HOME", "NUMBA_CACHE_DIR", "PYTHONPATH", "ROS_PACKAGE_PATH")
+
+_INIT = """#!/bin/sh
+export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
+mount -t proc proc /proc
+mount -t sysfs sys /sys
+mount -t tmpfs run /run
+mkdir -p /dev/pts /dev/shm /dev/net
+mount -t devpts pts /dev/pts
+mount -t tmpfs shm /dev/shm
+[ -e /dev/net/tun ] || mknod /dev/net/tun c 10 200
+[ -e /dev/fd ] || ln -s /proc/self/fd /dev/fd
+mount -t tmpfs tmp /tmp
+{mounts}
+ip link set lo up
+cd {here}
+env {environment} {python} -m desim.loop.inside {folder} > {folder}/output 2>&1
+sync
+echo o > /proc/sysrq-trigger
+sleep 10
+"""
+
+
+def boot(kernel: Path, order: Order, folder: Path, seed: int) -> subprocess.Popen[bytes]:
+    """Start the guest with the order in ``folder``, where it leaves ``console`` and ``output``.
+    ``seed``: of its random numbers."""
+    init = folder / "init"
+    init.write_text(_init(order, folder, os.environ), "utf-8")
+    init.chmod(0o755)
+    with (folder / "console").open("wb") as console:
+        return subprocess.Popen(
+            [kernel, f"mem={MEMORY_MB}M", "root=/dev/root", "rootfstype=hostfs", "rootflags=/",
+             "ro", f"init={init}", "time-travel=inf-cpu", f"time-travel-start={START_S}000000000",
+             "con=null", "con0=null,fd:1", "quiet", "norandmaps", f"desim.seed={seed}",
+             f"uml_dir={folder}", "umid=guest"],
+            stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT,
+            start_new_session=True)
+
+
+def busy_program(folder: Path) -> str:
+    """The program that runs in the guest now, as its kernel says."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as console:
+        console.settimeout(5.0)
+        console.bind(str(folder / "asks"))
+        request = b"sysrq p"
+        header = (0xCAFEBABE).to_bytes(4, sys.byteorder) + (2).to_bytes(4, sys.byteorder)
+        console.sendto(header + len(request).to_bytes(4, sys.byteorder) + request,
+                       str(folder / "guest" / "mconsole"))
+        try:
+            console.recv(4096)
+        except TimeoutError:
+            return "and the guest does not answer"
+    said = (folder / "console").read_text(errors="replace")
+    return f"says the guest: {said[-300:]}"
+
+
+def _init(order: Order, folder: Path, environ: Mapping[str, str]) -> str:
+    """The script that the guest begins with."""
+    written = [str(folder), os.path.abspath(order.out)]
+    read = [os.path.dirname(os.path.abspath(order.scenario)), sys.prefix, os.getcwd(),
+            str(Path(__file__).parents[2]), environ.get("NUMBA_CACHE_DIR", "")]
+    mounted = sorted(dict.fromkeys([*written, *filter(_is_hidden, read)]))
+    mounts = [f"mkdir -p {path}; mount -t hostfs none {path} -o {path}"
+              for path in map(shlex.quote, mounted)]
+    environment = [f"{name}={shlex.quote(environ[name])}" for name in _PASSED_ON if name in environ]
+    return _INIT.format(
+        mounts="\n".join(mounts), here=shlex.quote(os.getcwd()), folder=shlex.quote(str(folder)),
+        python=shlex.quote(sys.executable),
+        environment=" ".join([*environment, "PYTHONHASHSEED=0", "PYTHONDONTWRITEBYTECODE=1"]))
+
+
+def _is_hidden(path: str) -> bool:
+    """Whether the guest's own file systems lie over a path of this machine."""
+    return any(path == own or path.startswith(f"{own}/") for own in _OWN)
