@@ -22,7 +22,7 @@ import simpy
 from simpy.core import StopSimulation
 
 from desim.engine.agenda import Call, Tick, Ticker, name_of, nothing
-from desim.errors import KernelError, class_of
+from desim.errors import InputError, KernelError, class_of
 from desim.ports.federates import Federate
 from desim.units import NS_PER_S
 
@@ -100,11 +100,11 @@ class Kernel:
         self._shared: dict[str, object] = {}
 
     def join(self, federate: Federate) -> None:
-        """Run in step with ``federate``. Raises ``KernelError`` if another one has joined: neither
+        """Run in step with ``federate``. Raises ``InputError`` if another one has joined: neither
         could know how far it may go."""
         if self._federate is not None:
-            raise KernelError(f"{class_of(self._federate)} and {class_of(federate)} both want to "
-                              "be asked before time passes; only one can")
+            raise InputError(f"{class_of(self._federate)} and {class_of(federate)} would both be "
+                             "in lock-step with the run; only one can")
         self._federate = federate
 
     def shared(self, name: str, make: Callable[[], T]) -> T:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim.engine.kernel import Kernel, Phase
-from desim.errors import KernelError
+from desim.errors import InputError, KernelError
 
 
 class Clockwork:
@@ -112,8 +112,8 @@ def test_an_answer_that_is_no_time_on_the_way_is_refused(answer):
 def test_a_kernel_has_one_federate():
     kernel = Kernel()
     kernel.join(Clockwork(kernel, []))
-    with pytest.raises(KernelError, match="Clockwork.* and .*Rash.* both want to be asked before "
-                                          "time passes; only one can"):
+    with pytest.raises(InputError, match="Clockwork.* and .*Rash.* would both be in lock-step with "
+                                         "the run; only one can"):
         kernel.join(Rash(kernel, []))
 
 
