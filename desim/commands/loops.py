@@ -99,9 +99,8 @@ def _show(finished: Run) -> None:
     """Say what a run with real programs has come to."""
     manifest = finished.manifest
     loop = manifest["loop"]
-    metrics = finished.metrics
-    say(f"{metrics['messages_sent']} frames of real programs, {metrics['messages_delivered']} "
-        f"arrived; clock: {manifest['clock']}")
+    say(f"{loop['frames']} frames of real programs in {manifest['simulated_s']:g} s; clock: "
+        f"{manifest['clock']}")
     if loop["lateness"] is not None:
         say("handed over late by {p50_us} us (median), {p99_us} us (99 %), at most {max_us} us"
             .format(**loop["lateness"]))

@@ -62,11 +62,14 @@ def attached(simulation: Simulation, folder: RunFolder, system: System) -> Itera
     facades: list[Ros1Facade] = []
     for host in hosts:
         env = environment(host.name, addresses[host.index], system.home, master)
+        is_robot = host.name in simulation.world.robots
+        if is_robot:
+            env["ROS_NAMESPACE"] = host.name
         programs = [(number, program) for number, program in enumerate(loop.programs)
                     if program.host == host.name]
         starters.append(starter := ProgramStarter(host, programs, env, folder.partial))
         _add_software(host, starter)
-        if host.name in simulation.world.robots and master is not None:
+        if is_robot and master is not None:
             robot = simulation.world.robots.index(host.name)
             lasers = tuple(equipment_of(simulation.scenario)[robot].lasers_by_topic)
             facades.append(facade := Ros1Facade(host, lasers, env, folder.partial, inputs))
@@ -92,6 +95,7 @@ def _notes(ends: list[ProgramEnd], lateness: Lateness | None, gateways: list[Gat
            ) -> dict[str, object]:
     return {"programs": [end._asdict() for end in ends],
             "lateness": None if lateness is None else lateness._asdict(),
+            "frames": sum(gateway.frames for gateway in gateways),
             "frames_to_nobody": sum(gateway.strays for gateway in gateways)}
 
 

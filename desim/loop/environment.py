@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -23,6 +24,7 @@ def environment(host: str, addresses: Sequence[Address], home: Path, master: Add
     return {
         **{name: user[name] for name in _KEPT if name in user},
         "HOME": str(home), "DESIM_HOST": host, "DESIM_IP": first.ip,
+        "DESIM_PYTHON": sys.executable,
         "PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": "1",
         "ROS_IP": first.ip, "ROS_LOG_DIR": str(home / "ros"), **ros,
         "CYCLONEDDS_URI": (

@@ -16,6 +16,10 @@ from desim.network.carrier import BroadcastCarrier
 from desim.network.medium import Medium
 
 _AT_ONCE = 64  # frames of one TAP
+# From a program to the air pass up to so many ns, drawn by name, as interrupts and wake-ups take
+# tens of us on Linux (our choice). Computing takes no time in the guest: without this, hosts that
+# answer one broadcast would always collide.
+STACK_NS = 100_000
 
 Late = Callable[[int], object]  # is notified of the instant (ns) at which a frame was due
 
@@ -70,19 +74,26 @@ class Gateway:
         self._taps = {tap.address.host: tap for tap in taps}
         self._others = {host: tuple(sorted(self._taps.keys() - {host})) for host in self._taps}
         self._conversations: dict[tuple[int, str], Conversation] = {}
-        self.strays = 0  # frames to nobody
+        self._last_ns = dict.fromkeys(self._taps, 0)  # when each host's last frame set out
+        self._draws = {host: graph.streams("loop", medium.name, graph.hosts[host].name)
+                       for host in self._taps}
+        self.frames = self.strays = 0  # those that were sent, and those of them to nobody
 
     def take(self, tap: HostTap, now_ns: int) -> None:
-        """Read what the programs behind ``tap`` have sent; it is under way from ``now_ns`` on."""
+        """Read what the programs behind ``tap`` have sent at ``now_ns``. Each frame sets out a
+        little later, after all before it."""
+        host = tap.address.host
         for _ in range(_AT_ONCE):
             frame = tap.read()
             if frame is None:
                 return
-            self._graph.kernel.at(now_ns, Phase.NETWORK, tap.address.host, self._send,
-                                  (tap.address.host, frame))
+            self._last_ns[host] = at_ns = max(self._last_ns[host], now_ns + int(
+                self._draws[host].integers(STACK_NS)))
+            self._graph.kernel.at(at_ns, Phase.NETWORK, host, self._send, (host, frame))
 
     def _send(self, sent: tuple[int, bytes]) -> None:
         source, frame = sent
+        self.frames += 1
         receivers = self._receivers(source, frame[:6])
         graph, host = self._graph, self._graph.hosts[source]
         if not receivers or not host.up:

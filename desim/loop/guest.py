@@ -77,9 +77,9 @@ def busy_program(folder: Path) -> str:
 
 def _init(order: Order, folder: Path, environ: Mapping[str, str]) -> str:
     """The script that the guest begins with."""
-    written = [str(folder), os.path.abspath(order.out)]
+    written = [str(folder), os.path.abspath(order.out), environ["NUMBA_CACHE_DIR"]]
     read = [os.path.dirname(os.path.abspath(order.scenario)), sys.prefix, os.getcwd(),
-            str(Path(__file__).parents[2]), environ.get("NUMBA_CACHE_DIR", "")]
+            str(Path(__file__).parents[2])]
     mounted = sorted(dict.fromkeys([*written, *filter(_is_hidden, read)]))
     mounts = [f"mkdir -p {path}; mount -t hostfs none {path} -o {path}"
               for path in map(shlex.quote, mounted)]

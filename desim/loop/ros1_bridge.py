@@ -10,6 +10,7 @@ import json
 import math
 import os
 import sys
+import threading
 import time
 
 import rospy
@@ -85,13 +86,25 @@ def turned(yaw):
     return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
+class Start(threading.Thread):
+    """Joins ROS, which waits for the master. ``bridge`` is None until then."""
+
+    def __init__(self, robot):
+        super().__init__(daemon=True)
+        self._robot, self._begin = robot, time.time()  # the simulation began just now
+        self.bridge = None
+
+    def run(self):
+        rospy.init_node(f"{self._robot}_desim", disable_signals=True)
+        self.bridge = Bridge(self._robot, self._begin)
+
+
 def main():
-    robot = sys.argv[1]
-    begin = time.time()  # of the simulation: this program starts with it
-    rospy.init_node(f"{robot}_desim", disable_signals=True)
-    bridge = Bridge(robot, begin)
-    for line in sys.stdin:
-        bridge.pass_on(line)
+    start = Start(sys.argv[1])
+    start.start()
+    for line in sys.stdin:  # at once: desim waits for room in the pipe
+        if start.bridge is not None:
+            start.bridge.pass_on(line)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,8 @@ class Program(Params):
 
     host: str = Field(description="a robot, or one of hosts")
     run: str = Field(min_length=1, description=(
-        "the command line, for /bin/sh; $DESIM_HOST and $DESIM_IP are its host's name and address"))
+        "the command line, for /bin/sh; $DESIM_HOST and $DESIM_IP are its host's name and address, "
+        "$DESIM_PYTHON the interpreter that runs desim"))
     at_ns: Duration = Field("0 s", description="when it starts")
     env: dict[str, str] = Field({}, description="environment variables, beside desim's")
     folder: str = Field(".", description=(
