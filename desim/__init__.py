@@ -1,7 +1,8 @@
 """desim: deterministic discrete-event co-simulation of robot fleets and their networks.
 
 ``desim.load(path)`` reads a scenario, ``desim.from_mapping(data)`` takes one from a mapping;
-``desim.run(scenario)`` runs it and returns a ``desim.Run``; ``desim.Campaign(path)`` reads a
+``desim.run(scenario)`` runs it and returns a ``desim.Run``; ``desim.Stepper(scenario)`` runs it
+step by step; ``desim.Campaign(path)`` reads a
 campaign's folder; ``desim.compare(a, b)`` puts two runs or two campaigns side by side. Notebooks
 show what these return as tables and figures.
 """
@@ -13,10 +14,10 @@ from desim.compiler.folder import choose_folder
 from desim.results.shown import draw_with
 
 __version__ = "0.6.0"
-__all__ = ["Campaign", "Run", "compare", "from_mapping", "load", "run"]
+__all__ = ["Campaign", "Run", "Stepper", "compare", "from_mapping", "load", "run"]
 
 _WHERE = {"Campaign": "desim.campaign.folder.campaign", "Run": "desim.results.run",
-          "compare": "desim.campaign.folder.comparison",
+          "Stepper": "desim.stepping.stepper", "compare": "desim.campaign.folder.comparison",
           "from_mapping": "desim.scenario.load", "load": "desim.scenario.load", "run": "desim.api"}
 
 choose_folder()  # before anything imports numba

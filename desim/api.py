@@ -52,24 +52,18 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     plug-in, its line, the host and the time. Raises ``InputError`` for a wrong
     scenario or a folder that cannot be written.
     """
-    if isinstance(scenario, (str, Path)):
-        refuse_imported_scenario(Path(scenario))
-        scenario = load(scenario, overrides, seed)
-    elif overrides or seed is not None:
-        raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
-    loaded = scenario if isinstance(scenario, Loaded) else None
-    scenario = scenario.scenario if isinstance(scenario, Loaded) else scenario
+    source, scenario = loaded(scenario, overrides, seed)
     folder, simulation = RunFolder(out, scenario), None
     begin_s = _worked_s()
     forget_peak_memory()
     try:
-        with _blamed(loaded):
+        with located(source):
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
                                     on_fate=folder.on_fate, recorder=folder.recorder,
                                     ledger=folder.ledger)
         folder.begin(simulation.names, tuple(host.name for host in simulation.graph.hosts))
         with _interruptible(simulation), watch(simulation, folder) if watch else nullcontext():
-            with _blamed(loaded):
+            with located(source):
                 simulation.graph.start()
             simulation.run()
         interrupted = simulation.monitor.stop_reason == StopReason.INTERRUPTED
@@ -123,15 +117,29 @@ def recording_of(kept: Run, watch: Watch | None = None) -> Recording:
     return Recording(repeated, home)
 
 
+def loaded(scenario: Loaded | Scenario | str | Path, overrides: Sequence[str], seed: int | None
+           ) -> tuple[Loaded | None, Scenario]:
+    """A scenario or the file of one, and where its keys are written, for ``located``; arguments and
+    errors as those of ``run``."""
+    if isinstance(scenario, (str, Path)):
+        refuse_imported_scenario(Path(scenario))
+        scenario = load(scenario, overrides, seed)
+    elif overrides or seed is not None:
+        raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
+    if isinstance(scenario, Loaded):
+        return scenario, scenario.scenario
+    return None, scenario
+
+
 @contextmanager
-def _blamed(loaded: Loaded | None) -> Iterator[None]:
+def located(source: Loaded | None) -> Iterator[None]:
     """Add file, line and column to an error that was raised while the parts were built."""
     try:
         yield
     except InputError as error:
-        if loaded is None:
+        if source is None:
             raise
-        raise loaded.placed(error) from error
+        raise source.placed(error) from error
 
 
 @contextmanager

@@ -27,9 +27,9 @@ IGNORE = re.compile(r"#\s*type: ignore(\[[^]]*\])?")
 LAYERS = ["units", "errors", "operating_system", "files", "unpacking", "outside_yaml",
           "outside_xml", "colours", "compiler", "ports", "modules", "plugins", "engine",
           "statistics", "scenario", "world", "network", "computers", "middleware", "robot",
-          "monitor", "advice", "simulation", "results", "netcases", "blame", "api", "loop",
-          "campaign",
-          "validation", "testing", "export", "imports", "report", "commands", "cli"]
+          "monitor", "advice", "simulation", "results", "netcases", "blame", "api",
+          "loop", "stepping", "envs", "campaign", "validation", "testing", "export", "imports",
+          "report", "commands", "cli"]
 
 
 def first_line(file: Path) -> str:

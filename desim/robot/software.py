@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from desim import plugins
 from desim.errors import below
 from desim.middleware.busy.host import BusyHost
@@ -30,14 +32,17 @@ from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Equipment
 from desim.scenario.schema.scenario import Scenario
 
+Pilot = Callable[[str, Strategy], Strategy]
+
 
 def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: StrategyChoice,
                    body: BodyType, robot_map: RobotMap, peers: tuple[str, ...], team: Team,
-                   start: Pose2D | None, monitored: bool, task: object) -> list[Node]:
+                   start: Pose2D | None, monitored: bool, task: object,
+                   pilot: Pilot | None = None) -> list[Node]:
     """The nodes of one ``robot``, which runs the strategy of ``choice``, in the order in which they
     start. ``peers`` are the names of the other robots that carry software; ``start``: the robot's
     pose where it is known; ``monitored``: some host collects maps and distances; ``task``: the
-    briefing.
+    briefing; ``pilot`` as ``Simulation`` takes it.
 
     Nodes of one robot share objects, as nodelets do: the map, the costmap and the poses of peers.
     This function hands the objects to the nodes. An empty message on the topic ``map``, ``costmap``
@@ -47,6 +52,8 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     queries = _queries(robot, robot_map, body.inscribed_radius_m)
     with below("coordination"):
         strategy = _strategy(choice)
+    if pilot is not None:
+        strategy = pilot(host.name, strategy)
     sharing = _sharing(coordination.exchange)
     own_map = own_map_for(robot_map, sharing)
     nodes: list[Node] = [

@@ -39,7 +39,7 @@ from desim.robot.mapping.fusion import robot_map_of
 from desim.robot.mapping.map_server import MapServer, map_of_terrain
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import TilePool
-from desim.robot.software import coordinator_software, remote_slam, robot_software
+from desim.robot.software import Pilot, coordinator_software, remote_slam, robot_software
 from desim.robot.team import Team
 from desim.robot.transform_broadcaster import TransformBroadcaster, of_odometry
 from desim.scenario.recipients import topics_for
@@ -74,15 +74,16 @@ class Simulation:
     ``payloads``: when lazy contents are computed (lazy, birth, delivery: no result depends on it).
     ``trace_sink`` gets all trace rows, in batches, and ``on_fate`` each message's fate; see
     ``Trace`` and ``Graph``. ``recorder`` watches the run; it gets trace rows from the sink. A
-    ``ledger`` gets the fates and passes them on. Raises ``InputError`` for errors that show only
+    ``ledger`` gets the fates and passes them on. ``pilot(robot, strategy)`` returns the strategy
+    that is asked in place of the robot's own. Raises ``InputError`` for errors that show only
     when the parts are put together: a start inside a wall, an unreachable terrain.
     """
 
     def __init__(self, scenario: Scenario, *, payloads: str = "lazy",
                  trace_sink: RowSink | None = None,
                  on_fate: OnFate | None = None, recorder: Recorder | None = None,
-                 ledger: MessageLedger | None = None) -> None:
-        self.scenario = scenario
+                 ledger: MessageLedger | None = None, pilot: Pilot | None = None) -> None:
+        self.scenario, self._pilot = scenario, pilot
         # The clock, the random numbers, the log.
         self.kernel, self.streams, self.names = Kernel(), Streams(scenario.seed), Names()
         self.trace = Trace(self.names, trace_sink)
@@ -151,6 +152,10 @@ class Simulation:
         self.graph.start()
         with rare_collections():
             self.kernel.run(limit_ns)
+        return self.outcome()
+
+    def outcome(self) -> Outcome:
+        """Close the run as it is now."""
         reason = self.monitor.finish()
         return Outcome(reason, self.kernel.now_ns, self.kernel.events, self.trace.digest(),
                        self.trace.digest_by_entity())
@@ -188,7 +193,7 @@ class Simulation:
                                     self._peers(robot), self._team(host.name),
                                     self._known_start(robot),
                                     monitored=any(other.monitor for other in self.plan),
-                                    task=self._briefing)
+                                    task=self._briefing, pilot=self._pilot)
         if host_plan.strategy is not None:
             robot_map = self._new_map()
             nodes += coordinator_software(host, scenario, host_plan.strategy,
