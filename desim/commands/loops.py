@@ -25,6 +25,8 @@ class _WithDefault(Commands):
         return super().resolve_command(ctx, args if args[0] in self.commands else ["run", *args])
 
 
+MEMORY_MB = 1500  # three times what ten hosts with rospy take
+
 app = typer.Typer(cls=_WithDefault, no_args_is_help=True, help=(
     "Run real programs on the networks of a scenario, in simulated time: desim loop SCENARIO."))
 
@@ -35,6 +37,8 @@ def run(scenario: ScenarioPath,
         overrides: Overrides = [],  # noqa: B006
         until: Until = None,
         out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
+        memory: Annotated[int, typer.Option(
+            min=256, metavar="MB", help="of the guest")] = MEMORY_MB,
         quiet: Quiet = False) -> None:
     """Run a scenario whose hosts run real programs (the default: desim loop SCENARIO)."""
     with exit_codes():
@@ -57,7 +61,7 @@ def run(scenario: ScenarioPath,
         with counting(Terminal(), loaded.scenario.name) as on_progress:
             finished = run_virtually(
                 Order(str(scenario), changes, seed, str(out), command_line()), loaded.scenario,
-                kernel, on_progress)
+                kernel, memory, on_progress)
         if not quiet:
             _show(finished)
 
@@ -108,5 +112,5 @@ def _show(finished: Run) -> None:
         code = program["code"]
         say(f"{program['host']:12} {program['run']}: "
             + ("ran until the end" if code is None else f"exit code {code}")
-            + f"; {finished.path / program['log']}")
+            + f"; {finished.path / program['log']}", err=bool(code))
     say(f"digest {manifest['digest']}\nresults in {finished.path}")

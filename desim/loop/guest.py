@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import socket
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -17,7 +16,6 @@ from pathlib import Path
 from desim.loop.order import Order
 
 START_S = 1_767_225_600  # its clock at boot: 1 January 2026, UTC
-MEMORY_MB = 1500
 _OWN = ("/tmp", "/run", "/dev")  # where it has file systems of its own, in memory
 _PASSED_ON = ("HOME", "NUMBA_CACHE_DIR", "PYTHONPATH", "ROS_PACKAGE_PATH")
 
@@ -42,7 +40,8 @@ sleep 10
 """
 
 
-def boot(kernel: Path, order: Order, folder: Path, seed: int) -> subprocess.Popen[bytes]:
+def boot(kernel: Path, order: Order, folder: Path, seed: int, memory_mb: int
+         ) -> subprocess.Popen[bytes]:
     """Start the guest with the order in ``folder``, where it leaves ``console`` and ``output``.
     ``seed``: of its random numbers."""
     init = folder / "init"
@@ -50,29 +49,12 @@ def boot(kernel: Path, order: Order, folder: Path, seed: int) -> subprocess.Pope
     init.chmod(0o755)
     with (folder / "console").open("wb") as console:
         return subprocess.Popen(
-            [kernel, f"mem={MEMORY_MB}M", "root=/dev/root", "rootfstype=hostfs", "rootflags=/",
+            [kernel, f"mem={memory_mb}M", "root=/dev/root", "rootfstype=hostfs", "rootflags=/",
              "ro", f"init={init}", "time-travel=inf-cpu", f"time-travel-start={START_S}000000000",
              "con=null", "con0=null,fd:1", "quiet", "norandmaps", f"desim.seed={seed}",
              f"uml_dir={folder}", "umid=guest"],
             stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT,
             start_new_session=True)
-
-
-def busy_program(folder: Path) -> str:
-    """The program that runs in the guest now, as its kernel says."""
-    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as console:
-        console.settimeout(5.0)
-        console.bind(str(folder / "asks"))
-        request = b"sysrq p"
-        header = (0xCAFEBABE).to_bytes(4, sys.byteorder) + (2).to_bytes(4, sys.byteorder)
-        console.sendto(header + len(request).to_bytes(4, sys.byteorder) + request,
-                       str(folder / "guest" / "mconsole"))
-        try:
-            console.recv(4096)
-        except TimeoutError:
-            return "and the guest does not answer"
-    said = (folder / "console").read_text(errors="replace")
-    return f"says the guest: {said[-300:]}"
 
 
 def _init(order: Order, folder: Path, environ: Mapping[str, str]) -> str:

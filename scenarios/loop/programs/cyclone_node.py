@@ -1,5 +1,8 @@
-"""A node of Cyclone DDS: ``cyclone_node.py talk|listen`` sends 500 bytes 20 times a second, reliably,
-or prints when each came and how long it took."""
+"""A node of Cyclone DDS, which talks or listens.
+
+``cyclone_node.py talk`` sends 500 bytes 20 times a second, reliably; ``listen`` prints when each
+came and how long it took.
+"""
 
 import sys
 import time

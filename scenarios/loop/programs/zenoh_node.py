@@ -1,5 +1,8 @@
-"""A node of Zenoh: ``zenoh_node.py talk|listen`` puts 500 bytes 20 times a second, or prints when
-each came and how long it took."""
+"""A node of Zenoh, which talks or listens.
+
+``zenoh_node.py talk`` puts 500 bytes 20 times a second; ``listen`` prints when each came and how
+long it took.
+"""
 
 import os
 import sys
