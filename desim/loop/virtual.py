@@ -25,9 +25,9 @@ _POLL_S = 0.1
 
 def run_virtually(order: Order, scenario: Scenario, kernel: Path, memory_mb: int,
                   on_progress: Callable[[int, int], object]) -> Run:
-    """Run ``order``, that of ``scenario``, on the guest ``kernel`` with so much memory; ``on_progress`` hears how many
-    simulated seconds of how many are over. Raises ``InputError`` where the programs need what is
-    not there, and ``ModelError`` for a run that failed."""
+    """Run ``order``, that of ``scenario``, on the guest ``kernel`` with so much memory.
+    ``on_progress`` hears how many simulated seconds of how many are over. Raises ``InputError``
+    where the programs need what is not there, and ``ModelError`` for a run that failed."""
     Path(order.out).mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix="desim-loop-") as home:
         folder = Path(home)
@@ -73,6 +73,6 @@ def _wait(process: subprocess.Popen[bytes], folder: Path, seconds: int,
 
 
 def _said(folder: Path) -> str:
-    """What the guest's kernel and the process beside the programs have printed."""
+    """The output of the guest's kernel and of the process beside the programs."""
     return "".join((folder / name).read_text("utf-8", errors="replace")
                    for name in ("console", "output") if (folder / name).is_file())
