@@ -37,6 +37,8 @@ def run(scenario: ScenarioPath,
         overrides: Overrides = [],  # noqa: B006
         until: Until = None,
         out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
+        pcap: Annotated[bool, typer.Option(
+            "--pcap", help="keep the programs' frames, for Wireshark: MEDIUM.pcap")] = False,
         memory: Annotated[int, typer.Option(
             min=256, metavar="MB", help="of the guest")] = MEMORY_MB,
         quiet: Quiet = False) -> None:
@@ -60,7 +62,8 @@ def run(scenario: ScenarioPath,
             rehearse(loaded.scenario)
         with counting(Terminal(), loaded.scenario.name) as on_progress:
             finished = run_virtually(
-                Order(str(scenario), changes, seed, str(out), command_line()), loaded.scenario,
+                Order(str(scenario), changes, seed, str(out), command_line(),
+                      capture=pcap), loaded.scenario,
                 kernel, memory, on_progress)
         if not quiet:
             _show(finished)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from desim.loop.addresses import Address
+from desim.loop.capture import FrameCapture
 from desim.loop.clock import ProgramClock
 from desim.loop.environment import environment, hosts_file
 from desim.loop.gateway import Gateway
@@ -26,12 +27,13 @@ from desim.simulation.simulation import Simulation
 
 
 class System(NamedTuple):
-    """The system that the programs run on. ``clock``: its name in results. ``spare_ns``: see
-    ``ProgramClock``. ``home``: a folder that they may write. ``name_hosts`` gets the text of their
-    /etc/hosts."""
+    """The system that the programs run on. ``clock``: virtual or wall. ``spare_ns``: see
+    ``ProgramClock``. ``capture``: whether to write MEDIUM.pcap. ``home``: a folder that programs
+    may write. ``name_hosts`` gets the text of their /etc/hosts."""
 
     clock: str
     spare_ns: int
+    capture: bool
     home: Path
     name_hosts: Callable[[str], object]
 
@@ -50,8 +52,12 @@ def attached(simulation: Simulation, folder: RunFolder, system: System) -> Itera
     system.name_hosts(hosts_file({host.name: addresses[host.index] for host in hosts}))
     clock = ProgramClock(system.spare_ns)
     late_ns: list[int] = []
+    captures = ExitStack()
     gateways = [Gateway(graph, medium, [tap for tap in taps if tap.address.medium == number],
-                        lambda due_ns: late_ns.append(clock.now_ns() - due_ns))
+                        lambda due_ns: late_ns.append(clock.now_ns() - due_ns),
+                        FrameCapture(captures.enter_context(
+                            (folder.partial / f"{medium.name}.pcap").open("wb")))
+                        if system.capture else None)
                 for number, medium in enumerate(graph.media)]
     master = addresses[names.index(loop.ros_master)][0] if loop.ros_master else None
     inputs = ProgramInput(simulation.kernel, clock)
@@ -78,6 +84,7 @@ def attached(simulation: Simulation, folder: RunFolder, system: System) -> Itera
     try:
         yield
     finally:
+        captures.close()
         for facade in facades:
             facade.end()
         ends = [end for starter in starters for end in starter.end()]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from desim.engine.kernel import Phase
 from desim.loop.addresses import host_of, is_group
+from desim.loop.capture import FrameCapture
 from desim.loop.packets import protocol_of, size_on_wire, topic_of
 from desim.loop.taps import HostTap
 from desim.middleware.contents import Filler
@@ -67,10 +68,13 @@ class Conversation(BroadcastCarrier[Carried]):
 
 
 class Gateway:
-    """The TAPs of one medium. ``late`` as ``Conversation`` calls it."""
+    """The TAPs of one medium. ``late`` as ``Conversation`` calls it; ``capture`` gets each frame
+    that sets out."""
 
-    def __init__(self, graph: Graph, medium: Medium, taps: Sequence[HostTap], late: Late) -> None:
+    def __init__(self, graph: Graph, medium: Medium, taps: Sequence[HostTap], late: Late,
+                 capture: FrameCapture | None = None) -> None:
         self._graph, self._medium, self._late = graph, medium, late
+        self._capture = capture
         self._taps = {tap.address.host: tap for tap in taps}
         self._others = {host: tuple(sorted(self._taps.keys() - {host})) for host in self._taps}
         self._conversations: dict[tuple[int, str], Conversation] = {}
@@ -94,6 +98,8 @@ class Gateway:
     def _send(self, sent: tuple[int, bytes]) -> None:
         source, frame = sent
         self.frames += 1
+        if self._capture is not None:
+            self._capture.add(self._graph.kernel.now_ns, frame)
         receivers = self._receivers(source, frame[:6])
         graph, host = self._graph, self._graph.hosts[source]
         if not receivers or not host.up:

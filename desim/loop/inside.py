@@ -45,7 +45,7 @@ def _run(order: Order, folder: Path) -> str:
     Path("/proc/self/timerslack_ns").write_text("1", "utf-8")
     home = Path("/tmp/home")
     home.mkdir(exist_ok=True)
-    system = System(order.clock, _SPARE_NS, home, _name_hosts)
+    system = System(order.clock, _SPARE_NS, order.capture, home, _name_hosts)
 
     def reached(second: int) -> None:
         (folder / PROGRESS).write_text(str(second), "utf-8")

@@ -12,7 +12,7 @@ ORDER, ANSWER, PROGRESS = "order.json", "answer.json", "progress"  # files in th
 
 class Order(NamedTuple):
     """A run with real programs. ``changes``: as ``desim.load`` takes them. ``command``: what was
-    typed. ``clock``: virtual or wall."""
+    typed. ``clock``: virtual or wall. ``capture``: whether the frames are kept, as pcap."""
 
     scenario: str
     changes: list[str]
@@ -20,6 +20,7 @@ class Order(NamedTuple):
     out: str
     command: str
     clock: str = "virtual"
+    capture: bool = False
 
     def write(self, folder: Path) -> None:
         """Leave the order in ``folder``, with absolute paths."""

@@ -114,6 +114,10 @@ def repeatable(run: Run, missing: str, setting: str = "") -> Scenario:
     with ``setting`` (empty: never). Raises ``InputError`` where other versions are
     installed now, and for what was imported."""
     refuse_imported(run.path, run.manifest, missing)
+    if "loop" in run.manifest:
+        raise InputError(f"{run.path}: its {missing} were not kept, and real programs took part in "
+                         "it: only desim loop repeats it"
+                         f"{setting and f' (with --set {setting} they are kept)'}")
     _refuse_other(run, missing, setting, {"versions": identity.versions()})
     with nullcontext() if run.trust else plugins.installed_only():
         scenario = load(run.file(SCENARIO)).scenario
