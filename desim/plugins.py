@@ -21,7 +21,7 @@ from desim.ports.cases import Case, Validation
 from desim.ports.computers import CostModel, MemoryModel, UnusedRows
 from desim.ports.localization import Localization, LocalizationTraits
 from desim.ports.middleware import Middleware
-from desim.ports.sharing import FollowsScans, Sharing, SharingTraits
+from desim.ports.sharing import FollowsScans, SharesOnRequest, Sharing, SharingTraits
 from desim.ports.tasks import (
     Briefs,
     FollowsKnowledge,
@@ -66,7 +66,7 @@ CONTRACTS: dict[str, type] = {
 # What a plug-in of a kind may have beside: methods that are called if it has them.
 _OPTIONAL: dict[str, tuple[type, ...]] = {
     "strategy": (ports.Starts, ports.FollowsGoals, ports.FollowsMap, ports.FollowsTeam),
-    "sharing": (FollowsScans,),
+    "sharing": (FollowsScans, SharesOnRequest),
     "task": (Briefs, VisitsPlaces, GivesMap, FollowsKnowledge, JudgesMap, Measures),
     "computers": (MemoryModel, UnusedRows),
 }

@@ -174,6 +174,13 @@ def checked_places(places: Sequence[Sequence[float]]) -> list[tuple[float, float
     return found
 
 
+def checked_velocities(*velocities: float) -> list[float]:
+    """Velocities forward and to the left, m/s, and of turning, rad/s: finite numbers."""
+    if not all(isinstance(one, _NUMBERS) and math.isfinite(one) for one in velocities):
+        raise ModelError(f"a robot drives at three finite velocities, not at {velocities!r}")
+    return [float(one) for one in velocities]
+
+
 def checked_place(place: Sequence[float]) -> tuple[float, float]:
     """The place alone, as ``checked_places``."""
     try:

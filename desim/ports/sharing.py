@@ -224,6 +224,14 @@ class Sharing(Protocol):
 
 
 @runtime_checkable
+class SharesOnRequest(Protocol):
+    """Map sharing that a strategy can ask for (``StrategyContext.share_map``)."""
+
+    def share(self, context: SharingContext) -> None:
+        """Send what is new now."""
+
+
+@runtime_checkable
 class PlansWithMerged(Protocol):
     """Map sharing that decides on the map with which the robot plans. That map holds what the
     plug-in hands over (``take_in``, also under the robot's own name), and what the robot sees near

@@ -119,11 +119,31 @@ class GoalEnd(StrEnum):
     REPLACED = "replaced"
 
 
+class Ranges(Protocol):
+    """One sweep of a laser, immutable (sensor_msgs/LaserScan)."""
+
+    @property
+    def ranges(self) -> np.ndarray:
+        """[beams] float32 m, read-only; a beam that met nothing reads ``range_max_m``."""
+
+    @property
+    def range_max_m(self) -> float:
+        """The longest range."""
+
+    @property
+    def angle_min_rad(self) -> float:
+        """The angle of the first beam, from the robot's front."""
+
+    @property
+    def angle_increment_rad(self) -> float:
+        """The angle between two beams."""
+
+
 class StrategyContext(Protocol):
     """The host of a strategy: its knowledge, sensed and received, and its actions.
 
-    The host is a robot's, or a computer without a body: there ``pose`` is None, ``go`` raises
-    ``ModelError``, and ``frontiers`` and ``path_lengths_m`` need an ``origin``.
+    The host is a robot's, or a computer without a body: there ``pose`` is None, what only a robot
+    does raises ``ModelError``, and ``frontiers`` and ``path_lengths_m`` need an ``origin``.
     """
 
     @property
@@ -192,6 +212,9 @@ class StrategyContext(Protocol):
     def grid(self) -> GridSpec:
         """The raster of ``occupancy`` and ``costmap``."""
 
+    def known_m2(self) -> float:
+        """The area that the own map shows as free or occupied."""
+
     def occupancy(self) -> np.ndarray:
         """[height, width] int8, read-only: 0 free, 100 occupied, -1 unknown (nav_msgs)."""
 
@@ -207,6 +230,19 @@ class StrategyContext(Protocol):
 
     def stop(self) -> None:
         """Give the goal up, and stand."""
+
+    def drive(self, forward_mps: float, left_mps: float, turn_radps: float) -> None:
+        """Give the goal up, and drive at these velocities: until the next ones, the next goal, or
+        the ``command_timeout`` of the robot's type."""
+
+    def scan(self) -> Ranges | None:
+        """The newest scan of the robot's first laser, None before the first. At its first call the
+        strategy subscribes to them: call it in ``on_start``."""
+
+    def share_map(self) -> None:
+        """Send the team now what is new in the own map, as ``coordination.exchange`` does each
+        ``period``, or with ``period: null`` only then. Raises ``ModelError`` where its plug-in is
+        no ``ports.sharing.SharesOnRequest``."""
 
     def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:

@@ -56,11 +56,13 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
         strategy = pilot(host.name, strategy)
     sharing = _sharing(coordination.exchange)
     own_map = own_map_for(robot_map, sharing)
+    map_sharing = MapSharing(host, sharing, robot_map, peers, team, own_map)
     nodes: list[Node] = [
         *_localization(host, robot, own_map, start, _bodies_m(scenario, peers)),
-        MapSharing(host, sharing, robot_map, peers, team, own_map),
+        map_sharing,
         move_base.MoveBase(host, robot, body, queries.costmap),
-        Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team, task),
+        Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team,
+                next(iter(robot.lasers_by_topic)), map_sharing.share, task),
     ]
     if coordination.team_state is not None:
         nodes.append(TeamStateNode(host, coordination.team_state, team, peers, has_body=True))

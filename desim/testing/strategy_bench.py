@@ -1,6 +1,7 @@
 """A robot without a simulator: a ``StrategyContext`` whose world is a list of frontiers.
 
-What the strategy does is kept: ``goals``, ``published``, ``timers``, ``shown``. A check plays the
+What the strategy does is kept: ``goals``, ``driven``, ``maps_shared``, ``published``, ``timers``,
+``shown``. A check plays the
 part of the team: it delivers messages, or loses them.
 """
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from desim import ports
 from desim.engine.streams import Streams
+from desim.middleware.contents import LaserScan
 from desim.ports.arguments import (
     check_advertised,
     check_body,
@@ -30,6 +32,7 @@ from desim.ports.arguments import (
     checked_marks,
     checked_place,
     checked_places,
+    checked_velocities,
     start_of_ways,
 )
 from desim.robot.coordination.strategy_messages import MessageCount, encoded
@@ -41,6 +44,7 @@ OnMessage = Callable[[ports.StrategyContext, ports.StrategyMessage], object]
 _SIDE_M = 100.0
 _FREE_M = 100.0  # beyond the raster the plane goes on as far
 _CELL_M = 0.5
+_BEAMS, _VIEW_M = 8, 30.0
 
 
 class StrategyBench:
@@ -63,6 +67,8 @@ class StrategyBench:
         cells = int(_SIDE_M / _CELL_M)
         self.grid = ports.GridSpec(_CELL_M, cells, cells, -_SIDE_M / 2, -_SIDE_M / 2)
         self.goals: list[ports.Place | None] = []
+        self.driven: list[list[float]] = []
+        self.maps_shared = 0
         self.shown: dict[str, list[ports.Mark]] = {}
         self.published: list[ports.StrategyMessage] = []
         self.answers = 0  # of this instant, each to the one before
@@ -104,6 +110,9 @@ class StrategyBench:
         at = checked_place(place)
         return sum(float(one.cells) for one in self.known if one[:2] == at)
 
+    def known_m2(self) -> float:
+        return _SIDE_M**2
+
     def occupancy(self) -> np.ndarray:
         return self._free(np.int8)
 
@@ -123,6 +132,21 @@ class StrategyBench:
         check_body(self.name, self.has_body)
         self.goal = None
         self.goals.append(None)
+
+    def drive(self, forward_mps: float, left_mps: float, turn_radps: float) -> None:
+        check_body(self.name, self.has_body)
+        self.driven.append(checked_velocities(forward_mps, left_mps, turn_radps))
+        self.goal = None
+
+    def scan(self) -> LaserScan:
+        """Nothing around, in all directions."""
+        check_body(self.name, self.has_body)
+        return LaserScan(self.now_ns, np.full(_BEAMS, _VIEW_M, np.float32), -math.pi,
+                         math.tau / _BEAMS, _VIEW_M)
+
+    def share_map(self) -> None:
+        check_body(self.name, self.has_body)
+        self.maps_shared += 1
 
     def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:

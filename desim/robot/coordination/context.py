@@ -20,6 +20,7 @@ from desim.ports import (
     Peer,
     Place,
     Pose2D,
+    Ranges,
     StrategyContext,
     StrategyMessage,
     TeamArea,
@@ -38,6 +39,7 @@ from desim.ports.arguments import (
     checked_marks,
     checked_place,
     checked_places,
+    checked_velocities,
     name_of,
     start_of_ways,
 )
@@ -66,6 +68,15 @@ class Drives(Protocol):
 
     def stop_driving(self) -> None:
         """See ``StrategyContext.stop``."""
+
+    def drive(self, forward_mps: float, left_mps: float, turn_radps: float) -> None:
+        """See ``StrategyContext.drive``."""
+
+    def scan(self) -> Ranges | None:
+        """See ``StrategyContext.scan``."""
+
+    def share_map(self) -> None:
+        """See ``StrategyContext.share_map``."""
 
     def discs(self) -> np.ndarray:
         """The blacklist, as ``GlobalPlanner.frontiers`` takes it."""
@@ -145,6 +156,9 @@ class HostContext:
     def grid(self) -> GridSpec:
         return self._queries.grid
 
+    def known_m2(self) -> float:
+        return self._queries.known_m2()
+
     def occupancy(self) -> np.ndarray:
         return _read_only(self._queries.occupancy())
 
@@ -158,6 +172,15 @@ class HostContext:
 
     def stop(self) -> None:
         self._driver().stop_driving()
+
+    def drive(self, forward_mps: float, left_mps: float, turn_radps: float) -> None:
+        self._driver().drive(*checked_velocities(forward_mps, left_mps, turn_radps))
+
+    def scan(self) -> Ranges | None:
+        return self._driver().scan()
+
+    def share_map(self) -> None:
+        self._driver().share_map()
 
     def advertise(self, topic: str, *, via: str = "unicast", transport: str = "stream",
                   queue: int = 1, latch: bool = False) -> None:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from desim.engine.trace import bits
-from desim.middleware.contents import Float64, Goal, GoalResult
+from desim.middleware.contents import Float64, Goal, GoalResult, LaserScan, Twist
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest
+from desim.middleware.topics import Latest, Publisher
 from desim.ports import Frontier, GoalEnd, Place, Pose2D, Strategy
 from desim.ports.arguments import check_choice, check_goal
 from desim.robot.coordination.blacklist import Blacklist
@@ -53,12 +54,13 @@ class Explore(Node):
 
     It never stops for good, since maps may arrive later. The costmap of ``queries`` belongs to
     ``MoveBase`` on the same host, which announces on the topic ``costmap`` that it can be used.
-    ``MapSharing`` keeps the peers of ``team``.
+    ``MapSharing`` keeps the peers of ``team``, and ``share_map`` is its. ``laser``: the first one's
+    topic.
     """
 
     def __init__(self, host: Host, exploration: ExplorationParams, strategy: Strategy,
                  navigation: Navigation, body: BodyType, queries: MapQueries, team: Team,
-                 task: object = None) -> None:
+                 laser: str, share_map: Callable[[], None], task: object = None) -> None:
         super().__init__(host, "explore")
         self._rate_hz, self._strategy, self._queries = exploration.rate_hz, strategy, queries
         self._publishes_cost = exploration.publishes_cost
@@ -67,6 +69,9 @@ class Explore(Node):
         self._context = HostContext(self, team, queries, self, task)
         self._events = StrategyEvents(strategy, self._context, team)
         self._pose: Latest
+        self._laser, self.share_map = laser, share_map
+        self._scans: Latest | None = None  # once the strategy wants them
+        self._velocity: Publisher | None = None  # as well
         self._mapped = False  # whether the costmap can be used
         self._target: Target | None = None
         self._moving = False  # whether move_base has a goal of this node
@@ -126,6 +131,21 @@ class Explore(Node):
         self._halt()
         if before is not None:
             self._events.goal_ended(before.place, GoalEnd.REPLACED)
+
+    def drive(self, forward_mps: float, left_mps: float, turn_radps: float) -> None:
+        """Drive at these velocities; see ``StrategyContext.drive``."""
+        if self._velocity is None:
+            self._velocity = self.advertise("cmd_vel")
+        if self._target is not None or self._moving:
+            self.stop_driving()
+        self._velocity.publish(Twist(forward_mps, left_mps, turn_radps))
+
+    def scan(self) -> LaserScan | None:
+        """The newest scan of the first laser."""
+        if self._scans is None:
+            self._scans = self.latest(self._laser)
+        message = self._scans.message
+        return None if message is None else message.content
 
     def discs(self) -> np.ndarray:
         """The blacklist, as the search takes it."""

@@ -74,6 +74,12 @@ class MapQueries:
                                 self._met, self._stamp)
         return count * self.grid.resolution_m**2
 
+    def known_m2(self) -> float:
+        """The area of the cells that are free or occupied."""
+        fused = self.costmap.robot_map.fused
+        count = np.count_nonzero((fused <= FREE) | (fused >= OCCUPIED))
+        return int(count) * self.grid.resolution_m**2
+
     def occupancy(self) -> np.ndarray:
         """[height, width] int8: 0 free, 100 occupied, -1 unknown; a copy."""
         return occupancy(self.grid, self.costmap.robot_map.fused)

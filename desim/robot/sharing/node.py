@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 
 from desim.engine.trace import bits
-from desim.errors import ModelError
+from desim.errors import ModelError, class_of
 from desim.middleware.contents import Empty, LaserScan
 from desim.middleware.host import Host
 from desim.middleware.node import Node
@@ -19,6 +19,7 @@ from desim.ports.sharing import (
     FollowsRedraws,
     FollowsScans,
     PlansWithMerged,
+    SharesOnRequest,
     Sharing,
 )
 from desim.robot.mapping.robot_map import RobotMap
@@ -46,6 +47,7 @@ class MapSharing(Node):
         self._sharing = sharing
         self._keeper = sharing if isinstance(sharing, Keeps) else None
         self._pose: Latest  # where maps are shared
+        self._context: MapContext  # there, too
         own = (host.name,) if isinstance(sharing, PlansWithMerged) else ()
         self._sources = frozenset((*peers, *own))  # of contributions
 
@@ -56,7 +58,7 @@ class MapSharing(Node):
         self.advertise("map")
         self.advertise("peers")
         self._pose = self.latest("pose")
-        context = MapContext(self)
+        self._context = context = MapContext(self)
         sharing.start(context)
         if isinstance(sharing, FollowsScans):
             self.own_map.scan_observers.append(partial(sharing.on_scan, context))
@@ -75,6 +77,14 @@ class MapSharing(Node):
         """The newest pose of localization."""
         message = self._pose.message
         return None if message is None else Pose2D(*message.content[1:])
+
+    def share(self) -> None:
+        """See ``StrategyContext.share_map``."""
+        if not isinstance(self._sharing, SharesOnRequest):
+            what = "nothing" if self._sharing is None else class_of(self._sharing)
+            raise ModelError(f"coordination.exchange shares {what}, and so no map when a strategy "
+                             "wants to; own_maps does")
+        self._sharing.share(self._context)
 
     def take_in(self, contributions: Iterable[Contribution]) -> None:
         """See ``SharingContext.take_in``."""

@@ -74,7 +74,8 @@ class Play:
         self.peers, params = team.peers, ExplorationParams(**exploration)
         strategy = strategy or NearestFrontier(NearestFrontier.Params())
         queries = MapQueries(costmap(self.robot_map), params, Navigation().goal_tolerance_m, 25.0)
-        self.explore = Explore(host, params, strategy, Navigation(), BodyType(), queries, team)
+        self.explore = Explore(host, params, strategy, Navigation(), BodyType(), queries, team,
+                               "scan", lambda: None)
         host.software = lambda _: [self.script, self.explore]
         self.graph.start()
 

@@ -9,11 +9,12 @@ from pydantic import Field
 from desim.ports.sharing import Contribution, Evidence, SharingContext
 from desim.robot.sharing.map_message import MapFormat, MapUpdate, MapUpdateParams
 from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
-from desim.units import NS_PER_S
+from desim.units import NS_PER_S, Pace
 
 
 class OwnMaps:
-    """Sends this robot's own evidence to the others every ``period`` if it changed, and merges
+    """Sends this robot's own evidence to the others every ``period`` if it changed, or when its
+    strategy wants that, and merges
     the last update that came from each other robot, four times a second.
 
     With ``changed_tiles`` an update holds the tiles that changed since the last one sent. A robot
@@ -27,6 +28,8 @@ class OwnMaps:
         content: Literal["full", "changed_tiles"] = Field("full", description=(
             "full grids, or the tiles that changed since the last message (default: full in "
             "testbed, the paper; changed_tiles in field)"))
+        period_ns: Pace | None = Field("5 s", description=(
+            "(gmapping map_update_interval; null: only when the strategy wants to, share_map)"))
 
     def __init__(self, params: Params) -> None:
         self._params = params
@@ -39,8 +42,13 @@ class OwnMaps:
                                 context.padding)
         context.advertise(latch=True, via=self._params.via)
         self._updates = context.latest()
-        context.every(self._params.period_ns, self._on_period)
+        if self._params.period_ns is not None:
+            context.every(self._params.period_ns, self._on_period)
         context.every(NS_PER_S // MERGING_HZ, self._merge)
+
+    def share(self, context: SharingContext) -> None:
+        """Send what is new now, between two periods."""
+        self._on_period(context)
 
     def _on_period(self, context: SharingContext) -> None:
         self._period += 1
