@@ -210,15 +210,15 @@ class Air:
         """Settle a frame that has left its queue."""
         frame, number = waiting.frame, station // self._hosts
         context = self.radios[number].context
-        if what == EXPIRED:
+        if not frame.broadcast:
+            waiting.settle(context)
+        elif what == EXPIRED:
             context.settle_many(frame, frame.receivers, _EXPIRED)
-        elif frame.broadcast:
+        else:
             first = number * self._hosts
             finders = [finder - first for finder in self._links.finders(station)
                        if first <= finder < first + self._hosts]
             waiting.settle_broadcast(context, finders)
-        else:
-            waiting.settle(context)
 
     def _settle_packet(self, station: int, position: int, received: int, *hosts: int) -> None:
         """Settle a broadcast of one packet; the first so many of ``hosts`` have received it."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from desim import ports
 from netmodels.partial_trains import settle_without
-from netmodels.radio.dcf.stations import DROPPED, MISSED, RECEIVED
+from netmodels.radio.dcf.stations import DROPPED, EXPIRED, MISSED, RECEIVED
 
 _ARRIVED, _COLLISION = ports.Deliver(0), ports.Drop("collision")
 _ERROR = ports.Drop("channel_error")
@@ -15,14 +15,15 @@ _OUT_OF_REACH = ports.Drop("out_of_reach")
 
 class QueuedFrame:
     """The first ``packets`` of a frame in a sender's queue. ``given_up`` are a unicast frame's
-    packets. Of a broadcast by receiver, bit k for packet k: those ``got``, and those ``lost`` for a
-    reason."""
+    packets, ``expired`` is the first that was too old. Of a broadcast by receiver, bit k for packet
+    k: those ``got``, and those ``lost`` for a reason."""
 
-    __slots__ = ("frame", "packets", "given_up", "got", "lost")
+    __slots__ = ("frame", "packets", "given_up", "expired", "got", "lost")
 
     def __init__(self, frame: ports.Frame, packets: int) -> None:
         self.frame, self.packets = frame, packets
         self.given_up: list[int] = []
+        self.expired = packets
         self.got: dict[int, int] = {}
         self.lost: dict[str, dict[int, int]] = {}
 
@@ -39,6 +40,8 @@ class QueuedFrame:
         if what == MISSED:
             self.lose("channel_error", receiver, packet)
             return False
+        if what == EXPIRED:
+            self.expired = packet
         return True
 
     def lose(self, reason: str, receiver: int, packet: int) -> None:
@@ -53,11 +56,12 @@ class QueuedFrame:
         return frame._replace(receivers=(receiver,), size_bytes=sizes[number], segments=1)
 
     def settle(self, context: ports.Context) -> None:
-        """Settle a unicast frame: packets that were given up are lost."""
+        """Settle a unicast frame: packets that were given up or expired are lost."""
         frame = self.frame
-        if self.given_up:
-            settle_without(context, frame, frame.receivers[0], {"retry_limit": self.given_up},
-                           sent=self.packets)
+        if self.given_up or self.expired < self.packets:
+            settle_without(context, frame, frame.receivers[0], {
+                "retry_limit": self.given_up, "expired": range(self.expired, self.packets)},
+                sent=self.packets)
         else:
             context.settle(frame, frame.receivers[0], _ARRIVED)
 

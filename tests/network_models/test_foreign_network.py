@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections import Counter
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from desim import plugins
 from desim.netcases.case import play
 from desim.testing import Bench
 from netmodels.cases.saturation import Saturation
+from netmodels.radio.dcf.radio import DcfRadio
 
 pytestmark = pytest.mark.skipif(find_spec("ns3") is None, reason="ns3 is not installed")
 
@@ -75,3 +77,22 @@ def test_every_packet_has_a_fate():
         ("train", "a", "b", "arrived in part")]
     assert bench.parts == [("train", "b", dict.fromkeys(range(499, 700), "queue_full"))]
     assert bench.medium.in_flight() == 0
+
+
+def beside_a_lost_host(model):
+    """Of 500 frames to b, and as many to c, who is not there: the numbers of each fate."""
+    bench = Bench(model, {"a": (0.0, 0.0), "b": (5.0, 0.0), "c": (60.0, 0.0)})
+    for k in range(1000):
+        bench.send(k * 1_200_000, "a", "bc"[k % 2], 1518)
+    counts = Counter((host, fate) for *_, host, fate in bench.run())
+    return [counts[fate] for fate in (("b", "arrived"), ("c", "expired"), ("c", "retry_limit"))]
+
+
+def ours(**constants):
+    return DcfRadio(DcfRadio.Params(preset="ns3_3_44", walls=None, constants=constants))
+
+
+def test_frames_behind_those_for_a_lost_host_have_the_fates_that_they_have_in_ns3():
+    expected = pytest.approx(beside_a_lost_host(ns3()), abs=15)
+    assert beside_a_lost_host(ours(lifetime="500 ms")) == expected
+    assert beside_a_lost_host(ours()) != expected  # but for ns-3's lifetime of 500 ms

@@ -14,6 +14,8 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import InputError
 from desim.network.medium import Medium
+from desim.network.passages import Passages
+from desim.ports.time_parts import TimePart
 from desim.testing import Bench, check_network
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.dcf.stations import Stations
@@ -107,7 +109,30 @@ def test_what_waits_too_long_is_not_sent():
     bench.send(500 * MS, "host_1", "host_2", UDP, label="later")
     assert [(label, fate) for _, label, _, _, fate in bench.run()] == [
         (0, "out_of_reach"), (1, "out_of_reach"), (2, "out_of_reach"), (3, "expired"),
-        (4, "expired"), ("later", "retry_limit")]
+        (4, "expired"), ("later", "expired")]  # in its third try
+
+
+@pytest.mark.parametrize("reach_m", [5, 200])
+def test_packets_of_a_train_that_is_too_old_are_not_sent(reach_m):
+    """The rest of it, even amid a packet's tries; without a lifetime all of them are sent."""
+    def last(**constants):
+        bench = Bench(radio(constants=constants), {"a": (0, 0), "b": (reach_m, 0)},
+                      passages=Passages())
+        bench.send(0, "a", "b", 100 * UDP, 100)
+        (time_ns, *_, fate), = bench.run()
+        return time_ns / MS, fate, bench.parts, bench.spent
+
+    waiting_ms, fate, parts, spent = last(lifetime="20 ms")
+    assert 20 < waiting_ms < 35
+    assert last()[0] > 1.2 * waiting_ms
+    if reach_m == 200:
+        assert (fate, parts, spent) == ("expired", [], [])
+    else:
+        (*_, stamps), = spent
+        assert [stamp.part for stamp in stamps] == [TimePart.CONTENTION, TimePart.AIRTIME]
+        (_, _, lost), = parts
+        assert fate == "arrived in part"
+        assert lost == dict.fromkeys(range(min(lost), 100), "expired") and 40 < min(lost) < 60
 
 
 def test_two_who_begin_together_collide_and_a_third_hears_neither():

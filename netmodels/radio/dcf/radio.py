@@ -39,7 +39,8 @@ class AccessConstants(ports.Constants):
     """Rules of a station's access to the medium, which preset ns3_3_44 changes."""
 
     lifetime_ns: Period | None = Field(None, description=(
-        "a frame that waits longer at its sender is dropped as expired (none; ns-3: 500 ms)"))
+        "a packet that is not through after this time is dropped as expired, also while it is "
+        "repeated (none; ns-3: 500 ms)"))
     window_failures: int | None = Field(None, ge=1, le=255, description=(
         "failures in a row that let a sender's contention window start anew (as many as "
         "retries: when a frame is given up, 802.11-2016, 10.3.3; ns-3: 8)"))

@@ -83,8 +83,9 @@ class Stations:
 
     ``keys`` [stations] uint64, of their random numbers. ``limit`` packets fit into each queue; of
     the frame that was given last, ``fit`` packets have a place. A packet is given up after
-    ``tries`` failures; after ``reset_at`` in a row the contention window
-    starts anew. A frame that has waited for ``lifetime_ns`` (None: any time) is not sent any more.
+    ``tries`` failures; after ``reset_at`` in a row the contention window starts anew. After
+    ``lifetime_ns`` (None: any time) what is left of a frame is not sent any more, unless it is a
+    broadcast that has begun.
     Rates adapt if there is a ``first_rate``: unicast frames go at the one that was chosen for their
     receiver when they go on the air (``choose``), not at their own. Where transmissions are
     ``judged``, the caller of ``advance`` says at once which of them are lost (``judge``, ``miss``).

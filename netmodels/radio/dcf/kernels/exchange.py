@@ -340,10 +340,15 @@ def end_transmission(d, s, now_ns):
 
 @inner(void(a_dcf, a_station, _i8))
 def expire(d, s, now_ns):
-    """Drop the first frame of station s's queue, which has waited too long."""
-    note(d, now_ns, EXPIRED, s, -1)
+    """Drop what is left of the first frame of station s's queue, which has waited too long."""
+    s.packet += s.delivered  # only the acknowledgements were lost
+    if s.packet < d.frames[s.index, s.queue_head].packets:
+        note(d, now_ns, EXPIRED, s, -1)
+        if s.packet > 0:  # the others have arrived, or some of them
+            stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
+            keep_times(d, s)
     dequeue(d, s, now_ns)
-    s.ready_ns = now_ns
+    s.tries, s.delivered, s.ready_ns = 0, 0, now_ns
     plan_start(d.setup[0], d.due, s)
 
 
@@ -373,7 +378,7 @@ def carry_out(d, s, now_ns, what):
         send(d, s, now_ns, s.reply_kind)
     elif what == START:
         frame = d.frames[s.index, s.queue_head]
-        if now_ns > frame.expires_ns and s.packet == 0 and s.tries == 0:
+        if now_ns > frame.expires_ns and (s.packet == 0 or frame.dest >= 0):
             expire(d, s, now_ns)
         else:
             if d.choices.size > 0 and frame.dest >= 0:
