@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -31,12 +32,21 @@ app = typer.Typer(cls=_WithDefault, no_args_is_help=True, help=(
     "Run real programs on the networks of a scenario, in simulated time: desim loop SCENARIO."))
 
 
+class Clock(StrEnum):
+    """The clock of real programs."""
+
+    VIRTUAL = "virtual"
+    WALL = "wall"
+
+
 @app.command()
 def run(scenario: ScenarioPath,
         seed: Annotated[int | None, typer.Option(help="a seed, not the scenario's")] = None,
         overrides: Overrides = [],  # noqa: B006
         until: Until = None,
         out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
+        clock: Annotated[Clock, typer.Option(
+            help="simulated time, or real time, which no run repeats")] = Clock.VIRTUAL,
         pcap: Annotated[bool, typer.Option(
             "--pcap", help="keep the programs' frames, for Wireshark: MEDIUM.pcap")] = False,
         memory: Annotated[int, typer.Option(
@@ -47,9 +57,11 @@ def run(scenario: ScenarioPath,
         from desim.commands.views.bars import counting
         from desim.commands.views.terminal import Terminal
         from desim.loop.guest_kernel import guest_kernel
+        from desim.loop.lateness import LATE_NS, MAX_LATE_SHARE
         from desim.loop.order import Order
         from desim.loop.rehearsal import rehearse
         from desim.loop.virtual import run_virtually
+        from desim.loop.wall import run_on_wall_clock
         from desim.results.status import refuse_imported_scenario
         from desim.scenario.load import load
 
@@ -57,16 +69,19 @@ def run(scenario: ScenarioPath,
         changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
         with compiling(quiet):
             loaded = load(scenario, changes, seed)
-        kernel = guest_kernel()
+        order = Order(str(scenario), changes, seed, str(out), command_line(), clock.value, pcap)
+        kernel = guest_kernel() if clock is Clock.VIRTUAL else None
         with compiling_inside(quiet):
             rehearse(loaded.scenario)
         with counting(Terminal(), loaded.scenario.name) as on_progress:
-            finished = run_virtually(
-                Order(str(scenario), changes, seed, str(out), command_line(),
-                      capture=pcap), loaded.scenario,
-                kernel, memory, on_progress)
+            finished = (run_on_wall_clock(order, loaded.scenario, on_progress) if kernel is None
+                        else run_virtually(order, loaded.scenario, kernel, memory, on_progress))
         if not quiet:
             _show(finished)
+        if not finished.manifest["loop"]["valid"]:
+            say(f"invalid: more than {MAX_LATE_SHARE:.0%} of the frames were handed over more than "
+                f"{LATE_NS / 1e6:g} ms late: this machine is too busy, or too slow", err=True)
+            raise typer.Exit(1)
 
 
 @app.command()
@@ -116,4 +131,6 @@ def _show(finished: Run) -> None:
         say(f"{program['host']:12} {program['run']}: "
             + ("ran until the end" if code is None else f"exit code {code}")
             + f"; {finished.path / program['log']}", err=bool(code))
-    say(f"digest {manifest['digest']}\nresults in {finished.path}")
+    if manifest["digest"] is not None:
+        say(f"digest {manifest['digest']}")
+    say(f"results in {finished.path}")

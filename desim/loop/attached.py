@@ -14,24 +14,26 @@ from desim.loop.capture import FrameCapture
 from desim.loop.clock import ProgramClock
 from desim.loop.environment import environment, hosts_file
 from desim.loop.gateway import Gateway
-from desim.loop.lateness import Lateness, lateness_of
+from desim.loop.lateness import lateness_of
 from desim.loop.program_input import ProgramInput
-from desim.loop.programs import ProgramEnd, ProgramStarter
+from desim.loop.programs import ProgramStarter
 from desim.loop.ros1_facade import Ros1Facade
-from desim.loop.taps import opened
+from desim.loop.taps import HostTap, opened
 from desim.middleware.host import Host
 from desim.middleware.node import Node
+from desim.network.medium import Medium
 from desim.results.folder import RunFolder
 from desim.scenario.robot_types import equipment_of
 from desim.simulation.simulation import Simulation
 
 
 class System(NamedTuple):
-    """The system that the programs run on. ``clock``: virtual or wall. ``spare_ns``: see
-    ``ProgramClock``. ``capture``: whether to write MEDIUM.pcap. ``home``: a folder that programs
-    may write. ``name_hosts`` gets the text of their /etc/hosts."""
+    """The system that the programs run on. ``clock``: virtual or wall. ``begin_every_ns`` and
+    ``spare_ns``: see ``ProgramClock``. ``capture``: whether to write MEDIUM.pcap. ``home``: a
+    folder that programs may write. ``name_hosts`` gets the text of their /etc/hosts."""
 
     clock: str
+    begin_every_ns: int
     spare_ns: int
     capture: bool
     home: Path
@@ -42,67 +44,94 @@ class System(NamedTuple):
 def attached(simulation: Simulation, folder: RunFolder, system: System) -> Iterator[None]:
     """Attach the real programs of the scenario while the clock runs; afterwards ``folder.notes``
     says how they ended and how late their frames were."""
-    graph, loop = simulation.graph, simulation.scenario.loop
-    hosts = [host for host in graph.hosts if host.name in loop.hosts]
-    addresses = {host.index: tuple(
-        Address(number, host.index) for number, medium in enumerate(graph.media)
-        if medium in host.media) for host in hosts}
-    names = [host.name for host in graph.hosts]
-    taps = opened(addresses, names)
-    system.name_hosts(hosts_file({host.name: addresses[host.index] for host in hosts}))
-    clock = ProgramClock(system.spare_ns)
-    late_ns: list[int] = []
-    captures = ExitStack()
-    gateways = [Gateway(graph, medium, [tap for tap in taps if tap.address.medium == number],
-                        lambda due_ns: late_ns.append(clock.now_ns() - due_ns),
-                        FrameCapture(captures.enter_context(
-                            (folder.partial / f"{medium.name}.pcap").open("wb")))
-                        if system.capture else None)
-                for number, medium in enumerate(graph.media)]
-    master = addresses[names.index(loop.ros_master)][0] if loop.ros_master else None
-    inputs = ProgramInput(simulation.kernel, clock)
-    for tap in taps:
-        inputs.watch(tap.descriptor, partial(gateways[tap.address.medium].take, tap))
-    simulation.kernel.join(inputs)
-    starters: list[ProgramStarter] = []
-    facades: list[Ros1Facade] = []
-    for host in hosts:
-        env = environment(host.name, addresses[host.index], system.home, master)
-        is_robot = host.name in simulation.world.robots
-        if is_robot:
-            env["ROS_NAMESPACE"] = host.name
-        programs = [(number, program) for number, program in enumerate(loop.programs)
-                    if program.host == host.name]
-        starters.append(starter := ProgramStarter(host, programs, env, folder.partial))
-        _add_software(host, starter)
-        if is_robot and master is not None:
-            robot = simulation.world.robots.index(host.name)
-            lasers = tuple(equipment_of(simulation.scenario)[robot].lasers_by_topic)
-            facades.append(facade := Ros1Facade(host, lasers, env, folder.partial, inputs))
-            _add_software(host, facade)
-    gc.freeze()
-    try:
-        yield
-    finally:
-        captures.close()
-        for facade in facades:
+    with ExitStack() as files:
+        programs = _RealPrograms(simulation, folder, system, files)
+        gc.freeze()
+        programs.clock.begin(system.begin_every_ns)
+        try:
+            yield
+        finally:
+            folder.notes |= {"clock": system.clock, "loop": programs.end()}
+            if system.clock == "wall":  # which no run repeats
+                folder.notes["digest"] = None
+
+
+class _RealPrograms:
+    """All hosts with real programs: ``addresses`` of each by its index. ``files`` get the captures.
+    """
+
+    def __init__(self, simulation: Simulation, folder: RunFolder, system: System, files: ExitStack
+                 ) -> None:
+        self._simulation, self._folder, self._system, self._files = (simulation, folder, system,
+                                                                     files)
+        graph, loop = simulation.graph, simulation.scenario.loop
+        hosts = [host for host in graph.hosts if host.name in loop.hosts]
+        self._addresses = {host.index: tuple(
+            Address(number, host.index) for number, medium in enumerate(graph.media)
+            if medium in host.media) for host in hosts}
+        taps = opened(self._addresses, [host.name for host in graph.hosts])
+        system.name_hosts(hosts_file({host.name: self._addresses[host.index] for host in hosts}))
+        self.clock = ProgramClock(system.spare_ns)
+        self._late_ns: list[int] = []
+        self._gateways = [self._gateway(number, medium, taps)
+                          for number, medium in enumerate(graph.media)]
+        self._inputs = ProgramInput(simulation.kernel, self.clock)
+        for tap in taps:
+            self._inputs.watch(tap.descriptor,
+                               partial(self._gateways[tap.address.medium].take, tap))
+        simulation.kernel.join(self._inputs)
+        self._starters: list[ProgramStarter] = []
+        self._facades: list[Ros1Facade] = []
+        for host in hosts:
+            self._equip(host)
+
+    def end(self) -> dict[str, object]:
+        """End all programs. Returns what the manifest says of them."""
+        for facade in self._facades:
             facade.end()
-        ends = [end for starter in starters for end in starter.end()]
-        folder.notes |= {"clock": system.clock,
-                         "loop": _notes(ends, lateness_of(late_ns), gateways)}
+        lateness = lateness_of(self._late_ns)
+        return {"programs": [end._asdict() for starter in self._starters
+                             for end in starter.end()],
+                "lateness": None if lateness is None else lateness._asdict(),
+                "valid": lateness is None or lateness.valid,
+                "frames": sum(gateway.frames for gateway in self._gateways),
+                "frames_to_nobody": sum(gateway.strays for gateway in self._gateways)}
+
+    def _gateway(self, number: int, medium: Medium, taps: list[HostTap]) -> Gateway:
+        capture = None
+        if self._system.capture:
+            file = (self._folder.partial / f"{medium.name}.pcap").open("wb")
+            capture = FrameCapture(self._files.enter_context(file))
+        return Gateway(self._simulation.graph, medium,
+                       [tap for tap in taps if tap.address.medium == number], self._late, capture)
+
+    def _late(self, due_ns: int) -> None:
+        self._late_ns.append(self.clock.now_ns() - due_ns)
+
+    def _equip(self, host: Host) -> None:
+        """Let ``host`` start its programs; a robot's host is a robot of ROS 1 as well, if there is
+        a master."""
+        simulation, system, logs = self._simulation, self._system, self._folder.partial
+        loop, robots = simulation.scenario.loop, simulation.world.robots
+        master = None if loop.ros_master is None else self._addresses[
+            simulation.graph.host(loop.ros_master).index][0]
+        env = environment(host.name, self._addresses[host.index], system.home, master)
+        if host.name in robots:
+            env["ROS_NAMESPACE"] = host.name
+        starter = ProgramStarter(host, [(number, program)
+                                        for number, program in enumerate(loop.programs)
+                                        if program.host == host.name], env, logs)
+        self._starters.append(starter)
+        _add_software(host, starter)
+        if host.name in robots and master is not None:
+            lasers = tuple(equipment_of(simulation.scenario)[
+                robots.index(host.name)].lasers_by_topic)
+            facade = Ros1Facade(host, lasers, env, logs, self._inputs)
+            self._facades.append(facade)
+            _add_software(host, facade)
 
 
 def _add_software(host: Host, node: Node) -> None:
     """Let ``host`` run ``node`` beside the nodes that it has."""
     before = host.software
     host.software = lambda host: [*before(host), node]
-
-
-def _notes(ends: list[ProgramEnd], lateness: Lateness | None, gateways: list[Gateway]
-           ) -> dict[str, object]:
-    return {"programs": [end._asdict() for end in ends],
-            "lateness": None if lateness is None else lateness._asdict(),
-            "frames": sum(gateway.frames for gateway in gateways),
-            "frames_to_nobody": sum(gateway.strays for gateway in gateways)}
-
-

@@ -5,21 +5,28 @@ from __future__ import annotations
 import select
 import time
 
-_US = 1000  # of select's timeout
+from desim.units import NS_PER_S
+
+_US = 1000  # select counts in them
 
 
 class ProgramClock:
-    """The monotonic clock since the first reading, in ns. ``spare_ns``: how much earlier than asked
-    it wakes from waiting, to look at the clock until the time has come."""
+    """The monotonic clock of the system since ``begin``, in ns. ``spare_ns``: how much earlier than
+    asked it wakes from waiting, to look at the clock until the time has come."""
 
     def __init__(self, spare_ns: int) -> None:
         self._spare_ns = spare_ns
-        self._begin_ns = -1
+        self._begin_ns = 0
+
+    def begin(self, every_ns: int) -> None:
+        """Begin at the next whole multiple of ``every_ns`` on the system's clock, and wait for it:
+        timers of Linux have ticks of their own, on which it would depend otherwise."""
+        now_ns = time.monotonic_ns()
+        self._begin_ns = -(-now_ns // every_ns) * every_ns
+        time.sleep(max(-self.now_ns(), 0) / NS_PER_S)
 
     def now_ns(self) -> int:
-        """The time since the first call."""
-        if self._begin_ns < 0:
-            self._begin_ns = time.monotonic_ns()
+        """The time since the beginning."""
         return time.monotonic_ns() - self._begin_ns
 
     def wait(self, epoll: select.epoll, until_ns: int) -> None:

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from desim.loop.order import Order
+from desim.loop.order import CONSOLE, OUTPUT, Order
 
 START_S = 1_767_225_600  # its clock at boot: 1 January 2026, UTC
 _OWN = ("/tmp", "/run", "/dev")  # where it has file systems of its own, in memory
@@ -33,7 +33,7 @@ mount -t tmpfs tmp /tmp
 {mounts}
 ip link set lo up
 cd {here}
-env {environment} {python} -m desim.loop.inside {folder} > {folder}/output 2>&1
+env {environment} {python} -m desim.loop.inside {folder} > {folder}/{output} 2>&1
 sync
 echo o > /proc/sysrq-trigger
 sleep 10
@@ -47,7 +47,7 @@ def boot(kernel: Path, order: Order, folder: Path, seed: int, memory_mb: int
     init = folder / "init"
     init.write_text(_init(order, folder, os.environ), "utf-8")
     init.chmod(0o755)
-    with (folder / "console").open("wb") as console:
+    with (folder / CONSOLE).open("wb") as console:
         return subprocess.Popen(
             [kernel, f"mem={memory_mb}M", "root=/dev/root", "rootfstype=hostfs", "rootflags=/",
              "ro", f"init={init}", "time-travel=inf-cpu", f"time-travel-start={START_S}000000000",
@@ -67,8 +67,8 @@ def _init(order: Order, folder: Path, environ: Mapping[str, str]) -> str:
               for path in map(shlex.quote, mounted)]
     environment = [f"{name}={shlex.quote(environ[name])}" for name in _PASSED_ON if name in environ]
     return _INIT.format(
-        mounts="\n".join(mounts), here=shlex.quote(os.getcwd()), folder=shlex.quote(str(folder)),
-        python=shlex.quote(sys.executable),
+        output=OUTPUT, mounts="\n".join(mounts), here=shlex.quote(os.getcwd()),
+        folder=shlex.quote(str(folder)), python=shlex.quote(sys.executable),
         environment=" ".join([*environment, "PYTHONHASHSEED=0", "PYTHONDONTWRITEBYTECODE=1"]))
 
 

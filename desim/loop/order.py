@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ORDER, ANSWER, PROGRESS = "order.json", "answer.json", "progress"  # files in the order's folder
+CONSOLE, OUTPUT = OUTPUTS = "console", "output"  # of the guest's kernel; of the process
 
 
 class Order(NamedTuple):

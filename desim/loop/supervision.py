@@ -1,0 +1,82 @@
+"""The process that carries out an order, from outside: its progress, its end and its answer."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from desim.errors import InputError, ModelError
+from desim.loop.order import OUTPUTS, PROGRESS, LoopAnswer, Order
+from desim.results.run import Run
+from desim.units import NS_PER_S
+
+_POLL_S = 0.1
+
+Process = subprocess.Popen[bytes]
+OnProgress = Callable[[int, int], object]  # simulated seconds that are over, of how many
+
+
+class Supervisor(NamedTuple):
+    """The supervision of one system. ``start`` starts the process for the order in a folder;
+    ``stuck(process, reached, since_s)`` and ``failed(said)`` raise ``ModelError`` where the clock
+    stands still, and for what has been printed."""
+
+    start: Callable[[Path], Process]
+    stuck: Callable[[Process, str, float], object]
+    failed: Callable[[str], object]
+
+
+def carried_out(order: Order, elapsed_ns: int, supervisor: Supervisor, on_progress: OnProgress
+                ) -> Run:
+    """Have ``order`` carried out, which is to last ``elapsed_ns``. Raises ``InputError`` where the
+    programs need what is not there, and ``ModelError`` for a run that failed."""
+    Path(order.out).mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(prefix="desim-loop-") as home:
+        folder = Path(home)
+        order.write(folder)
+        process = supervisor.start(folder)
+        try:
+            _wait(process, folder, elapsed_ns // NS_PER_S, supervisor, on_progress)
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        said = _said(folder)
+        answer = LoopAnswer.read(folder)
+    supervisor.failed(said)
+    if answer is None:
+        lines = [line for line in said.splitlines() if line.strip()]
+        raise ModelError("\n".join(["the process beside the programs ended without an answer; its "
+                                    "last lines:", *lines[-8:]]))
+    if answer.code == 2:
+        raise InputError(answer.error)
+    if answer.code:
+        raise ModelError(f"{answer.error}\n{answer.traceback}")
+    return Run(answer.path)
+
+
+def _wait(process: Process, folder: Path, seconds: int, supervisor: Supervisor,
+          on_progress: OnProgress) -> None:
+    """Wait for the end of ``process``."""
+    before, since_s = "", time.monotonic()
+    while process.poll() is None:
+        time.sleep(_POLL_S)
+        file = folder / PROGRESS
+        reached = file.read_text("utf-8") if file.is_file() else ""
+        if reached != before:
+            before, since_s = reached, time.monotonic()
+            on_progress(int(reached or 0), seconds)
+        if before:
+            supervisor.stuck(process, before, time.monotonic() - since_s)
+
+
+def _said(folder: Path) -> str:
+    """The output of the process, and of the guest's kernel."""
+    return "".join((folder / name).read_text("utf-8", errors="replace")
+                   for name in OUTPUTS if (folder / name).is_file())
