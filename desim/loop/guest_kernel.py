@@ -161,7 +161,9 @@ def build(source: Path | None, jobs: int, on_progress: Counted) -> Path:
         raise InputError(f"no sources of Linux in {SOURCES}; on Debian: apt-get install "
                          "linux-source; elsewhere name an archive or a folder of Linux 6.1 or "
                          "later with --source")
-    tree, log = _unpacked(chosen, folder, on_progress), folder / "build.log"
+    log = folder / "build.log"
+    log.unlink(missing_ok=True)
+    tree = _unpacked(chosen.resolve(), folder, on_progress)
     for edit in EDITS:
         _apply(tree, edit)
     objects = folder / "objects"
@@ -185,7 +187,8 @@ def _unpacked(source: Path, folder: Path, on_progress: Counted) -> Path:
     done = own / ".unpacked"
     if not done.is_file() or done.read_text("utf-8") != str(source):
         on_progress(0, _OBJECTS)
-        shutil.rmtree(own, ignore_errors=True)
+        for other in own, folder / "objects":  # of other sources
+            shutil.rmtree(other, ignore_errors=True)
         own.mkdir()
         if source.is_dir():
             command = ["cp", "-r", "--", f"{source}/.", str(own)]

@@ -86,7 +86,7 @@ def turned(yaw):
     return Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
 
 
-class Start(threading.Thread):
+class Joining(threading.Thread):
     """Joins ROS, which waits for the master. ``bridge`` is None until then."""
 
     def __init__(self, robot):
@@ -100,11 +100,11 @@ class Start(threading.Thread):
 
 
 def main():
-    start = Start(sys.argv[1])
-    start.start()
+    joining = Joining(sys.argv[1])
+    joining.start()
     for line in sys.stdin:  # at once: desim waits for room in the pipe
-        if start.bridge is not None:
-            start.bridge.pass_on(line)
+        if joining.bridge is not None:
+            joining.bridge.pass_on(line)
 
 
 if __name__ == "__main__":
