@@ -32,7 +32,7 @@ app = typer.Typer(cls=_WithDefault, no_args_is_help=True, help=(
     "Run real programs on the networks of a scenario, in simulated time: desim loop SCENARIO."))
 
 
-class Clock(StrEnum):
+class LoopClock(StrEnum):
     """The clock of real programs."""
 
     VIRTUAL = "virtual"
@@ -45,8 +45,8 @@ def run(scenario: ScenarioPath,
         overrides: Overrides = [],  # noqa: B006
         until: Until = None,
         out: Annotated[Path, typer.Option(help="folder for results")] = Path("results"),
-        clock: Annotated[Clock, typer.Option(
-            help="simulated time, or real time, which no run repeats")] = Clock.VIRTUAL,
+        clock: Annotated[LoopClock, typer.Option(
+            help="simulated time, or real time, which no run repeats")] = LoopClock.VIRTUAL,
         pcap: Annotated[bool, typer.Option(
             "--pcap", help="keep the programs' frames, for Wireshark: MEDIUM.pcap")] = False,
         memory: Annotated[int, typer.Option(
@@ -70,7 +70,7 @@ def run(scenario: ScenarioPath,
         with compiling(quiet):
             loaded = load(scenario, changes, seed)
         order = Order(str(scenario), changes, seed, str(out), command_line(), clock.value, pcap)
-        kernel = guest_kernel() if clock is Clock.VIRTUAL else None
+        kernel = guest_kernel() if clock is LoopClock.VIRTUAL else None
         with compiling_inside(quiet):
             rehearse(loaded.scenario)
         with counting(Terminal(), loaded.scenario.name) as on_progress:
