@@ -1,4 +1,4 @@
-"""What a robot's context can do while a run stands still: drive, scan, share the map."""
+"""A robot's actions while a run stands still: it drives, scans, shares its map."""
 
 import math
 
