@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +15,7 @@ from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.exit_codes import command_line, exit_codes
 from desim.commands.output import say
 from desim.commands.usage import Commands
+from desim.errors import InputError
 
 if TYPE_CHECKING:
     from desim.results.run import Run
@@ -39,8 +41,8 @@ class LoopClock(StrEnum):
     WALL = "wall"
 
 
-@app.command()
-def run(scenario: ScenarioPath,
+@app.command("run")
+def loop(scenario: ScenarioPath,
         seed: Annotated[int | None, typer.Option(help="a seed, not the scenario's")] = None,
         overrides: Overrides = [],  # noqa: B006
         until: Until = None,
@@ -56,6 +58,7 @@ def run(scenario: ScenarioPath,
     with exit_codes():
         from desim.commands.views.bars import counting
         from desim.commands.views.terminal import Terminal
+        from desim.loop.doctor import refuse_other_systems
         from desim.loop.guest_kernel import guest_kernel
         from desim.loop.lateness import LATE_NS, MAX_LATE_SHARE
         from desim.loop.order import Order
@@ -65,11 +68,15 @@ def run(scenario: ScenarioPath,
         from desim.results.status import refuse_imported_scenario
         from desim.scenario.load import load
 
+        refuse_other_systems()
         refuse_imported_scenario(scenario)
         changes = [*overrides, *([f"stop.elapsed={until}"] if until else [])]
         with compiling(quiet):
             loaded = load(scenario, changes, seed)
         order = Order(str(scenario), changes, seed, str(out), command_line(), clock.value, pcap)
+        if not loaded.scenario.loop.programs:
+            raise InputError(f"{scenario}: loop.programs is empty: there are no real programs; "
+                             f"allowed: desim run {shlex.quote(str(scenario))}")
         kernel = guest_kernel() if clock is LoopClock.VIRTUAL else None
         with compiling_inside(quiet):
             rehearse(loaded.scenario)
@@ -96,7 +103,9 @@ def build(source: Annotated[Path | None, typer.Option(
         from desim.commands.views.bars import counting
         from desim.commands.views.terminal import Terminal
         from desim.loop import guest_kernel
+        from desim.loop.doctor import refuse_other_systems
 
+        refuse_other_systems()
         with counting(Terminal(), "guest kernel") as on_progress:
             kernel = guest_kernel.build(source, jobs, on_progress)
         if not quiet:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 import shutil
 import sys
 from typing import NamedTuple
@@ -21,6 +22,12 @@ class Finding(NamedTuple):
     what: str
     remedy: str | None
     needed: bool = True
+
+
+def refuse_other_systems() -> None:
+    """Raise ``InputError`` unless this is Linux on x86-64."""
+    if sys.platform != "linux" or platform.machine() != "x86_64":
+        raise InputError("real programs run on Linux on x86-64 alone; desim loop needs its kernel")
 
 
 def findings() -> list[Finding]:
