@@ -70,8 +70,10 @@ def inside(name: str, *packages: str) -> bool:
 
 @cache
 def sources() -> dict[str, Source]:
-    """Module name to source, of both packages."""
-    return below("desim", "netmodels")
+    """Module name to source, of both packages, but for the programs that the judge runs beside our
+    models: they know nothing of desim."""
+    return {name: source for name, source in below("desim", "netmodels").items()
+            if not inside(name, "desim.validation.real.programs")}
 
 
 # ------------------------------------------------------------------------------------- the rules

@@ -143,10 +143,24 @@ def coverage(scenario: ScenarioPath,
 
 def validate(only: Annotated[list[str], typer.Option(
                  metavar="GROUP", help="one that desim plugins lists; can be given again")] = [],  # noqa: B006
+             real: Annotated[str | None, typer.Option(
+                 metavar="NAME", show_default=False,
+                 help="our model beside real programs in simulated time: tcp, ros1, ...")] = None,
+             seed: Annotated[int, typer.Option(min=0, help="of --real's networks")] = 1,
+             out: Annotated[Path | None, typer.Option(
+                 help="keep the runs of --real in this folder", show_default=False)] = None,
              as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
              ) -> None:
-    """Compare the network models with published numbers; exit code 1 if one is off."""
+    """Compare the network models with published numbers; exit code 1 if one is off.
+
+    With --real our models of middleware and TCP beside the real programs.
+    """
     with exit_codes():
+        if real is not None:
+            from desim.commands import judging
+
+            judging.judge(real, seed, out, as_json)
+            return
         with compiling(as_json):
             from desim.commands.views import validation
         groups = validation.chosen(only)

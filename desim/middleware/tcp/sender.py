@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from desim.middleware.arp import AddressedCarrier
+from desim.middleware.tcp.hystart import LOW_WINDOW_BYTES
 from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.retransmission import RetransmissionTimer
 from desim.middleware.tcp.scoreboard import Scoreboard
@@ -189,6 +190,8 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
             since_ns = echo_ns  # bytes that went twice do not tell (Linux tcp_ack_update_rtt)
         if since_ns >= 0:
             self.sample(now_ns - since_ns, now_ns)
+            if LOW_WINDOW_BYTES <= self.cwnd < self.ssthresh:
+                self.watch(number, number - una, nxt, now_ns - since_ns, now_ns)
         if number > una:
             self._advance(number, now_ns)
         if repair is not None:

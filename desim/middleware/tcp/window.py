@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from desim.middleware.tcp.cubic import Cubic
+from desim.middleware.tcp.hystart import HyStart
 from desim.middleware.tcp.parameters import TcpConstants
 from desim.middleware.transports import MSS_BYTES
 
@@ -14,8 +15,8 @@ class CongestionWindow:
     window that is used grows. ``memory_bytes``: the send buffer, which grows with the window."""
 
     __slots__ = ("constants", "cwnd", "ssthresh", "rto_ns", "memory_bytes", "initial", "srtt_ns",
-                 "least_rtt_ns", "near", "_cubic", "_deviation_ns", "_worst_ns", "_variance_ns",
-                 "_round_ns", "_least_ns", "_most_ns")
+                 "least_rtt_ns", "near", "_cubic", "_hystart", "_ended", "_deviation_ns",
+                 "_worst_ns", "_variance_ns", "_round_ns", "_least_ns", "_most_ns")
 
     def __init__(self, constants: TcpConstants) -> None:
         self.constants = constants
@@ -27,6 +28,8 @@ class CongestionWindow:
         self.least_rtt_ns = _LONG_NS
         self.near = False  # the first round trip was below ``near_ns``, and nothing was lost since
         self._cubic = Cubic()
+        self._hystart: HyStart | None = None
+        self._ended = False  # slow start, by it
         self._deviation_ns = 0  # four times the mean one
         self._worst_ns = 0  # the greatest of it in this round trip, the least timeout at least
         self._variance_ns = 0  # smoothed: what the timeout adds to the round trip
@@ -84,6 +87,15 @@ class CongestionWindow:
         self.memory_bytes = min(max(self.memory_bytes, 2 * self.cwnd // MSS_BYTES
                                     * constants.segment_bytes), constants.buffer_bytes)
 
+    def watch(self, una: int, acked: int, nxt: int, rtt_ns: int, now_ns: int) -> None:
+        """In slow start an acknowledgement came, as ``HyStart.ends`` takes it: that may end it."""
+        if self._ended or self.near:
+            return
+        if self._hystart is None:
+            self._hystart = HyStart()
+        if self._hystart.ends(una, acked, nxt, rtt_ns, self.least_rtt_ns, now_ns):
+            self.ssthresh, self._ended = self.cwnd, True
+
     def burst_bytes(self) -> int:
         """The size of one train: the bytes that ``burst_ns`` brings at twice the window per round
         trip, two full segments at least."""
@@ -100,6 +112,7 @@ class CongestionWindow:
     def forget(self) -> None:
         """Forget the last loss, after a timeout."""
         self._cubic.forget()
+        self._hystart, self._ended = None, False
 
     def rest(self, idle_ns: int) -> None:
         """Nothing was sent for ``idle_ns``: the window halves for each timeout (RFC 2861)."""

@@ -1,0 +1,1 @@
+"""Real programs beside our models on the same networks: ``desim validate --real``."""

@@ -1,0 +1,103 @@
+"""The figures of a comparison: what both sides did, in numbers beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from statistics import mean, quantiles
+from typing import NamedTuple
+
+from desim.validation.real.cell import Played
+
+NEAR = 0.05  # the share by which real and model may differ before it is looked into
+HEADER = f"{'real':>12}  {'model':>12}  {'ratio':>6}"
+
+
+class Figure(NamedTuple):
+    """One number of both sides. ``what``: of which row; ``quantity``: which number."""
+
+    what: str
+    quantity: str
+    unit: str
+    real: float
+    model: float
+
+    @property
+    def ratio(self) -> float:
+        """Model by real; 1 where both are zero."""
+        if self.real == self.model:
+            return 1.0
+        return self.model / self.real if self.real else float("inf")
+
+    @property
+    def near(self) -> bool:
+        """Whether the two differ by at most ``NEAR``."""
+        return abs(self.ratio - 1) <= NEAR
+
+    @property
+    def line(self) -> str:
+        """A row of the table under ``HEADER``."""
+        return (f"{self.real:12.3f}  {self.model:12.3f}  {self.ratio:6.3f}"
+                f"{'  ' if self.near else ' *'}  {self.quantity}, {self.unit}: {self.what}")
+
+
+class JudgedQuantity(NamedTuple):
+    """A number of the outcomes of one row, which has been played once or more on either side."""
+
+    name: str
+    unit: str
+    of: Callable[[Sequence[Played]], float]
+
+
+def figures(what: str, quantities: Iterable[JudgedQuantity], real: Sequence[Played],
+            model: Sequence[Played]) -> Iterator[Figure]:
+    """The figures of a row."""
+    for name, unit, of in quantities:
+        yield Figure(what, name, unit, of(real), of(model))
+
+
+# Quantities of any row. ``part``: of the hosts whose names begin so (all).
+
+def frames(part: str = "") -> JudgedQuantity:
+    """The frames that hosts sent."""
+    return JudgedQuantity(f"frames{_of(part)}", "a run", lambda played: mean(
+        sum(sent.frames for host, sent in one.sent.items() if host.startswith(part))
+        for one in played))
+
+
+def kilobytes(part: str = "") -> JudgedQuantity:
+    """Their bytes on the medium."""
+    return JudgedQuantity(f"bytes{_of(part)}", "kB a run", lambda played: mean(
+        sum(sent.size_bytes for host, sent in one.sent.items() if host.startswith(part)) / 1e3
+        for one in played))
+
+
+def arrived() -> JudgedQuantity:
+    """The messages that were heard."""
+    return JudgedQuantity("messages that arrived", "a run", lambda played: mean(
+        len(one.heard) for one in played))
+
+
+def mean_delay(from_s: float = 0.0) -> JudgedQuantity:
+    """The mean time of messages sent from an instant on."""
+    return JudgedQuantity("delay, mean", "ms", lambda played: 1e3 * mean(_delays(played, from_s)))
+
+
+def delay(percent: int, from_s: float = 0.0) -> JudgedQuantity:
+    """The time that so many percent of messages do not exceed."""
+    return JudgedQuantity(f"delay, {percent} %", "ms", lambda played: 1e3 * quantiles(
+        _delays(played, from_s), n=100, method="inclusive")[percent - 1])
+
+
+def heard_again(until_s: float) -> JudgedQuantity:
+    """The time from the end of a cut to the first message."""
+    return JudgedQuantity("heard again", "s after the cut", lambda played: mean(
+        min((heard.at_s for heard in one.heard if heard.at_s > until_s), default=float("nan"))
+        - until_s for one in played))
+
+
+def _delays(played: Sequence[Played], from_s: float) -> list[float]:
+    return [heard.late_s for one in played for heard in one.heard if heard.born_s >= from_s]
+
+
+def _of(part: str) -> str:
+    return f" of {part}s" if part else ""

@@ -1,0 +1,162 @@
+"""The judge: one network for both sides, figures of both, and what is missing in one line."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from desim.cli import app
+from desim.errors import InputError
+from desim.loop import guest_kernel
+from desim.scenario.load import from_mapping
+from desim.validation.real import judge, media, ros1, sides, tcp
+from desim.validation.real.cell import Act, Heard, Played, SentFrames, scenario_of
+from desim.validation.real.figures import Figure, arrived, figures, frames, heard_again, mean_delay
+from desim.validation.real.sections import SECTIONS
+
+MESSAGES = tcp.LinkTalk("ten messages", media.wire(10, 20), 1000, 100, 1, nodelay=True)
+CELL = tcp.cell_of(MESSAGES, "link")
+
+
+@pytest.mark.parametrize("name", sorted(SECTIONS))
+def test_both_sides_have_the_same_networks(name):
+    for row in SECTIONS[name].rows(1):
+        for cell in row.cells:
+            real, model = (from_mapping(scenario_of([cell], 1, real)).scenario
+                           for real in (True, False))
+            assert real.network == model.network
+            assert real.hosts == model.hosts
+            assert real.seed == model.seed
+            assert len(real.loop.programs) == len(cell.acts) and not model.loop.programs
+
+
+def test_new_networks_are_those_of_their_seed():
+    first, again, other = ([row.what for row in SECTIONS["new"].rows(seed)] for seed in (1, 1, 2))
+    assert first == again != other
+    assert len(set(first)) == 20
+
+
+def test_the_model_plays_a_cell():
+    """A message of 1000 B has 70 B of headers: 856 us at 10 Mb/s, then 20 ms."""
+    played = sides.modelled(CELL, 1)
+    assert [heard.number for heard in played.heard] == list(range(10))
+    assert [heard.late_s for heard in played.heard] == pytest.approx([0.020856] * 10, abs=1e-9)
+    # A request of ARP, three segments of the call and its answer, and ten messages.
+    assert played.sent["talker_0"].payload_bytes == pytest.approx(10_000, abs=20)
+    assert played.sent["talker_0"].frames == pytest.approx(13, abs=1)
+
+
+def test_the_model_is_what_is_judged():
+    """A twin: with Nagle's algorithm messages wait for an acknowledgement."""
+    slower = sides.modelled(tcp.cell_of(MESSAGES._replace(nodelay=False, every_ms=20), "link"), 1)
+    assert slower.heard[-1].late_s > 0.03
+
+
+def test_ros_plays_a_cell():
+    row = ros1.ROWS[0]
+    played = sides.modelled(next(iter(ros1.judged_row(row, "ros").cells)), 1)
+    heard, = played.heard
+    assert heard.host == "hearer_0" and heard.at_s > played.called_s["hearer_0"]
+    assert played.sent["master"].frames > 0
+
+
+class RunOfPrograms:
+    """The rest of a run with real programs."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def table(self, name, names):
+        import numpy as np
+
+        assert name == "messages"
+        columns = {"number": [1, 1, 2, 1, 3], "source": ["x_a", "x_a", "x_a", "x_b", "x_a"],
+                   "born_ns": [0, 0, 5, 5, 10**12], "size_bytes": [42, 42, 1066, 66, 66]}
+        return {name: np.array(columns[name]) for name in names}
+
+
+def test_the_outcome_of_real_programs(tmp_path):
+    """Their clock began at 1000 s; a broadcast to two is one frame, and short ones are padded; what
+    comes after the cell's end does not count."""
+    cell = CELL._replace(name="x", parts={"a": (0, 0), "b": (1, 0)}, acts=[
+        Act("a", "talk", 1.0), Act("b", "hear", 0.5)])
+    (tmp_path / "x_a.0.log").write_text("began 1001.25\ncalled 1002\n")
+    (tmp_path / "x_b.1.log").write_text("noise\n\nbegan 1000.5\nheard 7 1003.5 1003.25\n"
+                                     "heard 8 1900 1003.5\n")
+    outcome = sides._outcomes([cell], RunOfPrograms(tmp_path))
+    assert outcome == {"x": Played({"a": SentFrames(2, 64 + 1070, 1000), "b": SentFrames(1, 70, 0)},
+                                   [Heard("b", 7, 3.5, 3.25)], {"a": 2.0})}
+
+
+def test_figures():
+    real = Played({"a": SentFrames(4, 400, 0), "b": SentFrames(2, 200, 0)}, [
+        Heard("b", 0, 1.5, 1.0), Heard("b", 1, 7.0, 2.0)], {})
+    model = Played({"a": SentFrames(5, 500, 0), "b": SentFrames(2, 200, 0)}, [
+        Heard("b", 0, 1.5, 1.0)], {})
+    found = {figure.quantity: figure for figure in figures("row", [
+        frames(), frames("a"), arrived(), mean_delay(), heard_again(3.0)], [real], [model])}
+    assert [figure.real for figure in found.values()] == [6, 4, 2, 2750, 4]
+    assert found["frames of as"].ratio == 1.25 and not found["frames of as"].near
+    assert found["heard again"].ratio != found["heard again"].ratio  # never: not a number
+    assert Figure("row", "frames", "a run", 100, 104, ).near
+    assert Figure("row", "frames", "a run", 0, 0).ratio == 1
+    assert Figure("row", "frames", "a run", 0, 1).ratio == float("inf")
+    assert Figure("row", "frames", "a run", 100, 106).line.endswith(" 1.060 *  frames, a run: row")
+
+
+# What is missing.
+
+def desim_(*words: object) -> tuple[int, str]:
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    return result.exit_code, result.output
+
+
+def test_an_unknown_program():
+    assert desim_("validate", "--real", "ros2") == (
+        2, "--real: there is no 'ros2' (did you mean 'ros1'?); known: "
+           f"{', '.join(SECTIONS)}\n")
+
+
+@pytest.mark.parametrize("test", [["no_such_program"], ["false"]])
+def test_a_missing_program(test):
+    with pytest.raises(InputError, match=r"^--real: there is no foo; apt-get install foo$"):
+        judge.require([judge.Need("bar", ["true"], ""), judge.Need("foo", test,
+                                                                   "apt-get install foo")])
+
+
+def test_a_missing_guest_kernel(monkeypatch, tmp_path):
+    monkeypatch.setattr(guest_kernel, "own_folder", lambda name: tmp_path)
+    code, said = desim_("validate", "--real", "tcp")
+    assert code == 2
+    assert "there is no guest kernel yet" in said and said.count("\n") == 1
+
+
+# The real side.
+
+@pytest.fixture
+def guest():
+    """Skips a test where no guest kernel is."""
+    try:
+        guest_kernel.guest_kernel()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+def test_real_tcp_sends_what_the_model_sends(guest):
+    real, model = sides.really([CELL], 1)["link"], sides.modelled(CELL, 1)
+    assert [heard.late_s for heard in real.heard] == pytest.approx(
+        [heard.late_s for heard in model.heard], abs=1.1e-4)  # real ones set out a little later
+    assert real.sent["talker_0"].frames == pytest.approx(model.sent["talker_0"].frames, abs=2)
+    assert sides.really([CELL], 1)["link"] == real  # exact repetition
+
+
+def test_the_command(guest, monkeypatch):
+    monkeypatch.setattr(tcp, "ROWS", (tcp.TcpRow(MESSAGES),))
+    code, said = desim_("validate", "--real", "tcp", "--json")
+    assert code == 0
+    found = json.loads(said)
+    delay, = (row for row in found["rows"] if row["quantity"] == "delay, mean")
+    assert delay["ratio"] == pytest.approx(1, abs=0.001)
