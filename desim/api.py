@@ -124,6 +124,7 @@ def loaded(scenario: Loaded | Scenario | str | Path, overrides: Sequence[str], s
     if isinstance(scenario, (str, Path)):
         refuse_imported_scenario(Path(scenario))
         scenario = load(scenario, overrides, seed)
+        scenario.refuse_programs()
     elif overrides or seed is not None:
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
     if isinstance(scenario, Loaded):

@@ -50,10 +50,7 @@ def run(scenario: ScenarioPath,
         with compiling(quiet):
             # Complaints about the scenario come before anything is compiled but its plug-ins.
             loaded = load(scenario, changes, seed)
-            if loaded.scenario.loop.programs:
-                raise loaded.placed(InputError(
-                    "loop.programs: hosts run real programs; allowed: desim loop "
-                    f"{shlex.quote(str(scenario))}"))
+            loaded.refuse_programs()
             if not quiet:
                 _say_doubts(loaded)
             from desim import api

@@ -14,6 +14,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from desim.loop.order import CONSOLE, OUTPUT, Order
+from desim.scenario.schema.loop import Loop
+from desim.scenario.schema.scenario import Scenario
 
 START_S = 1_767_225_600  # its clock at boot: 1 January 2026, UTC
 _OWN = ("/tmp", "/run", "/dev")  # where it has file systems of its own, in memory
@@ -40,31 +42,31 @@ sleep 10
 """
 
 
-def boot(kernel: Path, order: Order, folder: Path, seed: int, memory_mb: int
+def boot(kernel: Path, order: Order, folder: Path, scenario: Scenario, memory_mb: int
          ) -> subprocess.Popen[bytes]:
-    """Start the guest with the order in ``folder``, where it leaves ``console`` and ``output``.
-    ``seed``: of its random numbers."""
+    """Start the guest with the order in ``folder``, that of ``scenario``, where it leaves
+    ``console`` and ``output``. Its random numbers have the scenario's seed."""
     init = folder / "init"
-    init.write_text(_init(order, folder, os.environ), "utf-8")
+    init.write_text(_init(order, folder, scenario.loop, os.environ), "utf-8")
     init.chmod(0o755)
     with (folder / CONSOLE).open("wb") as console:
         return subprocess.Popen(
             [kernel, f"mem={memory_mb}M", "root=/dev/root", "rootfstype=hostfs", "rootflags=/",
              "ro", f"init={init}", "time-travel=inf-cpu", f"time-travel-start={START_S}000000000",
-             "con=null", "con0=null,fd:1", "quiet", "norandmaps", f"desim.seed={seed}",
+             "con=null", "con0=null,fd:1", "quiet", "norandmaps", f"desim.seed={scenario.seed}",
              f"uml_dir={folder}", "umid=guest"],
             stdin=subprocess.DEVNULL, stdout=console, stderr=subprocess.STDOUT,
             start_new_session=True)
 
 
-def _init(order: Order, folder: Path, environ: Mapping[str, str]) -> str:
+def _init(order: Order, folder: Path, loop: Loop, environ: Mapping[str, str]) -> str:
     """The script that the guest begins with."""
     written = [str(folder), os.path.abspath(order.out), environ["NUMBA_CACHE_DIR"]]
     read = [os.path.dirname(os.path.abspath(order.scenario)), sys.prefix, os.getcwd(),
-            str(Path(__file__).parents[2])]
-    mounted = sorted(dict.fromkeys([*written, *filter(_is_hidden, read)]))
+            str(Path(__file__).parents[2]), *(program.folder for program in loop.programs)]
+    hidden = [path for path in map(_hidden, read) if path is not None]
     mounts = [f"mkdir -p {path}; mount -t hostfs none {path} -o {path}"
-              for path in map(shlex.quote, mounted)]
+              for path in map(shlex.quote, sorted({*written, *hidden}))]
     environment = [f"{name}={shlex.quote(environ[name])}" for name in _PASSED_ON if name in environ]
     return _INIT.format(
         output=OUTPUT, mounts="\n".join(mounts), here=shlex.quote(os.getcwd()),
@@ -72,6 +74,8 @@ def _init(order: Order, folder: Path, environ: Mapping[str, str]) -> str:
         environment=" ".join([*environment, "PYTHONHASHSEED=0", "PYTHONDONTWRITEBYTECODE=1"]))
 
 
-def _is_hidden(path: str) -> bool:
-    """Whether the guest's own file systems lie over a path of this machine."""
-    return any(path == own or path.startswith(f"{own}/") for own in _OWN)
+def _hidden(path: str) -> str | None:
+    """The whole of what is hidden with ``path`` of this machine, as what lies there names others:
+    /tmp/a of /tmp/a/b. None unless the guest's own file systems lie over it."""
+    own = next((own for own in _OWN if path == own or path.startswith(f"{own}/")), None)
+    return None if own is None else "/".join(path.split("/")[:len(own.split("/")) + 1])

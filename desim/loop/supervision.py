@@ -36,7 +36,11 @@ def carried_out(order: Order, elapsed_ns: int, supervisor: Supervisor, on_progre
                 ) -> Run:
     """Have ``order`` carried out, which is to last ``elapsed_ns``. Raises ``InputError`` where the
     programs need what is not there, and ``ModelError`` for a run that failed."""
-    Path(order.out).mkdir(parents=True, exist_ok=True)
+    try:
+        Path(order.out).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write results to {order.out}: {error.strerror}; choose another "
+                         "folder with --out") from error
     with TemporaryDirectory(prefix="desim-loop-") as home:
         folder = Path(home)
         order.write(folder)

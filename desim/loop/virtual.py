@@ -26,7 +26,7 @@ def run_virtually(order: Order, scenario: Scenario, kernel: Path, memory_mb: int
                              f"{killed[1]}; --memory gives it more")
 
     return carried_out(order, scenario.stop.elapsed_ns, Supervisor(
-        lambda folder: guest.boot(kernel, order, folder, scenario.seed, memory_mb), _stuck, failed),
+        lambda folder: guest.boot(kernel, order, folder, scenario, memory_mb), _stuck, failed),
         on_progress)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import copy
 import json
 import os
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -42,6 +43,12 @@ class Loaded:
         a path, ``fleet.start: robot_0 stands in a wall``, gets the place of that path, any other
         line the name of the file."""
         return InputError(*(self._placed(str(line)) for line in error.args))
+
+    def refuse_programs(self) -> None:
+        """Raise ``InputError`` if hosts run real programs: ``desim loop`` alone starts them."""
+        if self.scenario.loop.programs:
+            raise InputError(f"{self.where('loop.programs')}: hosts run real programs; allowed: "
+                             f"desim loop {shlex.quote(self.places.root.source)}")
 
     def _placed(self, line: str) -> str:
         path, colon, rest = line.partition(": ")

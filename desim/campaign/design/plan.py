@@ -93,7 +93,9 @@ class Plan:
         hashed = cache(source)
         for number, levels in enumerate(chosen):
             changes = _changes(loaded, levels)
-            scenario = self._variants.of(changes).scenario
+            variant = self._variants.of(changes)
+            variant.refuse_programs()
+            scenario = variant.scenario
             tasks[scenario.task.model] = None
             identity = Identity(scenario, hashed)
             self.vectors.append(Vector(
