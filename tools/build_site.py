@@ -54,6 +54,7 @@ docs/testbed-traffic
 docs/clocks
 docs/networks-alone
 docs/strategies
+docs/envs
 docs/map-sharing
 docs/slam
 docs/computers

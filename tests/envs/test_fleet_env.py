@@ -1,20 +1,22 @@
 """A fleet as PettingZoo's environment: its own tests, knowledge, airtime, rewards, episodes."""
 
+import importlib
 import sys
 import warnings
 
 import numpy as np
 import pytest
-from runs import HELLO
+from runs import HELLO, HERE
 
 from desim.errors import InputError
 from desim.units import NS_PER_S
 
 pytest.importorskip("pettingzoo", reason="PettingZoo is not installed (pip install 'desim[envs]')")
 
+from gymnasium.utils.env_checker import data_equivalence  # noqa: E402
 from pettingzoo.test import parallel_api_test, parallel_seed_test  # noqa: E402
 
-from desim.envs import FrontierChoices, Velocities, parallel_env  # noqa: E402
+from desim.envs import FleetEnv, FrontierChoices, Velocities, parallel_env  # noqa: E402
 
 SHORT_NS = 8 * NS_PER_S
 CONTROLS = {"frontiers": FrontierChoices, "velocities": Velocities}
@@ -93,6 +95,47 @@ def test_who_does_not_speak_sends_nothing_and_hears_nothing():
     kept = episode(env, silent, watch=lambda observed: heard.append(
         max(own["peers"].max() for own in observed.values())))
     assert bytes_sent(kept) == 0 and max(heard) == 0
+
+
+def seen(world, env, control, action):
+    """All that agents observe in an episode in a world of ``puppets``."""
+    observed = []
+    episode(env(HELLO, control, horizon_ns=SHORT_NS, overrides=[
+        f"physics.model=puppets:{world}", "robot.localization=odometry", "stop.explored=100 %",
+        "stop.by=all"]), lambda _: action, watch=observed.append)
+    return observed
+
+
+@pytest.fixture
+def no_readings(monkeypatch):
+    monkeypatch.syspath_prepend(str(HERE / "system"))
+    importlib.import_module("puppets").READ.clear()
+
+
+STEERED = {"velocity": np.array([0.4, 0.3], np.float32), "talk": 1}
+
+
+@pytest.mark.parametrize(("control", "action"), [
+    (FrontierChoices(), {"goal": 1, "talk": 1}), (Velocities(), STEERED)], ids=CONTROLS)
+def test_agents_observe_no_truth(control, action, no_readings):
+    """In a world in which only their sensors' readings are true they observe the same."""
+    with_truth = seen("Recorded", parallel_env, control, action)
+    assert with_truth[-1]["robot_0"]["pose"].any()
+    assert data_equivalence(with_truth, seen("Scrambled", parallel_env, control, action))
+
+
+class SeesTheTruth(FleetEnv):
+    """A twin: agents observe where their robots truly are."""
+
+    def _observe(self, name):
+        own, world = super()._observe(name), self._run.simulation.world
+        pose = world.snapshot().poses[world.robots.index(name)]
+        return {**own, "pose": pose.astype(np.float32)}
+
+
+def test_an_agent_that_observes_the_truth_is_found(no_readings):
+    with_truth = seen("Recorded", SeesTheTruth, Velocities(), STEERED)
+    assert not data_equivalence(with_truth, seen("Scrambled", SeesTheTruth, Velocities(), STEERED))
 
 
 def test_messages_cost_airtime():
