@@ -9,7 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # pip is silent: 43 s of CPU, and the downloads.
 INSTALLS = @echo "pip installs desim in $(VENV), once: a minute, or as long as the downloads take"
 
-.PHONY: install run test tests quick check lint types validate bench dist schema docs
+.PHONY: install run test tests quick check lint types validate loop bench dist schema docs
 
 install: $(VENV)/.installed
 
@@ -45,6 +45,11 @@ quick: $(VENV)/.installed-test
 validate: $(VENV)/.installed-test
 	$(BIN)/desim validate
 	$(BIN)/pytest -n 2 -m validation
+
+# Real programs in the guest: its tests, and each of the scenarios twice, with equal digests.
+loop: $(VENV)/.installed-test
+	$(BIN)/pytest tests/loop
+	$(BIN)/python tools/loop_twice.py
 
 bench: $(VENV)/.installed
 	$(BIN)/python tools/bench.py

@@ -16,7 +16,7 @@ PARAMETERS = {
     "unknown family": ("parameters: {robots: {key: flet.size, values: [1, 2]}}",
         "3:48: flet: unknown key (did you mean 'fleet'?); allowed: name, seed, deployment, "
         "testbed, physics, environment, fleet, robot, hosts, network, topics, "
-        "middleware, computers, coordination, task, faults, stop, measure, trace"),
+        "middleware, computers, coordination, task, faults, loop, stop, measure, trace"),
     "below a number": ("parameters: {robots: {key: fleet.size.x, values: [1, 2]}}",
         "3:51: fleet.size: must be a whole number, got a mapping"),
     "empty key": ("parameters: {robots: {key: '', values: [1, 2]}}",

@@ -97,7 +97,7 @@ WRONG = {
     "unknown family": ("networks: {}", [
         "2:1: networks: unknown key (did you mean 'network'?); allowed: name, seed, deployment, "
         "testbed, physics, environment, fleet, robot, hosts, network, topics, middleware, "
-        "computers, coordination, task, faults, stop, measure, trace"]),
+        "computers, coordination, task, faults, loop, stop, measure, trace"]),
     "no merge keys in YAML 1.2": ("robot: {<<: {passive: []}}", [
         "2:9: robot.<<: unknown key; allowed: localization, laser, lasers, sonar, bumper, antenna, "
         "computer, clock, power, odometry, mapping, navigation, exploration, publishes, tf, "
