@@ -12,7 +12,7 @@ import typer
 
 from desim.commands.arguments import Overrides, Quiet, ScenarioPath, Until
 from desim.commands.compiling import compiling, compiling_inside
-from desim.commands.exit_codes import command_line, exit_codes
+from desim.commands.exit_codes import command_line, exit_codes, terminable
 from desim.commands.output import say
 from desim.commands.usage import Commands
 from desim.errors import InputError
@@ -55,7 +55,7 @@ def loop(scenario: ScenarioPath,
             min=256, metavar="MB", help="of the guest")] = MEMORY_MB,
         quiet: Quiet = False) -> None:
     """Run a scenario whose hosts run real programs (the default: desim loop SCENARIO)."""
-    with exit_codes():
+    with exit_codes(), terminable():
         from desim.commands.views.bars import counting
         from desim.commands.views.terminal import Terminal
         from desim.loop.doctor import refuse_other_systems
