@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import chain, count
 from pathlib import Path
@@ -40,7 +40,7 @@ from desim.results.file_names import (
     SCENARIO,
     SUMMARY,
     TRACE,
-    WRITTEN,
+    is_written,
 )
 from desim.results.latency_by_topic import as_json, by_topic
 from desim.results.ledger import LedgerRecorder
@@ -247,7 +247,7 @@ class RunFolder:
             raise InputError(f"{self.partial}: another process is writing this run; wait for it, "
                              "or choose another folder with --out") from None
         refuse_link(self.partial / MAPS)
-        _clear(self.partial, [name for name in WRITTEN if name != LOCK])
+        _clear(self.partial, LOCK)
         self._kept = tuple(_files(self.partial))
         return lock
 
@@ -271,13 +271,13 @@ def _files(folder: Path) -> Iterator[str]:
             yield entry.name
 
 
-def _clear(folder: Path, written: Collection[str] = WRITTEN) -> None:
-    """Remove what desim has written, and the folder if nothing else is in it. Raises ``OSError``.
-    """
-    elsewhere = f"{MAPS}/" if (folder / MAPS).is_symlink() else None
-    for name in written:
-        if elsewhere is None or not name.startswith(elsewhere):
-            (folder / name).unlink(missing_ok=True)
+def _clear(folder: Path, but: str = "") -> None:
+    """Remove what desim has written, ``but`` one file, and the folder if nothing else is in it.
+    Raises ``OSError``."""
+    if folder.is_dir():
+        for name in list(_files(folder)):
+            if name != but and is_written(name):
+                (folder / name).unlink()
     for empty in (folder / MAPS, folder):
         with suppress(OSError):
             empty.rmdir()
@@ -289,7 +289,7 @@ def _hand_over(old: Path, new: Path) -> None:
     if old.is_symlink() or not old.is_dir():
         return
     for name in _files(old):
-        if name not in WRITTEN and not os.path.lexists(new / name):
+        if not is_written(name) and not os.path.lexists(new / name):
             os.replace(old / name, new / name)
     with suppress(OSError):
         _clear(old)
