@@ -138,11 +138,11 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     # localization runs on them; their antennas send as the medium says; maps in messages are as
     # large as the terrain's; robots are round and have no sonar, and move_base's oscillation
     # timeout is off; no host looks at carriers; computers have memory without a limit and clocks
-    # that show the true time; robots' energy is not measured
+    # that show the true time; robots' energy is not measured; there are no real programs
     assert undecided == ["memory", "clock", "footprint", "robot", "strategy", "host", "sonar",
                          "power", "memory", "clock", "power", "temporal_update",
                          "published_size", "oscillation_timeout", "fidelity", "hosts", "failover",
-                         "team_state", "when"]
+                         "team_state", "ros_master", "when"]
 
 
 def test_maze_30_is_table_4():
