@@ -16,6 +16,7 @@ from desim.commands.exit_codes import command_line, exit_codes, terminable
 from desim.commands.output import say
 from desim.commands.usage import Commands
 from desim.errors import InputError
+from desim.loop.order import MEMORY_MB
 
 if TYPE_CHECKING:
     from desim.results.run import Run
@@ -27,8 +28,6 @@ class _WithDefault(Commands):
     def resolve_command(self, ctx, args):
         return super().resolve_command(ctx, args if args[0] in self.commands else ["run", *args])
 
-
-MEMORY_MB = 1500  # three times what ten hosts with rospy take
 
 app = typer.Typer(cls=_WithDefault, no_args_is_help=True, help=(
     "Run real programs on the networks of a scenario, in simulated time: desim loop SCENARIO."))

@@ -9,9 +9,10 @@ from pathlib import Path
 
 from desim.loop.addresses import Address
 
-_KEPT = ("PATH", "LANG", "PYTHONPATH", "LD_LIBRARY_PATH", "ROS_DISTRO", "ROS_ROOT",
-         "ROS_PACKAGE_PATH", "ROS_ETC_DIR", "CMAKE_PREFIX_PATH", "AMENT_PREFIX_PATH",
-         "RMW_IMPLEMENTATION")  # of the user's own
+KEPT = ("PATH", "LANG", "PYTHONPATH", "LD_LIBRARY_PATH", "ROS_DISTRO", "ROS_ROOT",
+        "ROS_PACKAGE_PATH", "ROS_ETC_DIR", "CMAKE_PREFIX_PATH", "AMENT_PREFIX_PATH",
+        "RMW_IMPLEMENTATION")  # of the user's own
+SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"  # ip is in sbin
 _MASTER_PORT = 11311  # ROS 1
 
 
@@ -22,7 +23,7 @@ def environment(host: str, addresses: Sequence[Address], home: Path, master: Add
     first = addresses[0]
     ros = {} if master is None else {"ROS_MASTER_URI": f"http://{master.ip}:{_MASTER_PORT}"}
     return {
-        **{name: user[name] for name in _KEPT if name in user},
+        **{name: user[name] for name in KEPT if name in user},
         "HOME": str(home), "DESIM_HOST": host, "DESIM_IP": first.ip,
         "DESIM_PYTHON": sys.executable,
         "PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": "1",
@@ -31,6 +32,11 @@ def environment(host: str, addresses: Sequence[Address], home: Path, master: Add
             "<CycloneDDS><Domain><General><Interfaces>"
             f'<NetworkInterface name="{first.interface}"/></Interfaces></General></Domain>'
             "</CycloneDDS>")}
+
+
+def path(user: Mapping[str, str]) -> str:
+    """The user's PATH, and behind it where the system's own programs are."""
+    return f"{user['PATH']}:{SYSTEM_PATH}" if user.get("PATH") else SYSTEM_PATH
 
 
 def hosts_file(addresses: Mapping[str, Sequence[Address]]) -> str:

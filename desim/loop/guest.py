@@ -13,16 +13,17 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from desim.loop.environment import KEPT, SYSTEM_PATH, path
 from desim.loop.order import CONSOLE, OUTPUT, Order
 from desim.scenario.schema.loop import Loop
 from desim.scenario.schema.scenario import Scenario
 
 START_S = 1_767_225_600  # its clock at boot: 1 January 2026, UTC
 _OWN = ("/tmp", "/run", "/dev")  # where it has file systems of its own, in memory
-_PASSED_ON = ("HOME", "NUMBA_CACHE_DIR", "PYTHONPATH", "ROS_PACKAGE_PATH")
+_PASSED_ON = ("HOME", "NUMBA_CACHE_DIR", *KEPT)
 
 _INIT = """#!/bin/sh
-export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
+export PATH={path}
 mount -t proc proc /proc
 mount -t sysfs sys /sys
 mount -t tmpfs run /run
@@ -67,9 +68,11 @@ def _init(order: Order, folder: Path, loop: Loop, environ: Mapping[str, str]) ->
     hidden = [path for path in map(_hidden, read) if path is not None]
     mounts = [f"mkdir -p {path}; mount -t hostfs none {path} -o {path}"
               for path in map(shlex.quote, sorted({*written, *hidden}))]
-    environment = [f"{name}={shlex.quote(environ[name])}" for name in _PASSED_ON if name in environ]
+    passed_on = {**environ, "PATH": path(environ)}
+    environment = [f"{name}={shlex.quote(passed_on[name])}"
+                   for name in _PASSED_ON if name in passed_on]
     return _INIT.format(
-        output=OUTPUT, mounts="\n".join(mounts), here=shlex.quote(os.getcwd()),
+        path=SYSTEM_PATH, output=OUTPUT, mounts="\n".join(mounts), here=shlex.quote(os.getcwd()),
         folder=shlex.quote(str(folder)), python=shlex.quote(sys.executable),
         environment=" ".join([*environment, "PYTHONHASHSEED=0", "PYTHONDONTWRITEBYTECODE=1"]))
 

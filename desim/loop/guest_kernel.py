@@ -215,8 +215,8 @@ def _apply(tree: Path, edit: Edit) -> None:
     if text.count(edit.before) == 1:
         file.write_text(text.replace(edit.before, edit.after), "utf-8")
     elif edit.needed and edit.after:
-        raise InputError(f"{file}: the text that desim changes is not there; allowed: Linux 6.1 to "
-                         "6.12 (docs/loop.md)")
+        raise InputError(f"{file}: the text that desim changes is not there; its changes are "
+                         "made for Linux 6.1")
 
 
 def _configure(make: Sequence[str], objects: Path, log: Path) -> None:

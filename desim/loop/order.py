@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
+MEMORY_MB = 1500  # of a guest, unless the user says; ten hosts with Python programs run in it
 ORDER, ANSWER, PROGRESS = "order.json", "answer.json", "progress"  # files in the order's folder
 CONSOLE, OUTPUT = OUTPUTS = "console", "output"  # of the guest's kernel; of the process
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from desim.engine.kernel import Phase
 from desim.middleware.host import Host
 from desim.middleware.node import Node
+from desim.ports.networks import Handle
 from desim.scenario.schema.loop import Program
 
 GRACE_S = 2.0  # between SIGTERM and SIGKILL, as docker stop has ten (our choice)
@@ -19,7 +20,7 @@ GRACE_S = 2.0  # between SIGTERM and SIGKILL, as docker stop has ten (our choice
 
 class ProgramEnd(NamedTuple):
     """The end of a program. ``code``: its exit code, minus a signal's number, or None where it ran
-    until the end of the run."""
+    until the end of the run, or until its host stopped."""
 
     host: str
     run: str
@@ -38,33 +39,36 @@ class ProgramStarter(Node):
         for number, _ in programs:
             self._log(number).unlink(missing_ok=True)  # of an earlier run that was killed
         self._running: list[tuple[int, Program, subprocess.Popen[bytes]]] = []
+        self._starts: list[Handle] = []
+        self._ends: list[ProgramEnd] = []
 
     def start(self) -> None:
         self._alive = True  # the node is the same after its host was down
         kernel = self._graph.kernel
-        for number, program in self._programs:
-            kernel.after(max(program.at_ns - kernel.now_ns, 0), Phase.CONTROL, self.host.id,
-                         self._start, (number, program))
+        self._starts = [kernel.after(max(program.at_ns - kernel.now_ns, 0), Phase.CONTROL,
+                                     self.host.id, self._start, (number, program))
+                        for number, program in self._programs]
 
     def stop(self) -> None:
         super().stop()
+        for start in self._starts:
+            start.cancel()
         self.end()
 
     def end(self) -> list[ProgramEnd]:
-        """End all programs. Returns how each ended."""
-        ends = [ProgramEnd(self.host.name, program.run, self._log(number).name, process.poll())
-                for number, program, process in self._running]
+        """End all programs. Returns the ends of all that ever ran here."""
+        self._ends += [
+            ProgramEnd(self.host.name, program.run, self._log(number).name, process.poll())
+            for number, program, process in self._running]
         terminate([process for _, _, process in self._running])
         self._running = []
-        return ends
+        return self._ends
 
     def _log(self, number: int) -> Path:
         return self._logs / f"{self.host.name}.{number}.log"
 
     def _start(self, what: tuple[int, Program]) -> None:
         number, program = what
-        if not self._alive:
-            return
         with self._log(number).open("ab") as log:
             process = subprocess.Popen(
                 namespace_command(self.host.name, ["/bin/sh", "-c", program.run]),

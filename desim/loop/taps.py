@@ -31,10 +31,10 @@ class HostTap(NamedTuple):
             return None
 
     def write(self, frame: bytes) -> bool:
-        """Hand a frame to the programs. Returns False if the interface's queue is full."""
+        """Hand a frame to the programs. Returns False if the interface cannot take it."""
         try:
             os.write(self.descriptor, frame)
-        except (BlockingIOError, OSError):
+        except OSError:
             return False
         return True
 

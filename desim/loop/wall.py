@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from desim.loop.environment import path
 from desim.loop.order import OUTPUT, Order
 from desim.loop.supervision import OnProgress, Process, Supervisor, carried_out
 from desim.results.run import Run
@@ -31,4 +32,4 @@ def _start(folder: Path) -> Process:
             ["unshare", *user, "--net", "--mount", "--pid", "--fork", "--kill-child", "sh", "-c",
              f"mount -t tmpfs run /run && ip link set lo up && exec {inside}"],
             stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT,
-            start_new_session=True)
+            start_new_session=True, env={**os.environ, "PATH": path(os.environ)})

@@ -1,9 +1,9 @@
 """The names of the files in a run's folder; docs/results.md describes them.
 
-Nothing for which ``is_written`` does not hold is ever removed from a run's folder.
+Nothing that ``written_by`` does not name is ever removed from a run's folder.
 """
 
-import re
+from desim.scenario.schema.scenario import Scenario
 
 MANIFEST = "manifest.json"  # written last, it seals the others
 SCENARIO = "scenario.resolved.yaml"
@@ -27,10 +27,13 @@ WRITTEN = (
     LEDGER, TRACE, POSES, EVENTS, "latency.parquet", "moving_obstacles.parquet", "growth.parquet",
     "plans.parquet", "walls.parquet",
     *(f"{MAPS}/{name}.{ending}" for name in ("truth", "merged") for ending in ("pgm", "yaml")))
-# The output of real programs by host and number, and captures by medium (desim loop).
-_OF_PROGRAMS = re.compile(r"[A-Za-z][A-Za-z0-9_]*\.([0-9]+\.log|ros1_bridge\.log|pcap)")
 
 
-def is_written(name: str) -> bool:
-    """Whether desim writes files of this ``name``, a path from the run's folder on."""
-    return name in WRITTEN or _OF_PROGRAMS.fullmatch(name) is not None
+def written_by(scenario: Scenario) -> frozenset[str]:
+    """The names of all files of a run of ``scenario``: also the output of real programs by host and
+    number, and their captures by medium."""
+    programs, media = scenario.loop.programs, scenario.network.media
+    return frozenset([
+        *WRITTEN, *(f"{program.host}.{number}.log" for number, program in enumerate(programs)),
+        *(f"{program.host}.ros1_bridge.log" for program in programs),
+        *(f"{medium}.pcap" for medium in media if programs)])

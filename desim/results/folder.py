@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from itertools import chain, count
 from pathlib import Path
@@ -40,7 +40,7 @@ from desim.results.file_names import (
     SCENARIO,
     SUMMARY,
     TRACE,
-    is_written,
+    written_by,
 )
 from desim.results.latency_by_topic import as_json, by_topic
 from desim.results.ledger import LedgerRecorder
@@ -66,6 +66,7 @@ class RunFolder:
 
     def __init__(self, out: str | Path, scenario: Scenario) -> None:
         self.scenario = scenario
+        self._written = written_by(scenario)
         self._identity = identity.Identity(scenario)
         self.run_id = self._identity.run_id(scenario.seed)
         self.path = Path(out) / scenario.name / self.run_id
@@ -137,7 +138,7 @@ class RunFolder:
     def discard(self) -> None:
         """Remove what there is of the run: nothing of it is worth keeping."""
         with suppress(OSError):
-            _clear(self.partial)
+            _clear(self.partial, self._written)
         self._release()
 
     def flush(self) -> None:
@@ -231,7 +232,7 @@ class RunFolder:
         synced(self.path.parent)
         self._release()
         for old in sorted(self.path.parent.glob(f"{self.run_id}.old*")):
-            _hand_over(old, self.path)
+            _hand_over(old, self.path, self._written)
 
     def _release(self) -> None:
         self._lock.release()
@@ -247,7 +248,7 @@ class RunFolder:
             raise InputError(f"{self.partial}: another process is writing this run; wait for it, "
                              "or choose another folder with --out") from None
         refuse_link(self.partial / MAPS)
-        _clear(self.partial, LOCK)
+        _clear(self.partial, self._written - {LOCK})
         self._kept = tuple(_files(self.partial))
         return lock
 
@@ -271,28 +272,28 @@ def _files(folder: Path) -> Iterator[str]:
             yield entry.name
 
 
-def _clear(folder: Path, but: str = "") -> None:
-    """Remove what desim has written, ``but`` one file, and the folder if nothing else is in it.
-    Raises ``OSError``."""
-    if folder.is_dir():
-        for name in list(_files(folder)):
-            if name != but and is_written(name):
-                (folder / name).unlink()
+def _clear(folder: Path, written: Collection[str]) -> None:
+    """Remove what desim has written, and the folder if nothing else is in it. Raises ``OSError``.
+    """
+    elsewhere = f"{MAPS}/" if (folder / MAPS).is_symlink() else None
+    for name in written:
+        if elsewhere is None or not name.startswith(elsewhere):
+            (folder / name).unlink(missing_ok=True)
     for empty in (folder / MAPS, folder):
         with suppress(OSError):
             empty.rmdir()
 
 
-def _hand_over(old: Path, new: Path) -> None:
-    """Move the files that desim did not write from the folder of a run to that of the same run,
-    made again; one whose name is taken there stays in ``old``."""
+def _hand_over(old: Path, new: Path, written: Collection[str]) -> None:
+    """Move the files that are none of those ``written`` by desim from the folder of a run to that
+    of the same run, made again; one whose name is taken there stays in ``old``."""
     if old.is_symlink() or not old.is_dir():
         return
     for name in _files(old):
-        if not is_written(name) and not os.path.lexists(new / name):
+        if name not in written and not os.path.lexists(new / name):
             os.replace(old / name, new / name)
     with suppress(OSError):
-        _clear(old)
+        _clear(old, written)
 
 
 def _free(path: Path) -> Path:

@@ -14,6 +14,8 @@ from desim.cli import app
 from desim.errors import InputError
 from desim.results.seal import damage, manifest_of
 
+# Files that desim writes where hosts run real programs, and nowhere else.
+OF_REAL_PROGRAMS = "base.0.log", "robot_0.ros1_bridge.log", "lan.pcap"
 SHORT = ("stop.elapsed=1 s", "trace.keep=all")
 
 
@@ -45,14 +47,17 @@ def test_what_desim_has_not_written_stays(hello, path):
     (path / "notes").mkdir()
     (path / "notes" / "mine.txt").write_text("dear diary")
     (path / "map" / "mine.txt").write_text("my map")
+    for name in OF_REAL_PROGRAMS:
+        (path / name).write_text("of no program of this run")
     figure = (path / "figure.png").read_bytes()
     run = again(hello, path)
     assert (path / "figure.png").read_bytes() == figure
     assert (path / "notes" / "mine.txt").read_text() == "dear diary"
     assert (path / "map" / "mine.txt").read_text() == "my map"
+    assert all((path / name).is_file() for name in OF_REAL_PROGRAMS)
     assert [entry.name for entry in path.parent.iterdir()] == [path.name]
     assert damage(path, run.manifest) is None
-    assert not {"figure.png", "notes", "map/mine.txt"} & {*run.manifest["files"]}
+    assert not {"figure.png", "notes", "map/mine.txt", *OF_REAL_PROGRAMS} & {*run.manifest["files"]}
 
 
 def test_so_it_does_whatever_stops_desim_between_two_renames(hello, path):

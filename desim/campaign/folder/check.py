@@ -13,7 +13,7 @@ from desim.campaign.folder.campaign import Campaign
 from desim.campaign.folder.design_copy import DESIGN
 from desim.campaign.folder.run_folders import run_folders
 from desim.errors import InputError
-from desim.results.file_names import MANIFEST, is_written
+from desim.results.file_names import MANIFEST, WRITTEN
 from desim.results.run import Run
 from desim.results.seal import wrong_with
 from desim.results.status import RunStatus
@@ -37,7 +37,7 @@ def _run(run: Run) -> FolderCheck:
     wrong = list(filter(None, (wrong_with(run.path, run.manifest, name) for name in files)))
     with os.scandir(run.path) as entries:
         others = sorted(entry.name for entry in entries
-                        if not is_written(entry.name) and entry.name != "map")
+                        if entry.name not in (*files, *WRITTEN, "map"))
     lines = [f"a run, {run.manifest['status']}: {len(files) - len(wrong)} of {len(files)} files "
              f"are as desim wrote them; its {MANIFEST} is whole"]
     if others:

@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from desim.loop.guest_kernel import guest_kernel
-from desim.loop.order import Order
+from desim.loop.order import MEMORY_MB, Order
 from desim.loop.packets import CHECK_BYTES, MIN_FRAME_BYTES
 from desim.loop.rehearsal import rehearse
 from desim.loop.virtual import run_virtually
@@ -18,8 +18,6 @@ from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 from desim.validation.real.cell import Act, Cell, Heard, Played, SentFrames, scenario_of
 from desim.validation.real.wire_tap import WireTap, more
-
-_MEMORY_MB = 1500  # of a guest
 
 
 def really(cells: Sequence[Cell], seed: int, out: Path | None = None) -> dict[str, Played]:
@@ -33,7 +31,7 @@ def really(cells: Sequence[Cell], seed: int, out: Path | None = None) -> dict[st
         scenario = load(file).scenario
         rehearse(scenario)
         run = run_virtually(Order(str(file), [], None, str(out or Path(home) / "out"), ""),
-                            scenario, kernel, _MEMORY_MB, lambda reached_s, of_s: None)
+                            scenario, kernel, MEMORY_MB, lambda reached_s, of_s: None)
         return _outcomes(cells, run)
 
 

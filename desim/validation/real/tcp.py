@@ -105,22 +105,21 @@ class LinkTalker:
             *self._hosts, "link", "link", opened=lambda connection: None,
             closed=lambda connection, reason: None, keepalive=False,
             nodelay=self._row.nodelay).sender(self._hosts[0])
-        row = self._row
-        if row.every_ms:
-            for time_ns in range(self._begin_ns, self._end_ns, row.every_ms * 1_000_000):
-                self._at(time_ns, self._talk)
-        else:
-            self._at(self._begin_ns, self._fill)
+        self._at(self._begin_ns, self._talk)
 
     def _talk(self) -> None:
-        self._sent_ns.append(self._kernel.now_ns)
-        self._sender.send(self._row.size_bytes, self._arrived, LinkCargo(len(self._sent_ns)), None)
-
-    def _fill(self) -> None:
-        while self._sender.writable and self._kernel.now_ns < self._end_ns:
-            self._talk()
+        """A message is due, which waits for room in the send buffer, as in ``sendall``."""
         if self._kernel.now_ns < self._end_ns:
-            self._sender.when_writable(self._fill)
+            self._sent_ns.append(self._kernel.now_ns)
+            self._write()
+
+    def _write(self) -> None:
+        if not self._sender.takes:
+            self._sender.when_writable(self._write)
+            return
+        self._sender.send(self._row.size_bytes, self._arrived, LinkCargo(len(self._sent_ns)), None)
+        due_ns = self._begin_ns + len(self._sent_ns) * self._row.every_ms * 1_000_000
+        self._at(max(due_ns, self._kernel.now_ns), self._talk)
 
     def _arrived(self, _: object) -> None:
         number = len(self.heard)
