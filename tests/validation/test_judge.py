@@ -149,7 +149,7 @@ def guest():
 def test_real_tcp_sends_what_the_model_sends(guest):
     real, model = sides.really([CELL], 1)["link"], sides.modelled(CELL, 1)
     assert [heard.late_s for heard in real.heard] == pytest.approx(
-        [heard.late_s for heard in model.heard], abs=1.1 * STACK_NS / 1e9)  # real ones set out a little later
+        [heard.late_s for heard in model.heard], abs=1.1 * STACK_NS / 1e9)  # later
     assert real.sent["talker_0"].frames == pytest.approx(model.sent["talker_0"].frames, abs=2)
     assert sides.really([CELL], 1)["link"] == real  # exact repetition
 
