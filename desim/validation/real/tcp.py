@@ -108,18 +108,20 @@ class LinkTalker:
         self._at(self._begin_ns, self._talk)
 
     def _talk(self) -> None:
-        """A message is due, which waits for room in the send buffer, as in ``sendall``."""
+        """Write a message, which ends when all of it has room in the send buffer, as ``sendall``.
+        """
         if self._kernel.now_ns < self._end_ns:
             self._sent_ns.append(self._kernel.now_ns)
-            self._write()
+            self._sender.send(self._row.size_bytes, self._arrived, LinkCargo(len(self._sent_ns)),
+                              None)
+            self._go_on()
 
-    def _write(self) -> None:
-        if not self._sender.takes:
-            self._sender.when_writable(self._write)
-            return
-        self._sender.send(self._row.size_bytes, self._arrived, LinkCargo(len(self._sent_ns)), None)
-        due_ns = self._begin_ns + len(self._sent_ns) * self._row.every_ms * 1_000_000
-        self._at(max(due_ns, self._kernel.now_ns), self._talk)
+    def _go_on(self) -> None:
+        if self._sender.takes:
+            due_ns = self._begin_ns + len(self._sent_ns) * self._row.every_ms * 1_000_000
+            self._at(max(due_ns, self._kernel.now_ns), self._talk)
+        else:
+            self._sender.when_writable(self._go_on)
 
     def _arrived(self, _: object) -> None:
         number = len(self.heard)
