@@ -3,7 +3,12 @@
 Nothing that ``written_by`` does not name is ever removed from a run's folder.
 """
 
-from desim.scenario.schema.scenario import Scenario
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # names alone shall import nothing heavy
+    from desim.scenario.schema.scenario import Scenario
 
 MANIFEST = "manifest.json"  # written last, it seals the others
 SCENARIO = "scenario.resolved.yaml"
