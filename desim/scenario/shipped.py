@@ -38,12 +38,12 @@ def found(path: Path) -> Path:
 
 
 def shipped() -> list[Shipped]:
-    """All shipped files, scenarios first, then designs, then layouts of networks."""
+    """All shipped files: scenarios, those with real programs, designs, layouts of networks."""
     paths = sorted(folder().rglob("*.yaml"), key=lambda path: (
         len(path.relative_to(folder()).parts), path.relative_to(folder())))
     found = [Shipped(path.relative_to(folder()).with_suffix("").as_posix(), question(path),
                      _command(path)) for path in paths]
-    order = ["desim run", "desim sweep", "desim net layout"]
+    order = ["desim run", "desim loop", "desim sweep", "desim net layout"]
     return sorted(found, key=lambda one: order.index(one.command))
 
 
@@ -76,10 +76,15 @@ def belongings(name: str) -> list[Path]:
 
 
 def _references(file: Path) -> Iterator[Path]:
-    """The files that the texts of a YAML file name: by path, or as the module of a dotted path."""
+    """The files that the texts of a YAML file name: by path, or as the module of a dotted path; and
+    those of the folders in which its real programs start."""
     if file.suffix != ".yaml":
         return
-    for text in _texts(yaml12.read(os.fspath(file))[0]):
+    content = yaml12.read(os.fspath(file))[0]
+    for program in content.get("loop", {}).get("programs", []):
+        if "folder" in program:
+            yield from sorted((file.parent / program["folder"]).resolve().glob("*.*"))
+    for text in _texts(content):
         for name in (text, f"{text.partition(':')[0]}.py"):
             if "\0" not in name and len(name) < 200 and (file.parent / name).is_file():
                 yield (file.parent / name).resolve()
@@ -96,6 +101,8 @@ def _texts(value: object) -> Iterator[str]:
 def _command(path: Path) -> str:
     if path.parent.name == "layouts":
         return "desim net layout"
+    if path.parent.name == "loop":
+        return "desim loop"
     return "desim sweep" if _is_design(path) else "desim run"
 
 

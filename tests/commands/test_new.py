@@ -63,7 +63,15 @@ def test_scenarios_are_run_and_designs_are_swept(new):
     assert [commands[name] for name in ("paper/findings", "paper/exploration_ideal_small",
                                         "studies/bandwidth_small")] == ["desim sweep"] * 3
     assert commands["layouts/relay"] == "desim net layout"
+    assert commands["loop/ros1_chatter"] == "desim loop"
     assert new("paper/cluster")[1][-1] == "play it: desim run paper/cluster.yaml"
+
+
+def test_real_programs_come_with_their_scenario(new, tmp_path):
+    code, lines = new("loop/ros1_chatter")
+    assert (code, lines[-1]) == (0, "play it: desim loop loop/ros1_chatter.yaml")
+    assert (tmp_path / "loop" / "programs" / "talker.py").is_file()
+    assert load(tmp_path / "loop" / "ros1_chatter.yaml").scenario.loop.ros_master == "base"
 
 
 def test_a_question_is_the_first_sentence_of_the_first_comment(tmp_path):

@@ -9,7 +9,7 @@ from desim.scenario.shipped import Shipped, folder, shipped
 from site_pages.pictures import Drawn, fleet
 from site_pages.text import inline
 
-_TITLES = {"desim run": "Scenarios", "desim sweep": "Studies",
+_TITLES = {"desim run": "Scenarios", "desim loop": "Real programs", "desim sweep": "Studies",
            "desim net layout": "Layouts of a network"}
 
 

@@ -11,6 +11,7 @@ from desim.scenario.shipped import shipped
 from desim.scenario.starter import Texts
 
 _ABOUT = {"desim run": "scenarios, of one run (desim run)",
+          "desim loop": "real programs on the networks of a scenario (desim loop)",
           "desim sweep": "designs, of many runs (desim sweep)",
           "desim net layout": "layouts of a network without robots (desim net layout)"}
 
