@@ -67,7 +67,7 @@ def test_one_lost_frame_delays_and_does_not_end_what_was_taken_up_again(preset):
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_the_twin_that_offers_only_once_stays_deaf(preset, monkeypatch):
-    before = Endpoints.acknowledged
+    before = Endpoints.acknack
 
     def acknowledged(self, remote, lost, series, got, missing, asks):
         beat_ns, beats = self._beat_ns, self._beats
@@ -75,7 +75,7 @@ def test_the_twin_that_offers_only_once_stays_deaf(preset, monkeypatch):
         if asks and self._beat_ns != beat_ns:
             self._beat_ns, self._beats = beat_ns, beats
 
-    monkeypatch.setattr(Endpoints, "acknowledged", acknowledged)
+    monkeypatch.setattr(Endpoints, "acknack", acknowledged)
     assert min(one_forgets(preset, number) for number in range(1, 9)) < 30
 
 

@@ -13,7 +13,7 @@ import pytest
 from desim.middleware.dds import parameters
 from desim.middleware.dds.heartbeat_piggyback import WhenFull
 from desim.middleware.dds.participant import Participant
-from desim.middleware.dds.reliable import ReliableLink
+from desim.middleware.dds.reader_proxy import ReaderProxy
 from desim.middleware.multimaster.sync import Sync
 from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.ros1.xmlrpc import XmlrpcThread
@@ -108,7 +108,7 @@ def fleet_of_cyclone_dds():
 
 
 def greeted_one_by_one(monkeypatch):
-    monkeypatch.setitem(parameters.CYCLONEDDS["constants"], "greets_all", False)
+    monkeypatch.setitem(parameters.CYCLONEDDS["constants"], "first_heartbeat_to_all", False)
 
 
 def nobody_says_that_it_lives(monkeypatch):
@@ -131,7 +131,7 @@ def memory_without_end(monkeypatch):
 
 
 def trains_are_lost_whole(monkeypatch):
-    monkeypatch.setattr(ReliableLink, "arrived_in_part", lambda self, token, receiver, lost:
+    monkeypatch.setattr(ReaderProxy, "arrived_in_part", lambda self, token, receiver, lost:
                         self.lost(token, receiver, next(iter(lost.values()))))
 
 

@@ -7,14 +7,14 @@ from functools import lru_cache
 
 from desim.engine.kernel import Phase, pair
 from desim.errors import InputError, host_index
-from desim.middleware.dds.best_effort import BestEffort
 from desim.middleware.dds.endpoints import Envelope
 from desim.middleware.dds.parameters import DdsParams
 from desim.middleware.dds.participant import Participant
-from desim.middleware.dds.reliable import ReliableLink
+from desim.middleware.dds.reader_proxy import ReaderProxy
 from desim.middleware.dds.remote import NOBODY, RemoteParticipant
+from desim.middleware.dds.stateful_writer import StatefulWriter
+from desim.middleware.dds.stateless_writer import StatelessWriter
 from desim.middleware.dds.wire import LONG_TRAIN_BYTES, Guid, SampleTrain
-from desim.middleware.dds.writer import Reliable
 from desim.middleware.timers import Timers
 from desim.ports.middleware import (
     Addressing,
@@ -68,8 +68,8 @@ class Dds:
         self.leases_ns = [params.leases.get(host, params.lease_ns) for host in hosts]
         self.participants: dict[int, Participant] = {}
         self._lives = [0] * len(hosts)
-        self._writers: list[dict[str, list[Reliable]]] = [{} for _ in hosts]
-        self._links: dict[tuple[int, int, str], list[ReliableLink]] = {}
+        self._writers: list[dict[str, list[StatefulWriter]]] = [{} for _ in hosts]
+        self._links: dict[tuple[int, int, str], list[ReaderProxy]] = {}
 
     def switched(self, host: int, up: bool) -> None:
         former = self.participants.pop(host, None)
@@ -79,7 +79,7 @@ class Dds:
                 self.book_arrivals(remote, host)
             for (_, receiver, _), links in self._links.items():
                 for link in links if receiver == host else ():
-                    link.reader.drop("host_down")
+                    link.writer_proxy.drop("host_down")
             self._writers[host] = {}
         self.matches += 1
         if up:
@@ -106,8 +106,8 @@ class Dds:
 
     def transport(self, offer: Offer) -> Transport:
         if offer.transport != TransportKind.STREAM or offer.via != Addressing.UNICAST:
-            return BestEffort(self, offer)
-        writer, (host, _, topic) = Reliable(self, offer), offer.publisher
+            return StatelessWriter(self, offer)
+        writer, (host, _, topic) = StatefulWriter(self, offer), offer.publisher
         self._writers[host].setdefault(topic, []).append(writer)
         return writer
 
@@ -135,11 +135,11 @@ class Dds:
         remote = me.remotes.get(guid)
         return remote if remote is not None and topic in remote.writers else None
 
-    def linked(self, link: ReliableLink) -> None:
+    def linked(self, link: ReaderProxy) -> None:
         """Register ``link``, which is open, under its two ends."""
         self._links.setdefault(link.ends, []).append(link)
 
-    def unlinked(self, link: ReliableLink) -> None:
+    def unlinked(self, link: ReaderProxy) -> None:
         """``link`` closes. Its writer's participant keeps the instant of the last acknowledgement.
         """
         self._links[link.ends].remove(link)
@@ -154,7 +154,7 @@ class Dds:
                 for link in links:
                     self._renew_lease(link, remote)
 
-    def _renew_lease(self, link: ReliableLink, remote: RemoteParticipant) -> None:
+    def _renew_lease(self, link: ReaderProxy, remote: RemoteParticipant) -> None:
         link.take_acknowledgements(self.context.now_ns)
         if link.guid == remote.guid and link.received_ns > remote.received_ns:
             remote.received_ns = link.received_ns
@@ -173,7 +173,7 @@ class Dds:
     def joined(self, me: Participant, remote: RemoteParticipant, topic: str) -> None:
         """A reader of participant ``me`` has matched a writer."""
         for link in self._links.get((remote.host, me.host, topic), ()):
-            link.reader.joined()
+            link.writer_proxy.joined()
 
     def announced(self, token: tuple[tuple[Guid, int], bool], receiver: int) -> None:
         """An announcement has arrived at ``receiver``."""

@@ -91,49 +91,50 @@ class Endpoints:
         self._beats = 0
         self._book(self._constants.discovery_heartbeat_period_ns)
 
-    def meet(self, remote: RemoteParticipant) -> None:
+    def found(self, remote: RemoteParticipant) -> None:
         """Offer all items to a new participant, and ask for its own."""
         constants, delay_ns = self._constants, self._constants.initial_acknack_ns
         self._beats = 0
         if constants.initial_heartbeat_ns:
             self._book(constants.initial_heartbeat_ns)
         else:
-            self._offer([remote], self._wire.built_in_writers, directed=True)
+            self._send_heartbeats([remote], self._wire.built_in_writers, directed=True)
             self._book(constants.discovery_heartbeat_period_ns)
         if delay_ns is not None:
-            self._me.after(delay_ns, self._ask, (remote, delay_ns))
+            self._me.after(delay_ns, self._send_acknack, (remote, delay_ns))
 
-    def greet(self, remote: RemoteParticipant, topic: str) -> None:
+    def send_first_heartbeat(self, remote: RemoteParticipant, topic: str) -> None:
         """Send the first heartbeat of a writer that every node has, because it has matched a reader
         of ``remote``."""
         readers, chunk = [remote], self._wire.heartbeats(1)
-        if self._constants.greets_all:
+        if self._constants.first_heartbeat_to_all:
             readers = [other for other in self._me.direct()
                        if (ItemKind.BUILT_IN_READER, topic) in other.built_in]
             if len(readers) > 1:
                 chunk = self._wire.heartbeat_to_all()
         if self._wire.apart or self._multicast:
-            self._send_all("endpoints", readers, [chunk], Endpoints.greeted,
+            self._send_all("endpoints", readers, [chunk], Endpoints.heartbeat,
                            lambda other: (topic, other is remote))
             return
-        for other in readers:  # one that was greeted before only learns that this one lives
+        for other in readers:  # for one that had it before it only shows that this one lives
             send = self._send if other is remote else self._send_in_advance
-            send("endpoints", other, [chunk], Endpoints.greeted, topic, other is remote)
+            send("endpoints", other, [chunk], Endpoints.heartbeat, topic, other is remote)
 
-    def expect_greeting(self, remote: RemoteParticipant, topic: str) -> None:
+    def expect_first_heartbeat(self, remote: RemoteParticipant, topic: str) -> None:
         """A reader that every node has, has matched a writer of ``remote``. It asks for a heartbeat
         unless one arrives."""
         delay_ns = self._constants.initial_acknack_ns
-        if self._wire.apart and delay_ns is not None and topic not in remote.greeted:
-            self._me.after(delay_ns, self._ask_for_greeting, (remote, topic))
+        if self._wire.apart and delay_ns is not None and topic not in remote.heard_writers:
+            self._me.after(delay_ns, self._send_preemptive_acknack, (remote, topic))
 
-    def _ask_for_greeting(self, what: tuple[RemoteParticipant, str]) -> None:
+    def _send_preemptive_acknack(self, what: tuple[RemoteParticipant, str]) -> None:
         remote, topic = what
-        if topic not in remote.greeted and self._me.remotes.get(remote.guid) is remote:
-            self._send("acknack", remote, [self._wire.acknacks(1)], Endpoints.asked_to_greet, topic)
+        if topic not in remote.heard_writers and self._me.remotes.get(remote.guid) is remote:
+            self._send("acknack", remote, [self._wire.acknacks(1)], Endpoints.preemptive_acknack,
+                       topic)
 
     def assert_liveliness(self, remotes: list[RemoteParticipant]) -> None:
-        self._send_all("liveliness", remotes, [self._wire.liveliness()], Endpoints.greeted,
+        self._send_all("liveliness", remotes, [self._wire.liveliness()], Endpoints.heartbeat,
                        lambda remote: ("", True))
 
     def _send_again(self, remote: RemoteParticipant, numbers: Sequence[int]) -> None:
@@ -146,7 +147,7 @@ class Endpoints:
                        for letter in self._wire.known_endpoints(part, most_bytes, False)]
             self._send_items([remote], numbers, letters, None)
             if len(parts) > 1:
-                self._offer(self._me.direct(), 1, directed=False, times=len(parts) - 1)
+                self._send_heartbeats(self._me.direct(), 1, directed=False, times=len(parts) - 1)
             return
         for start in range(0, len(numbers), TRAIN):
             part = numbers[start:start + TRAIN]
@@ -229,25 +230,25 @@ class Endpoints:
         if not behind:
             return
         new = [remote for remote in behind if not remote.answered]
-        self._offer(new, self._wire.built_in_writers, directed=False)
+        self._send_heartbeats(new, self._wire.built_in_writers, directed=False)
         others = known if constants.discovery_heartbeats_all else behind
-        self._offer([remote for remote in others if remote.answered], 2, directed=False)
+        self._send_heartbeats([remote for remote in others if remote.answered], 2, directed=False)
         self._beats += 1
         self._book(min(constants.discovery_heartbeat_limit_ns,
                        constants.discovery_heartbeat_period_ns
                        << min(16, max(0, self._beats - 2))))
 
-    def _offer(self, remotes: list[RemoteParticipant], writers: int, *, directed: bool,
+    def _send_heartbeats(self, remotes: list[RemoteParticipant], writers: int, *, directed: bool,
                times: int = 1) -> None:
         """Send heartbeats of so many writers, several ``times`` in one train."""
         if remotes:
             chunks = [self._wire.heartbeats(writers)] if directed or not self._wire.apart \
                 else [self._wire.heartbeat_to_all()] * writers
-            self._send_all("sedp_heartbeat", remotes, chunks * times, Endpoints.offered,
+            self._send_all("sedp_heartbeat", remotes, chunks * times, Endpoints.heartbeats,
                            lambda remote: (remote.series, remote.sent_count, writers, directed))
 
-    def _repeat(self, remote: RemoteParticipant) -> None:
-        wanted, remote.wanted = remote.wanted, ()
+    def _retransmit(self, remote: RemoteParticipant) -> None:
+        wanted, remote.requested = remote.requested, ()
         if self._me.remotes.get(remote.guid) is remote:
             self._send_again(remote, wanted)
             self._beats = 0
@@ -255,7 +256,7 @@ class Endpoints:
 
     # Handlers.
 
-    def acknowledged(self, remote: RemoteParticipant, _: Collection[int], series: int, got: int,
+    def acknack(self, remote: RemoteParticipant, _: Collection[int], series: int, got: int,
                      missing: tuple[int, ...], asks: bool) -> None:
         """``remote`` has the first ``got`` items of a series and lacks those ``missing``; with
         ``asks`` it wants a heartbeat. If the series is an earlier one, it has none of the present
@@ -269,11 +270,12 @@ class Endpoints:
             got, missing, asks = 0, (), True
         remote.acked_count = got
         if missing:
-            pending, remote.wanted = remote.wanted, missing
+            pending, remote.requested = remote.requested, missing
             if not pending:
-                self._me.after(self._constants.discovery_nack_response_ns, self._repeat, remote)
+                self._me.after(self._constants.discovery_nack_response_ns, self._retransmit, remote)
         elif asks:
-            self._offer([remote], self._wire.built_in_writers if first else 2, directed=True)
+            writers = self._wire.built_in_writers if first else 2
+            self._send_heartbeats([remote], writers, directed=True)
             # It may be lost, or its answer.
             self._book(self._constants.discovery_heartbeat_period_ns)
 
@@ -291,9 +293,9 @@ class Endpoints:
             remote.got += 1
             self._me.learn(remote, item)
         if known is not None:
-            self.offered(remote, (), series, known, 2, True)
+            self.heartbeats(remote, (), series, known, 2, True)
 
-    def offered(self, remote: RemoteParticipant, _: Collection[int], series: int, known: int,
+    def heartbeats(self, remote: RemoteParticipant, _: Collection[int], series: int, known: int,
                 writers: int, directed: bool) -> None:
         """Heartbeats of so many writers, maybe ``directed`` to this participant alone: ``known``
         items exist."""
@@ -301,7 +303,7 @@ class Endpoints:
             return
         remote.known = max(remote.known, known)
         if directed:
-            remote.asking.directed = True
+            remote.nack_timing.directed = True
         remote.beating = max(remote.beating, writers)
         if not remote.answering:
             remote.answering = True
@@ -321,45 +323,46 @@ class Endpoints:
                         if number not in remote.held)
         if missing:
             first = missing[0], 0
-            wait_ns = remote.asking.wait_ns(first, now_ns, ASK_AGAIN_NS)
+            wait_ns = remote.nack_timing.wait_ns(first, now_ns, ASK_AGAIN_NS)
             if wait_ns:
                 self._me.after(wait_ns, self._answer, remote)
                 return
-            remote.asking.asks(first, (missing[-1] + 1, 0), now_ns)
+            remote.nack_timing.requests(first, (missing[-1] + 1, 0), now_ns)
         remote.answering = False
         readers = remote.beating if remote.asked else self._wire.built_in_writers
         remote.asked, remote.beating = True, 0
         self._send("sedp_acknack", remote, [self._wire.acknacks(readers, len(missing))],
-                   Endpoints.acknowledged, remote.received_series, remote.got, missing, False)
+                   Endpoints.acknack, remote.received_series, remote.got, missing, False)
 
-    def _ask(self, what: tuple[RemoteParticipant, int]) -> None:
+    def _send_acknack(self, what: tuple[RemoteParticipant, int]) -> None:
         """Ask for a first heartbeat, and repeat that after pauses that double."""
         remote, delay_ns = what
         if remote.asked or self._me.remotes.get(remote.guid) is not remote:
             return
         self._send("sedp_acknack", remote, [self._wire.acknacks(self._wire.built_in_writers)],
-                   Endpoints.acknowledged, remote.received_series, remote.got, (), True)
+                   Endpoints.acknack, remote.received_series, remote.got, (), True)
         limit_ns = self._constants.initial_acknack_limit_ns
         delay_ns = min(2 * delay_ns, self._me.announcing_ns if limit_ns is None else limit_ns)
-        self._me.after(delay_ns, self._ask, (remote, delay_ns))
+        self._me.after(delay_ns, self._send_acknack, (remote, delay_ns))
 
-    def greeted(self, remote: RemoteParticipant, _: Collection[int], topic: str, new: bool) -> None:
+    def heartbeat(self, remote: RemoteParticipant, _: Collection[int], topic: str, new: bool
+                  ) -> None:
         """A heartbeat of a writer that every node has, or of liveliness (no topic): a reader that
         is ``new`` to it answers if it knows the writer."""
         if not self._wire.apart:
             if new:
-                self._greet_back(remote)
+                self._acknowledge_writer(remote)
         elif not topic or (ItemKind.BUILT_IN_WRITER, topic) in remote.built_in:
-            remote.greeted[topic] = None
-            self._me.after(self._constants.heartbeat_response_ns, self._greet_back, remote)
+            remote.heard_writers[topic] = None
+            self._me.after(self._constants.heartbeat_response_ns, self._acknowledge_writer, remote)
 
-    def _greet_back(self, remote: RemoteParticipant) -> None:
+    def _acknowledge_writer(self, remote: RemoteParticipant) -> None:
         self._send_in_advance("acknack", remote, [self._wire.acknacks(1)], Endpoints.alive)
 
-    def asked_to_greet(self, remote: RemoteParticipant, _: Collection[int], topic: str) -> None:
+    def preemptive_acknack(self, remote: RemoteParticipant, _: Collection[int], topic: str) -> None:
         """A reader wants the heartbeat of a writer that every node has."""
         if (ItemKind.BUILT_IN_READER, topic) in remote.built_in:
-            self.greet(remote, topic)
+            self.send_first_heartbeat(remote, topic)
 
     def alive(self, remote: RemoteParticipant, _: Collection[int]) -> None:
         """The message shows that the remote lives, which renews its lease; that is all."""

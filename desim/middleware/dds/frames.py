@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.dds.reader import DIRECTED, NO_HEARTBEAT, ReliableSample
+from desim.middleware.dds.writer_proxy import DIRECTED, NO_HEARTBEAT, ReliableSample
 from desim.network.carrier import BEFORE_NS, Carrier
 
 if TYPE_CHECKING:
-    from desim.middleware.dds.reliable import ReliableLink
+    from desim.middleware.dds.reader_proxy import ReaderProxy
     from desim.middleware.dds.wire import RtpsDialect
 
 BundleToken = tuple[list[ReliableSample], int, int]  # samples, first number, kind of the heartbeat
@@ -21,7 +21,7 @@ class Bundling(Carrier[BundleToken]):
 
     socket = "rtps"  # a participant sends all by one
 
-    def __init__(self, link: ReliableLink, wire: RtpsDialect) -> None:
+    def __init__(self, link: ReaderProxy, wire: RtpsDialect) -> None:
         self._link, self._wire = link, wire
 
     def send(self, bundle: list[tuple[ReliableSample, bool]]) -> None:
@@ -63,13 +63,13 @@ class Beating(Carrier[HeartbeatToken]):
 
     socket = "rtps"  # a participant sends all by one
 
-    def __init__(self, link: ReliableLink) -> None:
+    def __init__(self, link: ReaderProxy) -> None:
         self._link = link
 
     def first_sent(self, token: HeartbeatToken, now_ns: int) -> int:
         return BEFORE_NS
 
     def arrived(self, token: HeartbeatToken, receiver: int) -> None:
-        self._link.reader.heartbeat(*token)
+        self._link.writer_proxy.heartbeat(*token)
 
     repeated = arrived

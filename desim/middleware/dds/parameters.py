@@ -42,7 +42,7 @@ class DdsConstants(ports.Constants):
         "from a participant's start until its endpoints are there (measured, cyclonedds)"))
     initial_heartbeat_ns: Duration = Field("0 ns", description=(
         "to a new reader (fastdds at once, measured; cyclonedds 5 ms)"))
-    greets_all: bool = Field(False, description=(
+    first_heartbeat_to_all: bool = Field(False, description=(
         "that heartbeat goes to all readers of the writer, and the new one alone answers (fastdds "
         "no, cyclonedds yes; measured)"))
     discovery_heartbeat_period_ns: Pace = Field("1 s", description=(
@@ -152,7 +152,7 @@ CYCLONEDDS: ports.Preset = {
     "lease": "10 s", "constants": {
         "initial_announcements": 1, "first_times": 2, "announcement_period": None,
         "announces_when_found": False, "responses": 4, "liveliness_period": None,
-        "initial_heartbeat": "5 ms", "greets_all": True, "heartbeat_period": "100 ms",
+        "initial_heartbeat": "5 ms", "first_heartbeat_to_all": True, "heartbeat_period": "100 ms",
         "heartbeat_limit": "8 s", "heartbeat_asks_after": "80 ms", "heartbeat_response": "0 ns",
         "heartbeat_rides": "always", "heartbeat_after": None, "timer_slip": "0 ns",
         "discovery_heartbeat_period": "100 ms", "discovery_heartbeat_limit": "8 s",

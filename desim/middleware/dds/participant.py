@@ -40,7 +40,7 @@ class Participant:
         self._series = 0  # begun so far, by a server
         self.endpoints = Endpoints(self)
         lease_ns = dds.leases_ns[host]
-        self._hello = (self.guid, lease_ns)
+        self._announcement = (self.guid, lease_ns)
         self.announcing_ns = self.constants.announcing_ns(lease_ns)
         self.asserting_ns = self.constants.asserting_ns(lease_ns)
         self.awake = False
@@ -101,23 +101,23 @@ class Participant:
             if k + 1 < constants.initial_announcements:
                 period_ns = constants.initial_period_ns
         elif dds.server == self.host:
-            self._hello_to(known, dds.wire.announcement(), False)
+            self._announce_to(known, dds.wire.announcement(), False)
         else:
-            self._hello_to([dds.server], dds.wire.announcement(), False, calls=True)
+            self._announce_to([dds.server], dds.wire.announcement(), False, calls=True)
             if not known:
                 period_ns = constants.server_period_ns
         self.after(period_ns, self._announce, k + 1)
 
     def _announce_to_all(self, times: int, known: list[int]) -> None:
         """Announce this participant by multicast, and to each participant that is ``known``."""
-        self._hello_to(self._others, self.dds.wire.announcement(times), True)
-        self._hello_to(known, self.dds.wire.announcement(), False)
+        self._announce_to(self._others, self.dds.wire.announcement(times), True)
+        self._announce_to(known, self.dds.wire.announcement(), False)
 
-    def _hello_to(self, hosts: list[int], chunk: Chunk, multicast: bool,
+    def _announce_to(self, hosts: list[int], chunk: Chunk, multicast: bool,
                   calls: bool = False) -> None:
         if hosts:
             self.context.send("spdp", self.host, hosts, chunk.size_bytes, self.dds.announced,
-                              (self._hello, multicast or calls), segments=chunk.packets,
+                              (self._announcement, multicast or calls), segments=chunk.packets,
                               multicast=multicast, in_advance=self.in_advance)
 
     def in_advance(self, host: int) -> InAdvance | None:
@@ -143,7 +143,7 @@ class Participant:
             self._announce_to_all(1, [other.host for other in self.direct()])
         if wants_response:
             self._respond((remote, self.constants.responses if self.dds.server is None else 1))
-        self.endpoints.meet(remote)
+        self.endpoints.found(remote)
 
     def _meet(self, remote: RemoteParticipant) -> None:
         self.remotes[remote.guid] = remote
@@ -153,7 +153,7 @@ class Participant:
         """Announce this participant to a newcomer, which may not have heard of it."""
         remote, times = what
         if times and self.remotes.get(remote.guid) is remote:
-            self._hello_to([remote.host], self.dds.wire.announcement(), False)
+            self._announce_to([remote.host], self.dds.wire.announcement(), False)
             if times > 1:
                 self.after(self.constants.response_period_ns, self._respond, (remote, times - 1))
 
@@ -212,9 +212,9 @@ class Participant:
         elif topic:  # of an endpoint that every node has
             remote.built_in[kind, topic] = None
             if kind == ItemKind.BUILT_IN_READER:
-                self.endpoints.greet(remote, topic)
+                self.endpoints.send_first_heartbeat(remote, topic)
             elif kind == ItemKind.BUILT_IN_WRITER:
-                self.endpoints.expect_greeting(remote, topic)
+                self.endpoints.expect_first_heartbeat(remote, topic)
         if self.discovery_server is not None:
             self.discovery_server.add(item)
 

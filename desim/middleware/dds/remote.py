@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from desim.middleware.dds.reader import NackTiming
 from desim.middleware.dds.wire import Guid, Item, ItemKind
+from desim.middleware.dds.writer_proxy import NackTiming
 
 NOBODY: Guid = (-1, 0)
 # An arrival that only shows that a participant lives: ``arrived(token, receiver)`` at ``time_ns``.
@@ -29,14 +29,14 @@ class RemoteParticipant:
         self.writers: dict[str, None] = {}
         self.readers: dict[str, None] = {}
         self.built_in: dict[tuple[ItemKind, str], None] = {}
-        self.greeted: dict[str, None] = {}
+        self.heard_writers: dict[str, None] = {}
 
         # Items for this remote.
         self.out = out
         self.series = series  # a server begins a new one whenever it meets a client
         self.sent_count = len(out)  # the first so many were sent
         self.acked_count = 0  # the first so many were acknowledged
-        self.wanted: tuple[int, ...] = ()  # will be sent again
+        self.requested: tuple[int, ...] = ()  # will be sent again
         self.answered = False  # it has acknowledged anything
 
         # Items of this remote.
@@ -48,7 +48,7 @@ class RemoteParticipant:
         self.beating = 0  # its writers with a heartbeat that is not answered yet
         self.answering = False  # an answer to its heartbeats is due
         self.asked = False  # one was sent
-        self.asking = NackTiming()
+        self.nack_timing = NackTiming()
 
     def take_arrivals(self, now_ns: int) -> None:
         """Renew its lease by what has arrived before ``now_ns``."""
@@ -65,4 +65,4 @@ class RemoteParticipant:
         self.got = self.known = 0
         self.held.clear()
         self.named.clear()
-        self.asking = NackTiming()
+        self.nack_timing = NackTiming()

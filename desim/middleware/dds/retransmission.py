@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import deque
 
 from desim.middleware.dds.parameters import DdsConstants
-from desim.middleware.dds.reader import Missing, ReliableSample
 from desim.middleware.dds.wire import RtpsDialect
+from desim.middleware.dds.writer_proxy import Missing, ReliableSample
 
 
-class Wanted:
+class RequestedChanges:
     """The last request of one reader. ``missing``: the fragments that were not sent since then.
 
     A request may have been on its way when a fragment was sent again, and the more waits in a

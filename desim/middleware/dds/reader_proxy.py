@@ -1,4 +1,4 @@
-"""Reliable data: the samples that a writer keeps for each reader, until the reader has them.
+"""The reader proxy of RTPS (8.4.7.5): the samples that a writer keeps for one reliable reader.
 
 Each link numbers its samples by itself, as if each reader had a writer of its own; where a writer
 sends everything to everybody, the numbers are the same. The writer learns by acknowledgements
@@ -14,26 +14,26 @@ from typing import TYPE_CHECKING, TypeVar
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.frames import Beating, Bundling
-from desim.middleware.dds.reader import (
-    ASKS,
+from desim.middleware.dds.retransmission import RequestedChanges
+from desim.middleware.dds.writer_proxy import (
     DIRECTED,
     DONE,
     FINAL,
     HELD,
     NO_HEARTBEAT,
+    NOT_FINAL,
     OPEN,
-    Answer,
-    Reader,
+    Acknack,
     ReliableSample,
+    WriterProxy,
 )
-from desim.middleware.dds.retransmission import Wanted
 from desim.middleware.timers import NEVER, Timer
 from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
+    from desim.middleware.dds.stateful_writer import StatefulWriter
     from desim.middleware.dds.wire import Guid
-    from desim.middleware.dds.writer import Reliable
     from desim.middleware.message import Message
     from desim.ports.middleware import Offer, Route
     from desim.ports.networks import Handle
@@ -47,8 +47,8 @@ SOON_NS = 50_000_000
 DataToken = tuple[ReliableSample, wire.SampleTrain, int, int]
 
 
-class ReliableLink(Carrier[DataToken]):
-    """A writer's end of the link to one reader, and the carrier of its data.
+class ReaderProxy(Carrier[DataToken]):
+    """The writer's proxy of one reader, and the carrier of its data.
 
     It keeps the last ``depth`` samples that are not acknowledged (0: all); an older one is
     ``overwritten``, unless its frames are still on their way or the reader holds it. Heartbeats
@@ -59,15 +59,15 @@ class ReliableLink(Carrier[DataToken]):
 
     socket = "rtps"  # a participant sends all by one
 
-    __slots__ = ("guid", "waiting", "received_ns", "reader", "_dds", "_context", "_kernel",
+    __slots__ = ("guid", "waiting", "received_ns", "writer_proxy", "_dds", "_context", "_kernel",
                  "_constants", "_from", "_from_id", "_receiver", "_to_id", "_to", "_udp", "_medium",
                  "_node", "_record_frame", "_depth", "_history", "_unacked_bytes",
                  "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_bundling", "_coming", "_wanted", "_repeating", "_repeat_ns",
-                 "_greeted", "_smooth", "_quick", "_steady", "_period_ns", "_piggyback",
-                 "_trains", "_long_trains")
+                 "_beating", "_bundling", "_coming", "_requested", "_retransmission",
+                 "_retransmit_ns", "_announced", "_smooth", "_quick", "_steady", "_period_ns",
+                 "_piggyback", "_trains", "_long_trains")
 
-    def __init__(self, dds: Dds, offer: Offer, writer: Reliable, receiver: int,
+    def __init__(self, dds: Dds, offer: Offer, writer: StatefulWriter, receiver: int,
                  guid: Guid, medium: Route) -> None:
         context, source, topic = dds.context, offer.publisher.host, offer.publisher.topic
         self.guid = guid
@@ -90,15 +90,15 @@ class ReliableLink(Carrier[DataToken]):
         self._trains, self._long_trains = dds.trains, dds.long_trains
         self._smooth = True  # nothing was lost so far
         self._quick = False  # the last large sample was there soon, and nothing was asked for since
-        self._greeted = False  # its first heartbeat is still to come, which offers all
+        self._announced = False  # its first heartbeat is still to come, which offers all
         self._closed: str | None = None
         self.ends = source, receiver, topic
-        self._wanted = Wanted(dds.constants, dds.wire)
-        self._repeating: Handle | None = None
-        self._repeat_ns = 0
+        self._requested = RequestedChanges(dds.constants, dds.wire)
+        self._retransmission: Handle | None = None
+        self._retransmit_ns = 0
         self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
         self._coming: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
-        self.reader = Reader(self, dds, offer, receiver, medium)
+        self.writer_proxy = WriterProxy(self, dds, offer, receiver, medium)
         dds.linked(self)
 
     # The writer.
@@ -124,8 +124,8 @@ class ReliableLink(Carrier[DataToken]):
         self._beats = 0
         self._beat_ns = now_ns
         for train in trains:
-            self._transmit(sample, train, ASKS if asks else FINAL, self._node)
-        if self._greeted:
+            self._transmit(sample, train, NOT_FINAL if asks else FINAL, self._node)
+        if self._announced:
             self._expect(self._beat_ns + self._period_ns)
 
     def _transmit(self, sample: ReliableSample, train: wire.SampleTrain, beat: int,
@@ -164,7 +164,7 @@ class ReliableLink(Carrier[DataToken]):
         """The number of the first sample that the writer still has."""
         return self._history[0].number if self._history else self._last + 1
 
-    def acknowledged(self, token: Answer, _: int) -> None:
+    def acknack(self, token: Acknack, _: int) -> None:
         """An answer of the reader has arrived. Fragments that it requests more than once until they
         are repeated are repeated once."""
         base, missing, asks = token
@@ -176,11 +176,11 @@ class ReliableLink(Carrier[DataToken]):
         if missing:
             self._quick = False
             delay_ns = self._constants.nack_response_ns
-            self._wanted.request(missing)
+            self._requested.request(missing)
             if delay_ns:
-                self._repeat_in(delay_ns)
+                self._retransmit_in(delay_ns)
             else:
-                self._repeat(None)
+                self._retransmit(None)
         elif asks:
             self._beat(self._dds.beat_chunk, DIRECTED)
 
@@ -210,37 +210,37 @@ class ReliableLink(Carrier[DataToken]):
             self._unacked_bytes -= sample.message.size_bytes
             sample.kept = False
             self.settle(sample, "overwritten")
-        if self._wanted.missing:
-            self._wanted.acknowledged(base)
+        if self._requested.missing:
+            self._requested.acknowledged(base)
 
-    def _repeat_in(self, delay_ns: int) -> None:
+    def _retransmit_in(self, delay_ns: int) -> None:
         """Repeat requested fragments at that time, or earlier if others are repeated anyway."""
         due_ns = self._kernel.now_ns + delay_ns
-        if self._repeating is not None:
-            if self._repeat_ns <= due_ns:
+        if self._retransmission is not None:
+            if self._retransmit_ns <= due_ns:
                 return
-            self._repeating.cancel()
-        self._repeat_ns = due_ns
-        self._repeating = self._context.at(due_ns, self._from, self._repeat)
+            self._retransmission.cancel()
+        self._retransmit_ns = due_ns
+        self._retransmission = self._context.at(due_ns, self._from, self._retransmit)
 
-    def _repeat(self, _: object) -> None:
+    def _retransmit(self, _: object) -> None:
         """Send requested fragments again and a heartbeat at the end, or a GAP for fragments that
         are gone."""
-        if self._repeating is not None:
-            self._repeating.cancel()
-            self._repeating = None
+        if self._retransmission is not None:
+            self._retransmission.cancel()
+            self._retransmission = None
         if self._closed is not None:
             return
         now_ns = self._kernel.now_ns
         self.take_acknowledgements(now_ns)
-        parts, gone, next_ns = self._wanted.take(self._history, self.first(), now_ns)
+        parts, gone, next_ns = self._requested.take(self._history, self.first(), now_ns)
         if parts:
             self._send_again(parts)
             self._beats, self._beat_ns = 0, now_ns
         if gone:
             self._beat(self._dds.wire.gap(), DIRECTED)
         if next_ns is not None:
-            self._repeat_in(next_ns - now_ns)
+            self._retransmit_in(next_ns - now_ns)
         self._expect_heartbeat()
 
     def _send_again(self, parts: list[tuple[ReliableSample, range]]) -> None:
@@ -267,14 +267,14 @@ class ReliableLink(Carrier[DataToken]):
 
     def _expect_heartbeat(self) -> None:
         """Send a heartbeat after a while if a sample is not acknowledged."""
-        if self._history and self._greeted:
+        if self._history and self._announced:
             self._expect(max(self._next_beat_ns(), self._kernel.now_ns))
 
-    def greets(self) -> tuple[int, int]:
+    def first_heartbeat(self) -> tuple[int, int]:
         """Send the first heartbeat now. Returns the first and the last number that it offers."""
         now_ns = self._kernel.now_ns
         self.take_acknowledgements(now_ns)
-        self._greeted, self._beat_ns = True, now_ns
+        self._announced, self._beat_ns = True, now_ns
         self._expect_heartbeat()
         return self.first(), self._last
 
@@ -286,7 +286,7 @@ class ReliableLink(Carrier[DataToken]):
             return
         if self._steady or self._next_beat_ns() <= now_ns:
             self._beats += 1
-            self._beat(self._dds.beat_chunk, ASKS)
+            self._beat(self._dds.beat_chunk, NOT_FINAL)
         self._expect_heartbeat()
 
     def _next_beat_ns(self) -> int:
@@ -310,7 +310,7 @@ class ReliableLink(Carrier[DataToken]):
         self._dds.unlinked(self)
         self._closed = reason
         self._timer.stop()
-        self.reader.drop(reason)
+        self.writer_proxy.drop(reason)
         for sample in self._history:
             sample.kept = False
             self.settle(sample, reason)
@@ -341,7 +341,7 @@ class ReliableLink(Carrier[DataToken]):
     def received(self, sample: ReliableSample, part: range, first: int, beat: int) -> None:
         """``part`` of a sample has arrived, with a heartbeat of this kind."""
         sample.flying -= 1
-        if self._closed == "link_closed" or not self.reader.take(sample, part, first, beat):
+        if self._closed == "link_closed" or not self.writer_proxy.take(sample, part, first, beat):
             self._after_arrival(sample, "unmatched")
         else:
             self._after_arrival(sample, "overwritten")
@@ -352,7 +352,7 @@ class ReliableLink(Carrier[DataToken]):
         if sample.state == OPEN:
             self.settle(sample, closed or reason)
         elif closed and sample.state == HELD:
-            self.reader.drop(closed)  # nobody will bring what it waits for
+            self.writer_proxy.drop(closed)  # nobody will bring what it waits for
 
     def arrived_in_part(self, token: DataToken, receiver: int, lost: dict[int, str]) -> None:
         """A message is lost if any IP packet of it is, and a heartbeat with its message."""
@@ -364,7 +364,7 @@ class ReliableLink(Carrier[DataToken]):
         sample.flying -= 1
         self._record_loss(sample, lost.values())
         for _, part, beats in whole:
-            if not self.reader.take(sample, part, first, beat if beats else NO_HEARTBEAT):
+            if not self.writer_proxy.take(sample, part, first, beat if beats else NO_HEARTBEAT):
                 self._after_arrival(sample, "unmatched")
                 return
         self._after_arrival(sample, "overwritten")

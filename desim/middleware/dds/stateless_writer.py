@@ -1,4 +1,4 @@
-"""Best-effort data: a sample is sent once, and lost with any of its frames."""
+"""The stateless writer of RTPS (8.4.7.2): best effort, lost with any frame of a sample."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class BestEffortSample:
         self.failed: dict[int, str] = {}
 
 
-class BestEffort(BroadcastCarrier[BestEffortSample]):
+class StatelessWriter(BroadcastCarrier[BestEffortSample]):
     """The transport of one writer: unicast to each matched reader, or one multicast on each medium.
     A sample at a host that has not matched the writer (yet, or any more) is dropped as
     ``unmatched``. A sample that arrives after a later one is of no use to the reader, and is

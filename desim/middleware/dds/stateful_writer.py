@@ -1,12 +1,12 @@
-"""A reliable writer: its samples go to each reader over a link of its own."""
+"""The stateful writer of RTPS (8.4.7.4): reliable, with a proxy for each reader."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.heartbeat_piggyback import Always, WhenFull
-from desim.middleware.dds.reader import DIRECTED
-from desim.middleware.dds.reliable import ReliableLink
+from desim.middleware.dds.reader_proxy import ReaderProxy
+from desim.middleware.dds.writer_proxy import DIRECTED
 from desim.middleware.transports import LinkedTransport
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from desim.ports.middleware import Offer
 
 
-class Reliable(LinkedTransport[ReliableLink]):
+class StatefulWriter(LinkedTransport[ReaderProxy]):
     """One writer, with a link for each host whose reader it has matched. It keeps ``depth`` samples
     (0: all)."""
 
@@ -33,7 +33,7 @@ class Reliable(LinkedTransport[ReliableLink]):
                                       dds.participants[self._host])
         self._connected = False  # its publisher has connected it
         self._fresh: list[int] = []
-        self._closed: list[ReliableLink] = []  # with frames that are still on their way
+        self._closed: list[ReaderProxy] = []  # with frames that are still on their way
 
     def connect(self, receivers: list[int]) -> list[int]:
         self._connected = True
@@ -42,13 +42,13 @@ class Reliable(LinkedTransport[ReliableLink]):
         return [receiver for receiver in fresh if receiver in self._links]
 
     def matches(self) -> None:
-        """Greet the readers that the writer matches before anything is published."""
+        """Send heartbeats to the readers that the writer matches before anything is published."""
         if not self._connected:
             ends = self._dds.subscribers(self._offer.publisher)
             self._lead_to([end.host for end in ends if end.host != self._host])
 
     def _lead_to(self, receivers: list[int]) -> None:
-        """Connect to the readers on ``receivers``, and greet the new ones a little later."""
+        """Connect to the readers on ``receivers``; new ones get a heartbeat a little later."""
         context, old = self._dds.context, self._links
         new = super().connect(receivers)
         links = self._links
@@ -58,9 +58,9 @@ class Reliable(LinkedTransport[ReliableLink]):
             if link.waiting]
         if new:
             context.at(context.now_ns + self._dds.constants.initial_heartbeat_ns, self._host,
-                       self._greet, {receiver: links[receiver] for receiver in new})
+                       self._send_first_heartbeats, {receiver: links[receiver] for receiver in new})
 
-    def _link_to_reader(self, receiver: int, link: ReliableLink | None) -> ReliableLink | None:
+    def _link_to_reader(self, receiver: int, link: ReaderProxy | None) -> ReaderProxy | None:
         """The link to the reader on ``receiver``. A new participant, as after a host's restart,
         gets a new link."""
         dds = self._dds
@@ -69,28 +69,28 @@ class Reliable(LinkedTransport[ReliableLink]):
             return None
         guid = dds.reader(self._host, receiver, self._topic)
         if link is None or link.guid != guid:
-            return ReliableLink(dds, self._offer, self, receiver, guid, medium)
+            return ReaderProxy(dds, self._offer, self, receiver, guid, medium)
         return link
 
-    def _greet(self, new: dict[int, ReliableLink]) -> None:
+    def _send_first_heartbeats(self, new: dict[int, ReaderProxy]) -> None:
         """Send the first heartbeat to readers that are new."""
         dds, links = self._dds, self._links
-        now = {receiver: (link, *link.greets()) for receiver, link in new.items()
+        now = {receiver: (link, *link.first_heartbeat()) for receiver, link in new.items()
                if links.get(receiver) is link}
         if not now:
             return
         to, chunk, multicast = list(now), dds.beat_chunk, False
-        if dds.constants.greets_all and len(links) > 1:
+        if dds.constants.first_heartbeat_to_all and len(links) > 1:
             to, chunk = list(links), dds.wire.heartbeat_to_all()
             multicast = dds.params.allow_multicast == "all"
-        dds.context.send("heartbeat", self._host, to, chunk.size_bytes, self._greeted, now,
+        dds.context.send("heartbeat", self._host, to, chunk.size_bytes, self._first_heartbeat, now,
                          multicast=multicast,  # other readers ignore it
                          in_advance=lambda receiver: None if receiver in now else lambda *_: None)
 
-    def _greeted(self, now: dict[int, tuple[ReliableLink, int, int]], receiver: int) -> None:
+    def _first_heartbeat(self, now: dict[int, tuple[ReaderProxy, int, int]], receiver: int) -> None:
         if receiver in now:
             link, first, last = now[receiver]
-            link.reader.heartbeat(first, last, DIRECTED)
+            link.writer_proxy.heartbeat(first, last, DIRECTED)
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
         links = self._links

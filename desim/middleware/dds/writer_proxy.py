@@ -1,4 +1,4 @@
-"""The reader's side of one reliable link: in order, exactly once."""
+"""The writer proxy of RTPS (8.4.10.4): a reader's view of one writer; in order, exactly once."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
-    from desim.middleware.dds.reliable import ReliableLink
+    from desim.middleware.dds.reader_proxy import ReaderProxy
     from desim.middleware.dds.remote import RemoteParticipant
     from desim.middleware.message import Message
     from desim.ports.middleware import Offer, Route
     from desim.ports.networks import Handle
 
 OPEN, HELD, DONE = 0, 1, 2  # states of a sample at its reader
-NO_HEARTBEAT, FINAL, ASKS, DIRECTED = range(4)  # it may ask for an answer, from one reader alone
+# A heartbeat that is not final asks for an acknowledgement; a directed one, this reader alone.
+NO_HEARTBEAT, FINAL, NOT_FINAL, DIRECTED = range(4)
 MOST = 256  # numbers in an ACKNACK, fragments in a NACK_FRAG (RTPS)
 Missing = tuple[tuple[int, tuple[int, ...]], ...]  # numbers with fragments of them (none: all)
 # Number of the first sample that the reader does not have; what is missing from there; whether it
 # wants a heartbeat.
-Answer = tuple[int, Missing, bool]
+Acknack = tuple[int, Missing, bool]
 Place = tuple[int, int]  # number of a sample, and of a fragment of it
 
 
@@ -65,25 +66,26 @@ class NackTiming:
             return 0
         return max(0, self._asked_ns + delay_ns - now_ns)
 
-    def asks(self, first: Place, end: Place, now_ns: int) -> None:
+    def requests(self, first: Place, end: Place, now_ns: int) -> None:
         """The reader requests samples from ``first`` up to before ``end``."""
         self._by_delay = first < self._end and not self.directed
         self._end, self._asked_ns, self.directed = end, now_ns, False
 
 
-class Reader(Carrier[Answer]):
-    """Delivers samples in the order of their numbers, and passes over those that the writer no
-    longer has. It learns of the writer by arrivals alone, and is the carrier of its own
-    acknowledgements. Where one is lost, the writer's next heartbeat asks again."""
+class WriterProxy(Carrier[Acknack]):
+    """The reader's proxy of one writer. It delivers samples in the order of their numbers, and
+    passes over those that the writer no longer has. It learns of the writer by arrivals alone, and
+    is the carrier of its own acknowledgements. Where one is lost, the writer's next heartbeat asks
+    again."""
 
     socket = "rtps"  # a participant sends all by one
 
     __slots__ = ("_link", "_dds", "_context", "_kernel", "_constants", "_host", "_writer", "_topic",
                  "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
-                 "_due_ns", "_seen", "_remote", "_greeting", "_asking", "_asked", "_acked",
+                 "_due_ns", "_seen", "_remote", "_preemptive", "_nack_timing", "_asked", "_acked",
                  "_acked_ns")
 
-    def __init__(self, link: ReliableLink, dds: Dds, offer: Offer, host: int,
+    def __init__(self, link: ReaderProxy, dds: Dds, offer: Offer, host: int,
                  medium: Route) -> None:
         source = offer.publisher.host
         self._link, self._dds, self._constants = link, dds, dds.constants
@@ -102,9 +104,9 @@ class Reader(Carrier[Answer]):
         self._due_ns = 0
         self._seen = -1  # changes of matches when it last asked for its writer
         self._remote: RemoteParticipant | None = None
-        self._greeting = False  # it asks what there is
+        self._preemptive = False  # it asks what there is
         self._asked = False  # a heartbeat waits for an answer
-        self._asking = NackTiming()
+        self._nack_timing = NackTiming()
         self._acked = self._acked_ns = 0  # all before what it acknowledged last, and when
 
     def _match(self) -> RemoteParticipant | None:
@@ -181,18 +183,18 @@ class Reader(Carrier[Answer]):
             self._advance(first)
         if last > self._known:
             self._known = last
-        self._greeting = False  # it has its answer
+        self._preemptive = False  # it has its answer
         self._respond(beat)
 
     def _respond(self, beat: int) -> None:
         """Answer a heartbeat, or ask for missing samples, after the usual delay."""
-        if beat >= ASKS:
+        if beat >= NOT_FINAL:
             self._asked = True
             if beat == DIRECTED:
-                self._asking.directed = True
-            self._answer_in(self._constants.heartbeat_response_ns)
+                self._nack_timing.directed = True
+            self._send_acknack_in(self._constants.heartbeat_response_ns)
         elif self._next <= self._known:
-            self._answer_in(self._constants.nack_delay_ns)
+            self._send_acknack_in(self._constants.nack_delay_ns)
 
     def heartbeat(self, first: int, last: int, beat: int) -> None:
         """A heartbeat that rides on no sample has arrived."""
@@ -204,10 +206,10 @@ class Reader(Carrier[Answer]):
     def joined(self) -> None:
         """The reader has matched the writer now, which may have sent something already."""
         if self._constants.initial_acknack_ns is not None:
-            self._greeting = True
-            self._answer_in(self._constants.initial_acknack_ns)
+            self._preemptive = True
+            self._send_acknack_in(self._constants.initial_acknack_ns)
 
-    def _answer_in(self, delay_ns: int) -> None:
+    def _send_acknack_in(self, delay_ns: int) -> None:
         """Answer at that time, or earlier if an answer is due anyway."""
         due_ns = self._kernel.now_ns + delay_ns
         if self._timer is not None:
@@ -216,44 +218,44 @@ class Reader(Carrier[Answer]):
             self._timer.cancel()
         if delay_ns:
             self._due_ns = due_ns
-            self._timer = self._context.at(due_ns, self._host, self._answer)
+            self._timer = self._context.at(due_ns, self._host, self._send_acknack)
         else:
-            self._answer(None)
+            self._send_acknack(None)
 
-    def _answer(self, _: object) -> None:
+    def _send_acknack(self, _: object) -> None:
         """Acknowledge all before the next number, or request what is missing from there."""
         self._timer = None
         if self._match() is None:
             return
         missing = self._missing() if self._next <= self._known else ()
-        greeting, self._greeting = self._greeting, False
-        if missing or greeting:
-            self._ask(missing, greeting)
+        preemptive, self._preemptive = self._preemptive, False
+        if missing or preemptive:
+            self._send_nack(missing, preemptive)
         elif self._asked:
-            self._acknowledge()
+            self._send_ack()
 
-    def _ask(self, missing: Missing, greeting: bool) -> None:
-        """Request ``missing`` fragments unless that was done just now; with ``greeting``, a
+    def _send_nack(self, missing: Missing, preemptive: bool) -> None:
+        """Request ``missing`` fragments unless that was done just now; with ``preemptive``, a
         heartbeat."""
         now_ns, constants, base = self._kernel.now_ns, self._constants, self._next
         fragments = [len(parts) for _, parts in missing if parts]
         if missing:
             (number, parts), (last, last_parts) = missing[0], missing[-1]
             first = number, parts[0] if parts else 0
-            wait_ns = self._asking.wait_ns(first, now_ns, constants.nack_again_ns)
-            if wait_ns and not greeting:
-                self._answer_in(wait_ns)
+            wait_ns = self._nack_timing.wait_ns(first, now_ns, constants.nack_again_ns)
+            if wait_ns and not preemptive:
+                self._send_acknack_in(wait_ns)
                 return
-            self._asking.asks(first, (last, last_parts[-1] + 1) if last_parts else (last + 1, 0),
-                              now_ns)
+            end = (last, last_parts[-1] + 1) if last_parts else (last + 1, 0)
+            self._nack_timing.requests(first, end, now_ns)
         chunk = self._dds.wire.acknacks(1, len(missing) - len(fragments), fragments)
         self._record_answer(base, len(missing), chunk.size_bytes)
         self._send(self._host, self._to, chunk.size_bytes, chunk.packets, False, self,
-                   (base, missing, greeting))
+                   (base, missing, preemptive))
         if missing and constants.nack_renewal_ns is not None:
-            self._answer_in(constants.nack_renewal_ns)
+            self._send_acknack_in(constants.nack_renewal_ns)
 
-    def _acknowledge(self) -> None:
+    def _send_ack(self) -> None:
         """Acknowledge all before the next number, but do not repeat a recent acknowledgement."""
         base, now_ns = self._next, self._kernel.now_ns
         if base == self._acked and now_ns < self._acked_ns + self._constants.ack_again_ns:
@@ -301,7 +303,7 @@ class Reader(Carrier[Answer]):
 
     # The carrier of its acknowledgements.
 
-    def arrived(self, token: Answer, receiver: int) -> None:
-        self._link.acknowledged(token, receiver)
+    def arrived(self, token: Acknack, receiver: int) -> None:
+        self._link.acknack(token, receiver)
 
     repeated = arrived
