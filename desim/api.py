@@ -53,6 +53,16 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     scenario or a folder that cannot be written.
     """
     source, scenario = loaded(scenario, overrides, seed)
+    return _carried_out(source, scenario, out, watch, rows, command)
+
+
+def run_beside_programs(scenario: Loaded, out: str | Path, watch: Watch, command: str) -> Run:
+    """Run a scenario as ``run`` does whose real programs ``watch`` starts and ends."""
+    return _carried_out(scenario, scenario.scenario, out, watch, None, command)
+
+
+def _carried_out(source: Loaded | None, scenario: Scenario, out: str | Path, watch: Watch | None,
+                 rows: RowSink | None, command: str) -> Run:
     folder, simulation = RunFolder(out, scenario), None
     begin_s = _worked_s()
     forget_peak_memory()
@@ -124,11 +134,13 @@ def loaded(scenario: Loaded | Scenario | str | Path, overrides: Sequence[str], s
     if isinstance(scenario, (str, Path)):
         refuse_imported_scenario(Path(scenario))
         scenario = load(scenario, overrides, seed)
-        scenario.refuse_programs()
     elif overrides or seed is not None:
         raise InputError("overrides and seed belong to desim.load, the scenario is loaded already")
     if isinstance(scenario, Loaded):
+        scenario.refuse_programs()
         return scenario, scenario.scenario
+    if scenario.loop.programs:
+        raise InputError("loop.programs: hosts run real programs; allowed: desim loop FILE")
     return None, scenario
 
 

@@ -40,6 +40,6 @@ def _explain(error: typer.BadParameter) -> None:
     """Print a line, but for an error that has shown the help itself."""
     context, wrong = error.ctx, error.format_message()
     if wrong:
-        name = context.info_name if context is not None and context.parent is not None else None
-        command = "desim" if name is None else f"desim {name}"
+        words = [] if context is None else context.command_path.split()[1:]
+        command = " ".join(["desim", *words])
         say(f"{wrong.rstrip('.')}; allowed: see {command} --help", err=True)

@@ -100,10 +100,11 @@ class Gateway:
         self.frames += 1
         if self._capture is not None:
             self._capture.add(self._graph.kernel.now_ns, frame)
-        receivers = self._receivers(source, frame[:6])
+        receivers, size_bytes = self._receivers(source, frame[:6]), size_on_wire(frame)
         graph, host = self._graph, self._graph.hosts[source]
         if not receivers or not host.up:
             self.strays += 1
+            graph.record_frame(host.id, host.id, 0, size_bytes)  # of no message: it goes nowhere
             return
         topic = topic_of(frame)
         carrier = self._conversations.get((source, topic))
@@ -114,7 +115,6 @@ class Gateway:
         message = Message(host, graph.topic(topic), host.published, len(frame),
                           graph.kernel.now_ns, Filler(len(frame)))
         graph.depart(message, len(receivers))
-        size_bytes = size_on_wire(frame)
         to = graph.hosts[receivers[0]].id if len(receivers) == 1 else self._medium.id
         graph.record_frame(host.id, to, message.seq, size_bytes)
         self._medium.transmit(source, receivers, size_bytes, 1, is_group(frame[:6]), carrier,

@@ -13,6 +13,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from desim.errors import InputError
 from desim.loop.environment import KEPT, SYSTEM_PATH, path
 from desim.loop.order import CONSOLE, OUTPUT, Order
 from desim.scenario.schema.loop import Loop
@@ -46,7 +47,8 @@ sleep 10
 def boot(kernel: Path, order: Order, folder: Path, scenario: Scenario, memory_mb: int
          ) -> subprocess.Popen[bytes]:
     """Start the guest with the order in ``folder``, that of ``scenario``, where it leaves
-    ``console`` and ``output``. Its random numbers have the scenario's seed."""
+    ``console`` and ``output``. Its random numbers have the scenario's seed. Raises ``InputError``
+    where it would have to hide its own folders."""
     init = folder / "init"
     init.write_text(_init(order, folder, scenario.loop, os.environ), "utf-8")
     init.chmod(0o755)
@@ -62,12 +64,12 @@ def boot(kernel: Path, order: Order, folder: Path, scenario: Scenario, memory_mb
 
 def _init(order: Order, folder: Path, loop: Loop, environ: Mapping[str, str]) -> str:
     """The script that the guest begins with."""
-    written = [str(folder), os.path.abspath(order.out), environ["NUMBA_CACHE_DIR"]]
+    written = {str(folder), os.path.abspath(order.out), environ["NUMBA_CACHE_DIR"]}
     read = [os.path.dirname(os.path.abspath(order.scenario)), sys.prefix, os.getcwd(),
             str(Path(__file__).parents[2]), *(program.folder for program in loop.programs)]
-    hidden = [path for path in map(_hidden, read) if path is not None]
-    mounts = [f"mkdir -p {path}; mount -t hostfs none {path} -o {path}"
-              for path in map(shlex.quote, sorted({*written, *hidden}))]
+    hidden = {path for path in map(_hidden, (*written, *read)) if path is not None}
+    mounts = [f"mkdir -p {(q := shlex.quote(path))}; mount -t hostfs none {q} "
+              f"-o {'' if path in written else 'ro,'}{q}" for path in sorted(written | hidden)]
     passed_on = {**environ, "PATH": path(environ)}
     environment = [f"{name}={shlex.quote(passed_on[name])}"
                    for name in _PASSED_ON if name in passed_on]
@@ -80,5 +82,8 @@ def _init(order: Order, folder: Path, loop: Loop, environ: Mapping[str, str]) ->
 def _hidden(path: str) -> str | None:
     """The whole of what is hidden with ``path`` of this machine, as what lies there names others:
     /tmp/a of /tmp/a/b. None unless the guest's own file systems lie over it."""
-    own = next((own for own in _OWN if path == own or path.startswith(f"{own}/")), None)
+    if path in _OWN:
+        raise InputError(f"{path} is a folder of the guest's own, in memory; allowed for scenarios "
+                         f"and programs, and to start desim in: a folder below it, or elsewhere")
+    own = next((own for own in _OWN if path.startswith(f"{own}/")), None)
     return None if own is None else "/".join(path.split("/")[:len(own.split("/")) + 1])

@@ -8,6 +8,7 @@ It carries out the order in the folder, and leaves its answer there.
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import traceback
@@ -19,7 +20,7 @@ from desim import api
 from desim.engine.kernel import Phase
 from desim.errors import InputError
 from desim.loop.attached import System, attached
-from desim.loop.order import PROGRESS, LoopAnswer, Order
+from desim.loop.order import INTERRUPTED, PROGRESS, STOP, LoopAnswer, Order
 from desim.results.folder import RunFolder
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
@@ -34,6 +35,8 @@ def main(folder: Path) -> int:
     """Carry out the order in ``folder``. Returns the exit code."""
     try:
         answer = LoopAnswer(0, _run(Order.read(folder), folder))
+    except KeyboardInterrupt as stopped:
+        answer = LoopAnswer(INTERRUPTED, str(stopped))
     except InputError as error:
         answer = LoopAnswer(2, error=str(error))
     except Exception as error:
@@ -54,6 +57,8 @@ def _run(order: Order, folder: Path) -> str:
 
     def reached(second: int) -> None:
         (folder / PROGRESS).write_text(str(second), "utf-8")
+        if (folder / STOP).exists():
+            signal.raise_signal(signal.SIGINT)
 
     if order.clock == "wall":
         with suppress(PermissionError):  # else as the others
@@ -65,7 +70,7 @@ def _run(order: Order, folder: Path) -> str:
         with attached(simulation, results, system):
             yield
 
-    return str(api.run(loaded, out=order.out, watch=watch, command=order.command).path)
+    return str(api.run_beside_programs(loaded, order.out, watch, order.command).path)
 
 
 def _name_hosts(text: str) -> None:

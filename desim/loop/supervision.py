@@ -7,16 +7,18 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from desim.errors import InputError, ModelError
-from desim.loop.order import OUTPUTS, PROGRESS, LoopAnswer, Order
+from desim.loop.order import INTERRUPTED, OUTPUTS, PROGRESS, STOP, LoopAnswer, Order
 from desim.results.run import Run
 from desim.units import NS_PER_S
 
 _POLL_S = 0.1
+GRACE_S = 20.0  # for the end of a run that is interrupted: of programs, and of writing its folder
 
 Process = subprocess.Popen[bytes]
 OnProgress = Callable[[int, int], object]  # simulated seconds that are over, of how many
@@ -34,19 +36,22 @@ class Supervisor(NamedTuple):
 
 def carried_out(order: Order, elapsed_ns: int, supervisor: Supervisor, on_progress: OnProgress
                 ) -> Run:
-    """Have ``order`` carried out, which is to last ``elapsed_ns``. Raises ``InputError`` where the
-    programs need what is not there, and ``ModelError`` for a run that failed."""
-    try:
-        Path(order.out).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot write results to {order.out}: {error.strerror}; choose another "
-                         "folder with --out") from error
+    """Have ``order`` carried out, which is to last ``elapsed_ns``. Ctrl-C ends the run in good
+    order, a second one at once. Raises ``InputError`` where the programs need what is not there,
+    ``ModelError`` for a run that failed, and ``KeyboardInterrupt`` with the path of what was kept.
+    """
     with TemporaryDirectory(prefix="desim-loop-") as home:
         folder = Path(home)
         order.write(folder)
         process = supervisor.start(folder)
         try:
             _wait(process, folder, elapsed_ns // NS_PER_S, supervisor, on_progress)
+        except KeyboardInterrupt:
+            (folder / STOP).touch()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(GRACE_S)
+            if LoopAnswer.read(folder) is None:
+                raise
         finally:
             if process.poll() is None:
                 os.killpg(process.pid, signal.SIGKILL)
@@ -58,6 +63,8 @@ def carried_out(order: Order, elapsed_ns: int, supervisor: Supervisor, on_progre
         lines = [line for line in said.splitlines() if line.strip()]
         raise ModelError("\n".join(["the process beside the programs ended without an answer; its "
                                     "last lines:", *lines[-8:]]))
+    if answer.code == INTERRUPTED:
+        raise KeyboardInterrupt(answer.path)
     if answer.code == 2:
         raise InputError(answer.error)
     if answer.code:

@@ -10,6 +10,7 @@ from desim.loop import guest
 from desim.loop.busy_program import busy_program
 from desim.loop.order import Order
 from desim.loop.supervision import OnProgress, Process, Supervisor, carried_out
+from desim.results.folder import reserved
 from desim.results.run import Run
 from desim.scenario.schema.scenario import Scenario
 
@@ -25,9 +26,10 @@ def run_virtually(order: Order, scenario: Scenario, kernel: Path, memory_mb: int
             raise ModelError(f"the guest's memory is full ({memory_mb} MB), and Linux has killed "
                              f"{killed[1]}; --memory gives it more")
 
-    return carried_out(order, scenario.stop.elapsed_ns, Supervisor(
-        lambda folder: guest.boot(kernel, order, folder, scenario, memory_mb), _stuck, failed),
-        on_progress)
+    with reserved(order.out, scenario):
+        return carried_out(order, scenario.stop.elapsed_ns, Supervisor(
+            lambda folder: guest.boot(kernel, order, folder, scenario, memory_mb), _stuck, failed),
+            on_progress)
 
 
 def _stuck(process: Process, reached: str, since_s: float) -> None:

@@ -6,7 +6,7 @@ import errno
 import json
 import os
 from collections.abc import Callable, Collection, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import chain, count
 from pathlib import Path
 
@@ -240,27 +240,53 @@ class RunFolder:
     def _claim(self) -> Lock:
         """Take over the partial folder, empty but for what desim has not written, unless a living
         process is at work in it."""
-        refuse_link(self.partial)
-        self.partial.mkdir(exist_ok=True)
-        try:
-            lock = Lock(self.partial / LOCK)
-        except Taken:
-            raise InputError(f"{self.partial}: another process is writing this run; wait for it, "
-                             "or choose another folder with --out") from None
+        lock = _locked(self.partial)
         refuse_link(self.partial / MAPS)
         _clear(self.partial, self._written - {LOCK})
         self._kept = tuple(_files(self.partial))
         return lock
 
-    @contextmanager
-    def _writing(self) -> Iterator[None]:
-        try:
-            yield
-        except OSError as error:
-            space = "free some space, or " if error.errno in _FULL else ""
-            raise InputError(f"cannot write results to {self.partial}: "
-                             f"{error.strerror or error}; {space}choose another folder with "
-                             "--out") from error
+    def _writing(self) -> AbstractContextManager[None]:
+        return _writing(self.partial)
+
+
+@contextmanager
+def reserved(out: str | Path, scenario: Scenario) -> Iterator[None]:
+    """Keep other processes from the run's folder while a guest of this one writes it, whose locks
+    are its own. Raises ``InputError`` where another process is writing it."""
+    run_id = identity.Identity(scenario).run_id(scenario.seed)
+    partial = Path(out) / scenario.name / f"{run_id}.partial"
+    with _writing(partial):
+        partial.parent.mkdir(parents=True, exist_ok=True)
+        lock = _locked(partial)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            _clear(partial, (LOCK,))
+        lock.release()
+
+
+@contextmanager
+def _writing(partial: Path) -> Iterator[None]:
+    """Turn the errors of writing there into ``InputError``."""
+    try:
+        yield
+    except OSError as error:
+        space = "free some space, or " if error.errno in _FULL else ""
+        raise InputError(f"cannot write results to {partial}: {error.strerror or error}; {space}"
+                         "choose another folder with --out") from error
+
+
+def _locked(partial: Path) -> Lock:
+    """The lock of a partial folder, which is made if need be."""
+    refuse_link(partial)
+    partial.mkdir(exist_ok=True)
+    try:
+        return Lock(partial / LOCK)
+    except Taken:
+        raise InputError(f"{partial}: another process is writing this run; wait for it, or choose "
+                         "another folder with --out") from None
 
 
 def _files(folder: Path) -> Iterator[str]:

@@ -26,7 +26,10 @@ def _hosts(scenario: Scenario, _: Folder) -> Found:
         elif name in scenario.hosts and scenario.hosts[name].strategy is not None:
             yield path, f"{name} runs a strategy of desim; allowed: a host without software"
     master = scenario.loop.ros_master
-    if master is not None and master not in scenario.loop.hosts:
+    if master is not None and not scenario.loop.programs:
+        yield ("loop", "ros_master"), (f"{master} runs no ROS master, as loop.programs is empty; "
+                                       "allowed: a host of one of them")
+    elif master is not None and master not in scenario.loop.hosts:
         yield ("loop", "ros_master"), unknown("host with programs", master,
                                               sorted(scenario.loop.hosts))
 

@@ -127,6 +127,8 @@ def test_a_frame_to_nobody_is_counted_as_that_alone(where):
         assert plant.received() == [[], [], []]
         assert plant.account() == {}
         assert (plant.gateway.frames, plant.gateway.strays) == (1, 1)
+        ((_, _, *row),) = plant.net.rows("frame")
+        assert row == ["a", "a", 0, 64]  # the digest knows it
 
 
 def test_a_host_without_an_interface_to_the_medium_gets_nothing():

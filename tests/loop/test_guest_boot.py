@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from desim.errors import InputError
 from desim.loop.guest import _hidden, _init
 from desim.loop.order import Order
 from desim.scenario.schema.loop import Loop
@@ -14,10 +15,17 @@ from desim.scenario.schema.loop import Loop
 
 @pytest.mark.parametrize(("path", "mounted"), [
     ("/home/u/scenarios", None), ("/tmpfile", None), ("/", None), ("/tmp/a", "/tmp/a"),
-    ("/tmp/a/b/c", "/tmp/a"), ("/dev/shm/x", "/dev/shm"), ("/tmp", "/tmp"),
-    ("/run/user", "/run/user")])
+    ("/tmp/a/b/c", "/tmp/a"), ("/dev/shm/x", "/dev/shm"), ("/run/user", "/run/user")])
 def test_what_the_guest_hides_is_mounted_with_what_lies_beside_it(path, mounted):
     assert _hidden(path) == mounted
+
+
+def test_the_guest_keeps_folders_of_its_own():
+    with pytest.raises(InputError) as refused:
+        _hidden("/tmp")
+    assert str(refused.value) == (
+        "/tmp is a folder of the guest's own, in memory; allowed for scenarios and programs, and "
+        "to start desim in: a folder below it, or elsewhere")
 
 
 def test_all_that_a_run_reads_and_writes_is_mounted_once(monkeypatch):
@@ -30,7 +38,7 @@ def test_all_that_a_run_reads_and_writes_is_mounted_once(monkeypatch):
     mounts = [shlex.split(line.split("; ")[1])[-1] for line in script.splitlines()
               if "hostfs" in line]
     assert [path for path in mounts if not path.startswith("/tmp/pytest")] == [
-        "/c", "/home/u/out", "/tmp/it's", "/tmp/order", "/tmp/pro grams"]
+        "/c", "/home/u/out", "ro,/tmp/it's", "/tmp/order", "ro,/tmp/pro grams"]
     (command,) = [line for line in script.splitlines() if line.startswith("env ")]
     words = shlex.split(command)
     assert "HOME=/home/o'x" in words and "cd /usr" in script

@@ -7,8 +7,10 @@ import os
 import pytest
 from loop_guests import Program, busy_machine, played, refuse_without_guest, said
 
-from desim.errors import ModelError
+from desim.errors import InputError, ModelError
 from desim.loop import virtual
+from desim.results.run import Run
+from desim.results.status import RunStatus
 
 SENDER = """
 import os, socket, sys, time
@@ -113,6 +115,30 @@ def test_chance_of_this_machine_would_be_seen(run, folder):
         assert played(folder, KEYS, PROGRAMS).manifest["digest"] != run.manifest["digest"]
     finally:
         (folder / "extra").write_bytes(b"\x05" * 64)
+
+
+def interrupt(second: int, _: int) -> None:
+    if second == 2:
+        raise KeyboardInterrupt
+
+
+def test_ctrl_c_ends_a_run_in_good_order(folder):
+    with pytest.raises(KeyboardInterrupt) as stopped:
+        played(folder, KEYS, PROGRAMS, seed=3, on_progress=interrupt)
+    kept = Run(str(stopped.value))
+    assert kept.manifest["status"] == RunStatus.INTERRUPTED
+    assert 2 <= kept.manifest["simulated_s"] < 7
+    assert "began" in said(kept, "base", 1) and "got 3" in said(kept, "other", 0)
+
+
+def test_two_processes_do_not_write_one_run(folder):
+    def again(*_: object) -> None:
+        with pytest.raises(InputError, match="another process is writing this run; wait for it"):
+            played(folder, KEYS, PROGRAMS, seed=4)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        played(folder, KEYS, PROGRAMS, seed=4, on_progress=again)
 
 
 def test_a_program_that_never_sleeps_is_named(folder, monkeypatch):

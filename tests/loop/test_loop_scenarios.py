@@ -28,7 +28,8 @@ WRONG = {
         "loop: {ros_master: robot_0, programs: [{host: base, run: x}]}", [
             "5:20: loop.ros_master: unknown host with programs 'robot_0'; allowed: base"]),
     "a master of nobody": ("loop: {ros_master: base}", [
-        "5:20: loop.ros_master: unknown host with programs 'base'; allowed: "]),
+        "5:20: loop.ros_master: base runs no ROS master, as loop.programs is empty; allowed: a "
+        "host of one of them"]),
     "no folder": ("loop: {programs: [{host: base, run: x, folder: nowhere/at all}]}", [
         "5:48: loop.programs.0.folder: no folder {here}/nowhere/at all"]),
     "a file for a folder": ("loop: {programs: [{host: base, run: x, folder: case.yaml}]}", [
@@ -103,6 +104,20 @@ def test_so_do_functions(here, use):
     here(f"{HEAD}loop: {{programs: [{{host: base, run: x}}]}}\n")
     with pytest.raises(InputError, match="hosts run real programs; allowed: desim loop case.yaml"):
         use("case.yaml")
+    with pytest.raises(InputError, match="hosts run real programs; allowed: desim loop case.yaml"):
+        use(desim.load("case.yaml"))
+    with pytest.raises(InputError, match="hosts run real programs; allowed: desim loop FILE"):
+        use(desim.load("case.yaml").scenario)
+
+
+@pytest.mark.parametrize(("words", "said"), [
+    (("loop", "case.yaml", "--clok", "wall"),
+     "No such option: --clok (Possible options: --clock); allowed: see desim loop run --help"),
+    (("loop", "build", "--jobs", "0"), "Invalid value for '--jobs': Input should be greater than "
+     "or equal to 1; allowed: see desim loop build --help")])
+def test_a_wrong_option_names_the_whole_command(words, said):
+    done = CliRunner().invoke(app, words)
+    assert (done.exit_code, done.stderr.strip()) == (2, said)
 
 
 def test_what_varies_the_programs_away_can_be_swept(here, tmp_path):
