@@ -10,7 +10,6 @@ from desim.advice.doubts import too_late
 from desim.advice.unused_networks import unused_networks
 from desim.advice.without_effect import without_effect
 from desim.errors import did_you_mean
-from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
 from desim.monitor.monitor import Monitor, StopReason
@@ -82,7 +81,7 @@ def _too_small(graph: Graph) -> list[str]:
     """Warnings of computers whose memory is too small for their software as it starts."""
     hosts: dict[tuple[int, str], list[str]] = {}  # by limit and what needs more
     for host in graph.hosts:
-        memory = host.memory if isinstance(host, BusyHost) else None
+        memory = host.memory
         if memory is not None and memory.limit_bytes is not None \
                 and memory.limit_bytes < memory.first_bytes:
             needs = f"{memory.first_bytes / 1e6:.0f} MB"
@@ -96,10 +95,10 @@ def _too_small(graph: Graph) -> list[str]:
 def _strange_nodes(graph: Graph) -> list[str]:
     """Warnings of nodes that have a priority and never ran, and of the cost model's rows that the
     run did not use."""
-    computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
-    ran = {program for host in computers for program in host.programs}
-    named = dict.fromkeys(node for host in computers for node in host.computer.priorities)
-    models = {id(host.computer.model): host.computer.model for host in computers}
+    computers = [host.computer for host in graph.hosts if host.computer is not None]
+    ran = {program for host in graph.hosts for program in host.programs}
+    named = dict.fromkeys(node for computer in computers for node in computer.priorities)
+    models = {id(computer.model): computer.model for computer in computers}
     return [*(f"computer.priorities: no node of the run was called {node!r}"
               f"{did_you_mean(node, sorted(ran))}" for node in named if node not in ran),
             *(warning for model in models.values() if isinstance(model, UnusedRows)

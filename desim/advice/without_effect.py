@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.monitor.monitor import Monitor
 from desim.ports import GridSpec, KnowsUnusedKeys, Params, changed_keys, yaml_key
@@ -34,7 +33,7 @@ def without_effect(monitor: Monitor) -> list[str]:
     """A warning for each reason, with the keys whose value is not the default. (A run's resolved
     scenario has all keys, so which of them somebody wrote is not known.)"""
     truth, scenario = monitor.truth, monitor.truth.scenario
-    ideal = not any(isinstance(host, BusyHost) for host in truth.graph.hosts)
+    ideal = all(host.computer is None for host in truth.graph.hosts)
     found = (*(_of_ideal_computers(scenario) if ideal else _of_computers(scenario, monitor)),
              *_of_testbed(scenario, ideal), *_of_networks(scenario, truth.graph),
              *_of_maps(scenario, truth.ground.grid), *_of_measurements(scenario, monitor),

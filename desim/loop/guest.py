@@ -67,7 +67,7 @@ def _init(order: Order, folder: Path, loop: Loop, environ: Mapping[str, str]) ->
     written = {str(folder), os.path.abspath(order.out), environ["NUMBA_CACHE_DIR"]}
     read = [os.path.dirname(os.path.abspath(order.scenario)), sys.prefix, os.getcwd(),
             str(Path(__file__).parents[2]), *(program.folder for program in loop.programs)]
-    hidden = {path for path in map(_hidden, (*written, *read)) if path is not None}
+    hidden = {path for path in map(_hidden, (*sorted(written), *read)) if path is not None}
     mounts = [f"mkdir -p {(q := shlex.quote(path))}; mount -t hostfs none {q} "
               f"-o {'' if path in written else 'ro,'}{q}" for path in sorted(written | hidden)]
     passed_on = {**environ, "PATH": path(environ)}

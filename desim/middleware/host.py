@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,9 @@ from desim.ports.middleware import Addressing, Endpoint, Offer, TransportKind
 from desim.ports.networks import Handle
 
 if TYPE_CHECKING:
+    from desim.computers.computer import Computer
     from desim.middleware.busy.executor import Executor
+    from desim.middleware.busy.memory import HostMemory
     from desim.middleware.graph import Graph
     from desim.middleware.node import Node
     from desim.middleware.transports import StreamLink
@@ -40,8 +42,12 @@ class Host:
     ``software`` makes the nodes, afresh at every start. ``last_arrival_ns[k]`` is when host k last
     received a message of this host (0: not since k started); ``on_next_arrival[k](time_ns)`` is
     called once, when k receives the next one. ``calling``: the executor whose callback runs now;
-    None where callbacks take no time.
+    None where callbacks take no time, as on a host without a ``computer``: its work costs nothing.
     """
+
+    computer: Computer | None = None
+    memory: HostMemory | None = None
+    programs: Collection[str] = ()  # that have run on its computer
 
     __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "clock", "software",
                  "nodes", "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
@@ -68,6 +74,16 @@ class Host:
         # None, unless it is being emptied or will be in this instant. New lists lie where memory
         # is warm: a broadcast wakes many hosts.
         self._inbox: list[tuple[Subscription, Message]] | None = None
+
+    @property
+    def executors(self) -> Collection[Executor]:
+        """The threads of its nodes; none where callbacks take no time."""
+        return ()
+
+    @property
+    def missed_ticks(self) -> int:
+        """The ticks that timers have missed so far."""
+        return 0
 
     @property
     def up(self) -> bool:

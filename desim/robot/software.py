@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 from desim import plugins
 from desim.errors import below
-from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
@@ -116,10 +115,10 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
     if source is not None:
         nodes: list[Node] = [SensorPose(host, source)]
     else:
-        is_busy = isinstance(host, BusyHost)
-        node = (CorrectionNode if is_busy else LocalizationNode)(
+        ideal = host.computer is None
+        node = (LocalizationNode if ideal else CorrectionNode)(
             host, localization, robot, robot_map, start, bodies_m)
-        nodes = [node, PosePublisher(host)] if is_busy else [node]
+        nodes = [node] if ideal else [node, PosePublisher(host)]
         if node.draws_map:
             return nodes
     return [*nodes, *(Mapping(host, robot.mapping, robot_map, topic)

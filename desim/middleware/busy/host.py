@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +38,8 @@ class BusyHost(Host):
     __slots__ = ("computer", "memory", "after_callback", "programs", "_executors",
                  "_timers", "_missed_ticks", "_subscriptions", "_ends_by_node", "_awake", "_booked")
 
+    computer: Computer
+
     def __init__(self, graph: Graph, name: str, index: int, computer: Computer) -> None:
         super().__init__(graph, name, index)
         self.computer = computer
@@ -55,7 +57,7 @@ class BusyHost(Host):
             None if memory is None or memory.limit_bytes is None else memory.check_limit)
 
     @property
-    def executors(self) -> Iterable[Executor]:
+    def executors(self) -> Collection[Executor]:
         """The threads of its nodes, since its software started."""
         return self._executors.values()
 

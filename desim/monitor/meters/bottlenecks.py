@@ -19,7 +19,6 @@ import numpy as np
 from desim.computers.cluster_node import ClusterNode
 from desim.computers.processors import Processors
 from desim.middleware.busy.executor import Executor
-from desim.middleware.busy.host import BusyHost
 from desim.middleware.graph import Graph
 from desim.monitor.meters.meter import Meter, Second
 from desim.monitor.samples import Sample
@@ -49,9 +48,10 @@ class Bottlenecks(Meter):
 
     def __init__(self, graph: Graph, nodes: Mapping[str, ClusterNode]) -> None:
         self._graph = graph
-        self._computers = [host for host in graph.hosts if isinstance(host, BusyHost)]
+        self._computers = [(host, host.computer) for host in graph.hosts
+                           if host.computer is not None]
         self._processors: dict[str, Mapping[str, Processors | ClusterNode]] = {
-            "processor": {host.name: host.computer.processors for host in self._computers},
+            "processor": {host.name: computer.processors for host, computer in self._computers},
             "cluster_node": nodes if self._computers else {}}
         self._since_ns = 0  # of the present window
         # The work that was done when it began:
@@ -111,7 +111,7 @@ class Bottlenecks(Meter):
                 self._processors_ns[name] = busy
         if self._computers:
             yield self._busiest_thread(elapsed_ns)
-        limited = {host.name: (host.memory, host.memory.limit_bytes) for host in self._computers
+        limited = {host.name: (host.memory, host.memory.limit_bytes) for host in self._graph.hosts
                    if host.memory is not None and host.memory.limit_bytes is not None}
         if limited:
             kills = [len(memory.kills) for memory, _ in limited.values()]
@@ -138,10 +138,10 @@ class Bottlenecks(Meter):
         """The program whose thread computed for most of a window. What a callback takes beyond the
         window counts in the next ones."""
         done_ns, busiest, most_ns = {}, None, 0
-        for host in self._computers:
+        for host, computer in self._computers:
             for executor in host.executors:
                 before_ns = self._threads_ns.get(executor, 0)
-                all_ns = host.computer.processors.alone_ns(executor.computing_ns)
+                all_ns = computer.processors.alone_ns(executor.computing_ns)
                 done_ns[executor] = min(all_ns, before_ns + elapsed_ns)
                 if done_ns[executor] - before_ns > most_ns:
                     busiest = f"{host.name}/{executor.program}"

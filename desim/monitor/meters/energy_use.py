@@ -20,7 +20,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from desim.errors import ModelError, class_of
-from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
 from desim.monitor.meters.meter import Meter, Second
 from desim.monitor.samples import Sample
@@ -110,7 +109,7 @@ class EnergyUse(Meter):
 
 def _busy_s(host: Host) -> float:
     """The time for which processors have been busy; 0 on an ideal computer."""
-    return host.computer.processors.busy_ns() / NS_PER_S if isinstance(host, BusyHost) else 0.0
+    return 0.0 if host.computer is None else host.computer.processors.busy_ns() / NS_PER_S
 
 
 def _airtimes_s(hosts: Sequence[Host], rates_bps: Sequence[int]) -> np.ndarray:

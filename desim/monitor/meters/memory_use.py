@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from desim.middleware.busy.host import BusyHost
+from desim.middleware.busy.memory import HostMemory
+from desim.middleware.host import Host
 from desim.monitor.meters.meter import Due, Meter, Second
 from desim.monitor.samples import Sample, mean
 from desim.monitor.truth import Truth
@@ -19,12 +20,10 @@ class MemoryUse(Meter):
     """The memory of hosts. Where computers are ideal there is none, and nothing is measured."""
 
     def __init__(self, truth: Truth) -> None:
-        busy = [host for host in truth.loaded if isinstance(host, BusyHost)]
-        self._truth, self._ideal = truth, not busy
-        self._robots = {host.name: host.memory for host in busy if host.memory is not None}
-        self._all = self._robots | {
-            host.name: host.memory for host in truth.stationary
-            if isinstance(host, BusyHost) and host.memory is not None}
+        self._truth = truth
+        self._ideal = all(host.computer is None for host in truth.loaded)
+        self._robots = _memories(truth.loaded)
+        self._all = self._robots | _memories(truth.stationary)
         self._limits = np.array([memory.limit_bytes or np.nan for memory in self._robots.values()])
         self._seconds = 0  # so far, each with a sample
         self._sums = dict.fromkeys(self._all, 0)  # of the bytes in use then
@@ -84,6 +83,10 @@ class MemoryUse(Meter):
         limit_bytes = self._all[name].limit_bytes
         return {"ram_mb": used_bytes / _MB,
                 "ram_percent": None if limit_bytes is None else 100.0 * used_bytes / limit_bytes}
+
+
+def _memories(hosts: Sequence[Host]) -> dict[str, HostMemory]:
+    return {host.name: host.memory for host in hosts if host.memory is not None}
 
 
 def _means(samples: Sequence[Sample]) -> Sample:

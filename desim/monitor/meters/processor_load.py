@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 from desim.computers.cluster_node import ClusterNode
 from desim.computers.processors import Processors
-from desim.middleware.busy.host import BusyHost
 from desim.middleware.host import Host
 from desim.monitor.meters.meter import Due, Meter, Second
 from desim.monitor.samples import LEAST_WINDOW_NS, Sample, mean
@@ -42,21 +41,23 @@ class ProcessorLoad(Meter):
 
     def __init__(self, truth: Truth) -> None:
         self._truth, self._nodes = truth, truth.nodes
-        self._hosts = [host for host in truth.loaded if isinstance(host, BusyHost)]
-        host_load = MeanLoad(host.computer.processors for host in self._hosts)
+        self._hosts = [host for host in truth.loaded if host.computer is not None]
+        self._processors = [host.computer.processors for host in truth.loaded
+                            if host.computer is not None]
+        host_load = MeanLoad(self._processors)
         self._loads = {} if not self._hosts else {"cpu_percent": host_load, **(
             {"node_cpu_percent": MeanLoad(self._nodes.values())} if self._nodes else {})}
 
     def track(self, second: Second) -> Sample:
         return {} if not self._hosts else {
-            "cpu_s": [host.computer.processors.busy_ns() / NS_PER_S for host in self._hosts],
+            "cpu_s": [each.busy_ns() / NS_PER_S for each in self._processors],
             "missed_ticks": [host.missed_ticks for host in self._hosts]}
 
     def quantities(self, now_ns: int) -> Sample:
         """The work of all hosts so far."""
         if not self._hosts:
             return {}
-        busy_ns = sum([host.computer.processors.busy_ns() for host in self._hosts])
+        busy_ns = sum([each.busy_ns() for each in self._processors])
         return {"cpu_s": busy_ns / NS_PER_S, "missed_ticks": self._missed()}
 
     def _missed(self) -> int:
@@ -87,7 +88,7 @@ class ProcessorLoad(Meter):
 
 def _load(host: Host, elapsed_ns: int) -> Sample:
     """The load of ``host`` over the whole run."""
-    if not isinstance(host, BusyHost):
+    if host.computer is None:
         return _NOT_MEASURED
     processors = host.computer.processors
     busy_ns = processors.busy_ns()
