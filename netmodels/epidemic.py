@@ -9,8 +9,8 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import ByteSize, Period
+from netmodels.hops import HopLedger, HopPart
 from netmodels.multihop.hop_choice import HOPS, HopChoice
-from netmodels.multihop.hops import HopLedger, HopPart
 from netmodels.multihop.on_hops import OnHops
 
 _ARRIVED, _EXPIRED = ports.Deliver(0), ports.Drop("expired")

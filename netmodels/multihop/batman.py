@@ -15,7 +15,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import ByteSize, Duration, Period, Ratio
-from netmodels.multihop.hops import Hops
+from netmodels.hops import Hops
 from netmodels.multihop.routes import LinkQuality, Routes
 
 HEADER_BYTES = 14 + 4  # of a frame: Ethernet, and its check sequence

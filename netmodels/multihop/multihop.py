@@ -10,9 +10,10 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import ModelError
+from netmodels.hops import HopLedger
+from netmodels.journeys import Journey
 from netmodels.multihop.batman import Batman, BatmanConstants
 from netmodels.multihop.hop_choice import HOPS, HopChoice
-from netmodels.multihop.hops import HopLedger
 from netmodels.multihop.on_hops import OnHops
 from netmodels.multihop.static import Static, StaticParams
 
@@ -24,32 +25,6 @@ _OWN = frozenset({"hop_limit", "no_path", "relay_down", "relay_no_path"})
 def _relayed(hop: type[ports.NetworkModel] | ports.NetworkModel) -> set[str]:
     """The reasons for which a relay drops a frame that its hop refuses."""
     return {f"relay_{reason}" for reason in getattr(hop, "refuses", ())}
-
-
-class _Journey:
-    """A frame on its way: the number of hops so far, and the packets that are left."""
-
-    def __init__(self, frame: ports.Frame) -> None:
-        self.frame, self.made = frame, 0
-        self.left: Sequence[int] = range(frame.segments)
-
-    def without(self, lost: dict[int, str]) -> dict[str, list[int]]:
-        """Go on without the packets that the last hop has ``lost``, by their number among those
-        that were left. Returns their numbers in the frame by reason."""
-        gone: dict[str, list[int]] = {}
-        for number in sorted(lost):
-            gone.setdefault(lost[number], []).append(self.left[number])
-        if lost:
-            self.left = [packet for number, packet in enumerate(self.left) if number not in lost]
-        return gone
-
-    def size_bytes(self) -> int:
-        """The bytes of the packets that are left."""
-        frame = self.frame
-        if len(self.left) == frame.segments:
-            return frame.size_bytes
-        sizes = ports.packet_sizes(frame.size_bytes, frame.segments)
-        return sum(sizes[packet] for packet in self.left)
 
 
 class Multihop(OnHops):
@@ -114,7 +89,7 @@ class Multihop(OnHops):
         if next_hop is None:
             self._context.settle(frame, dest, _NO_PATH)
         else:
-            self._forward(_Journey(frame), frame.source, next_hop)
+            self._forward(Journey(frame), frame.source, next_hop)
         return None
 
     def switched(self, host: int, up: bool) -> None:
@@ -130,12 +105,12 @@ class Multihop(OnHops):
         """Frames and bytes that routing has sent so far."""
         return self.routing.frames, self.routing.bytes
 
-    def _forward(self, journey: _Journey, host: int, next_hop: int) -> None:
+    def _forward(self, journey: Journey, host: int, next_hop: int) -> None:
         journey.made += 1
         self._hops.send(host, (next_hop,), journey.size_bytes(), len(journey.left), False,
                         partial(self._settled, journey), journey.frame.id)
 
-    def _settled(self, journey: _Journey, leg: ports.Frame, _: Sequence[int],
+    def _settled(self, journey: Journey, leg: ports.Frame, _: Sequence[int],
                  verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
         """A hop is over: settle the packets that it has lost, and send on the rest."""
         frame, (host,) = journey.frame, leg.receivers
@@ -166,7 +141,7 @@ class Multihop(OnHops):
             ledger.pass_on(frame, ledger.parts(leg, self._context.now_ns + verdict.delay_ns))
         ledger.lost_at(frame, leg.source)
 
-    def _arrived(self, arrived: tuple[_Journey, int]) -> None:
+    def _arrived(self, arrived: tuple[Journey, int]) -> None:
         """A frame has arrived at a relay."""
         journey, host = arrived
         dest = journey.frame.receivers[0]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from desim import ports
+from netmodels.hops import HopLedger, Hops
 from netmodels.multihop.hop_choice import HopChoice
-from netmodels.multihop.hops import HopLedger, Hops
 
 
 class OnHops:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.units import Period, Ratio
-from netmodels.multihop.hops import Hops
+from netmodels.hops import Hops
 
 # From whom [k], to whom [k], and the share of packets [k] that arrive (``ports.KnowsLinks``).
 KnownLinks = Callable[[], tuple[np.ndarray, np.ndarray, np.ndarray]]
