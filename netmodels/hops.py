@@ -11,8 +11,8 @@ import numpy as np
 from desim import ports
 from desim.errors import below
 
-# Called with a frame's fate at some receivers of one hop, and with the packets of a unicast train
-# that were lost on it (number to reason).
+# Called with a frame's fate at some receivers of one hop, and with the packets of a train that were
+# lost on it (number to reason).
 Report = Callable[[ports.Frame, Sequence[int], ports.Deliver | ports.Drop, dict[int, str]], None]
 
 
@@ -28,7 +28,7 @@ class _Leg:
         self.report, self.carries = report, carries
         self.settled: list[int] = []
         self.lost: dict[int, str] = {}
-        self.lacking: dict[int, set[int]] = {}
+        self.lacking: dict[int, dict[int, str]] = {}
 
 
 class HopLedger:
@@ -38,14 +38,14 @@ class HopLedger:
     def __init__(self, ledger: ports.Ledger, itemized: bool) -> None:
         self._ledger, self._itemized = ledger, itemized
         self._sent_ns: dict[int, int] = {}
-        self._parts: dict[int, list[tuple[ports.TimePart, int]]] = {}
+        self._parts: dict[int, list[tuple[ports.TimePart, int, int | None]]] = {}
 
     def spent(self, frame: ports.Frame, part: ports.TimePart, time_ns: int,
               receiver: int | None = None, host: int | None = None) -> None:
         if frame.id > 0:
             self._ledger.spent(frame, part, time_ns, receiver, host)
         elif frame.id in self._parts:
-            self._parts[frame.id].append((part, time_ns))
+            self._parts[frame.id].append((part, time_ns, receiver))
 
     def lost_at(self, frame: ports.Frame, host: int, receiver: int | None = None) -> None:
         if frame.id > 0:
@@ -61,13 +61,15 @@ class HopLedger:
         for part, time_ns, host in parts:
             self._ledger.spent(frame, part, time_ns, host=host)
 
-    def parts(self, leg: ports.Frame, arrives_ns: int) -> list[HopPart]:
-        """The parts of the time of a frame that was sent here and will be there at ``arrives_ns``.
-        """
+    def parts(self, leg: ports.Frame, arrives_ns: int, receiver: int | None = None
+              ) -> list[HopPart]:
+        """The parts of the time of a frame that was sent here and will be there at ``arrives_ns``:
+        at a ``receiver``, or at its only one."""
         parts = self._parts[leg.id]
         if not self._itemized:
-            parts = [(ports.TimePart.MEDIUM, arrives_ns - self._sent_ns[leg.id])]
-        return [(part, time_ns, leg.source) for part, time_ns in parts]
+            parts = [(ports.TimePart.MEDIUM, arrives_ns - self._sent_ns[leg.id], None)]
+        return [(part, time_ns, leg.source) for part, time_ns, own in parts
+                if own is None or receiver in (None, own)]
 
     def begun_ns(self, leg: ports.Frame) -> int:
         """The time when a frame was sent here."""
@@ -116,7 +118,7 @@ class Hops:
              broadcast: bool, report: Report, carries: int | None = None) -> None:
         """Send a frame, maybe one that ``carries`` the medium's frame of this number.
         ``report(frame, receivers, verdict, lost)`` is called once for a unicast frame, for a
-        broadcast once for each fate."""
+        broadcast once for each fate, and for each receiver that lacks packets of a train."""
         self._last -= 1
         self._open[self._last] = _Leg(report, self._last if carries is None else carries)
         frame = ports.Frame(self._last, source, receivers, size_bytes, segments, broadcast)
@@ -183,19 +185,25 @@ class Hops:
 
     def _settle_broadcast(self, frame: ports.Frame, receivers: Sequence[int] | None,
                           verdict: ports.Deliver | ports.Drop) -> None:
-        """A receiver that lacks a packet has heard nothing."""
         leg = self._open[frame.id]
+        lacking = leg.lacking
         if receivers is None:
             receivers = [receiver for receiver in frame.receivers if receiver not in leg.settled]
         if isinstance(verdict, ports.Drop) and verdict.packets is not None:
             for receiver in receivers:
-                leg.lacking.setdefault(receiver, set()).update(verdict.packets)
+                lacking.setdefault(receiver, {}).update(
+                    dict.fromkeys(verdict.packets, verdict.reason))
             receivers = [receiver for receiver in receivers
-                         if len(leg.lacking[receiver]) == frame.segments]
+                         if len(lacking[receiver]) == frame.segments]
         leg.settled.extend(receivers)
-        if len(leg.settled) == len(frame.receivers):
+        over = len(leg.settled) == len(frame.receivers)
+        if over:
             del self._open[frame.id]
-            if self._ledger is not None:
-                self._ledger.end(frame)
-        leg.report(frame, [receiver for receiver in receivers if receiver not in leg.lacking],
-                   verdict, {})
+        whole = [receiver for receiver in receivers if receiver not in lacking]
+        if whole:
+            leg.report(frame, whole, verdict, {})
+        for receiver in receivers:
+            if receiver in lacking:
+                leg.report(frame, (receiver,), verdict, lacking[receiver])
+        if over and self._ledger is not None:
+            self._ledger.end(frame)

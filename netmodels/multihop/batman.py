@@ -174,7 +174,7 @@ class Batman:
         if isinstance(verdict, ports.Drop) and verdict.reason in self._hops.refuses:
             self.frames -= 1
             self.bytes -= frame.size_bytes
-        elif isinstance(verdict, ports.Deliver):
+        elif isinstance(verdict, ports.Deliver) and not lost:
             heard = frame.source, receivers, messages
             if verdict.delay_ns:
                 self._hops.at(self._hops.now_ns + verdict.delay_ns, self._heard, heard)

@@ -123,6 +123,16 @@ class Air:
         if self._settled_ns != now_ns:
             self._settle(now_ns)
 
+    def tune(self, number: int, host: int, channel: int) -> None:
+        """Let a host of the radio of that ``number`` be on ``channel`` from now on. Not from the
+        settlement of a frame."""
+        self.catch_up()
+        self._budget.channels[number * self._hosts + host] = channel
+        self._epoch = -1
+        self._update_links(self._context.now_ns)
+        if not self._wake_booked:
+            self._book_wake()
+
     def _book_wake(self) -> None:
         """Foresee the next outcome once for all that is sent in this instant, also by senders whose
         frames are settled now."""

@@ -110,6 +110,22 @@ class Budget:
         return self.received_dbm(ends_m[0], ends_m[1:], obstacles, heights_m) + (
             self.sent_dbm[sender] + self.antennas.gain_db[receiver] - self.power_dbm)
 
+    def between_dbm(self, sender: np.ndarray, receiver: np.ndarray, places: np.ndarray,
+                    obstacles: ports.Obstacles) -> np.ndarray:
+        """[k] dBm of ``sender`` [k] at ``receiver`` [k], indices of ``places`` [hosts, 2] m,
+        whatever their channels; -inf where one has no place."""
+        height_m = self.antennas.height_m
+        apart, above_m = places[sender] - places[receiver], height_m[sender] - height_m[receiver]
+        loss_db = self.path_loss.loss_db(np.sqrt((apart ** 2).sum(axis=1) + above_m ** 2))
+        if self.shadows is not None:
+            loss_db = loss_db + self.shadows.loss_db(places, sender, receiver)
+        if self.walls is not None:
+            loss_db = loss_db + _walls_db(
+                self.walls, places[sender], places[receiver], obstacles,
+                heights_m=np.column_stack([height_m[sender], height_m[receiver]]))
+        return np.where(np.isfinite(apart).all(axis=1), self.sent_dbm[sender]
+                        + self.antennas.gain_db[receiver] - loss_db, -np.inf)
+
     def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray, obstacles: ports.Obstacles,
                      heights_m: np.ndarray | None = None) -> np.ndarray:
         """[n] dBm at ``to_m`` [n, 2] m of a sender at ``from_m`` [2] m, with the medium's antennas;

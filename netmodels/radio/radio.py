@@ -9,6 +9,9 @@ from pydantic import Field
 
 from desim import ports
 from netmodels.ideal import Ideal
+from netmodels.infrastructure import Infrastructure
+from netmodels.infrastructure.access_points import AccessPoint
+from netmodels.infrastructure.settings import Settings
 from netmodels.multihop.hop_choice import as_fast
 from netmodels.multihop.multihop import Multihop
 from netmodels.radio.dcf.radio import DcfRadio
@@ -24,13 +27,15 @@ _RUNGS: dict[str, Callable[[DcfRadio.Params], ports.NetworkModel]] = {
 
 
 class Radio:
-    """Wi-Fi without an access point (802.11a, b or g), from the same parameters on each rung of a
-    ladder:
+    """Wi-Fi (802.11a, b or g), ad hoc or over ``access_points``, from the same parameters on each
+    rung of a ladder:
 
     ``multihop``: ``mac``, and hosts relay frames for others, along routes that a protocol finds on
     the same air (``netmodels.multihop``, with its defaults). ``mac``: the whole radio, ``DcfRadio``
     (``desim describe netmodels.radio.dcf.radio:DcfRadio`` says what it does and leaves out):
-    contention, collisions, retries, and walls that weaken signals. ``walls``: each radio has the
+    contention, collisions, retries, and walls that weaken signals; with ``access_points`` all goes
+    over them (``desim describe netmodels.infrastructure:Infrastructure``), which the other rungs
+    leave out. ``walls``: each radio has the
     air to itself, and a frame arrives where 90 % of full packets would at its received power,
     through walls. ``disk``: the same without walls and shadowing; its range is where ``mac``
     delivers 90 % in the open, computed from path loss and errors. Like ``walls`` it learns no
@@ -41,17 +46,25 @@ class Radio:
 
     Capabilities: those of its rung. Itemizes, LimitsReach, Retransmits, Refuses, CountsAttempts,
     CountsBusyTime, CountsAirtime, KnowsLinks, PredictsSignal, HearsAntennas (``mac``); with
-    ``channels`` or on other rungs, Separates, FollowsHosts, CountsControl, KnowsDepartures.
+    ``channels``, ``access_points`` or on other rungs, Separates, FollowsHosts, CountsControl,
+    NamesChannels, KnowsDepartures.
     """
 
     class Params(DcfRadio.Params):
         fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] = Field("mac", description=(
             "the rung; network.fidelity sets it for all media (the whole model)"))
+        access_points: tuple[AccessPoint, ...] = Field((), max_length=1000, description=(
+            "over which all frames go, on the rung mac (none: hosts talk to each other directly)"))
+        infrastructure: Settings = Field(Settings(), description=(
+            "wires behind the access points, and how stations hang on them (its own defaults)"))
 
     reasons = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
-               "relay_down", "relay_no_path", "relay_queue_full")
+               "relay_down", "relay_no_path", "relay_queue_full", "not_associated",
+               "receiver_not_associated", "roamed", "downlink_queue_full", "wires_queue_full")
 
     @staticmethod
     def build(params: Params) -> ports.NetworkModel:
         """The model of the rung that ``params`` name."""
+        if params.access_points and params.fidelity == "mac":
+            return Infrastructure(params.infrastructure, params, params.access_points)
         return _RUNGS[params.fidelity](params)

@@ -251,6 +251,12 @@ class DcfRadio:
         own = slice(self._number * hosts, (self._number + 1) * hosts)
         return int(counts.transmitted[own].sum()), int(counts.failures[own].sum())
 
+    def tune(self, host: int, channel: int) -> None:
+        """Let a host be on another channel from now on: one that a radio has been on from the
+        start, or 0, where it hears nobody. Not from the settlement of a frame."""
+        self.budget.channels[host] = channel
+        self._air.tune(self._number, host, channel)
+
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self.budget.channels[host] != self.budget.channels[other]
 

@@ -1,0 +1,318 @@
+"""The associations of stations with access points: who hangs on whom, and who is on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from enum import Enum
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from desim import ports
+from netmodels.hops import Hops
+from netmodels.infrastructure.joining import ControlFrames, Handshake, steps
+from netmodels.infrastructure.outlets import AirOutlet
+from netmodels.infrastructure.settings import Settings
+from netmodels.radio.dcf.radio import DcfRadio
+
+_FREE = 0  # a channel on which there is nobody
+_SETTLING_NS = 1_000_000_000  # since the last scan, before a signal that gets weak brings a new one
+
+
+class Handover(NamedTuple):
+    """A station hangs on ``access_point`` now, after ``gap_ns`` without one; before on ``left``
+    (indices of stations; None: on none)."""
+
+    time_ns: int
+    host: int
+    left: int | None
+    access_point: int
+    gap_ns: int
+
+
+class _Doing(Enum):
+    NOTHING, SCANNING, JOINING = range(3)
+
+
+class _Station:
+    """A station's own view. ``turn`` counts what it has begun to do, so that calls that were booked
+    for something earlier are told apart."""
+
+    def __init__(self) -> None:
+        self.access_point: int | None = None
+        self.left: int | None = None
+        self.since_ns = 0  # without an access point
+        self.doing, self.turn = _Doing.NOTHING, 0
+        self.scanned_ns: int | None = None  # the last scan began
+        self.weak = False  # its signal, when it was looked at last
+        self.missed = 0  # beacons in a row
+        self.handshake: Handshake | None = None
+        self.up = True
+
+
+class Associations:
+    """Follows the signals that stations hear from beacon to beacon, and lets them scan, join, roam
+    and give up. ``handovers`` has each time that a station has come to an access point.
+
+    A station knows the mean power of each access point's signals at its place, without fading.
+    ``outlets`` are those of all stations; ``access_points`` and ``hosts`` have one each."""
+
+    def __init__(self, settings: Settings, air: Hops, radio: DcfRadio, outlets: Sequence[AirOutlet],
+                 hosts: Sequence[int], access_points: dict[int, int], ack_ns: int) -> None:
+        """``hosts``: those with a radio. ``access_points``: their channels. ``ack_ns`` as an outlet
+        has it."""
+        self._settings, self._constants = settings, settings.constants
+        self._air, self._radio, self._outlets = air, radio, outlets
+        self._hosts, self._channels = tuple(hosts), access_points
+        self._roaming, self._ack_ns = settings.roaming, ack_ns
+        self._stations = {host: _Station() for host in hosts}
+        self._known: dict[int, int] = {}  # to the wires: where a station hangs
+        self._powers: dict[int, tuple[np.ndarray, int, np.ndarray]] = {}
+        self.control = ControlFrames(air)
+        self.handovers: list[Handover] = []
+
+    def begin(self, names: Sequence[str]) -> None:
+        """Begin, where stations are associated from the start on with whom they hear best."""
+        if self._settings.associated:
+            for host, station in self._stations.items():
+                best = self._best(host)
+                if best is not None:
+                    station.access_point = self._known[host] = best
+                    station.scanned_ns = 0
+                    self._radio.budget.channels[host] = self._channels[best]
+        for access_point in self._channels:
+            phase = self._air.stream("beacons", names[access_point]).random()
+            self._air.at(self._air.now_ns + int(phase * self._constants.beacon_ns), self._beacon,
+                         access_point)
+
+    def access_point(self, host: int) -> int | None:
+        """The one on which a station hangs, as that knows."""
+        return self._stations[host].access_point
+
+    def known(self, host: int) -> int | None:
+        """The one to which the wires carry frames for a station; None: there is none."""
+        return self._known.get(host)
+
+    def members(self, access_point: int) -> list[int]:
+        """The stations to which an access point sends."""
+        return sorted(host for host, known in self._known.items() if known == access_point)
+
+    def switched(self, host: int, up: bool) -> None:
+        """A station's host has started or stopped. It starts without an access point."""
+        station = self._stations.get(host)
+        if station is None or station.up == up:
+            return
+        station.up = up
+        self._leave(host)
+        self._begin(station, _Doing.NOTHING)
+        station.scanned_ns = None
+
+    # From beacon to beacon.
+
+    def _beacon(self, access_point: int) -> None:
+        air = self._air
+        air.at(air.now_ns + self._constants.beacon_ns, self._beacon, access_point)
+        powers_dbm = self._powers_dbm(access_point)
+        size_bytes = self._constants.beacon_frame_bytes
+        if size_bytes is not None:
+            if self._hosts:
+                self.control.send(access_point, self._hosts, size_bytes, True,
+                                  partial(self._passed, access_point))
+        else:
+            found = powers_dbm >= self._found_dbm
+            for host, heard in zip(self._hosts, found.tolist(), strict=True):
+                self._note(access_point, host, heard)
+        for host, power_dbm in zip(self._hosts, powers_dbm.tolist(), strict=True):
+            self._watch(access_point, host, power_dbm)
+
+    def _passed(self, access_point: int, _: ports.Frame, receivers: Sequence[int],
+                verdict: ports.Deliver | ports.Drop, __: dict[int, str]) -> None:
+        for host in receivers:
+            self._note(access_point, host, isinstance(verdict, ports.Deliver))
+
+    def _note(self, access_point: int, host: int, heard: bool) -> None:
+        """A station has heard a beacon, or missed it."""
+        station = self._stations[host]
+        if station.access_point != access_point or station.doing is _Doing.SCANNING:
+            return
+        station.missed = 0 if heard else station.missed + 1
+        if station.missed == self._constants.lost_beacons:
+            self._air.at(self._air.now_ns + self._constants.probe_wait_ns, self._give_up,
+                         (host, station.turn))
+
+    def _give_up(self, which: tuple[int, int]) -> None:
+        host, turn = which
+        station = self._stations[host]
+        if station.turn == turn and station.missed >= self._constants.lost_beacons:
+            self._leave(host)
+            station.scanned_ns = None
+
+    def _watch(self, access_point: int, host: int, power_dbm: float) -> None:
+        """A station looks at a signal, and scans if it is time."""
+        station, roaming, now_ns = self._stations[host], self._roaming, self._air.now_ns
+        if (station.doing is not _Doing.NOTHING or not station.up
+                or station.access_point not in (None, access_point)):
+            return
+        since_ns = None if station.scanned_ns is None else now_ns - station.scanned_ns
+        if station.access_point is None:
+            if power_dbm >= self._found_dbm and (
+                    since_ns is None or since_ns >= self._constants.again_ns):
+                self._scan(host, station)
+        elif since_ns is not None:
+            weak = power_dbm < roaming.threshold_dbm
+            every_ns = roaming.often_ns if weak else roaming.seldom_ns
+            gets_weak, station.weak = weak and not station.weak, weak
+            if every_ns is not None and (since_ns >= every_ns
+                                         or gets_weak and since_ns > _SETTLING_NS):
+                self._scan(host, station)
+
+    # Scans.
+
+    def _scan(self, host: int, station: _Station) -> None:
+        self._begin(station, _Doing.SCANNING)
+        station.scanned_ns = self._air.now_ns
+        channels = sorted({*self._channels.values()})
+        if self._roaming.scan == "all":
+            channels += [_FREE] * (self._constants.channels - len(channels))
+        if station.access_point is None:
+            self._air.at(self._air.now_ns + len(channels) * self._constants.dwell_ns,
+                         self._scanned, (host, station.turn))
+        else:
+            channels.remove(self._channels[station.access_point])
+            self._visit((host, station.turn, channels))
+
+    def _visit(self, scan: tuple[int, int, list[int]]) -> None:
+        """Go to the first of these channels, if there is one left."""
+        host, turn, channels = scan
+        if self._stations[host].turn != turn:
+            return
+        if not channels:
+            self._scanned((host, turn))
+        else:
+            self._outlets[host].pause(lambda _: self._say(
+                host, turn, AirOutlet.keep, partial(self._go, scan)))
+
+    def _say(self, host: int, turn: int, kept: Callable[[AirOutlet, int], None],
+             then: Callable[[], object]) -> None:
+        """Tell the own access point that the station sleeps, or is back, so that it keeps what
+        comes for it, or not; go on after that."""
+        station = self._stations[host]
+        if station.turn == turn and station.access_point is not None:
+            outlet = self._outlets[station.access_point]
+            self.control.send(host, (station.access_point,), self._constants.sleep_frame_bytes,
+                              False, partial(self._said, partial(kept, outlet, host), then))
+
+    def _said(self, kept: Callable[[], None], then: Callable[[], object], _: ports.Frame,
+              __: Sequence[int], ___: ports.Deliver | ports.Drop, ____: dict[int, str]) -> None:
+        kept()
+        self._air.at(self._air.now_ns + self._ack_ns, lambda _: then())
+
+    def _go(self, scan: tuple[int, int, list[int]]) -> None:
+        host, turn, channels = scan
+        station = self._stations[host]
+        if station.turn == turn and station.access_point is not None:
+            self._radio.tune(host, channels[0])
+            self._air.at(self._air.now_ns + self._constants.dwell_ns, self._return,
+                         (host, turn, channels[1:]))
+
+    def _return(self, scan: tuple[int, int, list[int]]) -> None:
+        host, turn, channels = scan
+        station = self._stations[host]
+        if station.turn == turn and station.access_point is not None:
+            self._radio.tune(host, self._channels[station.access_point])
+            self._say(host, turn, AirOutlet.release, partial(self._home, scan))
+
+    def _home(self, scan: tuple[int, int, list[int]]) -> None:
+        host, turn, channels = scan
+        station = self._stations[host]
+        if station.turn == turn and station.access_point is not None:
+            self._outlets[host].resume()
+            self._air.at(self._air.now_ns + (self._constants.home_ns if channels else 0),
+                         self._visit, scan)
+
+    def _scanned(self, which: tuple[int, int]) -> None:
+        host, turn = which
+        station = self._stations[host]
+        if station.turn != turn:
+            return
+        self._begin(station, _Doing.NOTHING)
+        best, own = self._best(host), station.access_point
+        if best is not None and best != own and (own is None or self._roaming.goes(
+                self._power_dbm(own, host), self._power_dbm(best, host))):
+            self._join(host, station, best)
+
+    # Joining.
+
+    def _join(self, host: int, station: _Station, access_point: int) -> None:
+        """Leave the present access point, if there is one, and join another one."""
+        turn = self._begin(station, _Doing.JOINING)
+
+        def ask(_: None) -> None:
+            if station.turn == turn:
+                fast = station.access_point is not None and self._settings.fast_transition
+                self._leave(host)
+                self._radio.tune(host, self._channels[access_point])
+                station.handshake = Handshake(
+                    self.control, host, access_point, steps(self._settings.security, fast),
+                    self._constants, partial(self._joined, host, access_point))
+
+        self._outlets[host].pause(ask)
+
+    def _joined(self, host: int, access_point: int, came: bool) -> None:
+        station = self._stations[host]
+        self._begin(station, _Doing.NOTHING)
+        if not came:
+            return
+        before = self._known.get(host)
+        station.access_point = self._known[host] = access_point
+        station.missed, station.weak = 0, False
+        if before is not None and before != access_point:
+            self._outlets[before].flush(host, "roamed")
+        self._outlets[access_point].release(host)
+        now_ns = self._air.now_ns
+        self.handovers.append(Handover(now_ns, host, station.left, access_point,
+                                       now_ns - station.since_ns))
+        self._outlets[host].resume()
+
+    def _leave(self, host: int) -> None:
+        """The station hangs on no access point any more; what waits in it is lost."""
+        station = self._stations[host]
+        if station.access_point is not None:
+            station.left, station.access_point = station.access_point, None
+            station.since_ns = self._air.now_ns
+            self._outlets[host].flush(None, "not_associated")
+
+    def _begin(self, station: _Station, doing: _Doing) -> int:
+        """Do something else from now on; whatever was going on is over. Returns its turn."""
+        if station.handshake is not None:
+            station.handshake.cancel()
+            station.handshake = None
+        station.doing, station.turn, station.missed = doing, station.turn + 1, 0
+        return station.turn
+
+    # Signals.
+
+    @property
+    def _found_dbm(self) -> float:
+        return self._radio.budget.found_dbm
+
+    def _best(self, host: int) -> int | None:
+        """The access point with the strongest signal that can be found at a station."""
+        power_dbm, best = max((self._power_dbm(one, host), -one) for one in self._channels)
+        return -best if power_dbm >= self._found_dbm else None
+
+    def _power_dbm(self, access_point: int, host: int) -> float:
+        return float(self._powers_dbm(access_point)[self._hosts.index(host)])
+
+    def _powers_dbm(self, access_point: int) -> np.ndarray:
+        """[hosts] of an access point, at each of the stations."""
+        air = self._air
+        places, obstacles = air.positions(air.now_ns), air.obstacles
+        seen = self._powers.get(access_point)
+        if seen is None or seen[0] is not places or seen[1] != obstacles.epoch:
+            hosts = np.array(self._hosts, np.int64)
+            seen = places, obstacles.epoch, self._radio.budget.between_dbm(
+                np.full(len(hosts), access_point), hosts, places, obstacles)
+            self._powers[access_point] = seen
+        return seen[2]

@@ -1,0 +1,177 @@
+"""The model of Wi-Fi with access points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from desim import ports
+from desim.errors import InputError, did_you_mean
+from netmodels.hops import Hops
+from netmodels.infrastructure.access_points import AccessPoint, WithAccessPoints, check_channels, names_of
+from netmodels.infrastructure.associations import Associations
+from netmodels.infrastructure.floods import Floods
+from netmodels.infrastructure.outlets import AirOutlet
+from netmodels.infrastructure.packet_queue import PlainQueue
+from netmodels.infrastructure.settings import Settings
+from netmodels.infrastructure.trips import Trip, TripTimes
+from netmodels.infrastructure.ways import Ways
+from netmodels.radio.dcf.radio import DcfRadio
+from netmodels.radio.standards import ACK_BYTES, STANDARDS
+from netmodels.switch import Switch
+
+_NOT_ASSOCIATED = ports.Drop("not_associated")
+_NOBODY = ports.Drop("receiver_not_associated")
+_RADIO_PACKETS = 500  # more than an outlet lets its radio take in
+
+
+class Infrastructure:
+    """Wi-Fi with access points: every frame of a station goes over the one on which it hangs. So a
+    frame from one to another takes the air twice, on two channels if they hang on two access
+    points, between which wires carry it (``switch``). ``wired`` hosts hang on these wires.
+
+    Access points are stations of the same radio (``netmodels.radio.dcf``), each on its channel; who
+    is on another one hears nothing of it. A train goes on from an access point when all of it has
+    come. Each station, access points too, has a queue of ``queue`` packets in front of its radio,
+    which takes in 5 ms of airtime (Linux: airtime queue limits).
+
+    A broadcast goes up as a unicast frame, and down from each access point that has stations at the
+    lowest basic rate, not acknowledged and not repeated.
+
+    A station scans, joins an access point by the frames of 802.11, follows its signal from beacon
+    to beacon, and changes to a stronger one (``roaming``). What it sends without an access point is
+    dropped (``not_associated``), what comes for it as well (``receiver_not_associated``). The
+    wires learn of a change when it is over: until then the access point before sends to nobody, and
+    what still waits there is dropped (``roamed``). Management frames have the rate of data. Rules
+    judge a frame once, from host to host.
+
+    Capabilities: Separates, FollowsHosts, Refuses, CountsControl, CountsAttempts, CountsBusyTime,
+    NamesChannels, CountsAirtime, Itemizes.
+    """
+
+    Params = Settings
+    reasons: tuple[str, ...] = tuple(sorted({
+        *DcfRadio.reasons, "not_associated", "receiver_not_associated", "roamed",
+        "downlink_queue_full", "wires_queue_full"}))
+    refuses = ("not_associated", "queue_full")
+
+    def __init__(self, settings: Settings, params: DcfRadio.Params,
+                 access_points: Sequence[AccessPoint]) -> None:
+        self._settings, self._params, self._access_points = settings, params, access_points
+        self._radio, self._switch = _radio(params, access_points), Switch(settings.wires)
+        self._times: TripTimes | None = None
+
+    def itemize(self, ledger: ports.Ledger) -> None:
+        self._times = times = TripTimes(ledger)
+        self._radio.itemize(times.air)
+        self._switch.itemize(times.wires)
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        settings, times, params = self._settings, self._times, self._params
+        _check(settings, params, hosts)
+        check_channels(self._access_points, self._radio.standard)
+        count, names = len(hosts), (*hosts, *names_of(self._access_points, hosts))
+        self._context, self._names = context, names
+        site = WithAccessPoints(context, self._access_points)
+        air_ledger = wire_ledger = None
+        if times is not None:
+            times.hosts, air_ledger, wire_ledger = count, times.air, times.wires
+        self._air = Hops(self._radio, site, names, "", air_ledger)
+        wires = Hops(self._switch, site, names, ".infrastructure.wires", wire_ledger)
+        self._wired = frozenset(host for host in range(count) if hosts[host] in settings.wired)
+        for host in sorted(self._wired):
+            self._air.switched(host, False)
+        standard = self._radio.standard
+        ack_ns = standard.sifs_ns + standard.airtime_ns(ACK_BYTES, 0) + standard.slot_ns
+        outlets = [AirOutlet(station, PlainQueue(params.queue), self._air, params.rate_bps, ack_ns)
+                   for station in range(len(names))]
+        self._channels = {count + k: one.channel for k, one in enumerate(self._access_points)}
+        self.associations = Associations(
+            settings, self._air, self._radio, outlets,
+            [host for host in range(count) if host not in self._wired], self._channels,
+            ack_ns)
+        self.associations.begin(names)
+        self._ways = Ways(context, self._air, wires, outlets, times)
+        self._floods = Floods(context, self._ways, self.associations, tuple(self._channels),
+                              self._wired)
+
+    def send(self, frame: ports.Frame) -> None:
+        source, access_point = frame.source, None
+        there = self._floods.spread if frame.broadcast else self._pass_on
+        if source not in self._wired:
+            access_point = self.associations.access_point(source)
+            if access_point is None:
+                self._context.settle_many(frame, frame.receivers, _NOT_ASSOCIATED)
+                return
+        trip = Trip(frame, self._context.flow(frame), self._context.now_ns)
+        if access_point is None:
+            there(trip, source)
+        else:
+            self._ways.up(trip, access_point, there)
+
+    def _pass_on(self, trip: Trip, station: int) -> None:
+        """A unicast frame is at ``station``, an access point or a wired host."""
+        (dest,) = trip.frame.receivers
+        at = dest if dest in self._wired else self.associations.known(dest)
+        if at is None:
+            self._context.settle(trip.frame, dest, _NOBODY)
+        elif station == dest or not trip.left:
+            self._ways.end(trip, (dest,))
+        elif at == station:
+            self._ways.down(trip, station, dest)
+        else:
+            self._ways.along(trip, station, (at,), self._pass_on)
+
+    def switched(self, host: int, up: bool) -> None:
+        """A host has started or stopped."""
+        if host not in self._wired:
+            self._air.switched(host, up)
+            self.associations.switched(host, up)
+
+    def separates(self, host: int, other: int) -> bool:
+        """Whether one of the two hangs on no access point now."""
+        return any(one not in self._wired and self.associations.access_point(one) is None
+                   for one in (host, other))
+
+    def control(self) -> tuple[int, int]:
+        """Beacons and management frames so far, and their bytes on the air."""
+        control = self.associations.control
+        return control.frames, control.bytes
+
+    def attempts(self) -> tuple[int, int]:
+        """``ports.CountsAttempts``: of stations and access points."""
+        return self._radio.attempts()
+
+    def busy_ns(self, hosts: Sequence[int]) -> list[int]:
+        """For how long each access point was sending or heard others."""
+        return self._radio.busy_ns(list(self._channels))
+
+    def channels(self, hosts: Sequence[int]) -> list[str]:
+        """The access points with their channels."""
+        return [f"{self._names[one]} (channel {channel})"
+                for one, channel in self._channels.items()]
+
+    def airtime_ns(self, hosts: Sequence[int]) -> list[tuple[int, int]]:
+        """``ports.CountsAirtime``; wired hosts have none."""
+        return [(0, 0) if host in self._wired else own
+                for host, own in zip(hosts, self._radio.airtime_ns(hosts), strict=True)]
+
+
+def _radio(params: DcfRadio.Params, access_points: Sequence[AccessPoint]) -> DcfRadio:
+    """The radio of all stations. Broadcasts go at the lowest basic rate if no other is given."""
+    basic_bps = params.basic_rates_bps or [
+        round(1e6 * mbps) for mbps in STANDARDS[params.standard].basic_mbps]
+    return DcfRadio(params.model_copy(update={
+        "queue": _RADIO_PACKETS, "channel": access_points[0].channel,
+        "channels": {name: one.channel for name, one in zip(
+            names_of(access_points, ()), access_points, strict=True)},
+        "broadcast_rate_bps": params.broadcast_rate_bps or min(basic_bps)}))
+
+
+def _check(settings: Settings, params: DcfRadio.Params, hosts: tuple[str, ...]) -> None:
+    if params.channels:
+        raise InputError(".channels: stations take the channels of their access points; allowed: "
+                         "access_points without it")
+    for name in settings.wired:
+        if name not in hosts:
+            raise InputError(f".infrastructure.wired: no host {name!r}"
+                             f"{did_you_mean(name, hosts)}; hosts are {', '.join(hosts)}")

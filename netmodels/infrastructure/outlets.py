@@ -1,0 +1,176 @@
+"""The queue in front of a station's radio, which takes in little at a time."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from desim import ports
+from desim.units import airtime_ns
+from netmodels.hops import Hops
+from netmodels.infrastructure.packet_queue import Dropped, PacketQueue, Waiting
+from netmodels.infrastructure.trips import Trip
+
+# What a radio has taken in and not sent yet, as airtime at the medium's rate (Linux:
+# IEEE80211_DEFAULT_AQL_TXQ_LIMIT_L of include/net/cfg80211.h, 5000 us).
+RADIO_NS = 5_000_000
+# What an access point keeps for a station that sleeps; the oldest is dropped (Linux:
+# STA_MAX_TX_BUFFER of net/mac80211/sta_info.h).
+KEPT_PACKETS = 64
+
+
+class AirHop:
+    """The packets of a trip on one hop over the air, to one of ``receivers`` or, as broadcasts,
+    to all. Packets go by their number among those that were left of it; ``lost`` has those that did
+    not come to a receiver, and why. ``over(hop, leg)`` is called when each has its fate everywhere,
+    with the last frame that was sent (None: none was)."""
+
+    def __init__(self, trip: Trip, receivers: tuple[int, ...], broadcast: bool,
+                 over: Callable[[AirHop, ports.Frame | None], object]) -> None:
+        self.trip, self.receivers, self.broadcast = trip, receivers, broadcast
+        self._over = over
+        self.sizes = trip.sizes()
+        self.lost: dict[int, dict[int, str]] = {receiver: {} for receiver in receivers}
+        self._open = len(self.sizes) * len(receivers)
+
+    def settle(self, receivers: Sequence[int], packets: Sequence[int], lost: dict[int, str],
+               leg: ports.Frame | None) -> None:
+        """These packets have their fate at these receivers: ``lost`` for a reason, or arrived."""
+        if lost:
+            for receiver in receivers:
+                self.lost[receiver] |= lost
+        self._open -= len(packets) * len(receivers)
+        if not self._open:
+            self._over(self, leg)
+
+
+class _Train:
+    """Packets of a hop that the radio takes in together. ``left``: receivers at which they have no
+    fate yet."""
+
+    def __init__(self, hop: AirHop) -> None:
+        self.hop, self.left = hop, len(hop.receivers)
+        self.packets: list[int] = []
+        self.size_bytes = self.air_ns = 0
+
+    def takes(self, hop: AirHop) -> bool:
+        """Whether a packet of this hop may follow: broadcasts go one by one."""
+        return hop is self.hop and not hop.broadcast
+
+
+class AirOutlet:
+    """The packets that wait at a station for its radio, which takes in those
+    for ``RADIO_NS``, and consecutive ones of a trip as one train."""
+
+    def __init__(self, station: int, queue: PacketQueue, air: Hops, rate_bps: int, ack_ns: int
+                 ) -> None:
+        """``ack_ns``: from a frame's arrival until its acknowledgement is there, at most."""
+        self._station, self._queue, self._air = station, queue, air
+        self._rate_bps, self._ack_ns = rate_bps, ack_ns
+        self._inside_ns = 0  # airtime that the radio has taken in
+        self._paused = False
+        self._when_empty: Callable[[None], object] | None = None
+        self._asleep: dict[int, deque[Waiting]] = {}  # by station: what is kept for it
+        self._awake: deque[Waiting] = deque()  # what was kept, and goes first now
+
+    def take(self, hop: AirHop) -> None:
+        """Let the packets of a hop wait for the radio."""
+        now_ns = self._air.now_ns
+        dropped = self._queue.push(now_ns, [
+            Waiting(hop, number, size_bytes, now_ns)
+            for number, size_bytes in enumerate(hop.sizes)])
+        self._serve()
+        _lose(dropped)
+
+    def pause(self, then: Callable[[None], object]) -> None:
+        """Let the radio take in no more until ``resume``; call ``then`` when it has sent all, and
+        has the last acknowledgement."""
+        self._paused, self._when_empty = True, then
+        self._notify_empty()
+
+    def resume(self) -> None:
+        """Go on."""
+        self._paused, self._when_empty = False, None
+        self._serve()
+
+    def keep(self, dest: int) -> None:
+        """Keep packets for a station from now on, which cannot hear them."""
+        self._asleep.setdefault(dest, deque())
+
+    def release(self, dest: int) -> None:
+        """Let the packets that were kept for a station go."""
+        self._awake.extend(self._asleep.pop(dest, ()))
+        self._serve()
+
+    def flush(self, dest: int | None, reason: str) -> None:
+        """Drop what waits or is kept for one station alone (None: all that there is)."""
+        kept = [self._asleep.pop(one) for one in list(self._asleep) if dest in (None, one)]
+        self._awake, awake = deque(), self._awake
+        self._awake.extend(waiting for waiting in awake if not waiting.only_for(dest))
+        gone = [*(waiting for those in kept for waiting in those),
+                *(waiting for waiting in awake if waiting.only_for(dest)),
+                *self._queue.take_out(dest)]
+        _lose([(waiting, reason) for waiting in gone])
+
+    def _serve(self) -> None:
+        now_ns = self._air.now_ns
+        trains: list[_Train] = []
+        dropped: list[Dropped] = []
+        while not self._paused and self._inside_ns < RADIO_NS:
+            waiting = (self._awake.popleft() if self._awake
+                       else self._queue.pop(now_ns, dropped))
+            if waiting is None:
+                break
+            if self._sleeps(waiting.hop):
+                kept = self._asleep[waiting.hop.receivers[0]]
+                kept.append(waiting)
+                if len(kept) > KEPT_PACKETS:
+                    dropped.append((kept.popleft(), "queue_full"))
+                continue
+            if not trains or not trains[-1].takes(waiting.hop):
+                trains.append(_Train(waiting.hop))
+            train, air_ns = trains[-1], airtime_ns(waiting.size_bytes, self._rate_bps)
+            train.packets.append(waiting.number)
+            train.size_bytes += waiting.size_bytes
+            train.air_ns += air_ns
+            self._inside_ns += air_ns
+        for train in trains:
+            hop = train.hop
+            self._air.send(self._station, hop.receivers, train.size_bytes, len(train.packets),
+                           hop.broadcast, partial(self._sent, train), hop.trip.frame.id)
+        _lose(dropped)
+
+    def _sent(self, train: _Train, leg: ports.Frame, receivers: Sequence[int],
+              verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
+        packets = train.packets
+        gone = {packets[number]: reason for number, reason in lost.items()}
+        if isinstance(verdict, ports.Drop):
+            gone = dict.fromkeys(packets, verdict.reason) | gone
+        train.left -= len(receivers)
+        if not train.left:
+            self._inside_ns -= train.air_ns
+            self._serve()
+        hop = train.hop
+        if gone and self._sleeps(hop):  # it could not hear them: they wait for it as the others
+            self._asleep[receivers[0]].extendleft(
+                Waiting(hop, number, hop.sizes[number], self._air.now_ns)
+                for number in sorted(gone, reverse=True))
+            packets = [number for number in packets if number not in gone]
+            gone = {}
+        hop.settle(receivers, packets, gone, leg)
+        self._notify_empty()
+
+    def _sleeps(self, hop: AirHop) -> bool:
+        """Whether a hop goes to a station that sleeps."""
+        return not hop.broadcast and hop.receivers[0] in self._asleep
+
+    def _notify_empty(self) -> None:
+        if not self._inside_ns and self._when_empty is not None:
+            then, self._when_empty = self._when_empty, None
+            self._air.at(self._air.now_ns + self._ack_ns, then)
+
+
+def _lose(dropped: Sequence[Dropped]) -> None:
+    for waiting, reason in dropped:
+        waiting.hop.settle(waiting.hop.receivers, (waiting.number,), {waiting.number: reason}, None)

@@ -1,0 +1,31 @@
+"""The parameters of a network of access points, beside those of its radios."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from desim import ports
+from netmodels.infrastructure.joining import JoiningConstants, Security
+from netmodels.infrastructure.roaming import Roaming
+from netmodels.switch import Switch
+
+
+class Settings(ports.Params):
+    """The network of access points: the wires behind them, how stations get to them and change
+    between them."""
+
+    wired: tuple[str, ...] = Field((), description=(
+        "hosts with a cable instead of a radio, beside the access points (none)"))
+    wires: Switch.Params = Field(Switch.Params(), description=(
+        "between access points and wired hosts (a switch with its own defaults)"))
+    security: Security = Field("wpa2", description=(
+        "of joining: with the 4-way handshake of a shared key, or open (what networks have)"))
+    fast_transition: bool = Field(False, description=(
+        "802.11r: a station that changes brings its keys along (hostapd: off)"))
+    associated: bool = Field(True, description=(
+        "whether stations hang on the access point that they hear best when a run begins (as those "
+        "that were switched on before)"))
+    roaming: Roaming = Field(Roaming(), description="when a station looks for another access point "
+                                                    "(NetworkManager with wpa_supplicant)")
+    constants: JoiningConstants = Field(JoiningConstants(), description=(
+        "of beacons, scans and joining (Linux)"))
