@@ -7,7 +7,12 @@ from collections.abc import Sequence
 from desim import ports
 from desim.errors import InputError, did_you_mean
 from netmodels.hops import Hops
-from netmodels.infrastructure.access_points import AccessPoint, WithAccessPoints, check_channels, names_of
+from netmodels.infrastructure.access_points import (
+    AccessPoint,
+    WithAccessPoints,
+    check_channels,
+    names_of,
+)
 from netmodels.infrastructure.associations import Associations
 from netmodels.infrastructure.floods import Floods
 from netmodels.infrastructure.outlets import AirOutlet
