@@ -77,7 +77,8 @@ class Replay(Itemized):
         self._measured = measured(params, quantities, hosts, context)
         self._attempts, self._once, rate_bps = None, _RATIO, params.rate_bps
         if self._measured.column == "rssi_dbm":
-            rate, lowest = chosen_rates(params.standard, params.rate_bps, None)
+            rate, lowest = chosen_rates(STANDARDS[params.standard], params.standard,
+                                        params.rate_bps, None)
             self._errors = _by_errors(params)
             self._once = rate
             if params.rate_control is not None:

@@ -18,7 +18,7 @@ from netmodels.multihop.batman import HEADER_BYTES, BatmanConstants
 from netmodels.multihop.static import StaticParams
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import delivery
-from netmodels.radio.standards import STANDARDS, chosen_rates, psdu_bytes
+from netmodels.radio.standards import STANDARDS, psdu_bytes
 from netmodels.tdma import Tdma
 
 RANGE, INTERFERENCE = 1.1, 2.1  # of a frame, in hops: of ideal and tdma
@@ -141,7 +141,7 @@ class RelayChain:
 
 def _check_reach(radio: DcfRadio.Params, spacing_m: float, size_bytes: int) -> None:
     """Refuse a rate that no hop of ``spacing_m`` can be used at. Raises ``InputError``."""
-    rate, _ = chosen_rates(_STANDARD, radio.rate_bps, None)
+    rate, _ = radio.rates()
     power_dbm = radio.power_dbm - radio.loss().loss_db(spacing_m)
     share = float(delivery(power_dbm, STANDARDS[_STANDARD], rate, psdu_bytes(size_bytes, 1),
                            radio.reception.for_stations()))

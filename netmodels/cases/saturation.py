@@ -7,14 +7,15 @@ from typing import Literal
 
 from pydantic import Field
 
-from desim import ports
 from desim.errors import InputError
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.units import BitRate, ByteSize, Period, airtime_ns
 from netmodels.cases.traffic import MOST_80211_BYTES, SAME_POWER, UDP_IP_BYTES, numbered
 from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio.dcf.radio import DcfRadio
-from netmodels.radio.standards import STANDARDS, StandardName, chosen_standard
+from netmodels.radio.dcf.stations import Aggregation
+from netmodels.radio.modulation import Modulation
+from netmodels.radio.standards import STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
 _WARM_UP = 0.1  # of that time
@@ -26,9 +27,7 @@ class Saturation:
     drops of the distributed coordination function. Nobody's frame is stronger, so that of two that
     begin together both are lost."""
 
-    class Params(ports.Params):
-        standard: StandardName = Field("11g", description="timing and rates (as "
-                                                                          "the radio)")
+    class Params(Modulation):
         rate_bps: BitRate | None = Field(None, examples=["54 Mb/s"], description=(
             "of data (the standard's highest)"))
         stations: int = Field(10, ge=1, le=1000, description="that send (a fleet)")
@@ -52,7 +51,6 @@ class Saturation:
 
     def setup(self) -> Setup:
         p = self.params
-        rate_bps = p.rate_bps or round(STANDARDS[p.standard].rates[-1].mbps * 1e6)
         headers_bytes = p.headers_bytes
         if headers_bytes is None:
             headers_bytes = 0 if p.standard == "11b" else UDP_IP_BYTES
@@ -61,16 +59,27 @@ class Saturation:
             raise InputError(f".{key}: {p.payload_bytes} B of payload and {headers_bytes} B of "
                              f"headers are too long for 802.11; at most {MOST_80211_BYTES} B")
         size_bytes = p.payload_bytes + headers_bytes + ETHERNET_BYTES
-        duration_ns = p.duration_ns or _FRAMES * airtime_ns(size_bytes, rate_bps)
+        params = self._radio()
+        standard, (rate, _) = params.of_standard(), params.rates()
+        duration_ns = p.duration_ns or _FRAMES * airtime_ns(
+            size_bytes, round(1e6 * standard.rates[rate].mbps))
         warm_up_ns = round(_WARM_UP * duration_ns)
         senders = numbered("sender", p.stations)
         receivers = (numbered("receiver", p.stations) if p.topology == "pairs"
                      else ("sink",) * p.stations)
-        standard = chosen_standard(p.standard, p.basic_rates_bps or None)
-        radio = DcfRadio(DcfRadio.Params(preset=p.preset, standard=p.standard,
-                                         rate=f"{rate_bps} b/s", path_loss=SAME_POWER),
-                         replace(standard, slot_ns=p.slot_ns or standard.slot_ns))
+        radio = DcfRadio(params, replace(standard, slot_ns=p.slot_ns or standard.slot_ns))
+        backlog = 2 * Aggregation().packets if params.aggregated() else 0
         return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
-                     [Flow(sender, (receiver,), size_bytes, p.payload_bytes)
+                     [Flow(sender, (receiver,), size_bytes, p.payload_bytes, backlog=backlog)
                       for sender, receiver in zip(senders, receivers, strict=True)],
                      warm_up_ns + duration_ns, warm_up_ns)
+
+    def _radio(self) -> DcfRadio.Params:
+        given = self.params.model_dump(by_alias=True, exclude_none=True, include={
+            *Modulation.model_fields, "preset", "rate_bps"})
+        if self.params.basic_rates_bps:
+            given["basic_rates"] = [f"{bps} b/s" for bps in self.params.basic_rates_bps]
+        if "rate" not in given and not self.params.has_mcs:
+            highest_mbps = STANDARDS[self.params.standard].rates[-1].mbps
+            given["rate"] = f"{highest_mbps} Mb/s"
+        return DcfRadio.Params(path_loss=SAME_POWER, **given)

@@ -66,20 +66,20 @@ class Air:
         self._update_ns = params.update_ns
         self._fades = None if params.fading is None else params.fading.of(
             everybody, context.stream, standard.carrier_hz(params.channel),
-            params.reception.found_dbm)
+            params.receiver().preamble_dbm)
         keys = np.array([one.context.stream("backoff", host).integers(2 ** 64, dtype=np.uint64)
                          for one in self.radios for host in hosts], np.uint64)
-        errors = error_table(tuple(rate.mbps for rate in standard.rates))
+        errors = error_table(tuple(rate.scheme for rate in standard.rates))
         self._judges = [one.context.judge_transmission for one in self.radios]
         judged = any(judge is not None for judge in self._judges)
         ledgers = [one.ledger for one in self.radios if one.ledger is not None]
-        self.stations = Stations(standard, keys, errors, params.reception.for_stations(),
+        self.stations = Stations(standard, keys, errors, params.receiver(),
                                  params.queue, params.retries,
                                  params.constants.window_failures or params.retries,
                                  params.constants.lifetime_ns,
                                  first_rate=radio.rate if params.rate_control else None,
                                  judged=judged, difs_first=params.constants.difs_first,
-                                 timed=bool(ledgers))
+                                 timed=bool(ledgers), aggregation=params.aggregated())
         self._times = AirTimes(ledgers, self._hosts, self.stations) if ledgers else None
         self._unaware = params.reception.constants.unaware
         self._attempts: dict[int, Callable[[int, int], int]] = {}  # the next rate, by outcome
@@ -183,7 +183,7 @@ class Air:
             # A sender whose acknowledgement was lost repeats a packet that has arrived.
             waiting = queued.get(key) or self._arrived[key]
             if not plain:
-                if not self._concerns(waiting, station, what, hearer, packet):
+                if not self._concerns(waiting, station, position, what, hearer, packet):
                     continue
                 what, hearer = RECEIVED if what == HEARD else what, hearer % self._hosts
             if waiting.note(what, hearer, packet):
@@ -236,18 +236,19 @@ class Air:
             self._context, list(hosts[:received]), list(hosts[received:]),
             self._links.finders(station))
 
-    def _concerns(self, waiting: QueuedFrame, station: int, what: int, hearer: int, packet: int
-                  ) -> bool:
+    def _concerns(self, waiting: QueuedFrame, station: int, position: int, what: int, hearer: int,
+                  packet: int) -> bool:
         """Whether an outcome is one of this frame's own radio, and passes its rules."""
         number = station // self._hosts
         if hearer >= 0 and hearer // self._hosts != number:
             return False  # a broadcast of another radio
-        if what == HEARD or what == RECEIVED and self._judges[number] is not None:
-            return self._passes(waiting, station, what, hearer % self._hosts, packet)
+        if what == HEARD or (what == RECEIVED and waiting.frame.broadcast
+                             and self._judges[number] is not None):
+            return self._passes(waiting, station, position, what, hearer % self._hosts, packet)
         return True
 
-    def _passes(self, waiting: QueuedFrame, station: int, what: int, receiver: int, packet: int
-                ) -> bool:
+    def _passes(self, waiting: QueuedFrame, station: int, position: int, what: int, receiver: int,
+                packet: int) -> bool:
         """Whether rules let a packet pass that ``receiver`` has decoded, and it has to be noted:
         each one of a broadcast, and the last one of a train when it comes for the first time."""
         frame, now_ns, number = waiting.frame, self._context.now_ns, station // self._hosts
@@ -256,7 +257,7 @@ class Air:
         judge = self._judges[number]
         drop = None if judge is None else judge(waiting.packet(packet, receiver), receiver)
         if what == HEARD:
-            first = self.stations.judge(now_ns, station, drop is not None)
+            first = self.stations.judge(now_ns, station, position, packet, drop is not None)
             return first and packet == waiting.packets - 1
         if drop is not None:
             waiting.lose(drop.reason, receiver, packet)

@@ -33,7 +33,7 @@ def delivery(power_dbm: np.ndarray | float, standard: Standard, rate: int, psdu_
     payload_bits = (standard.airtime_ns(psdu_bytes, rate) - how.payload_ns) * 1e-3 * how.mbps
     with np.errstate(divide="ignore"):  # where a bit is never right
         right = np.exp(header_bits * np.log1p(-bit_error(lowest.mbps, ratio))
-                       + payload_bits * np.log1p(-bit_error(how.mbps, ratio)))
+                       + payload_bits * np.log1p(-bit_error(how.scheme, ratio)))
     found = (power_dbm >= reception.preamble_dbm) & (above_db >= reception.preamble_db)
     return np.where(found, right, 0.0)
 

@@ -1,4 +1,4 @@
-"""Bit errors by signal to noise ratio: closed forms for the rates of 802.11a, b and g.
+"""Bit errors by signal to noise ratio: closed forms for the rates of 802.11.
 
 OFDM: Pei and Henderson 2010, "Validation of OFDM error rate model in ns-3" (the NIST model): the
 raw bit error rate of the modulation in white noise, and the union bound of a Viterbi decoder of the
@@ -15,7 +15,8 @@ from scipy.special import erfc
 
 # (factor, divisor) of the raw bit error rate, factor * erfc(sqrt(ratio / divisor)), of square
 # constellations with Gray mapping, by coded bits per subcarrier.
-_MODULATIONS = {1: (1 / 2, 1), 2: (1 / 2, 2), 4: (3 / 8, 10), 6: (7 / 24, 42)}
+_MODULATIONS = {1: (1 / 2, 1), 2: (1 / 2, 2), 4: (3 / 8, 10), 6: (7 / 24, 42), 8: (15 / 64, 170),
+                10: (31 / 160, 682)}
 
 # By code rate: input bits of a branch, least exponent and its step, and how many bits are wrong on
 # all paths of that distance (Frenger, Orten, Ottosson 1998; table 1 of Pei and Henderson).
@@ -24,11 +25,14 @@ _CODES = {
     "2/3": (2, 6, 1, (3, 70, 285, 1276, 6160, 27128, 117019, 498860, 2103891, 8784123)),
     "3/4": (3, 5, 1, (42, 201, 1492, 10469, 62935, 379644, 2253373, 13073811, 75152755,
                       428005675)),
+    "5/6": (5, 4, 1, (92, 528, 8694, 79453, 792114, 7375573, 67884974, 610875423, 5427275376,
+                      47664215639)),
 }
 
-_SCHEMES = {  # by rate in Mb/s: coded bits per subcarrier, code
+_SCHEMES = {  # by ``standards.Rate.scheme``: coded bits per subcarrier, code
     6: (1, "1/2"), 9: (1, "3/4"), 12: (2, "1/2"), 18: (2, "3/4"), 24: (4, "1/2"), 36: (4, "3/4"),
-    48: (6, "2/3"), 54: (6, "3/4"),
+    48: (6, "2/3"), 54: (6, "3/4"), 60: (6, "5/6"), 72: (8, "3/4"), 80: (8, "5/6"),
+    90: (10, "3/4"), 100: (10, "5/6"),
 }
 
 _CHIPS = 22  # bandwidth in MHz that the noise of DSSS is measured in (Pei and Henderson 2009)

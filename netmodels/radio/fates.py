@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from desim import ports
 from netmodels.partial_trains import settle_without
-from netmodels.radio.dcf.stations import DROPPED, EXPIRED, MISSED, RECEIVED
+from netmodels.radio.dcf.stations import DROPPED, EXPIRED, GIVEN_UP, LAPSED, MISSED, RECEIVED
 
 _ARRIVED, _COLLISION = ports.Deliver(0), ports.Drop("collision")
 _ERROR = ports.Drop("channel_error")
@@ -14,8 +14,8 @@ _OUT_OF_REACH = ports.Drop("out_of_reach")
 
 
 class QueuedFrame:
-    """The first ``packets`` of a frame in a sender's queue. ``given_up`` are a unicast frame's
-    packets, ``expired`` is the first that was too old. Of a broadcast by receiver, bit k for packet
+    """The first ``packets`` of a frame in a sender's queue. ``given_up`` and ``expired`` are
+    packets of a unicast frame. Of a broadcast by receiver, bit k for packet
     k: those ``got``, and those ``lost`` for a reason."""
 
     __slots__ = ("frame", "packets", "given_up", "expired", "got", "lost")
@@ -23,7 +23,7 @@ class QueuedFrame:
     def __init__(self, frame: ports.Frame, packets: int) -> None:
         self.frame, self.packets = frame, packets
         self.given_up: list[int] = []
-        self.expired = packets
+        self.expired: list[int] = []
         self.got: dict[int, int] = {}
         self.lost: dict[str, dict[int, int]] = {}
 
@@ -34,14 +34,17 @@ class QueuedFrame:
                 return True
             self.got[receiver] = self.got.get(receiver, 0) | 1 << packet
             return False
-        if what == DROPPED:
+        if what in (DROPPED, GIVEN_UP):
             self.given_up.append(packet)
-            return packet == self.packets - 1
+            return what == DROPPED and packet == self.packets - 1
+        if what == LAPSED:
+            self.expired.append(packet)
+            return False
         if what == MISSED:
             self.lose("channel_error", receiver, packet)
             return False
         if what == EXPIRED:
-            self.expired = packet
+            self.expired.extend(range(packet, self.packets))
         return True
 
     def lose(self, reason: str, receiver: int, packet: int) -> None:
@@ -58,10 +61,9 @@ class QueuedFrame:
     def settle(self, context: ports.Context) -> None:
         """Settle a unicast frame: packets that were given up or expired are lost."""
         frame = self.frame
-        if self.given_up or self.expired < self.packets:
+        if self.given_up or self.expired:
             settle_without(context, frame, frame.receivers[0], {
-                "retry_limit": self.given_up, "expired": range(self.expired, self.packets)},
-                sent=self.packets)
+                "retry_limit": self.given_up, "expired": self.expired}, sent=self.packets)
         else:
             context.settle(frame, frame.receivers[0], _ARRIVED)
 

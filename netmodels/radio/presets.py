@@ -59,7 +59,8 @@ PRESETS: dict[str, dict[str, object]] = {
             "noise_figure": "7 dB", "energy": "-82 dBm", "preamble": "-82 dBm", "constants": {
                 "heard": "-101 dBm", "preamble_above": "4 dB", "unaware": True, "eifs": "frame",
                 "gives_up": True}},
-        "queue": 500, "retries": 7, "constants": {"window_failures": 8, "difs_first": True},
+        "queue": 500, "retries": 7, "constants": {
+            "window_failures": 8, "difs_first": True, "block_requests": True},
     },
 }
 

@@ -1,7 +1,7 @@
 """Timing, rates, channels and frame formats of 802.11a, b and g.
 
 Numbers of IEEE 802.11-2016: clause 17 (OFDM, 5 GHz), 16 (DSSS and CCK, long preamble), 18 (ERP),
-and 10.3 for the interframe spaces. Nothing is aggregated and no station has QoS.
+and 10.3 for the interframe spaces. ``high_throughput`` has the later ones.
 """
 
 from __future__ import annotations
@@ -23,22 +23,42 @@ LLC_BYTES = 8  # logical link control and SNAP, in the place of Ethernet's heade
 MAC_BYTES = 24 + 4  # header and check sequence of 802.11
 ACK_BYTES = CTS_BYTES = 14
 RTS_BYTES = 20
+BLOCK_REQUEST_BYTES = 24  # (9.3.1.8)
+DELIMITER_BYTES = 4  # before each packet of an aggregate (9.7.1)
 MOST_BYTES = MSDU_BYTES - LLC_BYTES + ETHERNET_BYTES  # of a packet of the host, as that counts it
 
 
 class Rate(NamedTuple):
     """One rate: ``bits`` a symbol of ``symbol_ns`` (DSSS: 8 bits, whose time is rounded up to whole
-    us at the end). Header and payload begin ``header_ns`` and ``payload_ns`` after the frame."""
+    us at the end). Header and payload begin ``header_ns`` and ``payload_ns`` after the frame.
+    ``mcs``: the index of modulation and coding since 802.11n."""
 
     mbps: float
     bits: int
     symbol_ns: int
     header_ns: int
     payload_ns: int
+    mcs: int | None = None
 
     @property
     def ofdm(self) -> bool:
         return self.symbol_ns > 0
+
+    @property
+    def modulation(self) -> tuple[bool, bool]:
+        """Equal for rates of one modulation: DSSS, OFDM, or OFDM with an MCS."""
+        return self.ofdm, self.mcs is not None
+
+    @property
+    def scheme(self) -> float:
+        """What ``errors.bit_error`` knows it by: the rate in Mb/s that 802.11a has with the same
+        modulation and code, or what it would have."""
+        return self.mbps if self.mcs is None else MCS_MBPS[self.mcs]
+
+
+# The rate of 802.11a with the modulation and code of each MCS; from 60 on (64-QAM with 5/6) it has
+# none, and these would be it: 48 subcarriers, 4 us.
+MCS_MBPS = (6, 12, 18, 24, 36, 48, 54, 60, 72, 80, 90, 100)
 
 
 def _ofdm(*rates: int) -> tuple[Rate, ...]:
@@ -65,10 +85,17 @@ class Standard:
     last_channel: int
     extension_ns: int = 0  # silence behind OFDM frames (ERP: for the decoder)
     cw_max: int = 1023
+    # Since 802.11n: slots of the wait before a backoff (AIFSN; DIFS has 2), bytes that QoS adds to
+    # a packet and a delimiter to one that goes alone.
+    aifsn: int = 2
+    qos_bytes: int = 0
+    alone_bytes: int = 0
+    block_ack_bytes: int = 32  # for 64 packets (9.3.1.9)
 
     @property
     def difs_ns(self) -> int:
-        return self.sifs_ns + 2 * self.slot_ns
+        """DIFS, with QoS AIFS (10.3.2.3.5)."""
+        return self.sifs_ns + self.aifsn * self.slot_ns
 
     @property
     def eifs_ns(self) -> int:
@@ -86,11 +113,13 @@ class Standard:
 
     def alike(self, rate: int) -> list[int]:
         """The rates of the same modulation, the slowest first."""
-        return [k for k, other in enumerate(self.rates) if other.ofdm == self.rates[rate].ofdm]
+        modulation = self.rates[rate].modulation
+        return [k for k, other in enumerate(self.rates) if other.modulation == modulation]
 
     def lowest(self, rate: int) -> int:
-        """The lowest rate of the same modulation: of headers, and of what everybody is to hear."""
-        return self.alike(rate)[0]
+        """The lowest rate of the same modulation, of OFDM for an MCS: of headers, and of what
+        everybody is to hear."""
+        return next(k for k, other in enumerate(self.rates) if other.ofdm == self.rates[rate].ofdm)
 
     def airtime_ns(self, psdu_bytes: int, rate: int) -> int:
         """Airtime of a frame of ``psdu_bytes`` at ``rates[rate]``; OFDM adds 16 service and 6 tail
@@ -101,12 +130,32 @@ class Standard:
             return how.payload_ns + symbols * how.symbol_ns + self.extension_ns
         return how.payload_ns + 1000 * -(-80 * psdu_bytes // round(10 * how.mbps))
 
+    def legacy_rate(self, name: str, key: str, bps: int) -> int:
+        """The index of a rate without an MCS. Raises ``InputError`` for one that this standard of
+        that ``name`` does not have."""
+        for k, rate in enumerate(self.rates):
+            if round(rate.mbps * 1e6) == bps and rate.mcs is None:
+                return k
+        raise InputError(f".{key}: {bps / 1e6:g} Mb/s is no rate of {name}; allowed: " + ", ".join(
+            f"{rate.mbps:g} Mb/s" for rate in self.rates if rate.mcs is None))
+
+    def with_basic(self, name: str, basic_rates_bps: Sequence[int] | None) -> Standard:
+        """With these basic rates instead of its own. Raises ``InputError`` for rates that it does
+        not have."""
+        if basic_rates_bps is None:
+            return self
+        return replace(self, basic_mbps=tuple(
+            self.rates[self.legacy_rate(name, f"basic_rates.{k}", bps)].mbps
+            for k, bps in enumerate(basic_rates_bps)))
+
     def reply_rate(self, rate: int) -> int:
         """The rate of acknowledgements and CTS: the highest basic rate of the same modulation that
-        is not above the frame's (10.7.6.5.2), the lowest one where there is none."""
-        basic = [k for k in self.alike(rate)
-                 if k <= rate and self.rates[k].mbps in self.basic_mbps]
-        return max(basic, default=self.lowest(rate))
+        is not above the frame's (10.7.6.5.2), the lowest one where there is none. An MCS counts
+        as the rate of its modulation and code (10.7.6.5.3)."""
+        lowest, most = self.lowest(rate), self.rates[rate].scheme
+        basic = [k for k in self.alike(lowest)
+                 if self.rates[k].mbps <= most and self.rates[k].mbps in self.basic_mbps]
+        return max(basic, default=lowest)
 
 
 def psdu_bytes(size_bytes: int, segments: int) -> int:
@@ -116,14 +165,14 @@ def psdu_bytes(size_bytes: int, segments: int) -> int:
 
 
 @lru_cache(1 << 10)
-def train_bytes(size_bytes: int, segments: int) -> tuple[int, int]:
-    """The first packet of a train on the air, and the last one. Raises ``InputError`` for a packet
-    that 802.11 has no frame for."""
+def train_bytes(size_bytes: int, segments: int, more_bytes: int = 0) -> tuple[int, int]:
+    """The first packet of a train on the air, and the last one, with ``more_bytes`` each. Raises
+    ``InputError`` for a packet that 802.11 has no frame for."""
     sizes = packet_sizes(size_bytes, segments)
     if sizes[0] > MOST_BYTES:
         raise InputError(f"a packet of {sizes[0]} B is too long for 802.11; at most {MOST_BYTES} B "
                          "with Ethernet's headers")
-    return psdu_bytes(sizes[0], 1), psdu_bytes(sizes[-1], 1)
+    return psdu_bytes(sizes[0], 1) + more_bytes, psdu_bytes(sizes[-1], 1) + more_bytes
 
 
 A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
@@ -136,37 +185,19 @@ G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
              band_hz=2.407e9, last_channel=14, extension_ns=6_000)
 
 StandardName = Literal["11a", "11b", "11g"]
+RadioName = Literal["11a", "11b", "11g", "11n", "11ac", "11ax"]
 STANDARDS = {"11a": A, "11b": B, "11g": G}
 
 
-def chosen_rates(standard: str, rate_bps: int, broadcast_rate_bps: int | None) -> tuple[int, int]:
-    """The rates of unicast and of broadcast frames, as indices of ``STANDARDS[standard].rates``;
-    the latter by default the lowest of the same modulation. Raises ``InputError`` for rates that
-    the standard does not have."""
-    unicast = _index(standard, "rate", rate_bps)
+def chosen_rates(standard: Standard, name: str, rate_bps: int, broadcast_rate_bps: int | None
+                 ) -> tuple[int, int]:
+    """The rates of unicast and of broadcast frames, as indices of ``standard.rates``; the latter by
+    default the lowest of the same modulation. Raises ``InputError`` for rates that the standard
+    does not have."""
+    unicast = standard.legacy_rate(name, "rate", rate_bps)
     if broadcast_rate_bps is not None:
-        return unicast, _index(standard, "broadcast_rate", broadcast_rate_bps)
-    return unicast, STANDARDS[standard].lowest(unicast)
-
-
-def chosen_standard(standard: str, basic_rates_bps: Sequence[int] | None) -> Standard:
-    """With these basic rates instead of its own. Raises ``InputError`` for rates that it does not
-    have."""
-    chosen = STANDARDS[standard]
-    if basic_rates_bps is None:
-        return chosen
-    return replace(chosen, basic_mbps=tuple(
-        chosen.rates[_index(standard, f"basic_rates.{k}", bps)].mbps
-        for k, bps in enumerate(basic_rates_bps)))
-
-
-def _index(standard: str, key: str, bps: int) -> int:
-    rates = STANDARDS[standard].rates
-    for k, rate in enumerate(rates):
-        if round(rate.mbps * 1e6) == bps:
-            return k
-    raise InputError(f".{key}: {bps / 1e6:g} Mb/s is no rate of {standard}; allowed: "
-                     f"{', '.join(f'{rate.mbps:g} Mb/s' for rate in rates)}")
+        return unicast, standard.legacy_rate(name, "broadcast_rate", broadcast_rate_bps)
+    return unicast, standard.lowest(unicast)
 
 
 def channels_of(hosts: tuple[str, ...], channel: int, by_host: dict[str, int], standard: Standard

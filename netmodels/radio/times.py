@@ -24,8 +24,11 @@ class AirTimes:
         """A frame leaves its place now."""
         first_ns, _, contended_ns, sent_ns, repeated_ns = self._stations.times(station)
         ledger = self._ledgers[station // self._hosts]
-        for part, time_ns in (
-                (TimePart.QUEUE, first_ns - self._taken_ns.pop((station, position))),
-                (TimePart.CONTENTION, contended_ns), (TimePart.RETRANSMISSION, repeated_ns),
-                (TimePart.AIRTIME, sent_ns)):
-            ledger.spent(frame, part, time_ns)
+        early_ns = self._taken_ns.pop((station, position)) - first_ns
+        ledger.spent(frame, TimePart.QUEUE, max(-early_ns, 0))
+        for part, time_ns in ((TimePart.CONTENTION, contended_ns),
+                              (TimePart.RETRANSMISSION, repeated_ns), (TimePart.AIRTIME, sent_ns)):
+            # What a frame joined that was sent with those before it was on the way by then.
+            passed_ns = min(max(early_ns, 0), time_ns)
+            early_ns -= passed_ns
+            ledger.spent(frame, part, time_ns - passed_ns)

@@ -23,8 +23,6 @@ from netmodels.radio.standards import (
     CTS_BYTES,
     RTS_BYTES,
     Standard,
-    chosen_rates,
-    chosen_standard,
     psdu_bytes,
 )
 
@@ -80,11 +78,11 @@ class Uncontended(Itemized):
     judges_transmissions = True
 
     def __init__(self, params: DcfRadio.Params, open_air: bool) -> None:
-        standard = chosen_standard(params.standard, params.basic_rates_bps)
+        standard = params.of_standard()
         self._params, self._open_air = params, open_air
         self._lifetime_ns = params.constants.lifetime_ns
-        self._rates = chosen_rates(params.standard, params.rate_bps, params.broadcast_rate_bps)
-        full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.reception.for_stations()
+        self._rates = params.rates()
+        full_bytes, reception = psdu_bytes(FULL_BYTES, 1), params.receiver()
         self.sensitivity_dbm = tuple(  # of unicast and of broadcast
             max(params.reception.constants.heard_dbm,
                 sensitivity_dbm(SHARE, standard, rate, full_bytes, reception, tries,

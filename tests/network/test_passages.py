@@ -203,7 +203,7 @@ def radio_bench(*frames, rules=()):
 
 def test_a_lost_packet_of_a_radio_is_a_retransmission():
     standard = STANDARDS["11g"]
-    rate, _ = chosen_rates("11g", 54_000_000, None)
+    rate, _ = chosen_rates(standard, "11g", 54_000_000, None)
     air_ns = standard.airtime_ns(psdu_bytes(FULL, 1), rate)
     lone = parts(radio_bench((0, "a", "b", FULL, 1)))[0, "b"]
     assert lone == [(TimePart.AIRTIME, "a", air_ns)]

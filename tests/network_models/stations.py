@@ -44,7 +44,7 @@ def air(standard: Standard, power_mw: np.ndarray, seed: int = 1, *,
     """By default as in ns-3."""
     n = len(power_mw)
     keys = np.random.default_rng(seed).integers(2 ** 63, size=n).astype(np.uint64)
-    errors = error_table(tuple(rate.mbps for rate in standard.rates))
+    errors = error_table(tuple(rate.scheme for rate in standard.rates))
     stations = Stations(standard, keys, errors, reception, reset_at=reset_at, **options)
     near = ~np.eye(n, dtype=bool) & (power_mw > 1e-13)
     source, hearer = np.nonzero(near)

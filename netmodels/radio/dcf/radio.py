@@ -1,9 +1,11 @@
-"""The whole radio of IEEE 802.11a, b or g without an access point, with contention."""
+"""The whole radio of IEEE 802.11 without an access point, with contention."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
+from math import log10
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -15,22 +17,15 @@ from netmodels.ethernet import FULL_BYTES
 from netmodels.queues import refuse
 from netmodels.radio.air import Air, Airs
 from netmodels.radio.budget import Budget
+from netmodels.radio.dcf.stations import Aggregation, Reception
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.fading import Fading
+from netmodels.radio.modulation import USUAL_HZ, Modulation
 from netmodels.radio.path_loss import LIGHT_MPS, PathLoss, PathLossParams, reach_m
 from netmodels.radio.presets import filled
 from netmodels.radio.rate_control import RateControl
 from netmodels.radio.shadowing import Shadowing, Shadows
-from netmodels.radio.standards import (
-    STANDARDS,
-    Standard,
-    StandardName,
-    channels_of,
-    chosen_rates,
-    chosen_standard,
-    psdu_bytes,
-    train_bytes,
-)
+from netmodels.radio.standards import Standard, channels_of, psdu_bytes, train_bytes
 from netmodels.radio.thresholds import Thresholds
 from netmodels.radio.walls import Walls
 
@@ -48,14 +43,19 @@ class AccessConstants(ports.Constants):
         "a packet that comes while the medium is idle waits for DIFS from then on, and needs "
         "no backoff if that becomes busy (as ns-3; 802.11-2016, 10.3.4.2: it goes when that "
         "has been idle for DIFS, perhaps at once, and with a backoff if it is busy before)"))
+    block_requests: bool = Field(False, description=(
+        "who misses a block acknowledgement sends a request for it before anything else (as ns-3; "
+        "cards send the packets again)"))
+    aggregate_bytes: ByteSize = Field("65535 B", ge=1, description=(
+        "most of an aggregate (HT, 802.11-2016, 19.3.24; ns-3, also of VHT and HE)"))
 
 
 class DcfRadio:
-    """Wi-Fi without an access point (802.11a, b or g): carrier sense, backoff, acknowledgements and
-    retries of unicast frames, none of broadcast ones; hidden terminals, and capture of the stronger
-    frame. A host with several radios has a medium for each. Media that have a channel in common
-    share the air: they contend with each other and are interference for each other, and no frame
-    of one is for the other. Radios on other channels hear nothing of it.
+    """Wi-Fi without an access point (802.11a, b, g, n, ac, ax): carrier sense, backoff,
+    acknowledgements and retries of unicast frames, none of broadcast ones; hidden terminals, and
+    capture of the stronger frame. A host with several radios has a medium for each. Media that
+    have a channel in common share the air: they contend with each other and are interference for
+    each other, and no frame of one is for the other. Radios on other channels hear nothing of it.
 
     A broadcast fails at a receiver that is too far to find it (``out_of_reach``), that was sending
     or listening to another one or found it under others (``collision``), or that made out its
@@ -64,6 +64,11 @@ class DcfRadio:
     slot comes first.
     A train is sent packet by packet; one that is given up, or that a receiver of a broadcast does
     not get, is lost alone. The train has arrived when the last packet is through.
+
+    802.11n, ac and ax (``mcs``): all is best effort, with AIFS of three slots. What waits for one
+    receiver goes as an aggregate (A-MPDU) of up to 64 packets, 65535 B and 5.484 ms, each with
+    errors of its own; a block acknowledgement says which to repeat. Broadcasts go alone, at a rate
+    of 802.11a. Frames arrive in the order in which they were sent.
 
     Rules of loss and jamming act on each transmission of data, so that it is repeated; what they
     take is like what has errors. Acknowledgements and RTS get through.
@@ -83,14 +88,13 @@ class DcfRadio:
     Itemizes, KnowsLinks, PredictsSignal, HearsAntennas; with ``channels``, Separates.
     """
 
-    class Params(ports.Params):
+    class Params(Modulation):
         preset: Literal["indoor", "outdoor", "ns3_3_44"] | None = Field(None, description=(
             "values for what is not given: indoor and outdoor, path loss in sight and shadowing as "
             "measured (docs/defaults.md); ns3_3_44, as in ns-3 3.44 with the error model of NIST "
             "(none: 802.11-2016, with ns-3's path loss)"))
-        standard: StandardName = Field("11g", description="timing and rates (2.4 "
-                                                                          "GHz as most robots)")
-        rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames (802.11g nominal)")
+        rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames of 11a, 11b, 11g "
+                                                    "(802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(
             "of broadcast frames (the lowest of the same modulation; ns-3: of all)"))
         basic_rates_bps: tuple[BitRate, ...] | None = Field(None, min_length=1, description=(
@@ -131,9 +135,32 @@ class DcfRadio:
         def _filled(cls, given: object) -> object:
             return filled(given)
 
+        def of_standard(self) -> Standard:
+            """The standard's numbers. Raises ``InputError`` for what it does not have."""
+            return self.of_channel(self.channel, self.basic_rates_bps)
+
+        def rates(self) -> tuple[int, int]:
+            """The rates of unicast and of broadcast frames, as indices of the standard's. Raises
+            ``InputError`` for those that it does not have."""
+            return self.rates_of(self.of_standard(), self.rate_bps, self.broadcast_rate_bps)
+
+        def receiver(self) -> Reception:
+            """Thresholds and noise in the channel's width."""
+            found, wider_db = self.reception.for_stations(), 10 * log10(self.width_hz / USUAL_HZ)
+            noise_dbm = found.noise_dbm + wider_db
+            return replace(found, noise_dbm=noise_dbm, preamble_dbm=max(
+                found.preamble_dbm, noise_dbm + found.preamble_db)) if wider_db else found
+
+        def aggregated(self) -> Aggregation | None:
+            """How packets are aggregated; None: not at all."""
+            if not (self.has_mcs and self.aggregation):
+                return None
+            return Aggregation(size_bytes=self.constants.aggregate_bytes, rts_bytes=self.rts_bytes,
+                               requests=self.constants.block_requests)
+
         def loss(self) -> PathLoss:
             """The path loss on the channel."""
-            return self.path_loss.chosen(STANDARDS[self.standard].carrier_hz(self.channel))
+            return self.path_loss.chosen(self.of_standard().carrier_hz(self.channel))
 
         def beside(self, obstacles: ports.Obstacles) -> Self:
             """The same in a terrain with these walls, which do not count twice: their loss is not
@@ -146,7 +173,7 @@ class DcfRadio:
             """The shadowing between ``hosts``, if there is one."""
             if self.shadowing is None:
                 return None
-            carrier_hz = STANDARDS[self.standard].carrier_hz(self.channel)
+            carrier_hz = self.of_standard().carrier_hz(self.channel)
             return Shadows(self.shadowing, hosts, context.stream, LIGHT_MPS / carrier_hz)
 
         def budget(self, context: ports.Context, hosts: tuple[str, ...], heard_dbm: float,
@@ -158,7 +185,7 @@ class DcfRadio:
             return Budget(
                 self.power_dbm, self.loss(), self.walls, self.shadows(context, hosts),
                 heard_dbm, found_dbm,
-                channels_of(hosts, self.channel, self.channels, STANDARDS[self.standard]),
+                channels_of(hosts, self.channel, self.channels, self.of_standard()),
                 context.antennas)
 
     reasons: tuple[str, ...] = ("channel_error", "collision", "expired", "out_of_reach",
@@ -171,7 +198,9 @@ class DcfRadio:
     def __init__(self, params: Params, standard: Standard | None = None) -> None:
         """``standard``: its numbers, where they are not those of the one in ``params``."""
         self.params = params
-        self.standard = standard or chosen_standard(params.standard, params.basic_rates_bps)
+        self.standard = standard or params.of_standard()
+        qos_bytes = self.standard.qos_bytes
+        self._more_bytes = qos_bytes + self.standard.alone_bytes, qos_bytes  # to one, and to all
         self.reach_m = self._reach_m(params.power_dbm)
         if params.channels:
             self.separates = self._on_different_channels
@@ -182,16 +211,16 @@ class DcfRadio:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self.params = params = self.params.beside(context.obstacles)
         self.context, self.hosts = context, hosts
-        self.rate, self._broadcast_rate = chosen_rates(
-            params.standard, params.rate_bps, params.broadcast_rate_bps)
-        self.budget = params.budget(context, hosts, self._heard_dbm(), params.reception.found_dbm)
+        self.rate, self._broadcast_rate = params.rates()
+        self.budget = params.budget(context, hosts, self._heard_dbm(),
+                                    params.receiver().preamble_dbm)
         self.reach_m = self._reach_m(self.budget.strongest_dbm)
         context.shared("radio", Airs).join(self)
 
     def _reach_m(self, power_dbm: float) -> float:
         params = self.params
         best_db = sum(slot.best_db for slot in (params.shadowing, params.fading) if slot)
-        return reach_m(params.loss(), power_dbm + best_db - params.reception.found_dbm)
+        return reach_m(params.loss(), power_dbm + best_db - params.receiver().preamble_dbm)
 
     @cached_property
     def _air(self) -> Air:
@@ -210,7 +239,7 @@ class DcfRadio:
         heard_dbm, fading = self.params.reception.constants.heard_dbm, self.params.fading
         if fading is None:
             return heard_dbm
-        return min(heard_dbm, self.params.reception.found_dbm - fading.best_db)
+        return min(heard_dbm, self.params.receiver().preamble_dbm - fading.best_db)
 
     def signal(self, from_m: np.ndarray, to_m: np.ndarray) -> ports.Signal:
         """``ports.PredictsSignal``: of unicast packets, one attempt each; means over fading."""
@@ -229,7 +258,7 @@ class DcfRadio:
         params = self.params
         rate = self.standard.lowest(self.rate) if params.rate_control else self.rate
         return mean_delivery(power_dbm, self.standard, rate, psdu_bytes(FULL_BYTES, 1),
-                             params.reception.for_stations(), params.fading)
+                             params.receiver(), params.fading)
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long each of ``hosts`` was sending or its carrier sense was busy. The medium is
@@ -271,7 +300,8 @@ class DcfRadio:
 
     def send(self, frame: ports.Frame) -> None:
         """Raises ``InputError`` for a packet that 802.11 has no frame for."""
-        size_bytes, last_bytes = train_bytes(frame.size_bytes, frame.segments)
+        size_bytes, last_bytes = train_bytes(frame.size_bytes, frame.segments,
+                                             self._more_bytes[frame.broadcast])
         rate, rts = self._broadcast_rate, False
         if not frame.broadcast:
             limit = self.params.rts_bytes

@@ -17,16 +17,25 @@ from netmodels.radio.dcf.kernels.records import (
     DROPPED,
     EXPIRED,
     FAILED,
+    GIVEN_UP,
     HEARD,
+    LAPSED,
     MISSED,
     NEVER,
     RECEIVED,
 )
 from netmodels.radio.errors import ErrorTable
-from netmodels.radio.standards import ACK_BYTES, CTS_BYTES, RTS_BYTES, Standard
+from netmodels.radio.standards import (
+    ACK_BYTES,
+    BLOCK_REQUEST_BYTES,
+    CTS_BYTES,
+    DELIMITER_BYTES,
+    RTS_BYTES,
+    Standard,
+)
 
-__all__ = ["ACKED", "DONE", "DROPPED", "EXPIRED", "FAILED", "HEARD", "MISSED", "NEVER", "RECEIVED",
-           "Counts", "Outcome", "Reception", "Stations"]
+__all__ = ["ACKED", "DONE", "DROPPED", "EXPIRED", "FAILED", "GIVEN_UP", "HEARD", "LAPSED", "MISSED",
+           "NEVER", "RECEIVED", "Aggregation", "Counts", "Outcome", "Reception", "Stations"]
 
 
 @dataclass(frozen=True)
@@ -43,13 +52,27 @@ class Reception:
     eifs_at_end: bool = False  # EIFS begins with the end of the frame (``start_slots``)
 
 
+@dataclass(frozen=True)
+class Aggregation:
+    """What an aggregate of packets may have at most. ``requests``: a station that misses a block
+    acknowledgement sends a request for it before it sends anything again."""
+
+    packets: int = 64  # of a block acknowledgement (802.11-2016, 9.3.1.9.3)
+    size_bytes: int = 65_535  # HT (19.3.24)
+    time_ns: int = 5_484_000  # the legacy header cannot say more (table 21-29)
+    rts_bytes: int | None = None  # above this size an RTS goes first (None: never)
+    requests: bool = False
+
+
 # The fate of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
 # position, receiver, packet. RECEIVED: a unicast frame's last packet has arrived; of a broadcast
 # one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
 # DROPPED: a unicast frame's packet was given up. EXPIRED: a frame has waited too long to begin.
 # ACKED and FAILED, only where rates adapt: an attempt at a packet was acknowledged or not. HEARD
 # replaces RECEIVED where transmissions are judged: the receiver decoded a packet of a unicast
-# frame, and the caller judges it.
+# frame, and the caller judges it. GIVEN_UP and LAPSED, only where packets are aggregated, in the
+# place of DROPPED and EXPIRED: a packet was given up, or was too old; RECEIVED says when the frame
+# is over.
 Outcome = tuple[int, int, int, int, int, int]
 
 
@@ -71,7 +94,18 @@ def _rate(standard: Standard, rate: int) -> tuple[float, ...]:
     how, lowest, reply = standard.rates[rate], standard.lowest(rate), standard.reply_rate(rate)
     return (how.mbps * 1e6, how.header_ns, how.payload_ns, lowest, how.bits, how.symbol_ns,
             standard.extension_ns, reply, standard.airtime_ns(ACK_BYTES, reply),
-            standard.airtime_ns(RTS_BYTES, lowest), standard.airtime_ns(CTS_BYTES, lowest))
+            standard.airtime_ns(RTS_BYTES, lowest), standard.airtime_ns(CTS_BYTES, lowest),
+            standard.airtime_ns(standard.block_ack_bytes, reply),
+            standard.airtime_ns(BLOCK_REQUEST_BYTES, reply))
+
+
+def _limits(standard: Standard, aggregation: Aggregation | None) -> tuple[int, ...]:
+    """The fields of the kernels' setup from ``most_packets`` to ``requests``."""
+    if aggregation is None:
+        return 1, 0, 0, 0, 0, 0
+    rts_bytes = NEVER if aggregation.rts_bytes is None else aggregation.rts_bytes
+    return (aggregation.packets, aggregation.size_bytes, aggregation.time_ns,
+            DELIMITER_BYTES - standard.alone_bytes, rts_bytes, aggregation.requests)
 
 
 class Stations:
@@ -91,14 +125,15 @@ class Stations:
     ``judged``, the caller of ``advance`` says at once which of them are lost (``judge``, ``miss``).
     With ``difs_first`` a packet that comes while the medium is idle waits for DIFS all the same,
     and needs no backoff then, even if the medium becomes busy in between. ``timed``: it keeps the
-    parts of frames' time (``times``).
+    parts of frames' time (``times``). Without ``aggregation`` each packet goes alone.
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
                  reception: Reception = Reception(), limit: int = 500, tries: int = 7,
                  reset_at: int = 7, lifetime_ns: int | None = None,
                  first_rate: int | None = None, judged: bool = False,
-                 difs_first: bool = False, timed: bool = False) -> None:
+                 difs_first: bool = False, timed: bool = False,
+                 aggregation: Aggregation | None = None) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
         self._ended = np.empty(3 + n, np.int64)
         self._enqueue = compiled_function(kernels.enqueue)
@@ -120,7 +155,8 @@ class Stations:
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
             reception.unaware, reception.eifs_at_end, reception.gives_up,
-            standard.difs_ns * difs_first, judged, 0)],
+            standard.difs_ns * difs_first, judged, *_limits(standard, aggregation),
+            standard.qos_bytes > 0, 0)],
             records.SETUP)
         present = records.Dcf(
             first, np.full(-(-n // records.BLOCK) * (1 + records.BLOCK), NEVER),
@@ -128,13 +164,16 @@ class Stations:
             np.zeros(0, records.LINK),
             np.array([_rate(standard, k) for k in range(len(standard.rates))], records.RATE),
             np.ascontiguousarray(errors.log_log), setup,
-            np.zeros(4 * n + 8 + (n * limit if lifetime_ns else 0), records.OUTCOME),
+            np.zeros(4 * n + 8 + (n * limit if lifetime_ns or aggregation else 0),
+                     records.OUTCOME),
             np.zeros((0, 0), np.int8) if first_rate is None
             else np.full((n, n), first_rate, np.int8),
-            np.zeros((n * timed, times.COLUMNS), np.int64))
+            np.zeros((n * timed, times.COLUMNS), np.int64),
+            np.zeros((n * (aggregation is not None), limit), np.uint16))
         self._arrays = Addresses(
             present, present._replace(stations=first.copy(), due=present.due.copy(),
-                                      times=present.times.copy()))
+                                      times=present.times.copy(),
+                                      packets=present.packets.copy()))
 
     def link(self, now_ns: int, first: np.ndarray, hearer: np.ndarray, mw: np.ndarray,
              delay_ns: np.ndarray | int = 0) -> None:
@@ -171,11 +210,13 @@ class Stations:
         self._arrays.states[0].choices[station, dest] = rate
         self._next_ns = None
 
-    def judge(self, now_ns: int, station: int, lost: bool) -> bool:
-        """Say whether the packet of ``station`` that was HEARD now is ``lost`` after all. Returns
-        whether its receiver has got it now and had not before."""
+    def judge(self, now_ns: int, station: int, position: int, packet: int, lost: bool) -> bool:
+        """Say whether a packet of ``station`` that was HEARD now is ``lost`` after all. Returns
+        whether its receiver has got it now and had not before; of an aggregate False, RECEIVED
+        follows."""
         self._next_ns = None
-        return kernels.judge(self._arrays.rows, self._present, now_ns, station, lost)
+        return kernels.judge(self._arrays.rows, self._present, now_ns, station, position, packet,
+                             lost)
 
     def miss(self, now_ns: int, receiver: int) -> None:
         """The broadcast packet that was RECEIVED now is lost at ``receiver`` after all."""

@@ -55,8 +55,9 @@ def start_slots(setup, s, now_ns):
 @inner(void(a_setup, all_due, a_station, _i8))
 def sense_carrier(setup, due, s, now_ns):
     """Station s senses the medium. If it has become busy, the backoff stops; only whole idle slots
-    count, and a station that begins at this very instant does not notice. A station that was to
-    begin without a backoff needs one now (802.11-2016, 10.3.4.2)."""
+    count, by EDCA also the one that has begun (802.11-2016, 10.22.2.4: the counter goes down at the
+    beginning of each), and a station that begins at this very instant does not notice. A station
+    that was to begin without a backoff needs one now (10.3.4.2)."""
     busy = s.on_air == 1 or s.receives_from >= 0 or (
         s.heard_mw >= setup.energy_mw and s.ignores_energy == 0)
     if busy and s.busy == 0:
@@ -68,7 +69,8 @@ def sense_carrier(setup, due, s, now_ns):
         if s.no_backoff == 1:
             draw_backoff(s)
         elif now_ns > s.slots_from_ns:
-            s.slots_left = max(s.slots_left - (now_ns - s.slots_from_ns) // setup.slot_ns, 0)
+            slots = (now_ns - s.slots_from_ns) // setup.slot_ns + setup.first_counts
+            s.slots_left = max(s.slots_left - slots, 0)
         plan_start(setup, due, s)
     elif s.busy == 1 and not busy:
         s.busy = 0

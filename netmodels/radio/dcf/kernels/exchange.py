@@ -8,12 +8,21 @@ one slot comes first.
 from __future__ import annotations
 
 from desim.ports.kernels import inner, types
+from netmodels.radio.dcf.kernels.aggregates import (
+    compose,
+    lapse,
+    miss_block,
+    receive_block,
+    release,
+    settle_block,
+)
 from netmodels.radio.dcf.kernels.contention import (
     draw_backoff,
     plan_start,
     sense_carrier,
     start_slots,
 )
+from netmodels.radio.dcf.kernels.queue import dequeue, end_packet, note, note_attempt
 from netmodels.radio.dcf.kernels.reception import add_errors, arrive, is_intact
 from netmodels.radio.dcf.kernels.records import (
     ACK,
@@ -35,6 +44,7 @@ from netmodels.radio.dcf.kernels.records import (
     MISSED,
     NEVER,
     RECEIVED,
+    REQUEST,
     RTS,
     SENDING,
     START,
@@ -51,7 +61,6 @@ from netmodels.radio.dcf.kernels.times import (
     CONTENDED,
     REPEATED,
     SENT,
-    begin_frame,
     keep_times,
     stamp,
 )
@@ -86,25 +95,29 @@ def transmit(d, s, now_ns):
 def send(d, s, now_ns, kind):
     """Station s transmits a frame of the exchange that it or its peer began."""
     setup = d.setup[0]
-    owner = s if kind in (RTS, DATA) else d.stations[s.answer_to]
+    owner = d.stations[s.answer_to] if kind in (CTS, ACK) else s
     frame = d.frames[owner.index, owner.queue_head]
     if owner.index == s.index:
         stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
-    data_ns = frame.last_ns if owner.packet == frame.packets - 1 else frame.air_ns
+    after_ns = setup.sifs_ns + owner.reply_ns
     s.kind, s.rate, s.reserve_ns = kind, frame.rts_rate, 0
     s.dest = s.answer_to if kind in (CTS, ACK) else frame.dest
+    how = d.rates[frame.rate]
     if kind == RTS:
-        airtime_ns = frame.rts_ns
-        s.reserve_ns = 3 * setup.sifs_ns + frame.cts_ns + data_ns + frame.ack_ns
+        airtime_ns = how.rts_ns
+        s.reserve_ns = 2 * setup.sifs_ns + how.cts_ns + owner.data_ns + after_ns
     elif kind == CTS:
-        airtime_ns, s.reserve_ns = frame.cts_ns, 2 * setup.sifs_ns + data_ns + frame.ack_ns
+        airtime_ns, s.reserve_ns = how.cts_ns, setup.sifs_ns + owner.data_ns + after_ns
     elif kind == DATA:
-        airtime_ns, s.rate = data_ns, frame.rate
+        airtime_ns, s.rate = s.data_ns, frame.rate
         s.transmitted += 1
         if frame.dest >= 0:
-            s.reserve_ns = setup.sifs_ns + frame.ack_ns
+            s.reserve_ns = after_ns
+    elif kind == REQUEST:
+        airtime_ns, s.rate, s.reserve_ns = how.request_ns, frame.ack_rate, after_ns
+        s.transmitted += 1
     else:
-        airtime_ns, s.rate = frame.ack_ns, frame.ack_rate
+        airtime_ns, s.rate = owner.reply_ns, frame.ack_rate
     s.ends_ns = now_ns + airtime_ns
     s.sent_ns += airtime_ns
     transmit(d, s, now_ns)
@@ -128,7 +141,7 @@ def detect(d, s, now_ns):
         found = power_mw >= setup.signal_mw and power_mw >= setup.capture_ratio * others_mw
         if found and r.receives_from < 0 and r.ends_ns <= s.begun_ns:
             r.receives_from, r.power_mw = s.index, power_mw
-            r.log_chance, r.accounted_ns = 0.0, now_ns
+            r.log_chance, r.lost, r.accounted_ns = 0.0, 0, now_ns
             if now_ns + d.rates[s.rate].payload_ns - setup.detection_ns <= r.nav_timeout_ns:
                 r.nav_ns = max(r.nav_ns, r.announced_nav_ns)
             if r.strongest != s.index:
@@ -155,46 +168,12 @@ def read_header(d, s, now_ns):
                 sense_carrier(setup, due, r, now_ns)
 
 
-@inner(void(a_dcf, _i8, _i8, a_station, _i8))
-def note(d, now_ns, what, s, receiver):
-    """Note an outcome of the first frame of station s's queue."""
-    outcome = d.outcomes[d.setup[0].outcomes]
-    outcome.time_ns, outcome.what, outcome.station = now_ns, what, s.index
-    outcome.position, outcome.receiver, outcome.packet = s.queue_head, receiver, s.packet
-    d.setup[0].outcomes += 1
-
-
-@inner(void(a_dcf, _i8, _i8, a_station))
-def note_attempt(d, now_ns, what, s):
-    """Note whether an attempt of station s was acknowledged, if rates adapt."""
-    dest = d.frames[s.index, s.queue_head].dest
-    if d.choices.size > 0 and dest >= 0:
-        note(d, now_ns, what, s, dest)
-
-
 @inner(void(a_setup, all_due, a_station, _i8))
 def next_packet(setup, due, s, now_ns):
     """Prepare station s for its next packet: the present one has arrived, or was given up."""
     s.role, s.tries, s.delivered, s.ready_ns = IDLE, 0, 0, now_ns
     draw_backoff(s)
     plan_start(setup, due, s)
-
-
-@inner(void(a_dcf, a_station, _i8))
-def dequeue(d, s, now_ns):
-    """Take the first frame out of station s's queue."""
-    s.queue_head = (s.queue_head + 1) % d.frames.shape[1]
-    s.queue_length -= 1
-    s.packet = 0
-    begin_frame(d, s, now_ns)
-
-
-@inner(void(a_dcf, a_station, _i8))
-def end_packet(d, s, now_ns):
-    """Go on to the next packet of station s's queue."""
-    s.packet += 1
-    if s.packet == d.frames[s.index, s.queue_head].packets:
-        dequeue(d, s, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
@@ -208,7 +187,10 @@ def succeed(d, s, now_ns):
         if s.packet == frame.packets - 1:
             note(d, now_ns, DONE, s, -1)
             keep_times(d, s)
-    end_packet(d, s, now_ns)
+    if frame.dest >= 0 and d.packets.shape[0] > 0:
+        settle_block(d, s, now_ns)
+    else:
+        end_packet(d, s, now_ns)
     next_packet(d.setup[0], d.due, s, now_ns)
 
 
@@ -227,7 +209,10 @@ def fail(d, s, now_ns):
         s.failed_in_a_row, s.window = 0, setup.cw_min
     if s.busy == 0:
         start_slots(setup, s, now_ns)
-    if s.tries < setup.try_limit:
+    blocks = d.packets.shape[0] > 0
+    if blocks:
+        miss_block(d, s, now_ns)
+    if blocks or s.tries < setup.try_limit:
         s.role = IDLE
         draw_backoff(s)
         plan_start(setup, d.due, s)
@@ -256,7 +241,8 @@ def set_nav(d, r, s, now_ns):
     until_ns = now_ns + s.reserve_ns
     if s.kind == RTS:
         setup = d.setup[0]
-        reply_ns = d.frames[s.index, s.queue_head].cts_ns + d.rates[s.rate].payload_ns
+        cts_ns = d.rates[d.frames[s.index, s.queue_head].rate].cts_ns
+        reply_ns = cts_ns + d.rates[s.rate].payload_ns
         r.announced_nav_ns = until_ns
         r.nav_timeout_ns = now_ns + 2 * (setup.sifs_ns + setup.slot_ns) + reply_ns
         until_ns = min(until_ns, r.nav_timeout_ns)
@@ -281,6 +267,9 @@ def receive(d, r, s, now_ns):
         note(d, now_ns, RECEIVED, s, r.index)
     elif s.dest != r.index:
         set_nav(d, r, s, now_ns)
+    elif s.kind == DATA and s.carried > 0:
+        if receive_block(d, r, s, now_ns):
+            answer(setup, due, r, s, now_ns, ACK)
     elif s.kind == DATA and setup.judged == 1:
         note(d, now_ns, HEARD, s, r.index)
     elif s.kind == DATA:
@@ -290,7 +279,9 @@ def receive(d, r, s, now_ns):
     elif s.kind == RTS:
         if r.nav_ns <= now_ns:
             answer(setup, due, r, s, now_ns, CTS)
-    elif r.role == AWAITING and s.kind == (ACK if r.kind == DATA else CTS):
+    elif s.kind == REQUEST:
+        answer(setup, due, r, s, now_ns, ACK)
+    elif r.role == AWAITING and s.kind == (CTS if r.kind == RTS else ACK):
         r.contention_due = NEVER
         schedule(due, r)  # the timeout is off, also where the queue is empty
         if s.kind == CTS:
@@ -330,8 +321,8 @@ def end_transmission(d, s, now_ns):
         sense_carrier(setup, due, r, now_ns)
     if s.kind == DATA and s.dest == -1:
         succeed(d, s, now_ns)
-    elif s.kind == DATA or s.kind == RTS:
-        rate = d.frames[s.index, s.queue_head].ack_rate if s.kind == DATA else s.rate
+    elif s.kind == DATA or s.kind == RTS or s.kind == REQUEST:
+        rate = s.rate if s.kind == RTS else d.frames[s.index, s.queue_head].ack_rate
         wait_ns = setup.sifs_ns + setup.slot_ns + d.rates[rate].payload_ns
         s.role, s.contention_due = AWAITING, (now_ns + wait_ns) * KINDS + TIMEOUT
     schedule(due, s)
@@ -341,8 +332,14 @@ def end_transmission(d, s, now_ns):
 @inner(void(a_dcf, a_station, _i8))
 def expire(d, s, now_ns):
     """Drop what is left of the first frame of station s's queue, which has waited too long."""
+    frame = d.frames[s.index, s.queue_head]
+    if d.packets.shape[0] > 0 and frame.dest >= 0:
+        lapse(d, s, now_ns)
+        s.tries, s.ready_ns = 0, now_ns
+        plan_start(d.setup[0], d.due, s)
+        return
     s.packet += s.delivered  # only the acknowledgements were lost
-    if s.packet < d.frames[s.index, s.queue_head].packets:
+    if s.packet < frame.packets:
         note(d, now_ns, EXPIRED, s, -1)
         if s.packet > 0:  # the others have arrived, or some of them
             stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
@@ -375,6 +372,8 @@ def carry_out(d, s, now_ns, what):
     elif what == ANSWER:
         s.answer_due = NEVER
         schedule(d.due, s)
+        if s.reply_kind == ACK and d.setup[0].judged == 1 and d.packets.shape[0] > 0:
+            release(d, d.stations[s.answer_to], s.index, now_ns)
         send(d, s, now_ns, s.reply_kind)
     elif what == START:
         frame = d.frames[s.index, s.queue_head]
@@ -384,7 +383,12 @@ def carry_out(d, s, now_ns, what):
             if d.choices.size > 0 and frame.dest >= 0:
                 set_rate(d.rates, frame, d.choices[s.index, frame.dest], frame.rts_ns > 0)
             s.role, s.contention_due, s.no_backoff = SENDING, NEVER, 0
-            send(d, s, now_ns, RTS if frame.rts_ns > 0 else DATA)
+            if s.asks == 1:
+                s.reply_ns = d.rates[frame.rate].block_ack_ns
+                send(d, s, now_ns, REQUEST)
+            else:
+                compose(d, s)
+                send(d, s, now_ns, RTS if s.guarded == 1 else DATA)
     else:
         s.contention_due = NEVER
         schedule(d.due, s)

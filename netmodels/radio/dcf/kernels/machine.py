@@ -7,15 +7,17 @@ only the stations that hear it: the work for a frame hardly grows with the stati
 from __future__ import annotations
 
 from desim.ports.kernels import inner, lean, types
+from netmodels.radio.dcf.kernels.aggregates import clear_packets, judge_packet
 from netmodels.radio.dcf.kernels.contention import (
     draw_backoff,
     plan_start,
     sense_carrier,
     start_slots,
 )
-from netmodels.radio.dcf.kernels.exchange import acknowledge, carry_out
+from netmodels.radio.dcf.kernels.exchange import acknowledge, answer, carry_out
 from netmodels.radio.dcf.kernels.reception import add_errors
 from netmodels.radio.dcf.kernels.records import (
+    ACK,
     AWAITING,
     BLOCK,
     DONE,
@@ -118,6 +120,9 @@ def foresee(rows, present):
     touched, blocks = d.touched, d.due.size // (1 + BLOCK)
     for k in range(1, touched[0, 0] + 1):
         i = touched[k, 0]
+        if touched[1 + i, 1] == 2:
+            for place in range(d.packets.shape[1]):
+                future.packets[i, place] = d.packets[i, place]
         touched[1 + i, 1] = 0
         future.stations[i] = d.stations[i]
         future.due[blocks + i], future.due[i // BLOCK] = d.due[blocks + i], d.due[i // BLOCK]
@@ -176,6 +181,8 @@ def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, las
         return 0, 0
     position = (s.queue_head + s.queue_length) % limit
     frame = d.frames[i, position]
+    if d.packets.shape[0] > 0:
+        frame.slot = clear_packets(d, s, fit)
     frame.expires_ns, frame.dest, frame.packets = expires_ns, dest, fit
     frame.size_bytes, frame.last_bytes = size_bytes, last_bytes if fit == packets else size_bytes
     set_rate(d.rates, frame, rate, rts)
@@ -193,15 +200,22 @@ def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, las
     return position, fit
 
 
-@lean(boolean(_rows, _i8, _i8, _i8, _i8))
-def judge(rows, present, now_ns, i, lost):
-    """Say whether the packet that station i has just transmitted is ``lost`` (0, 1) at its
-    receiver, which had decoded it. Returns whether it has arrived, for the first time."""
+@lean(boolean(_rows, _i8, _i8, _i8, _i8, _i8, _i8))
+def judge(rows, present, now_ns, i, position, packet, lost):
+    """Say whether a packet that station i has just transmitted is ``lost`` (0, 1) at its receiver,
+    which had decoded it. Returns whether it has arrived, alone and for the first time."""
     d = arrays_at(rows[present])
     s = d.stations[i]
     r, first = d.stations[s.dest], s.delivered == 0
     mark_changed(d, s)
     mark_changed(d, r)
+    if s.carried > 0:
+        judge_packet(d, s, now_ns, position, packet, lost)
+        if s.delivered == 0 and s.taken > 0:
+            answer(d.setup[0], d.due, r, s, now_ns, ACK)
+        elif s.delivered == 0:
+            spoil(d, r, now_ns)
+        return False
     if lost == 0:
         acknowledge(d, r, s, now_ns)
         return first

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from desim.ports.kernels import exp, from_dtype, inner, log, types, uniform_half_open
-from netmodels.radio.dcf.kernels.records import LINK, a_dcf, a_setup, a_station, a_table, all_rates
+from netmodels.radio.dcf.kernels.records import (
+    DATA,
+    LINK,
+    a_dcf,
+    a_setup,
+    a_station,
+    a_table,
+    all_rates,
+)
 
 boolean, float64, int64, void = types.boolean, types.float64, types.int64, types.void
 
@@ -21,6 +29,29 @@ def log_success(setup, table, rate, ratio):
     j = np.int64(max(at, 0.0))
     part = max(at, 0.0) - j
     return -exp(table[rate, j] + part * (table[rate, j + 1] - table[rate, j]))
+
+
+@inner(void(a_station, a_station, _f8, _i8, _i8, _i8))
+def lose_packets(r, source, chance, begin_ns, end_ns, first_ns):
+    """Lose packets of station source's aggregate, which begins at ``first_ns``, in a part of it
+    that is right with the log chance ``chance``. They count as equally long. Who only overhears it
+    needs one of them, and has the chance of that."""
+    if source.dest != r.index:
+        r.log_chance += chance / source.carried
+        return
+    if chance > -1e-12:
+        return
+    each_ns = (source.ends_ns - first_ns) / source.carried
+    key = r.key ^ (source.key << np.uint64(1)) ^ (
+        np.uint64(begin_ns) * np.uint64(0x9E3779B97F4A7C15))
+    for j in range(np.int64((begin_ns - first_ns) / each_ns), source.carried):
+        from_ns = max(first_ns + j * each_ns, np.float64(begin_ns))
+        time_ns = min(first_ns + (j + 1) * each_ns, np.float64(end_ns)) - from_ns
+        if time_ns <= 0.0:
+            break
+        draw = uniform_half_open(key, np.uint64(source.transmission * 64 + j))
+        if draw >= exp(chance * time_ns / (end_ns - begin_ns)):
+            r.lost |= np.uint64(1) << np.uint64(j)
 
 
 @inner(void(a_setup, all_rates, a_table, a_station, a_station, _i8))
@@ -41,8 +72,13 @@ def add_errors(setup, rates, table, r, source, now_ns):
         bits = time_ns * 1e-9 * rates[rate.header_rate].bps
         r.log_chance += bits * log_success(setup, table, rate.header_rate, ratio)
     if now_ns > payload_begins_ns:
-        bits = (now_ns - max(begin_ns, payload_begins_ns)) * 1e-9 * rate.bps
-        r.log_chance += bits * log_success(setup, table, source.rate, ratio)
+        begin_ns = max(begin_ns, payload_begins_ns)
+        bits = (now_ns - begin_ns) * 1e-9 * rate.bps
+        chance = bits * log_success(setup, table, source.rate, ratio)
+        if source.carried > 0 and source.kind == DATA:
+            lose_packets(r, source, chance, begin_ns, now_ns, payload_begins_ns)
+        else:
+            r.log_chance += chance
 
 
 @inner(void(a_dcf, a_station, a_station, _i8, _a_link))
@@ -72,7 +108,9 @@ def arrive(d, r, s, now_ns, link):
 @inner(_b1(a_station, a_station))
 def is_intact(r, source):
     """Whether the part of the frame that station r has received so far has no error. The whole
-    frame is intact only if each earlier part was."""
+    frame is intact only if each earlier part was; of an aggregate one packet is enough."""
+    if r.lost > 0 and (~r.lost << np.uint64(64 - source.carried)) == 0:
+        return False
     if r.log_chance == 0.0:
         return True
     key = r.key ^ (source.key << np.uint64(1))

@@ -23,11 +23,12 @@ END, TIMEOUT, ANSWER, START, DETECT, HEADER, KINDS = 0, 1, 2, 3, 4, 5, 8
 BLOCK = 32  # stations whose next events have a common minimum
 
 IDLE, SENDING, AWAITING = range(3)  # the role of a station: it awaits a reply
-RTS, CTS, DATA, ACK = range(4)
-RECEIVED, MISSED, DONE, DROPPED, EXPIRED, ACKED, FAILED, HEARD = range(8)  # outcomes
+RTS, CTS, DATA, ACK, REQUEST = range(5)  # ACK: of a block of packets, too; REQUEST: for that
+# Outcomes.
+RECEIVED, MISSED, DONE, DROPPED, EXPIRED, ACKED, FAILED, HEARD, GIVEN_UP, LAPSED = range(10)
 
 
-STATION = np.dtype([  # 264 B, for the future is tried out on copies
+STATION = np.dtype([  # 288 B, for the future is tried out on copies
     ("key", "u8"),  # of its random numbers
     # Reception. All signals that it hears; the one that it receives, the log of the chance that
     # this has had no error yet, and until when its interference is accounted for. Until when the
@@ -64,22 +65,30 @@ STATION = np.dtype([  # 264 B, for the future is tried out on copies
     # Its transmission: the receiver (-1: all), for how long after it the medium is reserved, its
     # number. The station to answer.
     ("dest", "i4"), ("reserve_ns", "i4"), ("transmission", "i4"), ("answer_to", "i4"),
+    # Of the exchange that it begins: airtimes of data and acknowledgement.
+    ("data_ns", "i4"), ("reply_ns", "i4"),
+    # Bit k: the k-th packet of the aggregate that it receives has an error. How many packets the
+    # aggregate has that it sends (0: a single packet outside of a block).
+    ("lost", "u8"), ("carried", "i2"),
     ("tries", "u1"), ("failed_in_a_row", "u1"),  # of the present packet; of the station
     # Flags: the medium is busy; (its role;) the receiver has the present packet; energy does not
     # make the medium busy until a new signal comes; it may begin without a backoff.
     ("busy", "i1"), ("role", "i1"), ("delivered", "i1"), ("ignores_energy", "i1"),
     ("no_backoff", "i1"),
     # Whether it is on the air, with which kind of frame, at which rate; the kind of its answer.
-    ("on_air", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply_kind", "i1"), ("_", "i1"),
+    ("on_air", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply_kind", "i1"),
+    # Of its aggregate: an RTS goes first; it lacks a block acknowledgement, and asks for it first;
+    # how many packets have been taken as arrived (``judge_packet``).
+    ("guarded", "i1"), ("asks", "i1"), ("taken", "i1"), ("_", "i4"),
 ])
 
 # A frame in a queue: until when it may begin, receiver (-1: all), number of packets, size of each
-# and of the last one; airtimes of these, of acknowledgement, RTS and CTS, and their rates;
-# ``rts_ns`` 0: no RTS.
+# and of the last one; airtimes of these, of acknowledgement and RTS, and their rates;
+# ``rts_ns`` 0: no RTS. ``slot``: the place of its first packet in ``Dcf.packets``.
 FRAME = np.dtype([("expires_ns", "i8"), ("dest", "i4"), ("packets", "i4"), ("size_bytes", "i4"),
                   ("last_bytes", "i4"), ("air_ns", "i4"), ("last_ns", "i4"), ("ack_ns", "i4"),
-                  ("rts_ns", "i4"), ("cts_ns", "i4"), ("rate", "i1"), ("ack_rate", "i1"),
-                  ("rts_rate", "i1")])
+                  ("rts_ns", "i4"), ("rate", "i1"), ("ack_rate", "i1"),
+                  ("rts_rate", "i1"), ("slot", "i4")])
 
 # A station that hears another one: the delay and the power of the signal.
 LINK = np.dtype([("station", "i4"), ("delay_ns", "i4"), ("power_mw", "f8")])
@@ -89,7 +98,8 @@ LINK = np.dtype([("station", "i4"), ("delay_ns", "i4"), ("power_mw", "f8")])
 # the rate of replies, and the airtimes of control frames.
 RATE = np.dtype([("bps", "f8"), ("header_ns", "i8"), ("payload_ns", "i8"), ("header_rate", "i8"),
                  ("bits_per_symbol", "i8"), ("symbol_ns", "i8"), ("extension_ns", "i8"),
-                 ("reply_rate", "i8"), ("ack_ns", "i8"), ("rts_ns", "i8"), ("cts_ns", "i8")])
+                 ("reply_rate", "i8"), ("ack_ns", "i8"), ("rts_ns", "i8"), ("cts_ns", "i8"),
+                 ("block_ack_ns", "i8"), ("request_ns", "i8")])
 
 OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("position", "i8"),
                     ("receiver", "i8"), ("packet", "i8")])
@@ -99,15 +109,20 @@ OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("posi
 # ``clear_ratio`` no bit has an error; the table of errors begins at ``table_first_db``.
 # ``unaware``: see ``arrive``, ``gives_up``: ``read_header``, ``eifs_at_end``: ``start_slots``.
 # ``pause_ns``: the wait of a packet that comes while the medium is idle. ``judged``: the
-# caller judges each unicast transmission. ``outcomes``: how many were noted.
+# caller judges each unicast transmission. Of aggregates: packets, bytes and ns at most, bytes of
+# the delimiter that a packet gets in them alone; above how many bytes an RTS goes first;
+# ``requests``: a missed block acknowledgement is asked for before anything else is sent.
+# ``first_counts``: ``sense_carrier``. ``outcomes``: how many were noted.
 SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("difs_ns", "i8"), ("eifs_ns", "i8"),
                   ("detection_ns", "i8"), ("cw_min", "i8"), ("cw_max", "i8"),
                   ("try_limit", "i8"), ("reset_at", "i8"), ("noise_mw", "f8"),
                   ("energy_mw", "f8"), ("signal_mw", "f8"), ("capture_ratio", "f8"),
                   ("clear_ratio", "f8"), ("table_first_db", "f8"), ("table_step_db", "f8"),
                   ("unaware", "i8"), ("eifs_at_end", "i8"), ("gives_up", "i8"),
-                  ("pause_ns", "i8"), ("judged", "i8"),
-                  ("outcomes", "i8")])
+                  ("pause_ns", "i8"), ("judged", "i8"), ("most_packets", "i8"),
+                  ("most_bytes", "i8"), ("most_ns", "i8"), ("delimiter_bytes", "i8"),
+                  ("rts_bytes", "i8"), ("requests", "i8"),
+                  ("first_counts", "i8"), ("outcomes", "i8")])
 
 
 class Dcf(NamedTuple):
@@ -119,7 +134,9 @@ class Dcf(NamedTuple):
     each is in it | frames [n, limit] rings | links | rates | table [rates, k]
     log(-log(chance that a bit has no error)) | setup [1] | outcomes, for more than 2 n |
     choices [n, n] the rate of each sender and receiver, or [0, 0]: each frame has its own |
-    times [n, 10] the parts of frames' time (``kernels.times``), or [0, 10]: nobody asks
+    times [n, 10] the parts of frames' time (``kernels.times``), or [0, 10]: nobody asks |
+    packets [n, limit] the states of the packets in each queue, a ring (``kernels.aggregates``), or
+    [0, limit]: nobody aggregates
     """
 
     stations: np.ndarray
@@ -133,6 +150,7 @@ class Dcf(NamedTuple):
     outcomes: np.ndarray
     choices: np.ndarray
     times: np.ndarray
+    packets: np.ndarray
 
 
 _i8, _f8 = int64, float64
@@ -141,7 +159,8 @@ _rate, _frame = from_dtype(RATE), from_dtype(FRAME)
 all_due, all_rates, a_table = _i8[::1], _rate[::1], _f8[:, ::1]
 a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], _frame[:, ::1],
                          from_dtype(LINK)[::1], all_rates, a_table, a_setup[::1],
-                         from_dtype(OUTCOME)[::1], int8[:, ::1], _i8[:, ::1]), Dcf)
+                         from_dtype(OUTCOME)[::1], int8[:, ::1], _i8[:, ::1],
+                         types.uint16[:, ::1]), Dcf)
 
 
 @kernel(a_dcf(_i8[:, ::1]), inner=True)
@@ -157,7 +176,8 @@ def arrays_at(rows):
                carray(pointer(rows[7, 0]), (rows[7, 1],), SETUP),
                carray(pointer(rows[8, 0]), (rows[8, 1],), OUTCOME),
                carray(pointer(rows[9, 0]), (rows[9, 1], rows[9, 2]), np.int8),
-               carray(pointer(rows[10, 0]), (rows[10, 1], rows[10, 2]), np.int64))
+               carray(pointer(rows[10, 0]), (rows[10, 1], rows[10, 2]), np.int64),
+               carray(pointer(rows[11, 0]), (rows[11, 1], rows[11, 2]), np.uint16))
 
 
 @inner(_i8(_rate, _i8))
@@ -178,7 +198,7 @@ def set_rate(rates, frame, rate, rts):
     frame.air_ns = airtime_ns(how, frame.size_bytes)
     frame.last_ns = airtime_ns(how, frame.last_bytes)
     frame.ack_ns, frame.ack_rate = (how.ack_ns, how.reply_rate) if frame.dest >= 0 else (0, 0)
-    frame.rts_ns, frame.cts_ns = (how.rts_ns, how.cts_ns) if rts == 1 else (0, 0)
+    frame.rts_ns = how.rts_ns if rts == 1 else 0
 
 
 @inner(void(a_dcf, a_station))
@@ -189,6 +209,13 @@ def mark_changed(d, s):
         touched[1 + s.index, 1] = 1
         touched[0, 0] += 1
         touched[touched[0, 0], 0] = s.index
+
+
+@inner(void(a_dcf, a_station))
+def mark_packets_changed(d, s):
+    """Remember that the states of station s's packets may have changed, too."""
+    mark_changed(d, s)
+    d.touched[1 + s.index, 1] = 2
 
 
 @inner(void(all_due, a_station))

@@ -1,0 +1,262 @@
+"""What a station sends at once: one packet, or an aggregate of several (A-MPDU, since 802.11n).
+
+An aggregate has the packets for one receiver that are first in the sender's queue and have not been
+acknowledged, whatever frames they belong to, within the window of 64 behind the first one. Each has
+errors of its own; the block acknowledgement says which have arrived. A receiver hands frames on in
+the order of its sender's queue, each when it has all packets of it that were not given up.
+
+``Dcf.packets`` has the state of each packet of the queue: how often it was sent in vain, and flags.
+A frame's ``slot`` is the place of its first one there.
+"""
+
+from __future__ import annotations
+
+from desim.ports.kernels import from_dtype, inner, types
+from netmodels.radio.dcf.kernels.queue import dequeue, note_packet
+from netmodels.radio.dcf.kernels.records import (
+    DATA,
+    FRAME,
+    GIVEN_UP,
+    HEARD,
+    LAPSED,
+    RATE,
+    RECEIVED,
+    REQUEST,
+    a_dcf,
+    a_setup,
+    a_station,
+    airtime_ns,
+    mark_packets_changed,
+)
+from netmodels.radio.dcf.kernels.times import CONTENDED, REPEATED, SENT, keep_times, stamp
+
+boolean, int64, void = types.boolean, types.int64, types.void
+
+_i8 = int64
+
+# Of a packet's state: unsuccessful transmissions; the receiver has it; the sender is done with it;
+# it is in the present aggregate; (of a frame's last packet) the frame has arrived.
+TRIES, GOT, OVER, FLYING, ARRIVED = 255, 256, 512, 1024, 2048
+
+
+@inner(_i8(a_setup, from_dtype(RATE)))
+def most_bytes(setup, how):
+    """The most that an aggregate may have at this rate: by its bytes, and by its time."""
+    symbols = (setup.most_ns - how.payload_ns - how.extension_ns) // how.symbol_ns
+    return min(setup.most_bytes, (symbols * how.bits_per_symbol - 22) // 8)
+
+
+@inner(void(a_dcf, a_station))
+def compose(d, s):
+    """Decide what station s sends now: the present packet, or an aggregate that begins with it."""
+    frame = d.frames[s.index, s.queue_head]
+    s.data_ns = frame.last_ns if s.packet == frame.packets - 1 else frame.air_ns
+    s.reply_ns, s.carried, s.guarded = frame.ack_ns, 0, frame.rts_ns > 0
+    if frame.dest >= 0 and d.packets.shape[0] > 0:
+        aggregate(d, s, frame)
+
+
+@inner(void(a_dcf, a_station, from_dtype(FRAME)))
+def aggregate(d, s, first):
+    """Make an aggregate of the packets for the receiver of the ``first`` frame of station s's
+    queue. One that is alone goes without, and has an acknowledgement of its own."""
+    setup, how, packets = d.setup[0], d.rates[first.rate], d.packets
+    mark_packets_changed(d, s)
+    most, window, padded, size_bytes, full = most_bytes(setup, how), 0, 0, 0, False
+    for k in range(s.queue_length):
+        frame = d.frames[s.index, (s.queue_head + k) % packets.shape[1]]
+        if full or frame.dest != first.dest:
+            continue
+        for p in range(s.packet if k == 0 else 0, frame.packets):
+            place = (frame.slot + p) % packets.shape[1]
+            window += 1
+            if packets[s.index, place] & OVER == 0:
+                one = frame.last_bytes if p == frame.packets - 1 else frame.size_bytes
+                with_it = padded + setup.delimiter_bytes + one
+                if s.carried > 0 and with_it > most:
+                    full = True
+                    break
+                padded, size_bytes = -(-with_it // 4) * 4, with_it
+                packets[s.index, place] |= FLYING
+                s.carried += 1
+            if window == setup.most_packets:
+                full = True
+                break
+    if s.carried > 1:
+        s.data_ns, s.reply_ns = airtime_ns(how, size_bytes), how.block_ack_ns
+        s.guarded = size_bytes > setup.rts_bytes
+
+
+@inner(boolean(a_dcf, a_station, a_station, _i8))
+def receive_block(d, r, s, now_ns):
+    """Station r has received packets of station s's aggregate. Returns whether it acknowledges them
+    now; where transmissions are judged, each is first."""
+    packets, judged, number = d.packets, d.setup[0].judged == 1, 0
+    mark_packets_changed(d, s)
+    s.delivered = s.taken = 0
+    for k in range(s.queue_length):
+        position = (s.queue_head + k) % packets.shape[1]
+        frame = d.frames[s.index, position]
+        if number == s.carried:
+            break
+        if frame.dest != r.index:
+            continue
+        for p in range(s.packet if k == 0 else 0, frame.packets):
+            place = (frame.slot + p) % packets.shape[1]
+            if packets[s.index, place] & FLYING:
+                if (r.lost >> number) & 1 == 0:
+                    if judged:
+                        s.delivered += 1
+                        note_packet(d, now_ns, HEARD, s, r.index, position, p)
+                    else:
+                        packets[s.index, place] |= GOT
+                number += 1
+    r.lost = 0
+    if judged:
+        return False
+    take_block(d, s, now_ns)
+    release(d, s, r.index, now_ns)
+    return True
+
+
+@inner(void(a_dcf, a_station, _i8, _i8, _i8, _i8))
+def judge_packet(d, s, now_ns, position, packet, lost):
+    """A packet of station s's aggregate is ``lost`` at its receiver (0, 1), or has arrived."""
+    mark_packets_changed(d, s)
+    s.delivered -= 1
+    if lost == 0:
+        s.taken += 1
+        d.packets[s.index, (d.frames[s.index, position].slot + packet) % d.packets.shape[1]] |= GOT
+    if s.delivered == 0 and s.taken > 0:
+        take_block(d, s, now_ns)
+
+
+@inner(_i8(a_dcf, a_station, _i8))
+def clear_packets(d, s, count):
+    """Places for ``count`` packets behind the last frame of station s's queue; the first one."""
+    packets, first = d.packets, 0
+    mark_packets_changed(d, s)
+    if s.queue_length > 0:
+        last = d.frames[s.index, (s.queue_head + s.queue_length - 1) % packets.shape[1]]
+        first = (last.slot + last.packets) % packets.shape[1]
+    for k in range(count):
+        packets[s.index, (first + k) % packets.shape[1]] = 0
+    return first
+
+
+@inner(void(a_dcf, a_station, _i8))
+def take_block(d, s, now_ns):
+    """Some of station s's packets have arrived: what that took."""
+    stamp(d, s, now_ns, SENT)
+    keep_times(d, s)
+
+
+@inner(void(a_dcf, a_station, _i8, _i8))
+def release(d, s, dest, now_ns):
+    """Note the frames of station s that ``dest`` hands on now: whole ones without a gap."""
+    packets = d.packets
+    mark_packets_changed(d, s)
+    for k in range(s.queue_length):
+        position = (s.queue_head + k) % packets.shape[1]
+        frame = d.frames[s.index, position]
+        last = (frame.slot + frame.packets - 1) % packets.shape[1]
+        if frame.dest != dest or packets[s.index, last] & ARRIVED:
+            continue
+        for p in range(s.packet if k == 0 else 0, frame.packets):
+            if packets[s.index, (frame.slot + p) % packets.shape[1]] & (GOT | OVER) == 0:
+                return
+        packets[s.index, last] |= ARRIVED
+        note_packet(d, now_ns, RECEIVED, s, dest, position, frame.packets - 1)
+
+
+@inner(void(a_dcf, a_station, _i8))
+def go_on(d, s, now_ns):
+    """Take the frames out of station s's queue that it is done with, from the first on."""
+    packets = d.packets
+    while s.queue_length > 0:
+        frame = d.frames[s.index, s.queue_head]
+        while s.packet < frame.packets and (
+                packets[s.index, (frame.slot + s.packet) % packets.shape[1]] & OVER):
+            s.packet += 1
+        if s.packet < frame.packets:
+            return
+        dequeue(d, s, now_ns)
+
+
+@inner(boolean(a_dcf, a_station, _i8, boolean))
+def close_block(d, s, now_ns, acknowledged):
+    """The exchange with the receiver of station s's first frame is over: it is done with packets of
+    which it learns that they have arrived, and gives up those that were sent too often. Returns
+    whether some are left in doubt."""
+    packets, dest, window = d.packets, d.frames[s.index, s.queue_head].dest, 0
+    doubt, gave_up = False, False
+    mark_packets_changed(d, s)
+    for k in range(s.queue_length):
+        position = (s.queue_head + k) % packets.shape[1]
+        frame = d.frames[s.index, position]
+        if frame.dest != dest:
+            continue
+        if window >= d.setup[0].most_packets:
+            break
+        for p in range(s.packet if k == 0 else 0, frame.packets):
+            place = (frame.slot + p) % packets.shape[1]
+            state = packets[s.index, place]
+            window += 1
+            if state & GOT and acknowledged:
+                state |= OVER
+            elif state & FLYING:
+                state += 1
+                if state & TRIES >= d.setup[0].try_limit:
+                    state |= OVER
+                    if state & GOT == 0:
+                        s.dropped += 1
+                        gave_up = True
+                        note_packet(d, now_ns, GIVEN_UP, s, dest, position, p)
+                else:
+                    doubt = True
+            packets[s.index, place] = state & ~FLYING
+            if window >= d.setup[0].most_packets:
+                break
+    if gave_up:
+        stamp(d, s, now_ns, REPEATED)
+        keep_times(d, s)
+        release(d, s, dest, now_ns)
+    go_on(d, s, now_ns)
+    return doubt
+
+
+@inner(void(a_dcf, a_station, _i8))
+def settle_block(d, s, now_ns):
+    """Station s has got a block acknowledgement, or that of a packet."""
+    s.asks = 0
+    close_block(d, s, now_ns, True)
+
+
+@inner(void(a_dcf, a_station, _i8))
+def miss_block(d, s, now_ns):
+    """Station s has got no reply. It may ask again, as often as it would send a packet."""
+    if s.kind == REQUEST:
+        s.asks = s.tries < d.setup[0].try_limit
+        return
+    head, dest = s.queue_head, d.frames[s.index, s.queue_head].dest
+    doubt = close_block(d, s, now_ns, False) and s.kind == DATA and s.carried > 1
+    s.asks = d.setup[0].requests == 1 and doubt and d.frames[s.index, s.queue_head].dest == dest
+    if s.queue_head != head:
+        s.tries = 0
+
+
+@inner(void(a_dcf, a_station, _i8))
+def lapse(d, s, now_ns):
+    """Drop what is left of the first frame of station s's queue, which has waited too long."""
+    packets, frame = d.packets, d.frames[s.index, s.queue_head]
+    mark_packets_changed(d, s)
+    for p in range(s.packet, frame.packets):
+        place = (frame.slot + p) % packets.shape[1]
+        if packets[s.index, place] & (GOT | OVER) == 0:
+            note_packet(d, now_ns, LAPSED, s, frame.dest, s.queue_head, p)
+        packets[s.index, place] |= OVER
+    s.asks = 0
+    stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
+    keep_times(d, s)
+    release(d, s, frame.dest, now_ns)
+    go_on(d, s, now_ns)

@@ -1,0 +1,68 @@
+"""The standard of a radio and how fast it sends, as parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import Field
+
+from desim import ports
+from desim.errors import InputError
+from desim.units import Carrier, Period
+from netmodels.radio.high_throughput import FORMATS, MOST_STREAMS, high_throughput, mcs_index
+from netmodels.radio.standards import STANDARDS, RadioName, Standard, chosen_rates
+
+USUAL_HZ, USUAL_BPS = 20e6, 54_000_000
+
+
+class Modulation(ports.Params):
+    """The standard, and the MCS of those that have it."""
+
+    standard: RadioName = Field("11g", description=(
+        "timing and rates (2.4 GHz as most robots); 11n and 11ax are in 2.4 GHz on channels up to "
+        "14, above and with 11ac in 5 GHz"))
+    mcs: int | None = Field(None, ge=0, le=11, description=(
+        "of unicast frames of 11n, 11ac, 11ax, in the place of rate (the highest)"))
+    streams: int = Field(1, ge=1, le=MOST_STREAMS, description="of 11n, 11ac, 11ax (1: of the "
+                                                               "smallest cards)")
+    width_hz: Carrier = Field("20 MHz", description="of the channel of 11n, 11ac, 11ax (20 MHz: "
+                                                    "what all have)")
+    guard_interval_ns: Period | None = Field(None, examples=["400 ns"], description=(
+        "of 11n and 11ac 800 or 400 ns, of 11ax 800, 1600 or 3200 ns (800 ns)"))
+    aggregation: bool = Field(True, description="of packets of 11n, 11ac, 11ax in one frame "
+                                                "(A-MPDU, which all cards do)")
+
+    @property
+    def has_mcs(self) -> bool:
+        """Whether the standard is 802.11n or later."""
+        return self.standard in FORMATS
+
+    def of_channel(self, channel: int, basic_rates_bps: Sequence[int] | None) -> Standard:
+        """The standard's numbers. Raises ``InputError`` for what it does not have."""
+        if self.has_mcs:
+            standard = high_throughput(self.standard, round(self.width_hz / 1e6), self.streams,
+                                       self.guard_interval_ns, channel)
+        else:
+            self._refuse()
+            standard = STANDARDS[self.standard]
+        return standard.with_basic(self.standard, basic_rates_bps)
+
+    def _refuse(self) -> None:
+        for key, given in (("mcs", self.mcs is not None), ("streams", self.streams > 1),
+                           ("width", self.width_hz != USUAL_HZ),
+                           ("guard_interval", self.guard_interval_ns is not None)):
+            if given:
+                raise InputError(f".{key}: {self.standard} has none; allowed with "
+                                 f"{', '.join(FORMATS)}")
+
+    def rates_of(self, standard: Standard, rate_bps: int, broadcast_rate_bps: int | None
+                 ) -> tuple[int, int]:
+        """The rates of unicast and of broadcast frames, as indices of ``standard.rates``. Raises
+        ``InputError`` for those that it does not have."""
+        if not self.has_mcs:
+            return chosen_rates(standard, self.standard, rate_bps, broadcast_rate_bps)
+        if rate_bps != USUAL_BPS:
+            raise InputError(f".rate: {self.standard} has an mcs instead")
+        slowest = standard.rate(6) if broadcast_rate_bps is None else standard.legacy_rate(
+            self.standard, "broadcast_rate", broadcast_rate_bps)
+        return mcs_index(self.standard, standard, self.mcs), slowest
