@@ -21,7 +21,7 @@ from netmodels.infrastructure.settings import Settings
 from netmodels.infrastructure.trips import Trip, TripTimes
 from netmodels.infrastructure.ways import Ways
 from netmodels.radio.dcf.radio import DcfRadio
-from netmodels.radio.standards import ACK_BYTES, STANDARDS
+from netmodels.radio.standards import ACK_BYTES
 from netmodels.switch import Switch
 
 _NOT_ASSOCIATED = ports.Drop("not_associated")
@@ -87,7 +87,8 @@ class Infrastructure:
             self._air.switched(host, False)
         standard = self._radio.standard
         ack_ns = standard.sifs_ns + standard.airtime_ns(ACK_BYTES, 0) + standard.slot_ns
-        outlets = [AirOutlet(station, PlainQueue(params.queue), self._air, params.rate_bps, ack_ns)
+        outlets = [AirOutlet(station, PlainQueue(params.queue), self._air,
+                             round(1e6 * standard.rates[self._radio.rate].mbps), ack_ns)
                    for station in range(len(names))]
         self._channels = {count + k: one.channel for k, one in enumerate(self._access_points)}
         self.associations = Associations(
@@ -163,8 +164,8 @@ class Infrastructure:
 
 def _radio(params: DcfRadio.Params, access_points: Sequence[AccessPoint]) -> DcfRadio:
     """The radio of all stations. Broadcasts go at the lowest basic rate if no other is given."""
-    basic_bps = params.basic_rates_bps or [
-        round(1e6 * mbps) for mbps in STANDARDS[params.standard].basic_mbps]
+    standard = params.of_channel(access_points[0].channel, params.basic_rates_bps)
+    basic_bps = [round(1e6 * mbps) for mbps in standard.basic_mbps]
     return DcfRadio(params.model_copy(update={
         "queue": _RADIO_PACKETS, "channel": access_points[0].channel,
         "channels": {name: one.channel for name, one in zip(

@@ -24,6 +24,7 @@ from netmodels.rules.loss import GilbertElliott
 from netmodels.rules.outage import Flapping
 from netmodels.rules.timing import Latency
 from netmodels.validation import propagation, rfcomms
+from netmodels.validation.aggregates import SaturationOfMcs
 from netmodels.validation.chain import Chains, repaired
 from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
 from netmodels.validation.one_link import DiskOfRadio, FadingOutage, SinglePair
@@ -180,6 +181,10 @@ def nothing_on_the_way(monkeypatch):
     monkeypatch.setattr(RadioLinks, "delays_ns", lambda self, places: 0)
 
 
+def no_requests(monkeypatch):
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "block_requests", False)
+
+
 def no_pause(monkeypatch):
     monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "difs_first", False)
 
@@ -208,7 +213,7 @@ TWINS = [
     (Delays, 8, more_jitter), (FadingOutage, 1, deafer_receivers),
     (FallbackOfRates, 1, longer_symbols), (ManyPairs, 1, carrier_sense_of_the_standard),
     (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
-    (DelaysOfRadio, 4, no_pause),
+    (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups
         (Propagation, 27, less_indoor_loss), (SinglePair, 6, better_receivers),
         (RadioOfGazebo, 36, more_noise_in_gazebo))),

@@ -1,0 +1,50 @@
+"""Saturated stations of 802.11n, ac and ax, with and without aggregates, against ns-3."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from desim.ports.cases import Check, Play
+from netmodels.cases.saturation import Saturation
+from netmodels.validation.tolerance import within
+
+# Stations that all hear each other equally well, by standard, MCS, MHz and whether packets are
+# aggregated: stations to Mb/s of payload (1000 B of UDP, one sink; one stream, guard intervals of
+# 800 ns) and the share of data and of requests for block acknowledgements that got no reply. Means
+# of four runs of 20 s, at 80 MHz of 10 s, without aggregates of 3 to 5 s; block acknowledgements
+# were agreed on before.
+SATURATION_OF_MCS = {
+    ("11n", 0, 20, True): {1: (5.807, .0000), 2: (5.431, .1132), 5: (4.758, .2657),
+                               10: (4.130, .3790), 30: (3.135, .5291)},
+    ("11n", 4, 20, True): {1: (35.074, .0000), 2: (32.900, .1109), 5: (28.831, .2644),
+                               10: (25.043, .3792), 30: (18.949, .5366)},
+    ("11n", 7, 20, True): {1: (58.507, .0000), 2: (54.742, .1137), 5: (48.092, .2642),
+                               10: (41.525, .3807), 30: (31.488, .5309)},
+    ("11n", 0, 20, False): {1: (5.256, .0000), 2: (5.044, .1133), 5: (4.654, .2634),
+                               10: (4.299, .3732), 30: (3.688, .5343)},
+    ("11n", 4, 20, False): {1: (19.501, .0000), 2: (19.830, .1116), 5: (19.124, .2661),
+                               10: (18.083, .3727), 30: (15.830, .5355)},
+    ("11n", 7, 20, False): {1: (24.811, .0000), 2: (25.850, .1106), 5: (25.380, .2670),
+                               10: (24.199, .3766), 30: (21.434, .5367)},
+    ("11ax", 0, 20, True): {1: (7.603, .0000), 5: (6.213, .2667), 30: (4.069, .5426)},
+    ("11ax", 4, 20, True): {1: (46.312, .0000), 5: (37.761, .2709), 30: (25.233, .5375)},
+    ("11ax", 7, 20, True): {1: (77.200, .0000), 5: (62.788, .2720), 30: (42.505, .5347)},
+    ("11ax", 11, 20, True): {1: (126.147, .0000), 5: (103.401, .2671)},
+}
+
+
+class SaturationOfMcs:
+    """802.11n, ac and ax saturated, as in ns-3: goodput within 3 %, failures within 0.02."""
+
+    source = "ns-3.44, AdhocWifiMac with QoS, best effort, every pair at -50 dBm"
+
+    def checks(self, play: Play) -> Iterator[Check]:
+        for (standard, mcs, mhz, aggregation), rows in SATURATION_OF_MCS.items():
+            for stations, (goodput_mbps, failure_rate) in rows.items():
+                found = play(Saturation(Saturation.Params(
+                    standard=standard, mcs=mcs, width=f"{mhz} MHz", stations=stations,
+                    aggregation=aggregation, duration="20 s" if aggregation else "5 s")).setup())
+                alone = "" if aggregation else "no aggregates, "
+                what = f"{standard}, MCS {mcs}, {mhz} MHz, {alone}{stations} stations"
+                yield within(0.03, f"{what}: goodput", found["goodput_mbps"], goodput_mbps, "Mb/s")
+                yield Check(f"{what}: failures", found["failure_rate"], failure_rate, 0.02)
