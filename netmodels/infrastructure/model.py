@@ -15,8 +15,9 @@ from netmodels.infrastructure.access_points import (
 )
 from netmodels.infrastructure.associations import Associations
 from netmodels.infrastructure.floods import Floods
+from netmodels.infrastructure.fq_codel import FqCodel
 from netmodels.infrastructure.outlets import AirOutlet
-from netmodels.infrastructure.packet_queue import PlainQueue
+from netmodels.infrastructure.packet_queue import PacketQueue, PlainQueue
 from netmodels.infrastructure.settings import Settings
 from netmodels.infrastructure.trips import Trip, TripTimes
 from netmodels.infrastructure.ways import Ways
@@ -36,8 +37,8 @@ class Infrastructure:
 
     Access points are stations of the same radio (``netmodels.radio.dcf``), each on its channel; who
     is on another one hears nothing of it. A train goes on from an access point when all of it has
-    come. Each station, access points too, has a queue of ``queue`` packets in front of its radio,
-    which takes in 5 ms of airtime (Linux: airtime queue limits).
+    come. Each station, access points too, has a queue in front of its radio, ``fq_codel`` or first
+    in first out, which takes in 5 ms of airtime (Linux: airtime queue limits).
 
     A broadcast goes up as a unicast frame, and down from each access point that has stations at the
     lowest basic rate, not acknowledged and not repeated.
@@ -56,8 +57,8 @@ class Infrastructure:
     Params = Settings
     reasons: tuple[str, ...] = tuple(sorted({
         *DcfRadio.reasons, "not_associated", "receiver_not_associated", "roamed",
-        "downlink_queue_full", "wires_queue_full"}))
-    refuses = ("not_associated", "queue_full")
+        "codel", "downlink_codel", "downlink_queue_full", "wires_queue_full"}))
+    refuses = ("codel", "not_associated", "queue_full")
 
     def __init__(self, settings: Settings, params: DcfRadio.Params,
                  access_points: Sequence[AccessPoint]) -> None:
@@ -87,8 +88,8 @@ class Infrastructure:
             self._air.switched(host, False)
         standard = self._radio.standard
         ack_ns = standard.sifs_ns + standard.airtime_ns(ACK_BYTES, 0) + standard.slot_ns
-        outlets = [AirOutlet(station, PlainQueue(params.queue), self._air,
-                             round(1e6 * standard.rates[self._radio.rate].mbps), ack_ns)
+        rate_bps = round(1e6 * standard.rates[self._radio.rate].mbps)
+        outlets = [AirOutlet(station, self._queue(), self._air, rate_bps, ack_ns)
                    for station in range(len(names))]
         self._channels = {count + k: one.channel for k, one in enumerate(self._access_points)}
         self.associations = Associations(
@@ -99,6 +100,11 @@ class Infrastructure:
         self._ways = Ways(context, self._air, wires, outlets, times)
         self._floods = Floods(context, self._ways, self.associations, tuple(self._channels),
                               self._wired)
+
+    def _queue(self) -> PacketQueue:
+        if self._settings.queue == "fifo":
+            return PlainQueue(self._params.queue)
+        return FqCodel(self._settings.fq_codel)
 
     def send(self, frame: ports.Frame) -> None:
         source, access_point = frame.source, None

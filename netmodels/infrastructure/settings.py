@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from desim import ports
+from netmodels.infrastructure.fq_codel import FqCodelConstants
 from netmodels.infrastructure.joining import JoiningConstants, Security
 from netmodels.infrastructure.roaming import Roaming
 from netmodels.switch import Switch
@@ -18,6 +21,11 @@ class Settings(ports.Params):
         "hosts with a cable instead of a radio, beside the access points (none)"))
     wires: Switch.Params = Field(Switch.Params(), description=(
         "between access points and wired hosts (a switch with its own defaults)"))
+    queue: Literal["fq_codel", "fifo"] = Field("fq_codel", description=(
+        "in front of the radio of each access point and station: flows in turn, which lose what "
+        "waits too long, or all in order, up to the radio's queue (Linux)"))
+    fq_codel: FqCodelConstants = Field(FqCodelConstants(), description=(
+        "of queue: fq_codel (Linux)"))
     security: Security = Field("wpa2", description=(
         "of joining: with the 4-way handshake of a shared key, or open (what networks have)"))
     fast_transition: bool = Field(False, description=(

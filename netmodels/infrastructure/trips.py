@@ -8,7 +8,7 @@ from desim import ports
 from netmodels.hops import HopLedger, HopPart
 from netmodels.journeys import Journey
 
-QUEUED = frozenset({"queue_full"})  # reasons of queues
+QUEUED = frozenset({"queue_full", "codel"})  # reasons of queues
 
 
 class Trip(Journey):

@@ -60,7 +60,8 @@ class Radio:
 
     reasons = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
                "relay_down", "relay_no_path", "relay_queue_full", "not_associated",
-               "receiver_not_associated", "roamed", "downlink_queue_full", "wires_queue_full")
+               "receiver_not_associated", "roamed", "codel", "downlink_codel",
+               "downlink_queue_full", "wires_queue_full")
 
     @staticmethod
     def build(params: Params) -> ports.NetworkModel:

@@ -1,0 +1,117 @@
+"""FQ-CoDel: a queue for each flow, which are served in turn (RFC 8290)."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Hashable, Sequence
+
+from pydantic import Field
+
+from desim import ports
+from desim.units import ByteSize, Period
+from netmodels.infrastructure.codel import CoDel
+from netmodels.infrastructure.packet_queue import Dropped, Waiting
+
+_BATCH = 64  # packets that are dropped at once where there are too many (Linux: drop_batch)
+
+
+class FqCodelConstants(ports.Constants):
+    """Those of Linux (tc-fq_codel(8); mac80211 has a target of 20 ms and a quantum of 300 B)."""
+
+    target_ns: Period = Field("5 ms", description="that packets may wait (RFC 8290, 5.2.3)")
+    interval_ns: Period = Field("100 ms", description="for which they may wait longer (RFC 8290, "
+                                                      "5.2.2)")
+    quantum_bytes: ByteSize = Field("1514 B", ge=1, description="of a flow in its turn (RFC 8290, "
+                                                                "5.2.4)")
+    limit: int = Field(10_240, ge=1, description="packets of all flows (RFC 8290, 5.2.1)")
+    memory_bytes: ByteSize = Field("32 MB", description="of all flows (tc-fq_codel: memory_limit)")
+
+
+class _Flow(CoDel):
+    """A flow's packets, and the bytes that it may still send in its turn."""
+
+    deficit_bytes = 0
+
+
+class FqCodel:
+    """Flows take turns by deficit round robin, those that have just begun first; each is a CoDel.
+    Where there are too many packets, the flow with the most bytes loses half of them from its head,
+    64 packets at most (Linux: fq_codel_drop). No two flows share a queue, and nothing is marked
+    instead of dropped."""
+
+    def __init__(self, constants: FqCodelConstants) -> None:
+        self._constants = constants
+        self._flows: dict[Hashable, _Flow] = {}  # those that are in one of the two lists
+        self._new: deque[Hashable] = deque()
+        self._old: deque[Hashable] = deque()
+        self._packets = self._bytes = 0
+
+    def push(self, now_ns: int, packets: Sequence[Waiting]) -> list[Dropped]:
+        constants = self._constants
+        dropped: list[Dropped] = []
+        for packet in packets:
+            name = packet.hop.trip.flow, packet.hop.receivers
+            flow = self._flows.get(name)
+            if flow is None:
+                flow = self._flows[name] = _Flow(constants.target_ns, constants.interval_ns)
+                flow.deficit_bytes = constants.quantum_bytes
+                self._new.append(name)
+            flow.push(packet)
+            self._count(1, packet.size_bytes)
+            if self._packets > constants.limit or self._bytes > constants.memory_bytes:
+                dropped += self._thin_out()
+        return dropped
+
+    def pop(self, now_ns: int, dropped: list[Dropped]) -> Waiting | None:
+        while self._new or self._old:
+            turns = self._new or self._old
+            name = turns[0]
+            flow = self._flows[name]
+            if flow.deficit_bytes <= 0:
+                flow.deficit_bytes += self._constants.quantum_bytes
+                self._old.append(turns.popleft())
+                continue
+            before = len(dropped)
+            packet = flow.pop(now_ns, dropped)
+            for gone, _ in dropped[before:]:
+                self._count(-1, -gone.size_bytes)
+            if packet is None:
+                turns.popleft()
+                if turns is self._new and self._old:
+                    self._old.append(name)  # so that it is not new again at once
+                else:
+                    del self._flows[name]
+                continue
+            self._count(-1, -packet.size_bytes)
+            flow.deficit_bytes -= packet.size_bytes
+            return packet
+        return None
+
+    def take_out(self, dest: int | None) -> list[Waiting]:
+        gone = []
+        for flow in self._flows.values():
+            for _ in range(len(flow.waiting)):
+                packet = flow.take_first()
+                if packet.only_for(dest):
+                    gone.append(packet)
+                    self._count(-1, -packet.size_bytes)
+                else:
+                    flow.push(packet)
+        return gone
+
+    def _thin_out(self) -> list[Dropped]:
+        fattest = max(self._flows.values(), key=lambda flow: flow.bytes)
+        half_bytes = fattest.bytes // 2
+        dropped: list[Dropped] = []
+        while fattest.waiting and len(dropped) < _BATCH:
+            packet = fattest.take_first()
+            self._count(-1, -packet.size_bytes)
+            dropped.append((packet, "queue_full"))
+            half_bytes -= packet.size_bytes
+            if half_bytes <= 0:
+                break
+        return dropped
+
+    def _count(self, packets: int, size_bytes: int) -> None:
+        self._packets += packets
+        self._bytes += size_bytes
