@@ -322,6 +322,26 @@ class CountsControl(Protocol):
         """Those frames so far, and their bytes."""
 
 
+class Handover(NamedTuple):
+    """A host hangs on ``access_point`` from ``time_ns`` on, after ``gap_ns`` on none; before on
+    ``left`` (None: on none yet)."""
+
+    time_ns: int
+    host: int
+    left: str | None
+    access_point: str
+    gap_ns: int
+
+
+@runtime_checkable
+class KnowsHandovers(Protocol):
+    """A network model whose hosts hang on access points."""
+
+    @property
+    def handovers(self) -> Sequence[Handover]:
+        """All so far, in order of time."""
+
+
 @runtime_checkable
 class CountsBusyTime(Protocol):
     """A network model that knows how long its channels were in use. A channel carries one thing at

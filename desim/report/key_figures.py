@@ -113,7 +113,12 @@ def _network(m: Summary) -> list[tuple[str, str, str]]:
               f"{' to '.join(flow['between'])}, {flow['delivered']} delivered")
              for flow in m.get("background", ())]
     if m.get("control_bytes"):
-        rows.append(("", f"{m['control_bytes'] / 1e6:.1f} MB", "of routing protocols, beside"))
+        rows.append(("", f"{m['control_bytes'] / 1e6:.1f} MB", "of protocols of networks, beside"))
+    if m.get("handovers"):
+        gaps_s = [one["gap_s"] for one in m["handovers"]]
+        rows.append(("handovers", str(len(gaps_s)), f"without an access point for "
+                                                    f"{sum(gaps_s):.2g} s in all, at most "
+                                                    f"{max(gaps_s):.2g} s"))
     apart = m["partitions"]
     if apart["count"]:
         rows.append(("partitions", str(apart["count"]), f"{apart['total_s']:.0f} s in all, the "

@@ -11,7 +11,8 @@ from desim.results.why import MessageFate
 # Why nothing gets from one host to the other for a while.
 _CUT = {"out_of_range": "out of reach", "out_of_reach": "out of reach", "no_path": "out of reach",
         "host_down": "host down", "outage": "outage", "partitioned": "partition",
-        "jammed": "jammed"}
+        "jammed": "jammed", "not_associated": "no access point",
+        "receiver_not_associated": "no access point", "roamed": "no access point"}
 _LOSSES = {**_CUT, "retry_limit": "no acknowledgement", "queue_full": "full queue on the way"}
 _DROPS = {**_CUT, "outbox_full": "full outbox", "queue_full": "full queue",
           "send_buffer_full": "full send buffer", "receive_buffer_full": "full receive buffer",

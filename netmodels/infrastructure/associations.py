@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,17 +17,6 @@ from netmodels.radio.dcf.radio import DcfRadio
 
 _FREE = 0  # a channel on which there is nobody
 _SETTLING_NS = 1_000_000_000  # since the last scan, before a signal that gets weak brings a new one
-
-
-class Handover(NamedTuple):
-    """A station hangs on ``access_point`` now, after ``gap_ns`` without one; before on ``left``
-    (indices of stations; None: on none)."""
-
-    time_ns: int
-    host: int
-    left: int | None
-    access_point: int
-    gap_ns: int
 
 
 class _Doing(Enum):
@@ -58,21 +46,22 @@ class Associations:
     A station knows the mean power of each access point's signals at its place, without fading.
     ``outlets`` are those of all stations; ``access_points`` and ``hosts`` have one each."""
 
-    def __init__(self, settings: Settings, air: Hops, radio: DcfRadio, outlets: Sequence[AirOutlet],
+    def __init__(self, settings: Settings, names: Sequence[str], air: Hops, radio: DcfRadio,
+                 outlets: Sequence[AirOutlet],
                  hosts: Sequence[int], access_points: dict[int, int], ack_ns: int) -> None:
         """``hosts``: those with a radio. ``access_points``: their channels. ``ack_ns`` as an outlet
         has it."""
         self._settings, self._constants = settings, settings.constants
-        self._air, self._radio, self._outlets = air, radio, outlets
+        self._names, self._air, self._radio, self._outlets = names, air, radio, outlets
         self._hosts, self._channels = tuple(hosts), access_points
         self._roaming, self._ack_ns = settings.roaming, ack_ns
         self._stations = {host: _Station() for host in hosts}
         self._known: dict[int, int] = {}  # to the wires: where a station hangs
         self._powers: dict[int, tuple[np.ndarray, int, np.ndarray]] = {}
         self.control = ControlFrames(air)
-        self.handovers: list[Handover] = []
+        self.handovers: list[ports.Handover] = []
 
-    def begin(self, names: Sequence[str]) -> None:
+    def begin(self) -> None:
         """Begin, where stations are associated from the start on with whom they hear best."""
         if self._settings.associated:
             for host, station in self._stations.items():
@@ -82,7 +71,7 @@ class Associations:
                     station.scanned_ns = 0
                     self._radio.budget.channels[host] = self._channels[best]
         for access_point in self._channels:
-            phase = self._air.stream("beacons", names[access_point]).random()
+            phase = self._air.stream("beacons", self._names[access_point]).random()
             self._air.at(self._air.now_ns + int(phase * self._constants.beacon_ns), self._beacon,
                          access_point)
 
@@ -271,8 +260,10 @@ class Associations:
             self._outlets[before].flush(host, "roamed")
         self._outlets[access_point].release(host)
         now_ns = self._air.now_ns
-        self.handovers.append(Handover(now_ns, host, station.left, access_point,
-                                       now_ns - station.since_ns))
+        names, left = self._names, station.left
+        self.handovers.append(ports.Handover(
+            now_ns, host, None if left is None else names[left], names[access_point],
+            now_ns - station.since_ns))
         self._outlets[host].resume()
 
     def _leave(self, host: int) -> None:

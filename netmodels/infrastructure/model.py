@@ -50,8 +50,8 @@ class Infrastructure:
     what still waits there is dropped (``roamed``). Management frames have the rate of data. Rules
     judge a frame once, from host to host.
 
-    Capabilities: Separates, FollowsHosts, Refuses, CountsControl, CountsAttempts, CountsBusyTime,
-    NamesChannels, CountsAirtime, Itemizes.
+    Capabilities: Separates, FollowsHosts, KnowsHandovers, Refuses, CountsControl, CountsAttempts,
+    CountsBusyTime, NamesChannels, CountsAirtime, Itemizes.
     """
 
     Params = Settings
@@ -93,10 +93,10 @@ class Infrastructure:
                    for station in range(len(names))]
         self._channels = {count + k: one.channel for k, one in enumerate(self._access_points)}
         self.associations = Associations(
-            settings, self._air, self._radio, outlets,
+            settings, names, self._air, self._radio, outlets,
             [host for host in range(count) if host not in self._wired], self._channels,
             ack_ns)
-        self.associations.begin(names)
+        self.associations.begin()
         self._ways = Ways(context, self._air, wires, outlets, times)
         self._floods = Floods(context, self._ways, self.associations, tuple(self._channels),
                               self._wired)
@@ -132,6 +132,11 @@ class Infrastructure:
             self._ways.down(trip, station, dest)
         else:
             self._ways.along(trip, station, (at,), self._pass_on)
+
+    @property
+    def handovers(self) -> list[ports.Handover]:
+        """``ports.KnowsHandovers``."""
+        return self.associations.handovers
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped."""

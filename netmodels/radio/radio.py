@@ -47,7 +47,7 @@ class Radio:
     Capabilities: those of its rung. Itemizes, LimitsReach, Retransmits, Refuses, CountsAttempts,
     CountsBusyTime, CountsAirtime, KnowsLinks, PredictsSignal, HearsAntennas (``mac``); with
     ``channels``, ``access_points`` or on other rungs, Separates, FollowsHosts, CountsControl,
-    NamesChannels, KnowsDepartures.
+    NamesChannels, KnowsHandovers, KnowsDepartures.
     """
 
     class Params(DcfRadio.Params):

@@ -21,7 +21,8 @@ def packet(flow="a", size_bytes=1500, since_ns=0, number=0):
 
 
 def drops_ms(waits_ms, interval_ms=100, until_ms=1000):
-    """When a queue drops that is served every millisecond, packets having waited for so long."""
+    """The times at which a queue drops that is served every millisecond, packets having waited
+    for so long."""
     queue, found = CoDel(5 * MS, interval_ms * MS), []
     for now_ms in range(until_ms):
         while len(queue.waiting) < 100:

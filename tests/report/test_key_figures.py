@@ -139,7 +139,7 @@ def test_a_network_in_which_things_went_wrong():
         ("", "9 packets", "lost: queue_full"),
         ("", "12.5% busy", "air, mean of its parts; at most 50.0%"), ("", "25.0% busy", "bus"),
         ("background", "10 packets", "a to b, 8 delivered"),
-        ("", "1.2 MB", "of routing protocols, beside"),
+        ("", "1.2 MB", "of protocols of networks, beside"),
         ("partitions", "2", "30 s in all, the longest 21 s"),
         ("false alarms", "1", "robots taken for gone that were up and in reach")]
 

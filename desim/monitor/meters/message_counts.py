@@ -7,6 +7,8 @@ from desim.monitor.meters.meter import Meter
 from desim.monitor.samples import Sample
 from desim.monitor.traffic import packets_lost, totals
 from desim.monitor.utilisation import utilisation, utilisation_inside
+from desim.ports import KnowsHandovers
+from desim.units import NS_PER_S
 
 
 class MessageCounts(Meter):
@@ -42,4 +44,16 @@ class MessageCounts(Meter):
                 "utilisation": {**{medium.name: utilisation(medium, now_ns)
                                    for medium in graph.media},
                                 **utilisation_inside(graph.inside, now_ns)},
-                "control_bytes": sum(medium.control_bytes for medium in graph.media)}
+                "control_bytes": sum(medium.control_bytes for medium in graph.media),
+                **_handovers(graph)}
+
+
+def _handovers(graph: Graph) -> Sample:
+    """Each time that a host has come to an access point, where media have some."""
+    known = [(medium, medium.model.handovers) for medium in graph.media
+             if isinstance(medium.model, KnowsHandovers)]
+    return {"handovers": [
+        {"time_s": one.time_ns / NS_PER_S, "medium": medium.name,
+         "host": medium.hosts[one.host], "from": one.left, "to": one.access_point,
+         "gap_s": one.gap_ns / NS_PER_S}
+        for medium, handovers in known for one in handovers]} if known else {}
