@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 _EXPIRED = ports.Drop("expired")
 # The parameters that may differ between radios that share the air.
-_OWN = ("rate_bps", "broadcast_rate_bps", "rts_bytes", "channel", "channels", "preset", "fidelity")
+_OWN = ("access_category", "mcs", "rate_bps", "broadcast_rate_bps", "rts_bytes", "channel",
+        "channels", "preset", "fidelity")
 
 
 class Air:
@@ -79,7 +80,9 @@ class Air:
                                  params.constants.lifetime_ns,
                                  first_rate=radio.rate if params.rate_control else None,
                                  judged=judged, difs_first=params.constants.difs_first,
-                                 timed=bool(ledgers), aggregation=params.aggregated())
+                                 timed=bool(ledgers), aggregation=params.aggregated(), access=[
+                                     one.params.access(standard)
+                                     for one in self.radios for _ in hosts])
         self._times = AirTimes(ledgers, self._hosts, self.stations) if ledgers else None
         self._unaware = params.reception.constants.unaware
         self._attempts: dict[int, Callable[[int, int], int]] = {}  # the next rate, by outcome

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
 from desim.units import Carrier, Period
-from netmodels.radio.high_throughput import FORMATS, MOST_STREAMS, high_throughput, mcs_index
-from netmodels.radio.standards import STANDARDS, RadioName, Standard, chosen_rates
+from netmodels.radio.high_throughput import (
+    ACCESS,
+    FORMATS,
+    MOST_STREAMS,
+    high_throughput,
+    mcs_index,
+)
+from netmodels.radio.standards import STANDARDS, Access, RadioName, Standard, chosen_rates
 
+AccessCategory = Literal["background", "best_effort", "video", "voice"]
 USUAL_HZ, USUAL_BPS = 20e6, 54_000_000
 
 
@@ -32,6 +40,10 @@ class Modulation(ports.Params):
     aggregation: bool = Field(True, description="of packets of 11n, 11ac, 11ax in one frame "
                                                 "(A-MPDU, which all cards do)")
 
+    access_category: AccessCategory = Field("best_effort", description=(
+        "of all that 11n, 11ac, 11ax stations send here: background, best_effort, video, voice "
+        "(best effort, as what is not marked)"))
+
     @property
     def has_mcs(self) -> bool:
         """Whether the standard is 802.11n or later."""
@@ -50,10 +62,15 @@ class Modulation(ports.Params):
     def _refuse(self) -> None:
         for key, given in (("mcs", self.mcs is not None), ("streams", self.streams > 1),
                            ("width", self.width_hz != USUAL_HZ),
-                           ("guard_interval", self.guard_interval_ns is not None)):
+                           ("guard_interval", self.guard_interval_ns is not None),
+                           ("access_category", self.access_category != "best_effort")):
             if given:
                 raise InputError(f".{key}: {self.standard} has none; allowed with "
                                  f"{', '.join(FORMATS)}")
+
+    def access(self, standard: Standard) -> Access:
+        """How eagerly stations contend."""
+        return ACCESS[self.access_category] if self.has_mcs else standard.access
 
     def rates_of(self, standard: Standard, rate_bps: int, broadcast_rate_bps: int | None
                  ) -> tuple[int, int]:

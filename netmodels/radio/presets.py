@@ -33,6 +33,8 @@ the defaults in these rules, which were found by comparing small layouts and rea
 - A frame that is given up leaves the contention window as wide as it was (``window_failures``):
   thirty saturated stations carry 1 % more.
 - Broadcasts of 802.11g go at its lowest rate, 1 Mb/s; by default at 6 Mb/s, the lowest of OFDM.
+- A missed block acknowledgement is asked for (``block_requests``): five saturated stations of
+  802.11n carry 5 % less.
 - Rate control counts as ``ArfWifiManager`` does (``rate_control.model``): five saturated stations
   carry 5.6 instead of 6.0 Mb/s.
 """
@@ -70,8 +72,8 @@ def filled(given: object) -> object:
     key by key, unless it names another model."""
     given = ports.tuples(given)
     if isinstance(given, dict) and given.get("preset") == "ns3_3_44":
-        given = {"broadcast_rate": "6 Mb/s" if given.get("standard") == "11a" else "1 Mb/s",
-                 **given}
+        with_1_mbps = given.get("standard", "11g") in ("11b", "11g")
+        given = {"broadcast_rate": "1 Mb/s" if with_1_mbps else "6 Mb/s", **given}
         if isinstance(given.get("rate_control"), dict):  # none by itself
             given["rate_control"] = {"model": "arf_ns3", **given["rate_control"]}
     return ports.with_preset(given, "preset", "", PRESETS)

@@ -27,7 +27,7 @@ class RateControl(ports.Params):
     LAN for the unlicensed band"): faster after acknowledgements in a row, or when the timer says
     that it is time to try; slower after failures in a row. The first attempt at a faster rate is a
     probe: if it fails, back at once. A request to send (RTS) without an answer says nothing about
-    rates."""
+    rates. An aggregate counts as acknowledged where half of its packets are."""
 
     model: Literal["arf", "arf_ns3"] = Field("arf", description=(
         "arf_ns3: counts as ns-3's ArfWifiManager, which the preset has (Kamerman and Monteban)"))

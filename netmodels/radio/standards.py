@@ -69,6 +69,15 @@ _DSSS = tuple(Rate(mbps, 0, 0, 144_000, 192_000) for mbps in (1, 2, 5.5, 11))
 _OFDM = _ofdm(6, 9, 12, 18, 24, 36, 48, 54)
 
 
+class Access(NamedTuple):
+    """How eagerly a station contends: slots that the medium is idle behind SIFS before it counts
+    its backoff (AIFSN; DIFS has 2), and the least and the largest contention window."""
+
+    aifsn: int
+    cw_min: int
+    cw_max: int
+
+
 @dataclass(frozen=True)
 class Standard:
     """One PHY standard. Contention windows are in slots; ``rates`` ascend. ``basic_mbps``: the
@@ -91,6 +100,11 @@ class Standard:
     qos_bytes: int = 0
     alone_bytes: int = 0
     block_ack_bytes: int = 32  # for 64 packets (9.3.1.9)
+
+    @property
+    def access(self) -> Access:
+        """That of stations without an access category, and of best effort."""
+        return Access(self.aifsn, self.cw_min, self.cw_max)
 
     @property
     def difs_ns(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -31,6 +32,7 @@ from netmodels.radio.standards import (
     CTS_BYTES,
     DELIMITER_BYTES,
     RTS_BYTES,
+    Access,
     Standard,
 )
 
@@ -126,6 +128,7 @@ class Stations:
     With ``difs_first`` a packet that comes while the medium is idle waits for DIFS all the same,
     and needs no backoff then, even if the medium becomes busy in between. ``timed``: it keeps the
     parts of frames' time (``times``). Without ``aggregation`` each packet goes alone.
+    ``access`` [stations] to the medium (None: the standard's).
     """
 
     def __init__(self, standard: Standard, keys: np.ndarray, errors: ErrorTable,
@@ -133,7 +136,8 @@ class Stations:
                  reset_at: int = 7, lifetime_ns: int | None = None,
                  first_rate: int | None = None, judged: bool = False,
                  difs_first: bool = False, timed: bool = False,
-                 aggregation: Aggregation | None = None) -> None:
+                 aggregation: Aggregation | None = None,
+                 access: Sequence[Access] | None = None) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
         self._ended = np.empty(3 + n, np.int64)
         self._enqueue = compiled_function(kernels.enqueue)
@@ -147,15 +151,19 @@ class Stations:
         for field in "air_due", "contention_due", "answer_due":
             first[field] = NEVER
         first["index"], first["key"], first["receives_from"] = np.arange(n), keys, -1
-        first["window"] = standard.cw_min
+        access = [standard.access] * n if access is None else access
+        for field, of_each in zip(("aifsn", "window", "least_bits", "largest"), zip(*(
+                (one.aifsn, one.cw_min, one.cw_min.bit_length(), one.cw_max)
+                for one in access), strict=True), strict=True):
+            first[field] = of_each
         setup = np.array([(
-            standard.slot_ns, standard.sifs_ns, standard.difs_ns, standard.eifs_ns,
-            reception.detection_ns, standard.cw_min, standard.cw_max, tries, reset_at,
+            standard.slot_ns, standard.sifs_ns, standard.eifs_ns - standard.difs_ns,
+            reception.detection_ns, tries, reset_at,
             _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
             reception.unaware, reception.eifs_at_end, reception.gives_up,
-            standard.difs_ns * difs_first, judged, *_limits(standard, aggregation),
+            difs_first, judged, *_limits(standard, aggregation),
             standard.qos_bytes > 0, 0)],
             records.SETUP)
         present = records.Dcf(

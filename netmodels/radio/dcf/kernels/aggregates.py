@@ -109,6 +109,7 @@ def receive_block(d, r, s, now_ns):
                         s.delivered += 1
                         note_packet(d, now_ns, HEARD, s, r.index, position, p)
                     else:
+                        s.taken += 1
                         packets[s.index, place] |= GOT
                 number += 1
     r.lost = 0

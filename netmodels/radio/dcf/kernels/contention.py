@@ -12,6 +12,7 @@ from netmodels.radio.dcf.kernels.records import (
     START,
     a_setup,
     a_station,
+    aifs_ns,
     all_due,
     schedule,
 )
@@ -49,7 +50,7 @@ def start_slots(setup, s, now_ns):
     begins with the end of that frame, whether or not the medium is idle then)."""
     if s.eifs_ends_ns == NEVER:
         s.eifs_ends_ns = now_ns + setup.eifs_ns
-    s.slots_from_ns = max(max(now_ns, s.nav_ns) + setup.difs_ns, s.eifs_ends_ns)
+    s.slots_from_ns = max(max(now_ns, s.nav_ns), s.eifs_ends_ns) + aifs_ns(setup, s)
 
 
 @inner(void(a_setup, all_due, a_station, _i8))

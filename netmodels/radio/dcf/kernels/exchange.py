@@ -54,6 +54,7 @@ from netmodels.radio.dcf.kernels.records import (
     a_station,
     all_due,
     mark_changed,
+    reset_window,
     schedule,
     set_rate,
 )
@@ -180,8 +181,10 @@ def next_packet(setup, due, s, now_ns):
 def succeed(d, s, now_ns):
     """The packet of station s was acknowledged, or needs no acknowledgement."""
     frame = d.frames[s.index, s.queue_head]
-    s.window, s.failed_in_a_row = d.setup[0].cw_min, 0
-    note_attempt(d, now_ns, ACKED, s)
+    s.failed_in_a_row = 0
+    reset_window(s)
+    if s.kind == DATA:  # of an aggregate, if half of it has arrived
+        note_attempt(d, now_ns, ACKED if 2 * s.taken >= s.carried else FAILED, s)
     if frame.dest < 0:
         stamp(d, s, now_ns, SENT)
         if s.packet == frame.packets - 1:
@@ -204,9 +207,10 @@ def fail(d, s, now_ns):
     s.failures += 1
     s.tries += 1
     s.failed_in_a_row += 1
-    s.window = min(2 * s.window + 1, setup.cw_max)
+    s.window = min(2 * s.window + 1, s.largest)
     if s.failed_in_a_row == setup.reset_at:
-        s.failed_in_a_row, s.window = 0, setup.cw_min
+        s.failed_in_a_row = 0
+        reset_window(s)
     if s.busy == 0:
         start_slots(setup, s, now_ns)
     blocks = d.packets.shape[0] > 0

@@ -29,6 +29,7 @@ from netmodels.radio.dcf.kernels.records import (
     TIMEOUT,
     a_dcf,
     a_station,
+    aifs_ns,
     arrays_at,
     first_block,
     mark_changed,
@@ -195,7 +196,8 @@ def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, las
             draw_backoff(s)
         elif s.busy == 0 and (
                 s.slots_left == 0 or now_ns >= s.slots_from_ns + s.slots_left * setup.slot_ns):
-            s.ready_ns, s.slots_left, s.no_backoff = now_ns + setup.pause_ns, 0, setup.pause_ns == 0
+            pause_ns = aifs_ns(setup, s) if setup.pauses == 1 else 0
+            s.ready_ns, s.slots_left, s.no_backoff = now_ns + pause_ns, 0, setup.pauses == 0
         plan_start(setup, d.due, s)
     return position, fit
 

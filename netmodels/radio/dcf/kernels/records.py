@@ -79,7 +79,9 @@ STATION = np.dtype([  # 288 B, for the future is tried out on copies
     ("on_air", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply_kind", "i1"),
     # Of its aggregate: an RTS goes first; it lacks a block acknowledgement, and asks for it first;
     # how many packets have been taken as arrived (``judge_packet``).
-    ("guarded", "i1"), ("asks", "i1"), ("taken", "i1"), ("_", "i4"),
+    ("guarded", "i1"), ("asks", "i1"), ("taken", "i1"),
+    # Its access: slots of AIFS behind SIFS, the bits of the least window, and the largest window.
+    ("aifsn", "i1"), ("least_bits", "i1"), ("largest", "i2"),
 ])
 
 # A frame in a queue: until when it may begin, receiver (-1: all), number of packets, size of each
@@ -104,22 +106,22 @@ RATE = np.dtype([("bps", "f8"), ("header_ns", "i8"), ("payload_ns", "i8"), ("hea
 OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("position", "i8"),
                     ("receiver", "i8"), ("packet", "i8")])
 
-# ``cw_min``, ``cw_max``: in slots. ``energy_mw`` makes the medium busy; a preamble is found from
+# ``eifs_ns``: EIFS without DIFS. ``energy_mw`` makes the medium busy; a preamble is found from
 # ``signal_mw`` on, and from a ratio of ``capture_ratio`` to noise and interference; above the ratio
 # ``clear_ratio`` no bit has an error; the table of errors begins at ``table_first_db``.
 # ``unaware``: see ``arrive``, ``gives_up``: ``read_header``, ``eifs_at_end``: ``start_slots``.
-# ``pause_ns``: the wait of a packet that comes while the medium is idle. ``judged``: the
+# ``pauses``: a packet that comes while the medium is idle waits for AIFS. ``judged``: the
 # caller judges each unicast transmission. Of aggregates: packets, bytes and ns at most, bytes of
 # the delimiter that a packet gets in them alone; above how many bytes an RTS goes first;
 # ``requests``: a missed block acknowledgement is asked for before anything else is sent.
 # ``first_counts``: ``sense_carrier``. ``outcomes``: how many were noted.
-SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("difs_ns", "i8"), ("eifs_ns", "i8"),
-                  ("detection_ns", "i8"), ("cw_min", "i8"), ("cw_max", "i8"),
+SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("eifs_ns", "i8"),
+                  ("detection_ns", "i8"),
                   ("try_limit", "i8"), ("reset_at", "i8"), ("noise_mw", "f8"),
                   ("energy_mw", "f8"), ("signal_mw", "f8"), ("capture_ratio", "f8"),
                   ("clear_ratio", "f8"), ("table_first_db", "f8"), ("table_step_db", "f8"),
                   ("unaware", "i8"), ("eifs_at_end", "i8"), ("gives_up", "i8"),
-                  ("pause_ns", "i8"), ("judged", "i8"), ("most_packets", "i8"),
+                  ("pauses", "i8"), ("judged", "i8"), ("most_packets", "i8"),
                   ("most_bytes", "i8"), ("most_ns", "i8"), ("delimiter_bytes", "i8"),
                   ("rts_bytes", "i8"), ("requests", "i8"),
                   ("first_counts", "i8"), ("outcomes", "i8")])
@@ -216,6 +218,18 @@ def mark_packets_changed(d, s):
     """Remember that the states of station s's packets may have changed, too."""
     mark_changed(d, s)
     d.touched[1 + s.index, 1] = 2
+
+
+@inner(_i8(a_setup, a_station))
+def aifs_ns(setup, s):
+    """How long the medium has to be idle before station s counts slots: AIFS, without QoS DIFS."""
+    return setup.sifs_ns + s.aifsn * setup.slot_ns
+
+
+@inner(void(a_station))
+def reset_window(s):
+    """Station s's contention window is the least again."""
+    s.window = (1 << np.int64(s.least_bits)) - 1
 
 
 @inner(void(all_due, a_station))
