@@ -27,7 +27,7 @@ _RUNGS: dict[str, Callable[[DcfRadio.Params], ports.NetworkModel]] = {
 
 
 class Radio:
-    """Wi-Fi (802.11a, b or g), ad hoc or over ``access_points``, from the same parameters on each
+    """Wi-Fi (802.11a to ax), ad hoc or over ``access_points``, from the same parameters on each
     rung of a ladder:
 
     ``multihop``: ``mac``, and hosts relay frames for others, along routes that a protocol finds on
