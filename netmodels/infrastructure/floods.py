@@ -27,12 +27,14 @@ class _Flood:
 
 class Floods:
     """Sends broadcasts from access points: each sends to all of its stations, and wires carry a
-    copy to each other access point and to the wired receivers."""
+    copy to each other access point and to the wired receivers. ``multicast`` is that of
+    ``Settings``."""
 
     def __init__(self, context: ports.Context, ways: Ways, associations: Associations,
-                 access_points: tuple[int, ...], wired: frozenset[int]) -> None:
+                 access_points: tuple[int, ...], wired: frozenset[int], multicast: str) -> None:
         self._context, self._ways, self._associations = context, ways, associations
         self._access_points, self._wired = access_points, wired
+        self._multicast = multicast
 
     def spread(self, trip: Trip, station: int) -> None:
         """A broadcast is at ``station``, an access point or its wired sender."""
@@ -53,9 +55,12 @@ class Floods:
         else:
             members = self._associations.members(station)
             meant = flood.reaches(members)
-            if trip.left and members:
-                self._ways.broadcast(trip, station, tuple(members), meant)
-            elif meant:
+            if not trip.left:
                 self._ways.end(trip, meant)
+            elif self._multicast == "unicast":
+                for receiver in meant:
+                    self._ways.down(trip.copy(), station, receiver)
+            elif meant or members and self._multicast == "flood":
+                self._ways.broadcast(trip, station, tuple(members), meant)
         if not flood.coming and flood.left:
             self._context.settle_many(trip.frame, list(flood.left), _NOBODY)

@@ -99,7 +99,7 @@ class Infrastructure:
         self.associations.begin()
         self._ways = Ways(context, self._air, wires, outlets, times)
         self._floods = Floods(context, self._ways, self.associations, tuple(self._channels),
-                              self._wired)
+                              self._wired, settings.multicast)
 
     def _queue(self) -> PacketQueue:
         if self._settings.queue == "fifo":

@@ -26,6 +26,10 @@ class Settings(ports.Params):
         "waits too long, or all in order, up to the radio's queue (Linux)"))
     fq_codel: FqCodelConstants = Field(FqCodelConstants(), description=(
         "of queue: fq_codel (Linux)"))
+    multicast: Literal["flood", "snooping", "unicast"] = Field("flood", description=(
+        "of broadcasts: each access point with stations sends them, or only one with receivers, as "
+        "with IGMP snooping, or that sends one unicast frame to each receiver (hostapd: "
+        "multicast_to_unicast is off)"))
     security: Security = Field("wpa2", description=(
         "of joining: with the 4-way handshake of a shared key, or open (what networks have)"))
     fast_transition: bool = Field(False, description=(

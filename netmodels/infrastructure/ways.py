@@ -46,6 +46,8 @@ class Ways:
 
     def end(self, trip: Trip, receivers: Sequence[int]) -> None:
         """Settle a trip at some receivers: what is left of it has come there now."""
+        if not receivers:
+            return
         frame, settle = trip.frame, self._context.settle_many
         if self._times is not None:
             for receiver in receivers:

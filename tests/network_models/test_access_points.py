@@ -103,6 +103,20 @@ def test_a_broadcast_comes_down_once_at_the_lowest_basic_rate(standard, options,
         pytest.approx(up_us + down_us)]
 
 
+@pytest.mark.parametrize(("multicast", "unicast", "broadcast"), [
+    ("flood", 1, (1, 1)), ("snooping", 1, (1, 0)), ("unicast", 3, (0, 0))])
+def test_ways_of_multicast(multicast, unicast, broadcast):
+    """From one station to two others at the first of two access points; the second one has another
+    station, which is no receiver."""
+    bench = Bench(wifi((0, 36), (40, 44), infrastructure={"multicast": multicast}),
+                  {"a": (5, 0), "b": (0, 5), "c": (0, -5), "d": (40, 5), "base": NOWHERE})
+    bench.send(S, "a", ["b", "c"], UDP, broadcast=True)
+    assert {fate for *_, fate in bench.run(2 * S)} == {"arrived"}
+    once, slow = 180 + 28 - 4, A.airtime_ns(AIR_BYTES, A.rate(6)) / US
+    assert [ns / US for ns in bench.medium.model.busy_ns(range(4))] == [
+        unicast * once + broadcast[0] * slow, broadcast[1] * slow]
+
+
 def test_wires_take_their_time():
     """From a wired host to a wired one over two cables of 100 Mb/s: preamble and packet twice."""
     wires = {"rate": "100 Mb/s", "propagation": "1 us"}
