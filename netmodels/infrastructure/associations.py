@@ -12,6 +12,7 @@ from desim import ports
 from netmodels.hops import Hops
 from netmodels.infrastructure.joining import ControlFrames, Handshake, steps
 from netmodels.infrastructure.outlets import AirOutlet
+from netmodels.infrastructure.power_save import PowerSave
 from netmodels.infrastructure.settings import Settings
 from netmodels.radio.dcf.radio import DcfRadio
 
@@ -59,6 +60,8 @@ class Associations:
         self._known: dict[int, int] = {}  # to the wires: where a station hangs
         self._powers: dict[int, tuple[np.ndarray, int, np.ndarray]] = {}
         self.control = ControlFrames(air)
+        self.power_save = PowerSave(self.control, settings.constants, outlets, self._rests_at
+                                    ) if settings.power_save else None
         self.handovers: list[ports.Handover] = []
 
     def begin(self) -> None:
@@ -70,6 +73,7 @@ class Associations:
                     station.access_point = self._known[host] = best
                     station.scanned_ns = 0
                     self._radio.budget.channels[host] = self._channels[best]
+                    self._is_active(host)
         for access_point in self._channels:
             phase = self._air.stream("beacons", self._names[access_point]).random()
             self._air.at(self._air.now_ns + int(phase * self._constants.beacon_ns), self._beacon,
@@ -112,6 +116,8 @@ class Associations:
             found = powers_dbm >= self._found_dbm
             for host, heard in zip(self._hosts, found.tolist(), strict=True):
                 self._note(access_point, host, heard)
+        if self.power_save is not None:
+            self.power_save.beacon(access_point)
         for host, power_dbm in zip(self._hosts, powers_dbm.tolist(), strict=True):
             self._watch(access_point, host, power_dbm)
 
@@ -126,6 +132,8 @@ class Associations:
         if station.access_point != access_point or station.doing is _Doing.SCANNING:
             return
         station.missed = 0 if heard else station.missed + 1
+        if heard and self.power_save is not None:
+            self.power_save.heard(host, access_point)
         if station.missed == self._constants.lost_beacons:
             self._air.at(self._air.now_ns + self._constants.probe_wait_ns, self._give_up,
                          (host, station.turn))
@@ -160,6 +168,8 @@ class Associations:
 
     def _scan(self, host: int, station: _Station) -> None:
         self._begin(station, _Doing.SCANNING)
+        if self.power_save is not None:
+            self.power_save.forget(host)
         station.scanned_ns = self._air.now_ns
         channels = sorted({*self._channels.values()})
         if self._roaming.scan == "all":
@@ -226,6 +236,7 @@ class Associations:
         if station.turn != turn:
             return
         self._begin(station, _Doing.NOTHING)
+        self._is_active(host)
         best, own = self._best(host), station.access_point
         if best is not None and best != own and (own is None or self._roaming.goes(
                 self._power_dbm(own, host), self._power_dbm(best, host))):
@@ -265,6 +276,7 @@ class Associations:
             now_ns, host, None if left is None else names[left], names[access_point],
             now_ns - station.since_ns))
         self._outlets[host].resume()
+        self._is_active(host)
 
     def _leave(self, host: int) -> None:
         """The station hangs on no access point any more; what waits in it is lost."""
@@ -273,6 +285,17 @@ class Associations:
             station.left, station.access_point = station.access_point, None
             station.since_ns = self._air.now_ns
             self._outlets[host].flush(None, "not_associated")
+            if self.power_save is not None:
+                self.power_save.forget(host)
+
+    def _is_active(self, host: int) -> None:
+        if self.power_save is not None:
+            self.power_save.active(host)
+
+    def _rests_at(self, host: int) -> int | None:
+        """The access point of a station that does nothing else."""
+        station = self._stations[host]
+        return station.access_point if station.doing is _Doing.NOTHING else None
 
     def _begin(self, station: _Station, doing: _Doing) -> int:
         """Do something else from now on; whatever was going on is over. Returns its turn."""

@@ -59,6 +59,11 @@ class JoiningConstants(ports.Constants):
         "beacon_loss_count)"))
     probe_wait_ns: Duration = Field("500 ms", description=(
         "until it gives up then (mac80211: probe_wait_ms)"))
+    dtim: int = Field(2, ge=1, description="beacons from one with a DTIM to the next (hostapd: "
+                                           "dtim_period)")
+    awake_ns: Duration = Field("100 ms", description=(
+        "after a station's last frame until it sleeps, with power_save (mac80211: "
+        "dynamic_ps_timeout)"))
     sleep_frame_bytes: ByteSize = Field("28 B", ge=28, description=(
         "of a frame that says that a station sleeps or is back (802.11-2016: header and check "
         "sequence)"))

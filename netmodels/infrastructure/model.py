@@ -97,7 +97,8 @@ class Infrastructure:
             [host for host in range(count) if host not in self._wired], self._channels,
             ack_ns)
         self.associations.begin()
-        self._ways = Ways(context, self._air, wires, outlets, times)
+        self._ways = Ways(context, self._air, wires, outlets, times,
+                          self.associations.power_save)
         self._floods = Floods(context, self._ways, self.associations, tuple(self._channels),
                               self._wired, settings.multicast)
 

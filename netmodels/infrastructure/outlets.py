@@ -98,6 +98,10 @@ class AirOutlet:
         """Keep packets for a station from now on, which cannot hear them."""
         self._asleep.setdefault(dest, deque())
 
+    def keeps_for(self, dest: int) -> bool:
+        """Whether there are packets that are kept for a station."""
+        return bool(self._asleep.get(dest))
+
     def release(self, dest: int) -> None:
         """Let the packets that were kept for a station go."""
         self._awake.extend(self._asleep.pop(dest, ()))

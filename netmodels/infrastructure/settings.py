@@ -34,6 +34,9 @@ class Settings(ports.Params):
         "of joining: with the 4-way handshake of a shared key, or open (what networks have)"))
     fast_transition: bool = Field(False, description=(
         "802.11r: a station that changes brings its keys along (hostapd: off)"))
+    power_save: bool = Field(False, description=(
+        "whether stations sleep, so that frames for them wait for a beacon (off; NetworkManager of "
+        "Ubuntu turns it on)"))
     associated: bool = Field(True, description=(
         "whether stations hang on the access point that they hear best when a run begins (as those "
         "that were switched on before)"))

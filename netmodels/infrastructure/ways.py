@@ -8,6 +8,7 @@ from functools import partial
 from desim import ports
 from netmodels.hops import Hops
 from netmodels.infrastructure.outlets import AirHop, AirOutlet
+from netmodels.infrastructure.power_save import PowerSave
 from netmodels.infrastructure.trips import Trip, TripTimes
 
 # Called with a trip and the station where it is now; of its packets none may be left.
@@ -19,12 +20,14 @@ class Ways:
     stations of ``air``."""
 
     def __init__(self, context: ports.Context, air: Hops, wires: Hops, outlets: Sequence[AirOutlet],
-                 times: TripTimes | None) -> None:
+                 times: TripTimes | None, power_save: PowerSave | None) -> None:
         self._context, self._air, self._wires = context, air, wires
-        self._outlets, self._times = outlets, times
+        self._outlets, self._times, self._power_save = outlets, times, power_save
 
     def up(self, trip: Trip, access_point: int, there: There) -> None:
         """From its source to the access point of that."""
+        if self._power_save is not None:
+            self._power_save.active(trip.frame.source)
         self._outlets[trip.frame.source].take(AirHop(
             trip, (access_point,), False, partial(self._came_up, there)))
 
@@ -41,8 +44,9 @@ class Ways:
     def broadcast(self, trip: Trip, access_point: int, stations: tuple[int, ...],
                   receivers: Collection[int]) -> None:
         """From an access point to all of its stations; it ends at those that are meant."""
-        self._outlets[access_point].take(AirHop(
-            trip, stations, True, partial(self._came_down, access_point, receivers)))
+        hop = AirHop(trip, stations, True, partial(self._came_down, access_point, receivers))
+        if self._power_save is None or not self._power_save.hold(access_point, hop):
+            self._outlets[access_point].take(hop)
 
     def end(self, trip: Trip, receivers: Sequence[int]) -> None:
         """Settle a trip at some receivers: what is left of it has come there now."""
@@ -89,6 +93,8 @@ class Ways:
         trip = hop.trip
         if self._times is not None:
             self._times.hop(trip, leg, self._times.air, self._context.now_ns)
+        if self._power_save is not None and not hop.broadcast:
+            self._power_save.active(hop.receivers[0])
         receivers = [receiver for receiver in hop.receivers if receiver in meant]
         whole = [receiver for receiver in receivers if not hop.lost[receiver]]
         if whole:

@@ -1,7 +1,9 @@
 """Access points: what the air carries twice, and how stations get to one and change it."""
 
 import math
+import random
 
+import numpy as np
 import pytest
 from stations import air, same_power, saturate
 
@@ -57,6 +59,34 @@ def test_the_same_again():
         return bench.run(S)
 
     assert log() == log() and len(log()) == 100
+
+
+@pytest.mark.parametrize("queue", ["fifo", "fq_codel"])
+@pytest.mark.parametrize("multicast", ["flood", "unicast"])
+def test_every_frame_has_one_fate(queue, multicast):
+    """Trains and broadcasts between stations that scan, sleep, stop and start, in short queues."""
+    model = wifi((0, 36), (30, 44), queue=20, infrastructure={
+        "queue": queue, "multicast": multicast, "power_save": True, "constants": {},
+        "fq_codel": {"limit": 20},
+        "roaming": {"threshold": "0 dBm", "often": "1 s", "better": "0 dB", "scan": "known"}})
+    hosts = {f"h{k}": (5.0 * k, 3.0) for k in range(7)} | {"base": NOWHERE}
+    bench = Bench(model, hosts)
+    draw, sent = random.Random(1), 0
+    for number in range(600):
+        source, *others = draw.sample(sorted(hosts), len(hosts))
+        several, segments = draw.random() < 0.3, draw.choice([1, 1, 5, 30])
+        receivers = others[:3] if several else others[0]
+        sent += 3 if several else 1
+        bench.send(draw.randrange(6 * S), source, receivers, 1000 * segments, segments, number,
+                   several)
+    for at_s, up in (2, False), (3, True):
+        bench.book(at_s * S, lambda up: bench.medium.switched(1, up), up)
+    log = bench.run(60 * S)
+    medium = bench.medium
+    assert not medium.in_flight() and len(log) == len({(row[1], row[3]) for row in log}) == sent
+    assert medium.packets_intended == medium.packets_delivered + sum(
+        medium.packets_dropped.values())
+    assert len({*medium.dropped}) >= 3 and medium.delivered > sent / 2
 
 
 # ---------------------------------------------------------------------------- frames and their way
@@ -282,6 +312,43 @@ def test_a_host_that_stops_and_starts_joins_again():
     assert [fate for *_, fate in bench.run(10 * S)] == ["not_associated", "arrived"]
     (joined,) = bench.medium.model.associations.handovers
     assert joined.gap_ns == joined.time_ns - S
+
+
+# ------------------------------------------------------------------------------------ power save
+
+
+def delays_ms(power_save, source, receivers, period_ms, count=400, **constants):
+    """Delays of packets in ms, in order of sending; all arrive."""
+    bench = Bench(wifi(infrastructure={"power_save": power_save, "constants": constants}),
+                  {"a": (5, 0), "b": (0, 5), "base": NOWHERE})
+    for k in range(count):
+        bench.send(S + k * period_ms * MS, source, receivers, UDP, label=S + k * period_ms * MS,
+                   broadcast=not isinstance(receivers, str))
+    log = bench.run(S + count * period_ms * MS + S)
+    assert {fate for *_, fate in log} == {"arrived"}
+    return np.array([(time_ns - label) / MS for time_ns, label, *_ in log])
+
+
+def test_a_frame_for_a_station_that_sleeps_waits_for_a_beacon():
+    """One every 337 ms, at any time between two beacons: half an interval on the average, a whole
+    one at most, and the frames of waking. What comes within 100 ms of the last frame does not wait;
+    neither does what a station sends."""
+    slept = delays_ms(True, "base", "a", 337)
+    assert slept.mean() == pytest.approx(102.4 / 2, rel=0.1) and 95 < slept.max() < 106
+    assert delays_ms(False, "base", "a", 337).max() < 5
+    assert np.median(delays_ms(True, "base", "a", 50)) < 1
+    assert delays_ms(True, "a", "base", 337).max() < 5
+
+
+def test_the_twin_with_longer_beacon_intervals_waits_longer():
+    assert delays_ms(True, "base", "a", 337, beacon="112.64 ms").mean() > 102.4 / 2 * 1.05
+
+
+@pytest.mark.parametrize("dtim", [1, 3])
+def test_broadcasts_wait_for_a_dtim(dtim):
+    slept = delays_ms(True, "base", ["a"], 337, dtim=dtim)
+    assert slept.mean() == pytest.approx(dtim * 102.4 / 2, rel=0.12)
+    assert slept.max() < dtim * 102.4 + 8
 
 
 # ----------------------------------------------------------------------------------- bad input
