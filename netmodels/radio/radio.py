@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Literal
 
 from pydantic import Field
@@ -57,6 +57,19 @@ class Radio:
             "over which all frames go, on the rung mac (none: hosts talk to each other directly)"))
         infrastructure: Settings = Field(Settings(), description=(
             "wires behind the access points, and how stations hang on them (its own defaults)"))
+
+        def without_effect(self, scenario: object) -> Iterator[ports.UnusedKeys]:
+            """Keys of access points where there are none, and the channels of stations where there
+            are some."""
+            if not self.access_points:
+                yield ports.UnusedKeys(ports.changed_keys(self, "infrastructure"),
+                                       "there are no access_points")
+            elif self.fidelity != "mac":
+                yield ports.UnusedKeys([".access_points"], f"on the rung {self.fidelity} hosts "
+                                                           "talk to each other directly")
+            else:
+                yield ports.UnusedKeys(ports.changed_keys(self, "channel"),
+                                       "stations take the channels of their access points")
 
     reasons = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
                "relay_down", "relay_no_path", "relay_queue_full", "not_associated",

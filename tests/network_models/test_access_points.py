@@ -379,3 +379,12 @@ def test_a_host_with_the_name_of_an_access_point():
         Bench(wifi(), {"ap_0": (5, 0), "base": NOWHERE})
     assert str(caught.value) == (".access_points: a host is called ap_0, as the access points are; "
                                "allowed: another name for the host")
+
+
+@pytest.mark.parametrize(("params", "keys"), [
+    ({}, []), ({"infrastructure": {"wired": ["base"]}}, [".infrastructure"]),
+    ({"access_points": [{"at": ["0 m", "0 m"]}], "fidelity": "disk"}, [".access_points"]),
+    ({"access_points": [{"at": ["0 m", "0 m"]}], "channel": 6}, [".channel"])])
+def test_keys_without_effect_are_known(params, keys):
+    assert [key for unused in Radio.Params(**params).without_effect(None)
+            for key in unused.keys] == keys
