@@ -175,8 +175,8 @@ class GraphContext:
                 graph.put(pack(now_ns, self._control, own, to_id, kind_id, size_bytes))
                 note = None if in_advance is None else in_advance(to[0])
                 if note is None:
-                    self.way(medium, source, to).transmit(
-                        source, to, size_bytes, segments, multicast, carrier, token)
+                    sends = medium if multicast else self.way(medium, source, to)
+                    sends.transmit(source, to, size_bytes, segments, multicast, carrier, token)
                     continue
                 arrival_ns = medium.post(source, (to[0],), size_bytes, carrier, token)
                 if arrival_ns is not None:

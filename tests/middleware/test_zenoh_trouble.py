@@ -204,3 +204,15 @@ def test_what_it_does_not_know_it_refuses():
         net_of({"a": silent}, discovery="connect")
     with pytest.raises(InputError, match="a has no router"):
         net_of({"a": silent, "b": silent}, connect=["a"], routers=["b"])
+
+
+def test_a_scout_asks_for_no_address():
+    """It goes to all: what b has missed while it was down does not wait for it."""
+    net = net_of({"a": silent, "b": silent}, tcp={"arp": "natural"})
+    net.graph.host("b").stop()
+    net.at(10 * S, net.graph.host("b").start)
+    net.run(10 * S)
+    assert not [row for row in net.rows("control") if row[4] == "arp"]
+    hellos = net.graph.context.discovery_frames.get("hello", 0)
+    net.run(11 * S)
+    assert net.graph.context.discovery_frames["hello"] - hellos == 1  # to b's own scout
