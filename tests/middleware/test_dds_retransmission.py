@@ -118,10 +118,10 @@ def test_trains_are_long_where_samples_arrive_soon_until_one_is_lost(rate, laten
 
 
 def crowded(until_s, **params):
-    """Three hosts say 3 MB to each other within 5 s, over 250 kb/s with a queue of 8 s; their
+    """Three hosts say 3 MB to each other within 7.5 s, over 250 kb/s with a queue of 8 s; their
     sockets take it all."""
     heard = []
-    says = [(2 * S + k * 100 * MS, str(k)) for k in range(50)]
+    says = [(2 * S + k * 150 * MS, str(k)) for k in range(50)]
     nodes = {host: {"t": talker(says, f"/{host}", queue=0, size_bytes=20_000),
                     "l": lambda node: [listener(heard, f"/{other}", queue=0)(node)
                                        for other in "abc" if other != node.host.name]}

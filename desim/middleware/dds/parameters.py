@@ -69,7 +69,7 @@ class DdsConstants(ports.Constants):
         "Linux wmem_default 212992 B, of which asio reports half; cyclonedds null)"))
     timer_slip_ns: Duration = Field("100 us", description=(
         "by which a heartbeat comes later than its period (fastdds, measured: 3.0001 s; cyclonedds "
-        "0)"))
+        "1 us: a sample at that instant goes first, measured)"))
     heartbeat_period_ns: Pace = Field("3 s", description=(
         "while something is not acknowledged (fastdds 3 s, cyclonedds 100 ms)"))
     heartbeat_limit_ns: Pace = Field("3 s", description=(
@@ -154,7 +154,7 @@ CYCLONEDDS: ports.Preset = {
         "announces_when_found": False, "responses": 4, "liveliness_period": None,
         "initial_heartbeat": "5 ms", "first_heartbeat_to_all": True, "heartbeat_period": "100 ms",
         "heartbeat_limit": "8 s", "heartbeat_asks_after": "80 ms", "heartbeat_response": "0 ns",
-        "heartbeat_rides": "always", "heartbeat_after": None, "timer_slip": "0 ns",
+        "heartbeat_rides": "always", "heartbeat_after": None, "timer_slip": "1 us",
         "discovery_heartbeat_period": "100 ms", "discovery_heartbeat_limit": "8 s",
         "discovery_heartbeats_all": False, "discovery_heartbeat_response": "0 ns",
         "discovery_nack_response": "0 ns", "initial_acknack": "10 ms",

@@ -295,7 +295,7 @@ class ReaderProxy(Carrier[DataToken]):
         constants = self._constants
         delay_ns: int = min(constants.heartbeat_limit_ns, constants.heartbeat_period_ns
                             << min(16, max(0, self._beats - 2)))
-        return self._beat_ns + delay_ns
+        return self._beat_ns + delay_ns + constants.timer_slip_ns
 
     def _beat(self, chunk: wire.Chunk, beat: int) -> None:
         context = self._context
