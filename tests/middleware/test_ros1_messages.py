@@ -35,6 +35,17 @@ def test_an_outage_fills_the_outbox_and_the_socket_and_the_newest_get_through():
     assert heard[-1][3] == "4.9"
 
 
+def test_a_writer_that_blocks_fills_the_socket():
+    """What poll() calls full, two thirds of the buffer, takes more: rospy's sendall() goes on."""
+    delivered = {}
+    for client in "roscpp", "rospy":
+        cut = net({"a": talker(says(*(1 + i / 10 for i in range(80))), size_bytes=1000, queue=2),
+                   "b": listener([], queue=0), "m": silent},
+                  [apart("b", start="1.5 s", until="7.5 s")], client=client).run(30 * S)
+        delivered[client] = cut.counts("/talk").delivered
+    assert 30 < delivered["roscpp"] < delivered["rospy"] - 8
+
+
 def test_a_fate_has_the_instants_of_the_first_and_the_last_frame():
     """The frame of the first message is lost. After a round trip and 200 ms the second one, which
     Nagle's algorithm holds, goes as a probe; its acknowledgement shows what is missing. The third

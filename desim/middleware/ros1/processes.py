@@ -125,6 +125,7 @@ class RosMiddleware:
         context, host = self.processes.context, offer.publisher.host
         publication = self.processes.on(host).publication(offer.publisher.topic, offer.transport)
         if publication.transport == TransportKind.STREAM:
-            return Tcpros(context, host, publication, offer.queue)
+            return Tcpros(context, host, publication, offer.queue,
+                          self.processes.params.client == "rospy")
         datagrams = offer._replace(transport=TransportKind.DATAGRAM)
         return Udpros(context.default_transport(datagrams), publication)

@@ -20,11 +20,11 @@ class Tcpros(LinkedTransport["Outlet"]):
     cluster.yaml with thirty robots, by a profile."""
 
     def __init__(self, context: MiddlewareContext, source: int, publication: RosPublication,
-                 limit: int) -> None:
+                 limit: int, blocks: bool) -> None:
         def link_to(receiver: int, outlet: Outlet | None) -> Outlet:
             connection = publication.connections[receiver]
             if outlet is None or outlet.connection is not connection:
-                return Outlet(self, context, source, receiver, connection, limit)
+                return Outlet(self, context, source, receiver, connection, limit, blocks)
             return outlet
 
         super().__init__(link_to, context.drop)
@@ -51,20 +51,21 @@ class WrittenMessage:
 
 class Outlet:
     """The way to one subscriber: an outbox of ``limit`` messages (0: any number) that drops its
-    oldest, and the messages in the socket. The socket takes one more while its send buffer has
-    room."""
+    oldest, and the messages in the socket. roscpp writes one more when poll() reports room; a
+    thread of rospy ``blocks`` in sendall(), and goes on as long as the socket takes some
+    (tcpros_pubsub.py QueuedConnection)."""
 
     __slots__ = ("connection", "_transport", "_context", "_sender", "_receiver", "_limit",
-                 "_outbox", "_written", "_closed")
+                 "_blocks", "_outbox", "_written", "_closed")
 
     def __init__(self, transport: Tcpros, context: MiddlewareContext, source: int, receiver: int,
-                 connection: Connection, limit: int) -> None:
+                 connection: Connection, limit: int, blocks: bool) -> None:
         self.connection = connection
         self._transport = transport
         self._context = context
         self._sender = connection.sender(source)
         self._receiver = receiver
-        self._limit = limit
+        self._limit, self._blocks = limit, blocks
         self._outbox: deque[Message] = deque()
         self._written: deque[WrittenMessage] = deque()
         self._closed = False
@@ -73,7 +74,7 @@ class Outlet:
         self._transport.unfinished += 1
         outbox = self._outbox
         sender = self._sender
-        if not outbox and sender.writable:
+        if not outbox and (sender.takes if self._blocks else sender.writable):
             self._write(message)
             return
         outbox.append(message)
@@ -115,7 +116,7 @@ class Outlet:
         if self._closed:
             return
         outbox, sender = self._outbox, self._sender
-        while outbox and sender.writable:
+        while outbox and (sender.takes if self._blocks else sender.writable):
             self._write(outbox.popleft())
         if outbox:
             sender.when_writable(self._go_on)
