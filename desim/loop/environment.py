@@ -11,7 +11,7 @@ from desim.loop.addresses import Address
 
 KEPT = ("PATH", "LANG", "PYTHONPATH", "LD_LIBRARY_PATH", "ROS_DISTRO", "ROS_ROOT",
         "ROS_PACKAGE_PATH", "ROS_ETC_DIR", "CMAKE_PREFIX_PATH", "AMENT_PREFIX_PATH",
-        "RMW_IMPLEMENTATION")  # of the user's own
+        "RMW_IMPLEMENTATION", "LD_PRELOAD")  # of the user's own
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"  # ip is in sbin
 _MASTER_PORT = 11311  # ROS 1
 

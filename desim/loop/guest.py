@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from desim.errors import InputError
+from desim.loop import giving_way
 from desim.loop.environment import KEPT, SYSTEM_PATH, path
 from desim.loop.order import CONSOLE, OUTPUT, Order
 from desim.scenario.schema.loop import Loop
@@ -50,7 +51,9 @@ def boot(kernel: Path, order: Order, folder: Path, scenario: Scenario, memory_mb
     ``console`` and ``output``. Its random numbers have the scenario's seed. Raises ``InputError``
     where it would have to hide its own folders."""
     init = folder / "init"
-    init.write_text(_init(order, folder, scenario.loop, os.environ), "utf-8")
+    library = giving_way.build(folder)
+    own = {} if library is None else {"LD_PRELOAD": str(library)}
+    init.write_text(_init(order, folder, scenario.loop, {**os.environ, **own}), "utf-8")
     init.chmod(0o755)
     with (folder / CONSOLE).open("wb") as console:
         return subprocess.Popen(
