@@ -22,7 +22,7 @@ def judge(name: str, seed: int, out: Path | None, as_json: bool) -> None:
         raise InputError(f"--real: there is no {name!r}{did_you_mean(name, sections.SECTIONS)}; "
                          f"known: {', '.join(sections.SECTIONS)}")
     section = sections.SECTIONS[name]
-    judge.require(section.needs)
+    judge.require(section.needs())
     guest_kernel()
     found = []
     with compiling_inside(as_json), counting(Terminal(), name) as on_progress:

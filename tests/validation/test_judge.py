@@ -3,19 +3,37 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from desim.cli import app
-from desim.errors import InputError
+from desim.errors import InputError, ModelError
 from desim.loop import guest_kernel
 from desim.loop.gateway import STACK_NS
 from desim.scenario.load import from_mapping
-from desim.validation.real import judge, media, ros1, sides, tcp
+from desim.validation.real import dds, judge, media, ros1, sides, tcp, zenoh
 from desim.validation.real.cell import Act, Heard, Played, SentFrames, scenario_of
-from desim.validation.real.figures import Figure, arrived, figures, frames, heard_again, mean_delay
+from desim.validation.real.figures import (
+    Figure,
+    arrived,
+    delay,
+    figures,
+    frames,
+    heard_again,
+    mean_delay,
+)
+from desim.validation.real.peers import (
+    Listened,
+    Peer,
+    PeerSoftware,
+    PeerTalk,
+    Published,
+    talk,
+)
+from desim.validation.real.peers import judged_row as peers_row
 from desim.validation.real.sections import SECTIONS
 
 MESSAGES = tcp.LinkTalk("ten messages", media.wire(10, 20), 1000, 100, 1, nodelay=True)
@@ -64,6 +82,44 @@ def test_ros_plays_a_cell():
     assert played.sent["master"].frames > 0
 
 
+def played_by(software, what, network, peers, seconds, **more):
+    """The outcome of a row of peers on the model's side."""
+    row = peers_row(PeerTalk(what, network, peers, seconds, **more), software, "peers")
+    return sides.modelled(next(iter(row.cells)), 1)
+
+
+@pytest.mark.parametrize("software", [dds.CYCLONE, zenoh.software("zenoh")])
+def test_peers_play_a_cell(software):
+    """Twenty messages, each 50 us late; they begin four seconds after the talker's start."""
+    played = played_by(software, "a second", media.lan(), talk(1000, 20), 5, begin_s=4)
+    assert [heard.number for heard in played.heard[:9]] == list(range(1, 10))
+    assert [heard.late_s for heard in played.heard] == pytest.approx([5e-5] * 9, abs=1e-9)
+    assert played.heard[0].born_s == pytest.approx(4.55)
+
+
+def test_peers_say_more_where_they_lose_more():
+    calm, lossy = (played_by(dds.CYCLONE, "loss", media.lan("2 ms", media.lost(loss, 4)),
+                             talk(1000, 10), 20) for loss in (0, 0.3))
+    assert max(heard.late_s for heard in calm.heard) < 0.003
+    assert max(heard.late_s for heard in lossy.heard) > 0.1
+    assert lossy.sent["writer"].size_bytes > 1.1 * calm.sent["writer"].size_bytes
+
+
+def test_frames_count_from_an_instant_on():
+    whole, rest = (played_by(dds.CYCLONE, "rest", media.lan(), dds.fleet(2, 0), 20, **since)
+                   for since in ({}, {"since_s": 15.03}))
+    assert whole.sent["peer_0"].frames > 20
+    assert rest.sent["peer_0"].frames == 4  # at 16.5 s: announcements, liveliness, answer
+
+
+def test_the_words_of_a_peer():
+    row = peers_row(PeerTalk("two", media.lan(), {"a": Peer(
+        [Published("/x", 100, 5, 0), Published("/y", reliable=False)], [Listened("/z", 1)])}, 5),
+        PeerSoftware("some", "node", {"model": "dds"}), "some")
+    act, = row.cells[0].acts
+    assert act.run == "node a 2.0 /x:100:5:0:1 /y:0:0:10:0 /z:1:1"
+
+
 class RunOfPrograms:
     """The rest of a run with real programs."""
 
@@ -82,7 +138,7 @@ class RunOfPrograms:
 def test_the_outcome_of_real_programs(tmp_path):
     """Their clock began at 1000 s; a broadcast to two is one frame, and short ones are padded; what
     comes after the cell's end does not count."""
-    cell = CELL._replace(name="x", parts={"a": (0, 0), "b": (1, 0)}, acts=[
+    cell = CELL._replace(name="x", parts={"a": (0, 0), "b": (1, 0)}, since_s=0, acts=[
         Act("a", "talk", 1.0), Act("b", "hear", 0.5)])
     (tmp_path / "x_a.0.log").write_text("began 1001.25\ncalled 1002\n")
     (tmp_path / "x_b.1.log").write_text("noise\n\nbegan 1000.5\nheard 7 1003.5 1003.25\n"
@@ -90,6 +146,23 @@ def test_the_outcome_of_real_programs(tmp_path):
     outcome = sides._outcomes([cell], RunOfPrograms(tmp_path))
     assert outcome == {"x": Played({"a": SentFrames(2, 64 + 1070, 1000), "b": SentFrames(1, 70, 0)},
                                    [Heard("b", 7, 3.5, 3.25)], {"a": 2.0})}
+
+
+def test_a_program_that_ended(tmp_path):
+    (tmp_path / "x_a.0.log").write_text("Traceback:\nNo module named 'zenoh'\n")
+    run = RunOfPrograms(tmp_path)
+    run.manifest = {"loop": {"programs": [
+        {"host": "x_a", "run": "node", "log": "x_a.0.log", "code": 1}]}}
+    with pytest.raises(ModelError, match="^x_a: node has ended with 1: No module named 'zenoh'$"):
+        sides._require_all_ran(run)
+    run.manifest["loop"]["programs"][0]["code"] = None
+    sides._require_all_ran(run)
+
+
+def test_figures_where_nothing_arrived():
+    silent = Played({}, [], {})
+    for quantity in mean_delay(), delay(50):
+        assert math.isnan(quantity.of([silent]))
 
 
 def test_figures():

@@ -10,6 +10,7 @@ from desim.simulation.simulation import Simulation
 from desim.validation.real.media import JudgedMedium
 
 PROGRAMS = Path(__file__).parent / "programs"
+FROM_BEGIN_S = 0.1  # hosts of the model are up for an instant at 0, whose frames do not count
 _TAP = "desim.validation.real.wire_tap:WireTap"
 
 
@@ -61,7 +62,7 @@ class Cell(NamedTuple):
     decides. ``parts``: its hosts, which are called NAME_PART; their places in m. ``acts``: the real
     side. ``middleware``: the model, as in a scenario, and ``attach(simulation, cell)`` lets its
     hosts do the same; it returns a function that says what was heard. ``starts_s``: when hosts of
-    the model start, if not at once."""
+    the model start, if not at once. ``since_s``: from when on frames are counted."""
 
     name: str
     medium: JudgedMedium
@@ -71,6 +72,7 @@ class Cell(NamedTuple):
     middleware: Mapping[str, object]
     attach: Attach
     starts_s: dict[str, float] = {}
+    since_s: float = FROM_BEGIN_S
 
     def host(self, part: str) -> str:
         """The host's name in scenarios."""
@@ -89,7 +91,8 @@ def scenario_of(cells: Sequence[Cell], seed: int, real: bool) -> dict[str, objec
         "hosts": {cell.host(part): {"at": [f"{x_m} m", f"{y_m} m"]}
                   for cell in cells for part, (x_m, y_m) in cell.parts.items()},
         "network": {"media": {cell.name: {
-            **cell.medium.model, "rules": [{"rule": _TAP}, *cell.medium.rules],
+            **cell.medium.model, "rules": [
+                {"rule": _TAP, "since": f"{cell.since_s} s"}, *cell.medium.rules],
             "hosts": [cell.host(part) for part in cell.parts]} for cell in cells}},
         "loop": {"programs": [
             {"host": cell.host(act.part), "run": act.run, "at": f"{act.at_s} s",

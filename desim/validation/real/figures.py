@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from statistics import mean, quantiles
+from statistics import mean
 from typing import NamedTuple
+
+import numpy as np
 
 from desim.validation.real.cell import Played
 
@@ -71,21 +73,30 @@ def kilobytes(part: str = "") -> JudgedQuantity:
         for one in played))
 
 
-def arrived() -> JudgedQuantity:
-    """The messages that were heard."""
+def arrived(from_s: float = 0.0) -> JudgedQuantity:
+    """The messages sent from an instant on that were heard."""
     return JudgedQuantity("messages that arrived", "a run", lambda played: mean(
-        len(one.heard) for one in played))
+        sum(heard.born_s >= from_s for heard in one.heard) for one in played))
+
+
+def first_heard() -> JudgedQuantity:
+    """The instant of the first message."""
+    return JudgedQuantity("first message", "s after the begin", lambda played: mean(
+        min(heard.at_s for heard in one.heard) for one in played))
 
 
 def mean_delay(from_s: float = 0.0) -> JudgedQuantity:
-    """The mean time of messages sent from an instant on."""
-    return JudgedQuantity("delay, mean", "ms", lambda played: 1e3 * mean(_delays(played, from_s)))
+    """The mean time of messages sent from an instant on; NaN where none arrived."""
+    return JudgedQuantity("delay, mean", "ms", lambda played: 1e3 * mean(
+        _delays(played, from_s) or [float("nan")]))
 
 
 def delay(percent: int, from_s: float = 0.0) -> JudgedQuantity:
     """The time that so many percent of messages do not exceed."""
-    return JudgedQuantity(f"delay, {percent} %", "ms", lambda played: 1e3 * quantiles(
-        _delays(played, from_s), n=100, method="inclusive")[percent - 1])
+    def of(played: Sequence[Played]) -> float:
+        delays_s = _delays(played, from_s)
+        return 1e3 * float(np.percentile(delays_s, percent)) if delays_s else float("nan")
+    return JudgedQuantity(f"delay, {percent} %", "ms", of)
 
 
 def heard_again(until_s: float) -> JudgedQuantity:

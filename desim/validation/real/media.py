@@ -32,9 +32,10 @@ def radio(number: int, rules: Sequence[Rule] = ()) -> JudgedMedium:
                          "channel": 36 + 4 * number}, rules)
 
 
-def lost(share: float) -> list[Rule]:
-    """Loss of each packet by chance; on a radio, of each transmission."""
-    return [{"rule": "loss", "probability": share}] if share else []
+def lost(share: float, from_s: float = 0.0) -> list[Rule]:
+    """Loss of each packet by chance, from an instant on; on a radio, of each transmission."""
+    begin = {"from": f"{from_s} s"} if from_s else {}
+    return [{"rule": "loss", "probability": share, **begin}] if share else []
 
 
 def cut(from_s: float, until_s: float, pattern: str) -> list[Rule]:

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from statistics import mean
 from typing import NamedTuple
 
 from desim.middleware.contents import Filler
-from desim.middleware.host import Host
-from desim.middleware.node import Node
-from desim.simulation.simulation import Simulation
 from desim.validation.laboratory import LabNode
-from desim.validation.real.cell import Act, Attach, Cell, Heard, Played
+from desim.validation.real.cell import Act, Attach, Cell, Played
 from desim.validation.real.figures import (
     JudgedQuantity,
     arrived,
@@ -22,6 +19,7 @@ from desim.validation.real.figures import (
     mean_delay,
 )
 from desim.validation.real.judge import JudgedRow, Need
+from desim.validation.real.lab_hosts import attached
 from desim.validation.real.media import JudgedMedium, cut, lan, lost, radio
 from desim.validation.real.tcp import GUEST
 
@@ -104,21 +102,8 @@ def _attached(row: RosTalk) -> Attach:
             node.advertise(_TOPIC, latch=True)
             node.publish(_TOPIC, Filler(row.size_bytes))
 
-    def attach(simulation: Simulation, cell: Cell) -> Callable[[], list[Heard]]:
-        nodes: dict[str, LabNode] = {}
-
-        def life(part: str) -> Callable[[Host], list[Node]]:
-            def software(host: Host) -> list[Node]:
-                nodes[part] = LabNode(host, speak if part == "talker" else
-                                      lambda node: node.listens(_TOPIC, 2000))
-                return [nodes[part]]
-            return software
-
-        for part in cell.starts_s:
-            simulation.graph.host(cell.host(part)).software = life(part)
-        return lambda: [Heard(part, number, at_s, born_s) for part, node in nodes.items()
-                        for at_s, _, number, born_s in node.received]
-    return attach
+    return attached({"talker": speak, **{
+        f"hearer_{k}": lambda node: node.listens(_TOPIC, 2000) for k in range(row.hearers)}})
 
 
 def _first() -> JudgedQuantity:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from desim.errors import ModelError
 from desim.loop.guest_kernel import guest_kernel
 from desim.loop.order import MEMORY_MB, Order
 from desim.loop.packets import CHECK_BYTES, MIN_FRAME_BYTES
@@ -32,7 +33,17 @@ def really(cells: Sequence[Cell], seed: int, out: Path | None = None) -> dict[st
         rehearse(scenario)
         run = run_virtually(Order(str(file), [], None, str(out or Path(home) / "out"), ""),
                             scenario, kernel, MEMORY_MB, lambda reached_s, of_s: None)
+        _require_all_ran(run)
         return _outcomes(cells, run)
+
+
+def _require_all_ran(run: Run) -> None:
+    """Raise ``ModelError`` for a program that has ended: all of them run until the end."""
+    for program in run.manifest["loop"]["programs"]:
+        if program["code"] is not None:
+            said = (run.path / program["log"]).read_text(errors="replace").strip()
+            raise ModelError(f"{program['host']}: {program['run']} has ended with "
+                             f"{program['code']}: {said.rpartition(chr(10))[2]}")
 
 
 def modelled(cell: Cell, seed: int) -> Played:
@@ -77,12 +88,14 @@ def _logs(cells: Sequence[Cell], run: Run) -> Iterator[tuple[Cell, Act, list[lis
 
 def _sent(cells: Sequence[Cell], run: Run) -> dict[str, SentFrames]:
     """The frames of each host, by the log of real ones; a broadcast has a row a receiver."""
-    end_ns = {cell.host(part): cell.seconds * NS_PER_S for cell in cells for part in cell.parts}
-    sent = dict.fromkeys(end_ns, SentFrames())
+    counted_ns = {cell.host(part): (cell.since_s * NS_PER_S, cell.seconds * NS_PER_S)
+                  for cell in cells for part in cell.parts}
+    sent = dict.fromkeys(counted_ns, SentFrames())
     names = ("source", "number", "born_ns", "size_bytes")
     table = run.table("messages", names)
     for source, _, born_ns, size_bytes in dict.fromkeys(zip(*(
             table[name].tolist() for name in names), strict=True)):
-        if born_ns <= end_ns[source]:
+        since_ns, end_ns = counted_ns[source]
+        if since_ns <= born_ns <= end_ns:
             sent[source] = more(sent[source], 1, max(size_bytes, MIN_FRAME_BYTES) + CHECK_BYTES)
     return sent
