@@ -27,7 +27,7 @@ from desim.validation.real.figures import (
 )
 from desim.validation.real.peers import (
     Listened,
-    Peer,
+    PeerNode,
     PeerSoftware,
     PeerTalk,
     Published,
@@ -113,7 +113,7 @@ def test_frames_count_from_an_instant_on():
 
 
 def test_the_words_of_a_peer():
-    row = peers_row(PeerTalk("two", media.lan(), {"a": Peer(
+    row = peers_row(PeerTalk("two", media.lan(), {"a": PeerNode(
         [Published("/x", 100, 5, 0), Published("/y", reliable=False)], [Listened("/z", 1)])}, 5),
         PeerSoftware("some", "node", {"model": "dds"}), "some")
     act, = row.cells[0].acts

@@ -294,8 +294,8 @@ class ReaderProxy(Carrier[DataToken]):
             return self._kernel.now_ns + self._period_ns
         constants = self._constants
         delay_ns: int = min(constants.heartbeat_limit_ns, constants.heartbeat_period_ns
-                            << min(16, max(0, self._beats - 2)))
-        return self._beat_ns + delay_ns + constants.timer_slip_ns
+                            << min(16, max(0, self._beats - 2))) + constants.timer_slip_ns
+        return self._beat_ns + delay_ns
 
     def _beat(self, chunk: wire.Chunk, beat: int) -> None:
         context = self._context

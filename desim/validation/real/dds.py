@@ -16,7 +16,7 @@ from desim.validation.real.judge import JudgedRow, Need
 from desim.validation.real.media import cut, lan, lost, radio
 from desim.validation.real.peers import (
     Listened,
-    Peer,
+    PeerNode,
     PeerSoftware,
     PeerTalk,
     Published,
@@ -33,10 +33,10 @@ _FAST_SOURCE = PROGRAMS / "fast_node.cpp"
 _LOSS_FROM_S = 4.0
 
 
-def fleet(hosts: int, topics: int) -> dict[str, Peer]:
+def fleet(hosts: int, topics: int) -> dict[str, PeerNode]:
     """Hosts that all publish and read these topics, and never send a sample."""
     names = [f"/t{topic}" for topic in range(topics)]
-    return {f"peer_{k}": Peer([Published(name) for name in names],
+    return {f"peer_{k}": PeerNode([Published(name) for name in names],
                               [Listened(name) for name in names]) for k in range(hosts)}
 
 

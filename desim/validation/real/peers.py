@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import NamedTuple
 
 from desim.middleware.contents import Filler
@@ -45,7 +46,7 @@ class Listened(NamedTuple):
     reliable: bool = True
 
 
-class Peer(NamedTuple):
+class PeerNode(NamedTuple):
     """A host with one node."""
 
     publishes: Sequence[Published] = ()
@@ -53,11 +54,11 @@ class Peer(NamedTuple):
 
 
 def talk(size_bytes: int, rate_hz: int, readers: int = 1, depth: int = 10, reliable: bool = True
-         ) -> dict[str, Peer]:
+         ) -> dict[str, PeerNode]:
     """One host that publishes, and others that read."""
-    return {**{f"reader_{k}": Peer((), [Listened("/talk", depth, reliable)])
+    return {**{f"reader_{k}": PeerNode((), [Listened("/talk", depth, reliable)])
                for k in range(readers)},
-            "writer": Peer([Published("/talk", size_bytes, rate_hz, depth, reliable)])}
+            "writer": PeerNode([Published("/talk", size_bytes, rate_hz, depth, reliable)])}
 
 
 class PeerTalk(NamedTuple):
@@ -66,7 +67,7 @@ class PeerTalk(NamedTuple):
 
     what: str
     network: JudgedMedium
-    peers: Mapping[str, Peer]
+    peers: Mapping[str, PeerNode]
     seconds: int
     runs: int = 1
     since_s: float = FROM_BEGIN_S
@@ -113,14 +114,14 @@ def _cell(row: PeerTalk, software: PeerSoftware, name: str) -> Cell:
                 starts_s, row.since_s)
 
 
-def _words(peer: Peer) -> list[str]:
+def _words(peer: PeerNode) -> list[str]:
     """The topics of a peer, as its program takes them."""
     return [*(f"{topic}:{size_bytes}:{rate_hz}:{depth}:{int(reliable)}"
               for topic, size_bytes, rate_hz, depth, reliable in peer.publishes),
             *(f"{topic}:{depth}:{int(reliable)}" for topic, depth, reliable in peer.listens)]
 
 
-def _life(peer: Peer, begin_s: float) -> Callable[[LabNode], object]:
+def _life(peer: PeerNode, begin_s: float) -> Callable[[LabNode], object]:
     def begin(node: LabNode) -> None:
         for topic in peer.publishes:
             node.publishes(topic.topic, topic.size_bytes, 0, queue=topic.depth,
@@ -132,6 +133,9 @@ def _life(peer: Peer, begin_s: float) -> Callable[[LabNode], object]:
     def talk(node: LabNode) -> None:
         for topic in peer.publishes:
             if topic.rate_hz:
-                node.timer(topic.rate_hz, lambda _, topic=topic: node.publish(
-                    topic.topic, Filler(topic.size_bytes)), start="zero")
+                node.timer(topic.rate_hz, partial(_publish, node, topic), start="zero")
     return begin
+
+
+def _publish(node: LabNode, topic: Published, tick: int) -> None:
+    node.publish(topic.topic, Filler(topic.size_bytes))

@@ -12,7 +12,7 @@ from desim.validation.real.judge import JudgedRow, Need
 from desim.validation.real.media import cut, lan, lost, radio
 from desim.validation.real.peers import (
     Listened,
-    Peer,
+    PeerNode,
     PeerSoftware,
     PeerTalk,
     Published,
@@ -33,16 +33,16 @@ def software(timing: str) -> PeerSoftware:
         "constants": {"scout_jitter": "0 ns", "flood": "0 ns"}})
 
 
-def fleet(hosts: int) -> dict[str, Peer]:
+def fleet(hosts: int) -> dict[str, PeerNode]:
     """Hosts with nine publishers and eight subscribers each, which never send a message."""
-    return {f"peer_{k}": Peer([Published(f"/robot_{k}/topic{j}") for j in range(9)],
+    return {f"peer_{k}": PeerNode([Published(f"/robot_{k}/topic{j}") for j in range(9)],
                               [Listened(f"/robot_{(k + 1 + j) % hosts}/topic{j}")
                                for j in range(8)]) for k in range(hosts)}
 
 
-def routers(hosts: int) -> Mapping[str, Peer]:
+def routers(hosts: int) -> Mapping[str, PeerNode]:
     """Routers alone."""
-    return {f"peer_{k}": Peer() for k in range(hosts)}
+    return {f"peer_{k}": PeerNode() for k in range(hosts)}
 
 
 def _lossy(size_bytes: int, rate_hz: int, loss: float, runs: int) -> PeerTalk:

@@ -23,13 +23,13 @@ RMW = {"transport/link/tx/lease": 60000, "transport/link/tx/keep_alive": 2,
 
 timing, name, begin, *words = sys.argv[1:]
 config = zenoh.Config()
-for key, value in {
+for option, value in {
         "mode": "router", "listen/endpoints": [f"tcp/{os.environ['DESIM_IP']}:7447"],
         "transport/shared_memory/enabled": False,  # all hosts are on one machine here
         "scouting/multicast/listen": True, "scouting/multicast/autoconnect": {
             "router": ["router"], "peer": ["router", "peer"], "client": ["router"]},
         **(RMW if timing == "rmw_zenoh" else {})}.items():
-    config.insert_json5(key, json.dumps(value))
+    config.insert_json5(option, json.dumps(value))
 session = zenoh.open(config)
 tokens, kept = session.liveliness(), []
 node = f"@ros2_lv/0/{str(session.zid()).rjust(32, '0')}/0"
