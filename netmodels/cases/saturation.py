@@ -18,6 +18,7 @@ from netmodels.radio.modulation import Modulation
 from netmodels.radio.standards import STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
+_FIRST_OF_5_GHZ = 36  # where there are channels of any width
 _WARM_UP = 0.1  # of that time
 
 
@@ -79,7 +80,9 @@ class Saturation:
             *Modulation.model_fields, "preset", "rate_bps"})
         if self.params.basic_rates_bps:
             given["basic_rates"] = [f"{bps} b/s" for bps in self.params.basic_rates_bps]
-        if "rate" not in given and not self.params.has_mcs:
+        if self.params.has_mcs:
+            given["channel"] = _FIRST_OF_5_GHZ
+        elif "rate" not in given:
             highest_mbps = STANDARDS[self.params.standard].rates[-1].mbps
             given["rate"] = f"{highest_mbps} Mb/s"
         return DcfRadio.Params(path_loss=SAME_POWER, **given)

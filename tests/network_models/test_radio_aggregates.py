@@ -8,7 +8,7 @@ from stations import NS3, air, same_power
 
 from desim import plugins
 from desim.network.passages import Passages
-from desim.testing import Bench
+from desim.testing import Bench, check_network
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.dcf.stations import (
     GIVEN_UP,
@@ -238,3 +238,10 @@ def test_the_parts_of_a_frames_time_add_up():
     for *_, taken_ns, stamps in bench.spent:
         assert sum(stamp.time_ns for stamp in stamps) == taken_ns
         assert all(stamp.time_ns >= 0 for stamp in stamps)
+
+
+@pytest.mark.parametrize("params", [
+    {"standard": "11n", "mcs": 7}, {"standard": "11n", "channel": 36, "aggregation": False},
+    {"standard": "11ax", "channel": 36, "width": "80 MHz", "streams": 2, "preset": "ns3_3_44"}])
+def test_the_radio_keeps_the_contract(params):
+    check_network(DcfRadio, **params)
