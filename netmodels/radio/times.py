@@ -24,11 +24,22 @@ class AirTimes:
         """A frame leaves its place now."""
         first_ns, _, contended_ns, sent_ns, repeated_ns = self._stations.times(station)
         ledger = self._ledgers[station // self._hosts]
-        early_ns = self._taken_ns.pop((station, position)) - first_ns
-        ledger.spent(frame, TimePart.QUEUE, max(-early_ns, 0))
-        for part, time_ns in ((TimePart.CONTENTION, contended_ns),
-                              (TimePart.RETRANSMISSION, repeated_ns), (TimePart.AIRTIME, sent_ns)):
-            # What a frame joined that was sent with those before it was on the way by then.
-            passed_ns = min(max(early_ns, 0), time_ns)
-            early_ns -= passed_ns
-            ledger.spent(frame, part, time_ns - passed_ns)
+        waited_ns = first_ns - self._taken_ns.pop((station, position))
+        if waited_ns < 0:  # it joined others: what was spent on them before it came is not its own
+            contended_ns, repeated_ns, sent_ns = _without(-waited_ns, contended_ns, repeated_ns,
+                                                          sent_ns)
+            waited_ns = 0
+        for part, time_ns in (
+                (TimePart.QUEUE, waited_ns), (TimePart.CONTENTION, contended_ns),
+                (TimePart.RETRANSMISSION, repeated_ns), (TimePart.AIRTIME, sent_ns)):
+            ledger.spent(frame, part, time_ns)
+
+
+def _without(past_ns: int, *parts_ns: int) -> list[int]:
+    """What is left of the parts, one after the other, behind their first ``past_ns``."""
+    left = []
+    for part_ns in parts_ns:
+        passed_ns = min(past_ns, part_ns)
+        past_ns -= passed_ns
+        left.append(part_ns - passed_ns)
+    return left
