@@ -36,7 +36,7 @@ def test_an_outage_fills_the_outbox_and_the_socket_and_the_newest_get_through():
 
 
 def test_a_writer_that_blocks_fills_the_socket():
-    """What poll() calls full, two thirds of the buffer, takes more: rospy's sendall() goes on."""
+    """poll() says full when a third of the buffer is left; rospy's sendall() goes on."""
     delivered = {}
     for client in "roscpp", "rospy":
         cut = net({"a": talker(says(*(1 + i / 10 for i in range(80))), size_bytes=1000, queue=2),
