@@ -5,11 +5,11 @@ import re
 import pytest
 
 from desim import plugins
-from desim.ports import model_of, networks
+from desim.ports import capabilities, model_of
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.uncontended import Uncontended
 
-CAPABILITIES = [value for value in vars(networks).values()
+CAPABILITIES = [value for value in vars(capabilities).values()
                 if getattr(value, "_is_runtime_protocol", False)]
 NEEDED = {"distance": {"delivery": [["10 m", 1]]}, "replay": {"file": "trace.csv"},
           "bandwidth": {"rate": "1 Mb/s"}, "duplication": {"probability": 0.1},
