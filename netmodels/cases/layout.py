@@ -16,7 +16,7 @@ from desim.ports.terrain import Walled
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.cases.traffic import MOST_RADIO_BYTES, udp_bytes
 from netmodels.radio.radio import Radio
-from netmodels.radio.standards import StandardName
+from netmodels.radio.standards import RadioName
 
 _FAR_M = 1e6  # the farthest place: floats resolve 1e-9 m there
 
@@ -55,7 +55,7 @@ class Layout:
     too."""
 
     class Params(Radio.Params):
-        standard: StandardName = Field("11a", description="timing and rates (ns-3 reference)")
+        standard: RadioName = Field("11a", description="timing and rates (ns-3 reference)")
         rate_bps: BitRate = Field("12 Mb/s", description="of unicast packets (ns-3 reference)")
         places: tuple[tuple[float, float], ...] = Field(min_length=2, max_length=1000, description=(
             "of the hosts, [x, y] in m"))

@@ -69,7 +69,7 @@ class Modulation(ports.Params):
                                  f"{', '.join(FORMATS)}")
 
     def access(self, standard: Standard) -> Access:
-        """How eagerly stations contend."""
+        """The stations' access to the medium."""
         return ACCESS[self.access_category] if self.has_mcs else standard.access
 
     def rates_of(self, standard: Standard, rate_bps: int, broadcast_rate_bps: int | None

@@ -51,8 +51,8 @@ class Rate(NamedTuple):
 
     @property
     def scheme(self) -> float:
-        """What ``errors.bit_error`` knows it by: the rate in Mb/s that 802.11a has with the same
-        modulation and code, or what it would have."""
+        """The key of ``errors.bit_error``: the rate in Mb/s that 802.11a has with the same
+        modulation and code, or would have."""
         return self.mbps if self.mcs is None else MCS_MBPS[self.mcs]
 
 
@@ -70,7 +70,7 @@ _OFDM = _ofdm(6, 9, 12, 18, 24, 36, 48, 54)
 
 
 class Access(NamedTuple):
-    """How eagerly a station contends: slots that the medium is idle behind SIFS before it counts
+    """A station's access to the medium: slots that it is idle behind SIFS before the station counts
     its backoff (AIFSN; DIFS has 2), and the least and the largest contention window."""
 
     aifsn: int
@@ -103,7 +103,7 @@ class Standard:
 
     @property
     def access(self) -> Access:
-        """That of stations without an access category, and of best effort."""
+        """The access of stations without a category, and of best effort."""
         return Access(self.aifsn, self.cw_min, self.cw_max)
 
     @property

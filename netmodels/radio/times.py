@@ -36,7 +36,7 @@ class AirTimes:
 
 
 def _without(past_ns: int, *parts_ns: int) -> list[int]:
-    """What is left of the parts, one after the other, behind their first ``past_ns``."""
+    """The rest of the parts, one after the other, behind their first ``past_ns``."""
     left = []
     for part_ns in parts_ns:
         passed_ns = min(past_ns, part_ns)

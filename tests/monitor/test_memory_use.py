@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from desim.middleware.busy.host import BusyHost
 from desim.monitor.meters.memory_use import MemoryUse
 
 MB = 10**6
@@ -12,11 +11,9 @@ MB = 10**6
 
 def host(name, used_mb, limit_mb=None, kills=()):
     """A host that uses the numbers of ``used_mb`` one after the other, at each question."""
-    one = BusyHost.__new__(BusyHost)
-    one.name = name
-    one.memory = SimpleNamespace(limit_bytes=limit_mb and limit_mb * MB, kills=list(kills),
-                                 used_bytes=(used * MB for used in used_mb).__next__)
-    return one
+    return SimpleNamespace(name=name, computer="one", memory=SimpleNamespace(
+        limit_bytes=limit_mb and limit_mb * MB, kills=list(kills),
+        used_bytes=(used * MB for used in used_mb).__next__))
 
 
 def use(*used_mb):
@@ -24,7 +21,7 @@ def use(*used_mb):
     robots = [host("a", used_mb, 400, ["slam", "map", "slam"]),
               host("b", [3 * used for used in used_mb])]
     return MemoryUse(SimpleNamespace(loaded=robots, robots=("a", "b"),
-                                     stationary=[SimpleNamespace(name="base")]))
+                                     stationary=[SimpleNamespace(name="base", memory=None)]))
 
 
 def test_a_sample_is_the_mean_over_robots_and_of_shares_over_those_with_a_limit():

@@ -154,7 +154,7 @@ class DcfRadio:
                 found.preamble_dbm, noise_dbm + found.preamble_db)) if wider_db else found
 
         def aggregated(self) -> Aggregation | None:
-            """How packets are aggregated; None: not at all."""
+            """The limits of aggregates; None: each packet goes alone."""
             if not (self.has_mcs and self.aggregation):
                 return None
             return Aggregation(size_bytes=self.constants.aggregate_bytes, rts_bytes=self.rts_bytes,

@@ -56,7 +56,7 @@ class Reception:
 
 @dataclass(frozen=True)
 class Aggregation:
-    """What an aggregate of packets may have at most. ``requests``: a station that misses a block
+    """The limits of an aggregate of packets. ``requests``: a station that misses a block
     acknowledgement sends a request for it before it sends anything again."""
 
     packets: int = 64  # of a block acknowledgement (802.11-2016, 9.3.1.9.3)

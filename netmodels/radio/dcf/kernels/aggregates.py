@@ -1,12 +1,12 @@
-"""What a station sends at once: one packet, or an aggregate of several (A-MPDU, since 802.11n).
+"""The packets that a station sends at once: one, or an aggregate (A-MPDU, since 802.11n).
 
 An aggregate has the packets for one receiver that are first in the sender's queue and have not been
 acknowledged, whatever frames they belong to, within the window of 64 behind the first one. Each has
 errors of its own; the block acknowledgement says which have arrived. A receiver hands frames on in
 the order of its sender's queue, each when it has all packets of it that were not given up.
 
-``Dcf.packets`` has the state of each packet of the queue: how often it was sent in vain, and flags.
-A frame's ``slot`` is the place of its first one there.
+``Dcf.packets`` has the state of each packet of the queue: how often it was sent without success,
+and flags. A frame's ``slot`` is the place of its first one there.
 """
 
 from __future__ import annotations
@@ -174,7 +174,7 @@ def release(d, s, dest, now_ns):
 def go_on(d, s, now_ns):
     """Take the frames out of station s's queue that it is done with, from the first on."""
     packets = d.packets
-    while s.queue_length > 0:
+    while packets.shape[0] > 0 and s.queue_length > 0:
         frame = d.frames[s.index, s.queue_head]
         while s.packet < frame.packets and (
                 packets[s.index, (frame.slot + s.packet) % packets.shape[1]] & OVER):

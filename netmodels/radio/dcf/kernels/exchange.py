@@ -10,6 +10,7 @@ from __future__ import annotations
 from desim.ports.kernels import inner, types
 from netmodels.radio.dcf.kernels.aggregates import (
     compose,
+    go_on,
     lapse,
     miss_block,
     receive_block,
@@ -194,6 +195,7 @@ def succeed(d, s, now_ns):
         settle_block(d, s, now_ns)
     else:
         end_packet(d, s, now_ns)
+        go_on(d, s, now_ns)
     next_packet(d.setup[0], d.due, s, now_ns)
 
 
@@ -349,6 +351,7 @@ def expire(d, s, now_ns):
             stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
             keep_times(d, s)
     dequeue(d, s, now_ns)
+    go_on(d, s, now_ns)
     s.tries, s.delivered, s.ready_ns = 0, 0, now_ns
     plan_start(d.setup[0], d.due, s)
 

@@ -222,7 +222,8 @@ def mark_packets_changed(d, s):
 
 @inner(_i8(a_setup, a_station))
 def aifs_ns(setup, s):
-    """How long the medium has to be idle before station s counts slots: AIFS, without QoS DIFS."""
+    """The time for which the medium is idle before station s counts slots: AIFS, without QoS DIFS.
+    """
     return setup.sifs_ns + s.aifsn * setup.slot_ns
 
 
