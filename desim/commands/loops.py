@@ -51,7 +51,7 @@ def loop(scenario: ScenarioPath,
         pcap: Annotated[bool, typer.Option(
             "--pcap", help="keep the programs' frames, for Wireshark: MEDIUM.pcap")] = False,
         memory: Annotated[int, typer.Option(
-            min=256, metavar="MB", help="of the guest")] = MEMORY_MB,
+            min=512, metavar="MB", help="of the guest")] = MEMORY_MB,
         quiet: Quiet = False) -> None:
     """Run a scenario whose hosts run real programs (the default: desim loop SCENARIO)."""
     with exit_codes(), terminable():
@@ -87,6 +87,9 @@ def loop(scenario: ScenarioPath,
         if not finished.manifest["loop"]["valid"]:
             say(f"invalid: more than {MAX_LATE_SHARE:.0%} of the frames were handed over more than "
                 f"{LATE_NS / 1e6:g} ms late: this machine is too busy, or too slow", err=True)
+            raise typer.Exit(1)
+        if failed := [end for end in finished.manifest["loop"]["programs"] if end["code"]]:
+            say(f"{len(failed)} of the programs failed", err=True)
             raise typer.Exit(1)
 
 
@@ -139,6 +142,9 @@ def _show(finished: Run) -> None:
         say(f"{program['host']:12} {program['run']}: "
             + ("ran until the end" if code is None else f"exit code {code}")
             + f"; {finished.path / program['log']}", err=bool(code))
+    if manifest.get("reclaimed_pages"):
+        say("the guest was short of memory: another run may differ; --memory gives it more",
+            err=True)
     if manifest["digest"] is not None:
         say(f"digest {manifest['digest']}")
     say(f"results in {finished.path}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 
 from desim.errors import ModelError
@@ -28,12 +29,13 @@ def run_virtually(order: Order, scenario: Scenario, kernel: Path, memory_mb: int
 
     with reserved(order.out, scenario):
         return carried_out(order, scenario.stop.elapsed_ns, Supervisor(
-            lambda folder: guest.boot(kernel, order, folder, scenario, memory_mb), _stuck, failed),
-            on_progress)
+            lambda folder: guest.boot(kernel, order, folder, scenario, memory_mb),
+            partial(_stuck, memory_mb), failed), on_progress)
 
 
-def _stuck(process: Process, reached: str, since_s: float) -> None:
+def _stuck(memory_mb: int, process: Process, reached: str, since_s: float) -> None:
     if since_s > STUCK_S:
         busy = busy_program(process.pid) or "which one was not found"
         raise ModelError(f"the simulated clock has stood at {reached} s for {STUCK_S:.0f} s: a "
-                         f"program computes without end and never sleeps ({busy})")
+                         f"program computes without end and never sleeps ({busy}), or the guest's "
+                         f"memory is too small ({memory_mb} MB; --memory)")

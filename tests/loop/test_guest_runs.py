@@ -151,6 +151,11 @@ def test_a_program_that_never_sleeps_is_named(folder, monkeypatch):
     assert "p0.py on base" in str(raised.value)
 
 
+def test_want_of_memory_is_noted(run, folder):
+    short = played(folder, KEYS, PROGRAMS, memory_mb=220, changes=("stop.elapsed=3 s",))
+    assert run.manifest["reclaimed_pages"] == 0 < short.manifest["reclaimed_pages"]
+
+
 def test_a_full_memory_of_the_guest_is_said(folder):
     with pytest.raises(ModelError, match=r"^the guest's memory is full \(600 MB\), and Linux has "
                                          "killed "):
