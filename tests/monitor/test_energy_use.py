@@ -39,6 +39,7 @@ class Robot:
     name: str = "robot_0"
     index: int = 0
     media: list = field(default_factory=list)
+    computer: None = None
 
 
 def metering(hosts, power, travelled_m=0.0):

@@ -288,7 +288,7 @@ def test_a_socket_that_is_full_takes_nothing():
     (HEAD + "- {from: 0, to: 1}\nmotion: {host_1: [[1 s, 2e6, 0]]}\n",
      "{file}:4:19: motion.host_1.0: allowed: -1e+06 to 1e+06 m"),
     (HEAD + "- {from: 0, to: 1}\nfadings: rayleigh\n",
-     "{file}:4:1: fadings: unknown key (did you mean 'fading'?); allowed: preset"),
+     "{file}:4:1: fadings: unknown key (did you mean 'fading'?); allowed: standard"),
 ])
 def test_what_is_wrong_with_walls_ways_and_tcp_has_a_place(file, text, says):
     path = file(text)

@@ -29,7 +29,7 @@ RADIO = {"rate": "24 Mb/s", "retries": 2}
 MODELS = {
     "aloha": ({"rate": "54 Mb/s"}, True), "argos_rab": ({"range": "50 m", "size": "1 MB"}, False),
     "bus": ({"arbitration": "csma_cd", "queue_packets": 1000}, True),
-    "disk": ({"range": "50 m"}, False),
+    "cellular": ({"queue": "9 kB"}, True), "disk": ({"range": "50 m"}, False),
     "distance": ({"delivery": [["10 m", 0.9], ["60 m", 0.5]]}, True),
     "epidemic": ({"hop": "radio", "radio": RADIO, "lifetime": "20 s"}, True),
     "gz_rfcomms": ({"noise": "-60 dBm"}, True), "ideal": ({}, False),

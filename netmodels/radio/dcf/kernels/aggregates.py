@@ -12,7 +12,7 @@ and flags. A frame's ``slot`` is the place of its first one there.
 from __future__ import annotations
 
 from desim.ports.kernels import from_dtype, inner, types
-from netmodels.radio.dcf.kernels.queue import dequeue, note_packet
+from netmodels.radio.dcf.kernels.queue import OVER, go_on, note_packet
 from netmodels.radio.dcf.kernels.records import (
     DATA,
     FRAME,
@@ -34,9 +34,9 @@ boolean, int64, void = types.boolean, types.int64, types.void
 
 _i8 = int64
 
-# Of a packet's state: unsuccessful transmissions; the receiver has it; the sender is done with it;
-# it is in the present aggregate; (of a frame's last packet) the frame has arrived.
-TRIES, GOT, OVER, FLYING, ARRIVED = 255, 256, 512, 1024, 2048
+# Of a packet's state, beside OVER: unsuccessful transmissions; the receiver has it; it is in the
+# present aggregate; (of a frame's last packet) the frame has arrived.
+TRIES, GOT, FLYING, ARRIVED = 255, 256, 1024, 2048
 
 
 @inner(_i8(a_setup, from_dtype(RATE)))
@@ -168,20 +168,6 @@ def release(d, s, dest, now_ns):
                 return
         packets[s.index, last] |= ARRIVED
         note_packet(d, now_ns, RECEIVED, s, dest, position, frame.packets - 1)
-
-
-@inner(void(a_dcf, a_station, _i8))
-def go_on(d, s, now_ns):
-    """Take the frames out of station s's queue that it is done with, from the first on."""
-    packets = d.packets
-    while packets.shape[0] > 0 and s.queue_length > 0:
-        frame = d.frames[s.index, s.queue_head]
-        while s.packet < frame.packets and (
-                packets[s.index, (frame.slot + s.packet) % packets.shape[1]] & OVER):
-            s.packet += 1
-        if s.packet < frame.packets:
-            return
-        dequeue(d, s, now_ns)
 
 
 @inner(boolean(a_dcf, a_station, _i8, boolean))

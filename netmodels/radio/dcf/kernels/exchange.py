@@ -10,7 +10,6 @@ from __future__ import annotations
 from desim.ports.kernels import inner, types
 from netmodels.radio.dcf.kernels.aggregates import (
     compose,
-    go_on,
     lapse,
     miss_block,
     receive_block,
@@ -195,7 +194,6 @@ def succeed(d, s, now_ns):
         settle_block(d, s, now_ns)
     else:
         end_packet(d, s, now_ns)
-        go_on(d, s, now_ns)
     next_packet(d.setup[0], d.due, s, now_ns)
 
 
@@ -351,7 +349,6 @@ def expire(d, s, now_ns):
             stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
             keep_times(d, s)
     dequeue(d, s, now_ns)
-    go_on(d, s, now_ns)
     s.tries, s.delivered, s.ready_ns = 0, 0, now_ns
     plan_start(d.setup[0], d.due, s)
 

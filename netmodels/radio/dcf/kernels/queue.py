@@ -10,6 +10,8 @@ int64, void = types.int64, types.void
 
 _i8 = int64
 
+OVER = 512  # of a packet's state (``aggregates.py``): the sender is done with it
+
 
 @inner(void(a_dcf, _i8, _i8, a_station, _i8, _i8, _i8))
 def note_packet(d, now_ns, what, s, receiver, position, packet):
@@ -35,12 +37,33 @@ def note_attempt(d, now_ns, what, s):
 
 
 @inner(void(a_dcf, a_station, _i8))
-def dequeue(d, s, now_ns):
+def next_frame(d, s, now_ns):
     """Take the first frame out of station s's queue."""
     s.queue_head = (s.queue_head + 1) % d.frames.shape[1]
     s.queue_length -= 1
     s.packet = 0
     begin_frame(d, s, now_ns)
+
+
+@inner(void(a_dcf, a_station, _i8))
+def go_on(d, s, now_ns):
+    """Take the packets out of station s's queue that it is done with, from the first on."""
+    packets = d.packets
+    while packets.shape[0] > 0 and s.queue_length > 0:
+        frame = d.frames[s.index, s.queue_head]
+        while s.packet < frame.packets and (
+                packets[s.index, (frame.slot + s.packet) % packets.shape[1]] & OVER):
+            s.packet += 1
+        if s.packet < frame.packets:
+            return
+        next_frame(d, s, now_ns)
+
+
+@inner(void(a_dcf, a_station, _i8))
+def dequeue(d, s, now_ns):
+    """Take the first frame out of station s's queue, and all behind it that have arrived."""
+    next_frame(d, s, now_ns)
+    go_on(d, s, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
