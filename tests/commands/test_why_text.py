@@ -61,7 +61,7 @@ def test_a_message_that_was_not_read_and_one_that_was_dropped():
         "born at 2.500000 s, delivered after 80.000 ms",
         "queue            lan at a           ███████████████       60.000 ms  75.0 %",
         "airtime          lan at a                          █████  20.000 ms  25.0 %",
-        "receiver's queue b: never read"]
+        "receiver's queue b: never read by desim"]
     assert printed(show_message, GONE) == [
         "message 3, /map, a -> b, 100 B",
         "born at 3.000000 s, dropped (outbox_full at a) after 4.000 ms"]

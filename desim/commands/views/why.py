@@ -95,7 +95,7 @@ def show_message(message: MessageFate, console: Console) -> None:
         lines.append((message.waited_in, message.destination, message.waited_ns, ""))
     _print_bars(lines, console)
     if message.waited_ns is None:
-        _print(console, f"{READ:<16} {message.destination}: never read")
+        _print(console, f"{READ:<16} {message.destination}: never read by desim")
 
 
 def in_words(place: str) -> str:
