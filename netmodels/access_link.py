@@ -10,7 +10,7 @@ from desim import ports
 from desim.ports import packet_sizes
 from desim.units import NS_PER_S, BitRate, ByteSize, Duration, airtime_ns
 from netmodels.itemized import Itemized
-from netmodels.queues import DropTailQueue, refuse
+from netmodels.queues import DropTailQueue, fitting, refuse
 
 
 class AccessLink(Itemized):
@@ -71,15 +71,9 @@ class AccessLink(Itemized):
         return end_ns - now_ns + self._latency_ns
 
     def _let_in(self, frame: ports.Frame, begin_ns: int, free_bytes: int) -> tuple[int, int]:
-        """Let in the packets of ``frame`` that fit. Returns how many, and their bytes. The first
-        one always passes an idle link."""
+        """Let in the packets of ``frame`` that fit. Returns how many, and their bytes."""
         sizes, now_ns = packet_sizes(frame.size_bytes, frame.segments), self._context.now_ns
-        fit = 0
-        for size_bytes in sizes:
-            free_bytes -= size_bytes
-            if free_bytes < 0 and (fit or begin_ns > now_ns):
-                break
-            fit += 1
+        fit = fitting(sizes, free_bytes, begin_ns <= now_ns)
         if self._lines is not None:
             fit = self._lines[frame.source].join(
                 now_ns, begin_ns, airtime_ns(sizes[0], self._rate_bps), fit)

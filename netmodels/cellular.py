@@ -12,7 +12,7 @@ from desim import ports
 from desim.ports.scope import matching
 from desim.units import NS_PER_S, BitRate, ByteSize, Duration, Pace, airtime_ns
 from netmodels.itemized import FrameTimes, Itemized
-from netmodels.queues import refuse
+from netmodels.queues import fitting, refuse
 from netmodels.stalls import StallLaw, Stalls
 
 # The uplink's time on the radio by its quantiles. The round trips are those of 1024 B over 4G and
@@ -43,13 +43,11 @@ class _Link:
         self.free_ns = self._booked_ns = 0
 
     def take(self, sizes: Sequence[int], now_ns: int) -> tuple[int, int, int]:
-        """Let in the first packets for which there is room; one always has on an idle link.
-        Returns how many, and when they begin and have been sent."""
+        """Let in the first packets for which there is room. Returns how many, and when they begin
+        and have been sent."""
         begin_ns = max(now_ns, self.free_ns)
         left_bytes = self._queue_bytes - (begin_ns - now_ns) * self._rate_bps // (8 * NS_PER_S)
-        fit = int(np.searchsorted(np.cumsum(sizes), left_bytes, side="right"))
-        if begin_ns == now_ns:
-            fit = max(fit, 1)
+        fit = fitting(sizes, left_bytes, begin_ns == now_ns)
         self.free_ns = begin_ns + airtime_ns(sum(sizes[:fit]), self._rate_bps)
         self._booked_ns += self.free_ns - begin_ns
         return fit, begin_ns, self.free_ns
@@ -88,7 +86,7 @@ class Cellular(Itemized):
         core_ns: Duration = Field("37 ms", description=(
             "one way, between the cell and another one or a wired host (measured)"))
         radio_ns: Duration = Field("7.5 ms", description=(
-            "of the downlink (3GPP TR 36.912, B.1: 3 + 0.5 + 1 + 3 ms)"))
+            "of the downlink (after 3GPP TR 36.881, numbers from memory: 3 + 0.5 + 1 + 3 ms)"))
         queue_bytes: ByteSize = Field("1 MB", description=(
             "that wait for each link (our choice: 53 ms down, 157 ms up)"))
         wired: list[str] = Field([], description="hosts without a modem: names or patterns")

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from desim import ports
 from desim.units import airtime_ns
@@ -27,6 +30,13 @@ class DropTailQueue:
         fit = min(packets, self._limit - len(begins) + at_once)
         begins.extend(begin_ns + k * each_ns for k in range(at_once, fit))
         return fit
+
+
+def fitting(sizes: Sequence[int], free_bytes: int, idle: bool) -> int:
+    """The number of packets, from the first on, for which a queue of bytes has room. The first one
+    always passes an ``idle`` line."""
+    fit = int(np.searchsorted(np.cumsum(sizes), free_bytes, side="right"))
+    return max(fit, 1) if idle else fit
 
 
 def refuse(context: ports.Context, frame: ports.Frame, fit: int) -> None:
