@@ -49,6 +49,7 @@ while True:
     print("got", box.recv(1000).split()[0].decode(), flush=True)
 """
 FAILING = "print('it fails', flush=True)\nraise SystemExit(3)\n"
+WAKING = "import time\nwhile True: time.sleep(0.01)\n"
 PROGRAMS = [Program("other", RECEIVER), Program("base", SENDER), Program("base", FAILING)]
 # The cut is from 2 s to 3 s, and after it base is down for a second.
 KEYS = """\
@@ -118,27 +119,31 @@ def test_chance_of_this_machine_would_be_seen(run, folder):
 
 
 def interrupt(second: int, _: int) -> None:
-    if second == 2:
+    if second >= 2:
         raise KeyboardInterrupt
+
+
+# Its end is far off, and every second until then is work.
+LONG = {"programs": [*PROGRAMS, Program("other", WAKING)], "changes": ("stop.elapsed=3600 s",)}
 
 
 def test_ctrl_c_ends_a_run_in_good_order(folder):
     with pytest.raises(KeyboardInterrupt) as stopped:
-        played(folder, KEYS, PROGRAMS, changes=("stop.elapsed=900 s",), on_progress=interrupt)
+        played(folder, KEYS, **LONG, on_progress=interrupt)
     kept = Run(str(stopped.value))
     assert kept.manifest["status"] == RunStatus.INTERRUPTED
-    assert 2 <= kept.manifest["simulated_s"] < 900
+    assert 2 <= kept.manifest["simulated_s"] < 3600
     assert "began" in said(kept, "base", 1) and "got 3" in said(kept, "other", 0)
 
 
 def test_two_processes_do_not_write_one_run(folder):
     def again(*_: object) -> None:
         with pytest.raises(InputError, match="another process is writing this run; wait for it"):
-            played(folder, KEYS, PROGRAMS, seed=4)
+            played(folder, KEYS, **LONG, seed=4)
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        played(folder, KEYS, PROGRAMS, seed=4, on_progress=again)
+        played(folder, KEYS, **LONG, seed=4, on_progress=again)
 
 
 def test_a_program_that_never_sleeps_is_named(folder, monkeypatch):
