@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from desim.units import airtime_ns
 from netmodels.radio.rate_control import RateControl
 from netmodels.radio.standards import Standard
@@ -16,12 +18,14 @@ class Attempts:
     rate belongs to a sender and a receiver, as in the radio (``RateControl``), and begins with the
     standard's ``first``."""
 
-    def __init__(self, control: RateControl, standard: Standard, first: int) -> None:
-        self._standard, self._first = standard, first
+    def __init__(self, control: RateControl, standard: Standard, first: int,
+                 stream: Callable[[str], np.random.Generator]) -> None:
+        self._standard = standard
         self._rates: dict[tuple[int, int], int] = {}
-        self._control = control.of(standard.alike(first), first)
+        self._control = control.of(standard, first, TRIES, stream)
+        self._first = self._control.first
 
-    def packet(self, sender: int, receiver: int, size_bytes: int,
+    def packet(self, sender: int, receiver: int, size_bytes: int, now_ns: int,
                chance: Callable[[int], float], draws: Sequence[float]) -> tuple[bool, int, int]:
         """Whether a packet arrives within as many attempts as there are numbers from 0 to 1 in
         ``draws``, one of each being below the ``chance`` of its rate; the time of the last attempt,
@@ -32,8 +36,8 @@ class Attempts:
             rate = self._rates.get(pair, self._first)
             before_ns += last_ns
             last_ns = airtime_ns(size_bytes, round(1e6 * self._standard.rates[rate].mbps))
-            if number < chance(rate):
-                self._rates[pair] = self._control.acknowledged(sender, receiver)
+            arrives = number < chance(rate)
+            self._rates[pair] = self._control.sent(sender, receiver, 1, arrives, now_ns).rate
+            if arrives:
                 return True, last_ns, before_ns
-            self._rates[pair] = self._control.failed(sender, receiver)
         return False, last_ns, before_ns

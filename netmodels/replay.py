@@ -83,7 +83,8 @@ class Replay(Itemized):
             self._once = rate
             if params.rate_control is not None:
                 standard = STANDARDS[params.standard]
-                self._attempts = Attempts(params.rate_control, standard, rate)
+                self._attempts = Attempts(params.rate_control, standard, rate,
+                                          context.stream)
                 self._draws = PairStreams(context, "attempts", hosts)
                 self._once, rate_bps = lowest, round(1e6 * standard.rates[lowest].mbps)
         self._outlets = SenderQueues(len(hosts), rate_bps, self._ledger)
@@ -110,7 +111,8 @@ class Replay(Itemized):
         for number, packet_bytes in enumerate(ports.packet_sizes(frame.size_bytes,
                                                                  frame.segments)):
             chance = partial(self._now, source, receiver, psdu_bytes(packet_bytes, 1))
-            arrives, last_ns, before_ns = attempts.packet(source, receiver, packet_bytes, chance,
+            arrives, last_ns, before_ns = attempts.packet(source, receiver, packet_bytes,
+                                                          self._context.now_ns, chance,
                                                           draws[number])
             sent_ns, repeated_ns = sent_ns + last_ns, repeated_ns + before_ns
             if not arrives:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import zip_longest
 from typing import TYPE_CHECKING
@@ -12,7 +11,7 @@ import numpy as np
 from desim import ports
 from desim.errors import InputError, ModelError
 from netmodels.radio.budget import RadioLinks
-from netmodels.radio.dcf.stations import ACKED, EXPIRED, FAILED, HEARD, NEVER, RECEIVED, Stations
+from netmodels.radio.dcf.stations import EXPIRED, HEARD, NEVER, RECEIVED, TRIED, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.fates import QueuedFrame
 from netmodels.radio.times import AirTimes
@@ -74,21 +73,19 @@ class Air:
         self._judges = [one.context.judge_transmission for one in self.radios]
         judged = any(judge is not None for judge in self._judges)
         ledgers = [one.ledger for one in self.radios if one.ledger is not None]
+        self._learner = None if params.rate_control is None else params.rate_control.of(
+            standard, radio.rate, params.retries, context.stream)
         self.stations = Stations(standard, keys, errors, params.receiver(),
                                  params.queue, params.retries,
                                  params.constants.window_failures or params.retries,
                                  params.constants.lifetime_ns,
-                                 first_rate=radio.rate if params.rate_control else None,
+                                 first_rate=None if self._learner is None else self._learner.first,
                                  judged=judged, difs_first=params.constants.difs_first,
                                  timed=bool(ledgers), aggregation=params.aggregated(), access=[
                                      one.params.access(standard)
                                      for one in self.radios for _ in hosts])
         self._times = AirTimes(ledgers, self._hosts, self.stations) if ledgers else None
         self._unaware = params.reception.constants.unaware
-        self._attempts: dict[int, Callable[[int, int], int]] = {}  # the next rate, by outcome
-        if params.rate_control:
-            arf = params.rate_control.of(standard.alike(radio.rate), radio.rate)
-            self._attempts = {ACKED: arf.acknowledged, FAILED: arf.failed}
         self._waiting: dict[tuple[int, int], QueuedFrame] = {}  # by station and place in its queue
         self._arrived: dict[tuple[int, int], QueuedFrame] = {}  # the last one that left each place
         self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
@@ -177,10 +174,11 @@ class Air:
             self._update_links(now_ns)
             self._settle_packet(*ended)
             return
-        decided, attempts, queued = [], self._attempts, self._waiting
+        decided, learner, queued = [], self._learner, self._waiting
         for _, what, station, position, hearer, packet in stations.outcomes():
-            if what in attempts:
-                self.stations.choose(station, hearer, attempts[what](station, hearer))
+            if learner is not None and what == TRIED:
+                stations.choose(station, hearer, *learner.sent(station, hearer, position, packet,
+                                                               now_ns))
                 continue
             key = station, position
             # A sender whose acknowledgement was lost repeats a packet that has arrived.

@@ -65,7 +65,7 @@ def rate(name: str, mcs: int, width_mhz: int, streams: int, guard_ns: int) -> Ra
     symbol_ns = form.symbol_ns + guard_ns
     trainings = (1, 2, 4, 4)[streams - 1]
     return Rate(round(1000 * int(bits) / symbol_ns, 6), int(bits), symbol_ns, _LEGACY_HEADER_NS,
-                _LEGACY_NS + form.before_ns + trainings * form.training_ns[guard_ns], mcs)
+                _LEGACY_NS + form.before_ns + trainings * form.training_ns[guard_ns], mcs, streams)
 
 
 @lru_cache
@@ -86,18 +86,37 @@ def high_throughput(name: str, width_mhz: int, streams: int, guard_ns: int | Non
         raise InputError(f".width: channel {channel} is in 2.4 GHz, which has no channels of "
                          f"{width_mhz} MHz; allowed: 20 MHz, 40 MHz")
     base = replace(G, slot_ns=9_000) if low else A  # a short slot: nobody has 802.11b alone
-    rates = tuple(found for mcs in range(form.last_mcs + 1) if (found := rate(
-        name, mcs, width_mhz, streams, guard_ns or form.guards_ns[0])))
+    rates = _rates(name, width_mhz, streams, guard_ns or form.guards_ns[0])
     return replace(base, rates=base.rates + rates, aifsn=3, qos_bytes=2,
                    alone_bytes=0 if name == "11n" else DELIMITER_BYTES,
                    block_ack_bytes=56 if name == "11ax" else 32,
                    channels_apart=max(base.channels_apart, width_mhz // 5))
 
 
+def _rates(name: str, width_mhz: int, streams: int, guard_ns: int) -> tuple[Rate, ...]:
+    return tuple(found for mcs in range(FORMATS[name].last_mcs + 1)
+                 if (found := rate(name, mcs, width_mhz, streams, guard_ns)))
+
+
+def with_fewer_streams(standard: Standard, name: str, width_mhz: int, streams: int,
+                       guard_ns: int | None) -> Standard:
+    """``high_throughput`` with what a station may choose besides, behind its rates: those of fewer
+    streams, and of the usual guard interval where the given one is shorter."""
+    usual_ns = FORMATS[name].guards_ns[0]
+    own = streams, guard_ns or usual_ns
+    others = [(count, ns) for ns in sorted({own[1], max(usual_ns, own[1])})
+              for count in range(1, streams + 1) if (count, ns) != own]
+    return replace(standard, rates=standard.rates + tuple(
+        one for choice in others for one in _rates(name, width_mhz, *choice)))
+
+
 def mcs_index(name: str, standard: Standard, mcs: int | None) -> int:
     """The index of the rate with this MCS among the standard's, of the highest one for None. Raises
     ``InputError`` where there is none."""
-    found = {one.mcs: k for k, one in enumerate(standard.rates) if one.mcs is not None}
+    found: dict[int, int] = {}
+    for k, one in enumerate(standard.rates):
+        if one.mcs is not None:
+            found.setdefault(one.mcs, k)
     if mcs is None:
         return max(found.values())
     if mcs not in found:

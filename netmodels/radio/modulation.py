@@ -16,6 +16,7 @@ from netmodels.radio.high_throughput import (
     MOST_STREAMS,
     high_throughput,
     mcs_index,
+    with_fewer_streams,
 )
 from netmodels.radio.standards import STANDARDS, Access, RadioName, Standard, chosen_rates
 
@@ -49,11 +50,15 @@ class Modulation(ports.Params):
         """Whether the standard is 802.11n or later."""
         return self.standard in FORMATS
 
-    def of_channel(self, channel: int, basic_rates_bps: Sequence[int] | None) -> Standard:
-        """The standard's numbers. Raises ``InputError`` for what it does not have."""
+    def of_channel(self, channel: int, basic_rates_bps: Sequence[int] | None,
+                   fewer_streams: bool = False) -> Standard:
+        """The standard's numbers, also with ``fewer_streams`` than the given ones. Raises
+        ``InputError`` for what it does not have."""
         if self.has_mcs:
-            standard = high_throughput(self.standard, round(self.width_hz / 1e6), self.streams,
-                                       self.guard_interval_ns, channel)
+            width_mhz, shape = round(self.width_hz / 1e6), (self.streams, self.guard_interval_ns)
+            standard = high_throughput(self.standard, width_mhz, *shape, channel)
+            if fewer_streams:
+                standard = with_fewer_streams(standard, self.standard, width_mhz, *shape)
         else:
             self._refuse()
             standard = STANDARDS[self.standard]

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Callable, Sequence
+from typing import Literal, Self
 
-from pydantic import Field
+import numpy as np
+from pydantic import Field, model_validator
 
 from desim import ports
+from desim.errors import InputError
+from netmodels.radio.learner import Choice, Learner
+from netmodels.radio.minstrel.control import MinstrelHt
+from netmodels.radio.standards import Standard
 
 
 class ArfConstants(ports.Constants):
@@ -23,21 +28,43 @@ class ArfConstants(ports.Constants):
 
 
 class RateControl(ports.Params):
-    """Automatic rate fallback (Kamerman and Monteban 1997, "WaveLAN-II: a high-performance wireless
-    LAN for the unlicensed band"): faster after acknowledgements in a row, or when the timer says
-    that it is time to try; slower after failures in a row. The first attempt at a faster rate is a
-    probe: if it fails, back at once. A request to send (RTS) without an answer says nothing about
-    rates. An aggregate counts as acknowledged where half of its packets are."""
+    """Rates that are learnt. Automatic rate fallback (Kamerman and Monteban 1997, "WaveLAN-II: a
+    high-performance wireless LAN for the unlicensed band"): faster after acknowledgements in a row,
+    or when the timer says that it is time to try; slower after failures in a row. The first attempt
+    at a faster rate is a probe: if it fails, back at once. A request to send (RTS) without an
+    answer says nothing about rates. An aggregate counts as acknowledged where half of its packets
+    are. Or ``minstrel.control.MinstrelHt``, as Linux."""
 
-    model: Literal["arf", "arf_ns3"] = Field("arf", description=(
-        "arf_ns3: counts as ns-3's ArfWifiManager, which the preset has (Kamerman and Monteban)"))
+    model: Literal["arf", "arf_ns3", "minstrel_ht"] = Field("arf", description=(
+        "arf_ns3: counts as ns-3's ArfWifiManager, which the preset has; minstrel_ht: as Linux 6.1 "
+        "(Kamerman and Monteban)"))
     constants: ArfConstants = Field(ArfConstants(), description=(
-        "single ones that differ (Kamerman and Monteban; ns-3)"))
+        "single ones of arf and arf_ns3 that differ (Kamerman and Monteban; ns-3)"))
 
-    def of(self, rates: Sequence[int], first: int) -> Arf:
+    @model_validator(mode="after")
+    def _refuse(self) -> Self:
+        if self.model == "minstrel_ht" and self.constants != ArfConstants():
+            raise InputError(".constants: minstrel_ht has none; allowed with arf, arf_ns3")
+        return self
+
+    @property
+    def all_streams(self) -> bool:
+        """Whether it also chooses between numbers of streams and guard intervals."""
+        return self.model == "minstrel_ht"
+
+    def of(self, standard: Standard, first: int, tries: int,
+           stream: Callable[[str], np.random.Generator]) -> Learner:
+        """For frames of ``standard`` that are sent at most ``tries`` times. ``first``: the index of
+        the rate to begin with, of those of its modulation; Minstrel has all of the standard's."""
+        if self.model == "minstrel_ht":
+            return MinstrelHt(standard, tries, stream("minstrel_ht"))
+        return self.fallback(standard.alike(first), first)
+
+    def fallback(self, rates: Sequence[int], first: int) -> Arf:
         """``rates`` [k] are indices of the standard's, the slowest first; ``first`` is the one to
         begin with."""
-        return {"arf": Arf, "arf_ns3": ArfOfNs3}[self.model](self.constants, rates, first)
+        arf = ArfOfNs3 if self.model == "arf_ns3" else Arf
+        return arf(self.constants, rates, first)
 
 
 class Pair:
@@ -54,8 +81,15 @@ class Arf:
     """Automatic rate fallback (Kamerman and Monteban 1997), for each pair of hosts by itself."""
 
     def __init__(self, constants: ArfConstants, rates: Sequence[int], first: int) -> None:
-        self._constants, self._rates, self._first = constants, rates, rates.index(first)
+        self._constants, self._rates, self.first = constants, rates, first
         self._pairs: dict[tuple[int, int], Pair] = {}
+
+    def sent(self, sender: int, receiver: int, packets: int, acknowledged: int, now_ns: int
+             ) -> Choice:
+        """``Learner.sent``."""
+        del now_ns
+        enough = acknowledged and 2 * acknowledged >= packets
+        return Choice((self.acknowledged if enough else self.failed)(sender, receiver))
 
     def acknowledged(self, sender: int, receiver: int) -> int:
         """An attempt was acknowledged; returns the rate of the next one."""
@@ -86,7 +120,7 @@ class Arf:
     def _pair(self, sender: int, receiver: int) -> Pair:
         pair = self._pairs.get((sender, receiver))
         if pair is None:
-            pair = self._pairs[sender, receiver] = Pair(self._first)
+            pair = self._pairs[sender, receiver] = Pair(self._rates.index(self.first))
         return pair
 
     @staticmethod

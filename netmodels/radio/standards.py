@@ -31,7 +31,7 @@ MOST_BYTES = MSDU_BYTES - LLC_BYTES + ETHERNET_BYTES  # of a packet of the host,
 class Rate(NamedTuple):
     """One rate: ``bits`` a symbol of ``symbol_ns`` (DSSS: 8 bits, whose time is rounded up to whole
     us at the end). Header and payload begin ``header_ns`` and ``payload_ns`` after the frame.
-    ``mcs``: the index of modulation and coding since 802.11n."""
+    ``mcs``: the index of modulation and coding since 802.11n, of so many ``streams``."""
 
     mbps: float
     bits: int
@@ -39,6 +39,7 @@ class Rate(NamedTuple):
     header_ns: int
     payload_ns: int
     mcs: int | None = None
+    streams: int = 1
 
     @property
     def ofdm(self) -> bool:

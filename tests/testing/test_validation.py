@@ -17,6 +17,7 @@ from netmodels.cases import chain
 from netmodels.radio import delivery, errors, path_loss
 from netmodels.radio.budget import RadioLinks
 from netmodels.radio.errors import bit_error
+from netmodels.radio.minstrel import statistics as minstrel_statistics
 from netmodels.radio.presets import PRESETS
 from netmodels.radio.standards import STANDARDS
 from netmodels.radio.thresholds import Thresholds
@@ -27,6 +28,7 @@ from netmodels.validation import propagation, rfcomms
 from netmodels.validation.aggregates import SaturationOfMcs
 from netmodels.validation.chain import Chains, repaired
 from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
+from netmodels.validation.minstrel_ht import MinstrelOfLinux
 from netmodels.validation.one_link import DiskOfRadio, FadingOutage, SinglePair
 from netmodels.validation.places import HiddenTerminals, TwoPairsOfNs3
 from netmodels.validation.propagation import PacketErrors, Propagation
@@ -185,6 +187,12 @@ def no_requests(monkeypatch):
     monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "block_requests", False)
 
 
+def slower_filter(monkeypatch):
+    """A period of 17 updates, not 16."""
+    monkeypatch.setattr(minstrel_statistics, "_SECOND", 5466)
+    monkeypatch.setattr(minstrel_statistics, "_THIRD", -2429)
+
+
 def no_pause(monkeypatch):
     monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "difs_first", False)
 
@@ -214,6 +222,7 @@ TWINS = [
     (FallbackOfRates, 1, longer_symbols), (ManyPairs, 1, carrier_sense_of_the_standard),
     (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
     (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
+    (MinstrelOfLinux, 1, slower_filter),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups
         (Propagation, 27, less_indoor_loss), (SinglePair, 6, better_receivers),
         (RadioOfGazebo, 36, more_noise_in_gazebo))),

@@ -104,8 +104,8 @@ class DcfRadio:
             "is not above the frame's (the standard's mandatory ones: 802.11-2016, 10.7.6.5; as "
             "ns-3, and as Linux does ad hoc)"))
         rate_control: RateControl | None = Field(None, description=(
-            "learns from acknowledgements how fast to send to whom, of the rates of the same "
-            "modulation as rate, which is the first (none: always rate)"))
+            "learns from acknowledgements how fast to send to whom: minstrel_ht, of all; else "
+            "of the rates of the same modulation as rate, which is the first (none: always rate)"))
         channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
                                                           "does not hear the other (the first)")
         channels: dict[str, Annotated[int, Field(ge=1, le=196)]] = Field(
@@ -139,7 +139,9 @@ class DcfRadio:
 
         def of_standard(self) -> Standard:
             """The standard's numbers. Raises ``InputError`` for what it does not have."""
-            return self.of_channel(self.channel, self.basic_rates_bps)
+            control = self.rate_control
+            return self.of_channel(self.channel, self.basic_rates_bps,
+                                   control is not None and control.all_streams)
 
         def rates(self) -> tuple[int, int]:
             """The rates of unicast and of broadcast frames, as indices of the standard's. Raises

@@ -13,17 +13,16 @@ from netmodels.kernels import Addresses
 from netmodels.radio.dcf.kernels import machine as kernels
 from netmodels.radio.dcf.kernels import records, times
 from netmodels.radio.dcf.kernels.records import (
-    ACKED,
     DONE,
     DROPPED,
     EXPIRED,
-    FAILED,
     GIVEN_UP,
     HEARD,
     LAPSED,
     MISSED,
     NEVER,
     RECEIVED,
+    TRIED,
 )
 from netmodels.radio.errors import ErrorTable
 from netmodels.radio.standards import (
@@ -36,8 +35,8 @@ from netmodels.radio.standards import (
     Standard,
 )
 
-__all__ = ["ACKED", "DONE", "DROPPED", "EXPIRED", "FAILED", "GIVEN_UP", "HEARD", "LAPSED", "MISSED",
-           "NEVER", "RECEIVED", "Aggregation", "Counts", "Outcome", "Reception", "Stations"]
+__all__ = ["DONE", "DROPPED", "EXPIRED", "GIVEN_UP", "HEARD", "LAPSED", "MISSED", "NEVER",
+           "RECEIVED", "TRIED", "Aggregation", "Counts", "Outcome", "Reception", "Stations"]
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,8 @@ class Aggregation:
 # position, receiver, packet. RECEIVED: a unicast frame's last packet has arrived; of a broadcast
 # one row a packet. MISSED: a packet of a broadcast had errors. DONE: the end of a broadcast.
 # DROPPED: a unicast frame's packet was given up. EXPIRED: a frame has waited too long to begin.
-# ACKED and FAILED, only where rates adapt: an attempt at a packet was acknowledged or not. HEARD
+# TRIED, only where rates adapt: an attempt is over; in the place of position and packet, how many
+# packets it had and how many of them were acknowledged. HEARD
 # replaces RECEIVED where transmissions are judged: the receiver decoded a packet of a unicast
 # frame, and the caller judges it. GIVEN_UP and LAPSED, only where packets are aggregated, in the
 # place of DROPPED and EXPIRED: a packet was given up, or was too old; RECEIVED says when the frame
@@ -174,8 +174,8 @@ class Stations:
             np.ascontiguousarray(errors.log_log), setup,
             np.zeros(4 * n + 8 + (n * limit if lifetime_ns or aggregation else 0),
                      records.OUTCOME),
-            np.zeros((0, 0), np.int8) if first_rate is None
-            else np.full((n, n), first_rate, np.int8),
+            np.zeros((0, 0), np.int16) if first_rate is None
+            else np.full((n, n), first_rate, np.int16),
             np.zeros((n * timed, times.COLUMNS), np.int64),
             np.zeros((n * (aggregation is not None), limit), np.uint16))
         self._arrays = Addresses(
@@ -213,9 +213,12 @@ class Stations:
         self._next_ns = None
         return position if self.fit else None
 
-    def choose(self, station: int, dest: int, rate: int) -> None:
-        """Let ``station`` send to ``dest`` at this rate from the next attempt on."""
-        self._arrays.states[0].choices[station, dest] = rate
+    def choose(self, station: int, dest: int, rate: int, alone: bool = False, rts: bool = False
+               ) -> None:
+        """Let ``station`` send to ``dest`` at this rate from the next attempt on, ``alone`` without
+        an aggregate, with ``rts`` behind an RTS in any case."""
+        self._arrays.states[0].choices[station, dest] = (
+            rate | records.ALONE * alone | records.WITH_RTS * rts)
         self._next_ns = None
 
     def judge(self, now_ns: int, station: int, position: int, packet: int, lost: bool) -> bool:

@@ -14,6 +14,7 @@ from __future__ import annotations
 from desim.ports.kernels import from_dtype, inner, types
 from netmodels.radio.dcf.kernels.queue import OVER, go_on, note_packet
 from netmodels.radio.dcf.kernels.records import (
+    ALONE,
     DATA,
     FRAME,
     GIVEN_UP,
@@ -22,6 +23,7 @@ from netmodels.radio.dcf.kernels.records import (
     RATE,
     RECEIVED,
     REQUEST,
+    WITH_RTS,
     a_dcf,
     a_setup,
     a_station,
@@ -54,6 +56,8 @@ def compose(d, s):
     s.reply_ns, s.carried, s.guarded = frame.ack_ns, 0, frame.rts_ns > 0
     if frame.dest >= 0 and d.packets.shape[0] > 0:
         aggregate(d, s, frame)
+    if d.choices.size > 0 and frame.dest >= 0 and d.choices[s.index, frame.dest] & WITH_RTS:
+        s.guarded = 1
 
 
 @inner(void(a_dcf, a_station, from_dtype(FRAME)))
@@ -63,6 +67,8 @@ def aggregate(d, s, first):
     setup, how, packets = d.setup[0], d.rates[first.rate], d.packets
     mark_packets_changed(d, s)
     most, window, padded, size_bytes, full = most_bytes(setup, how), 0, 0, 0, False
+    if d.choices.size > 0 and d.choices[s.index, first.dest] & ALONE:
+        most = 0
     for k in range(s.queue_length):
         frame = d.frames[s.index, (s.queue_head + k) % packets.shape[1]]
         if full or frame.dest != first.dest:

@@ -26,7 +26,6 @@ from netmodels.radio.dcf.kernels.queue import dequeue, end_packet, note, note_at
 from netmodels.radio.dcf.kernels.reception import add_errors, arrive, is_intact
 from netmodels.radio.dcf.kernels.records import (
     ACK,
-    ACKED,
     ANSWER,
     AWAITING,
     CTS,
@@ -36,13 +35,13 @@ from netmodels.radio.dcf.kernels.records import (
     DROPPED,
     END,
     EXPIRED,
-    FAILED,
     HEADER,
     HEARD,
     IDLE,
     KINDS,
     MISSED,
     NEVER,
+    RATE_BITS,
     RECEIVED,
     REQUEST,
     RTS,
@@ -183,8 +182,8 @@ def succeed(d, s, now_ns):
     frame = d.frames[s.index, s.queue_head]
     s.failed_in_a_row = 0
     reset_window(s)
-    if s.kind == DATA:  # of an aggregate, if half of it has arrived
-        note_attempt(d, now_ns, ACKED if 2 * s.taken >= s.carried else FAILED, s)
+    if s.kind == DATA:
+        note_attempt(d, now_ns, s, s.taken if s.carried > 0 else 1)
     if frame.dest < 0:
         stamp(d, s, now_ns, SENT)
         if s.packet == frame.packets - 1:
@@ -203,7 +202,7 @@ def fail(d, s, now_ns):
     the station's ``reset_at``-th failure in a row, but not where a packet is given up."""
     setup = d.setup[0]
     if s.kind == DATA:
-        note_attempt(d, now_ns, FAILED, s)
+        note_attempt(d, now_ns, s, 0)
     s.failures += 1
     s.tries += 1
     s.failed_in_a_row += 1
@@ -385,7 +384,8 @@ def carry_out(d, s, now_ns, what):
             expire(d, s, now_ns)
         else:
             if d.choices.size > 0 and frame.dest >= 0:
-                set_rate(d.rates, frame, d.choices[s.index, frame.dest], frame.rts_ns > 0)
+                rate = d.choices[s.index, frame.dest] & RATE_BITS
+                set_rate(d.rates, frame, rate, frame.rts_ns > 0)
             s.role, s.contention_due, s.no_backoff = SENDING, NEVER, 0
             if s.asks == 1:
                 s.reply_ns = d.rates[frame.rate].block_ack_ns

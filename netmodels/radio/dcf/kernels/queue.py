@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from desim.ports.kernels import inner, types
-from netmodels.radio.dcf.kernels.records import a_dcf, a_station
+from netmodels.radio.dcf.kernels.records import TRIED, a_dcf, a_station
 from netmodels.radio.dcf.kernels.times import begin_frame
 
 int64, void = types.int64, types.void
@@ -28,12 +28,12 @@ def note(d, now_ns, what, s, receiver):
     note_packet(d, now_ns, what, s, receiver, s.queue_head, s.packet)
 
 
-@inner(void(a_dcf, _i8, _i8, a_station))
-def note_attempt(d, now_ns, what, s):
-    """Note whether an attempt of station s was acknowledged, if rates adapt."""
+@inner(void(a_dcf, _i8, a_station, _i8))
+def note_attempt(d, now_ns, s, acknowledged):
+    """Note how many packets of an attempt of station s were acknowledged, if rates adapt."""
     dest = d.frames[s.index, s.queue_head].dest
     if d.choices.size > 0 and dest >= 0:
-        note(d, now_ns, what, s, dest)
+        note_packet(d, now_ns, TRIED, s, dest, max(s.carried, 1), acknowledged)
 
 
 @inner(void(a_dcf, a_station, _i8))

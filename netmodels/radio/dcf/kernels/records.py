@@ -12,7 +12,7 @@ import numpy as np
 from desim.ports.kernels import carray, from_dtype, inner, kernel, types, uniform_half_open
 from netmodels.kernels import pointer
 
-float64, int8, int64, void = types.float64, types.int8, types.int64, types.void
+float64, int16, int64, void = types.float64, types.int16, types.int64, types.void
 
 NEVER = 1 << 62
 
@@ -25,7 +25,9 @@ BLOCK = 32  # stations whose next events have a common minimum
 IDLE, SENDING, AWAITING = range(3)  # the role of a station: it awaits a reply
 RTS, CTS, DATA, ACK, REQUEST = range(5)  # ACK: of a block of packets, too; REQUEST: for that
 # Outcomes.
-RECEIVED, MISSED, DONE, DROPPED, EXPIRED, ACKED, FAILED, HEARD, GIVEN_UP, LAPSED = range(10)
+RECEIVED, MISSED, DONE, DROPPED, EXPIRED, TRIED, HEARD, GIVEN_UP, LAPSED = range(9)
+# Of a choice, beside its rate: no aggregate; an RTS first.
+RATE_BITS, ALONE, WITH_RTS = 255, 256, 512
 
 
 STATION = np.dtype([  # 288 B, for the future is tried out on copies
@@ -135,7 +137,7 @@ class Dcf(NamedTuple):
     have changed since their future was the same: how many, then the list, and beside it whether
     each is in it | frames [n, limit] rings | links | rates | table [rates, k]
     log(-log(chance that a bit has no error)) | setup [1] | outcomes, for more than 2 n |
-    choices [n, n] the rate of each sender and receiver, or [0, 0]: each frame has its own |
+    choices [n, n] how each sender sends to each receiver, or [0, 0]: each frame has its own rate |
     times [n, 10] the parts of frames' time (``kernels.times``), or [0, 10]: nobody asks |
     packets [n, limit] the states of the packets in each queue, a ring (``kernels.aggregates``), or
     [0, limit]: nobody aggregates
@@ -161,7 +163,7 @@ _rate, _frame = from_dtype(RATE), from_dtype(FRAME)
 all_due, all_rates, a_table = _i8[::1], _rate[::1], _f8[:, ::1]
 a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], _frame[:, ::1],
                          from_dtype(LINK)[::1], all_rates, a_table, a_setup[::1],
-                         from_dtype(OUTCOME)[::1], int8[:, ::1], _i8[:, ::1],
+                         from_dtype(OUTCOME)[::1], int16[:, ::1], _i8[:, ::1],
                          types.uint16[:, ::1]), Dcf)
 
 
@@ -177,7 +179,7 @@ def arrays_at(rows):
                carray(pointer(rows[6, 0]), (rows[6, 1], rows[6, 2]), np.float64),
                carray(pointer(rows[7, 0]), (rows[7, 1],), SETUP),
                carray(pointer(rows[8, 0]), (rows[8, 1],), OUTCOME),
-               carray(pointer(rows[9, 0]), (rows[9, 1], rows[9, 2]), np.int8),
+               carray(pointer(rows[9, 0]), (rows[9, 1], rows[9, 2]), np.int16),
                carray(pointer(rows[10, 0]), (rows[10, 1], rows[10, 2]), np.int64),
                carray(pointer(rows[11, 0]), (rows[11, 1], rows[11, 2]), np.uint16))
 
