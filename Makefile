@@ -46,9 +46,10 @@ validate: $(VENV)/.installed-test
 	$(BIN)/desim validate
 	$(BIN)/pytest -n 2 -m validation
 
-# Real programs in the guest: its tests, and each of the scenarios twice, with equal digests.
+# Real programs in the guest: its tests, and each of the scenarios twice, with equal digests. A
+# guest has one processor.
 loop: $(VENV)/.installed-test
-	$(BIN)/pytest tests/loop
+	$(BIN)/pytest -n 2 --dist worksteal tests/loop
 	$(BIN)/python tools/loop_twice.py
 
 bench: $(VENV)/.installed

@@ -1,4 +1,4 @@
-"""Plays the scenarios of real programs twice, and compares the digests.
+"""Plays the scenarios of real programs twice at once, and compares the digests.
 
     python tools/loop_twice.py
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -44,8 +45,8 @@ def main() -> int:
         if reason := lacking(name):
             print(f"{name}: skipped, {reason}")
             continue
-        with TemporaryDirectory() as home:
-            digests = [digest(name, Path(home) / number) for number in ("first", "second")]
+        with TemporaryDirectory() as home, ThreadPoolExecutor() as both:
+            digests = list(both.map(digest, [name] * 2, [Path(home) / "1", Path(home) / "2"]))
         same = len(set(digests)) == 1
         differ |= not same
         print(f"{name}: {'equal' if same else 'DIFFERENT'}: {' '.join(digests)}", flush=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -26,28 +27,34 @@ _NO_TIMES = np.empty(0, np.int64)
 _SECONDS = pa.schema([("time_s", pa.float64())])
 _PLACED = pa.schema([*_SECONDS, ("robot", pa.string()), *(
     (name, pa.float64()) for name in ("x_m", "y_m", "yaw_rad", "explored", "explored_union"))])
-_SCHEMAS = {
-    MESSAGES: full(MESSAGE_SCHEMA, "first_ns", "last_ns", "reason", "latency_ns"),
-    TRACE: TRACE_ROWS, EVENTS: TRACE_ROWS,
-    LINKS: full(pa.schema([("time_s", pa.float64()), ("host", pa.string()),
-                           ("other", pa.string()), ("linked", pa.bool_())])),
-    "latency.parquet": full(pa.schema([
-        ("topic", pa.string()), *((name, pa.int64()) for name in ("from_ns", "to_ns", "count"))]),
-        "to_ns"),
-    POSES: full(recording_tables.poses_table(_NO_TIMES, (), np.empty((0, 0, 3))).schema),
-    "moving_obstacles.parquet": full(
-        recording_tables.obstacles_table(_NO_TIMES, np.empty((0, 0, 3))).schema),
-    "growth.parquet": full(recording_tables.growth_table(()).schema),
-    "plans.parquet": full(recording_tables.plans_table(()).schema, "texts"),
-    "walls.parquet": full(recording_tables.walls_table(()).schema),
-    SAMPLES: full(_SECONDS), ROBOTS: full(_PLACED, "explored", "explored_union")}
 _WITH_OTHERS = (SAMPLES, ROBOTS)  # columns of numbers, by what the run measured
+
+
+@cache
+def _schemas() -> dict[str, pa.Schema]:
+    """The columns of each table. They are made when a table is read: pyarrow imports pandas, where
+    it is installed, with the first array."""
+    return {
+        MESSAGES: full(MESSAGE_SCHEMA, "first_ns", "last_ns", "reason", "latency_ns"),
+        TRACE: TRACE_ROWS, EVENTS: TRACE_ROWS,
+        LINKS: full(pa.schema([("time_s", pa.float64()), ("host", pa.string()),
+                               ("other", pa.string()), ("linked", pa.bool_())])),
+        "latency.parquet": full(pa.schema([
+            ("topic", pa.string()), *(
+                (name, pa.int64()) for name in ("from_ns", "to_ns", "count"))]), "to_ns"),
+        POSES: full(recording_tables.poses_table(_NO_TIMES, (), np.empty((0, 0, 3))).schema),
+        "moving_obstacles.parquet": full(
+            recording_tables.obstacles_table(_NO_TIMES, np.empty((0, 0, 3))).schema),
+        "growth.parquet": full(recording_tables.growth_table(()).schema),
+        "plans.parquet": full(recording_tables.plans_table(()).schema, "texts"),
+        "walls.parquet": full(recording_tables.walls_table(()).schema),
+        SAMPLES: full(_SECONDS), ROBOTS: full(_PLACED, "explored", "explored_union")}
 
 
 def read(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """A table of a run (these ``columns`` of it). Raises as ``read_table`` does, also where a
     column is missing, or has values that desim does not write there."""
-    table, schema = read_table(path, columns), _SCHEMAS[path.name]
+    table, schema = read_table(path, columns), _schemas()[path.name]
     known = conform(table, schema if columns is None else pa.schema(
         [field for field in schema if field.name in columns]))
     if path.name in _WITH_OTHERS:

@@ -20,7 +20,7 @@ def folder(repository, tmp_path_factory):
 
 def test_what_desim_writes_is_read_as_it_is(folder):
     names = {file.name for file in folder.glob("*.parquet")} - {"ledger.parquet"}
-    assert names == tables._SCHEMAS.keys()
+    assert names == tables._schemas().keys()
     for name in names:
         known, written = tables.read(folder / name), read_table(folder / name)
         assert known.select(written.column_names).to_pylist() == written.to_pylist()
