@@ -30,10 +30,11 @@ Cuts = Callable[[int, tuple[bool, ...]], tuple[SampleTrain, ...]]
 
 
 class Dds:
-    """One participant per host, as if all of its nodes were one process (ROS 2 components); a
-    writer and a reader per host and topic. A stream is reliable, a datagram best effort; a latched
-    topic is ``transient_local``. ``participants`` are those of hosts that run; ``matches`` counts
-    the changes of matches between readers and writers."""
+    """A participant per host, as if all of its nodes were one process (ROS 2 components), with a
+    writer and a reader per topic; and further ones, if wanted, without topics of the fleet. A
+    stream is reliable, a datagram best effort; a latched topic is ``transient_local``.
+    ``participants`` are the first ones of hosts that run; ``matches`` counts the changes of matches
+    between readers and writers."""
 
     Params = DdsParams
     informed = "subscriber"
@@ -67,16 +68,19 @@ class Dds:
         self.timers = Timers(context.kernel, self.constants.heartbeat_period_ns // 4)
         self.leases_ns = [params.leases.get(host, params.lease_ns) for host in hosts]
         self.participants: dict[int, Participant] = {}
+        self._processes: list[tuple[Participant, ...]] = [()] * len(hosts)
         self._lives = [0] * len(hosts)
         self._writers: list[dict[str, list[StatefulWriter]]] = [{} for _ in hosts]
         self._links: dict[tuple[int, int, str], list[ReaderProxy]] = {}
 
     def switched(self, host: int, up: bool) -> None:
-        former = self.participants.pop(host, None)
-        if former is not None:
-            former.life.end()
-            for remote in former.remotes.values():
+        former, self._processes[host] = self._processes[host], ()
+        for process in former:
+            process.life.end()
+            for remote in process.remotes.values():
                 self.book_arrivals(remote, host)
+        if former:
+            del self.participants[host]
             for (_, receiver, _), links in self._links.items():
                 for link in links if receiver == host else ():
                     link.writer_proxy.drop("host_down")
@@ -84,7 +88,15 @@ class Dds:
         self.matches += 1
         if up:
             self._lives[host] += 1
-            self.participants[host] = Participant(self, host, self._lives[host])
+            count = 1 if host == self.server else self.params.participants
+            self._processes[host] = tuple(Participant(self, (host, self._lives[host], number))
+                                          for number in range(count))
+            self.participants[host] = self._processes[host][0]
+
+    def on(self, host: int, number: int) -> Participant | None:
+        """The participant of this number that runs on ``host``."""
+        processes = self._processes[host]
+        return processes[number] if number < len(processes) else None
 
     def advertise(self, offer: Offer) -> None:
         self.participants[offer.publisher.host].advertise(offer.publisher.topic)
@@ -175,24 +187,29 @@ class Dds:
         for link in self._links.get((remote.host, me.host, topic), ()):
             link.writer_proxy.joined()
 
-    def announced(self, token: tuple[tuple[Guid, int], bool], receiver: int) -> None:
-        """An announcement has arrived at ``receiver``."""
-        me, ((guid, lease_ns), wants_response) = self.participants.get(receiver), token
-        remote = None if me is None else me.remotes.get(guid)
-        if remote is not None and remote.direct:  # as nearly always
-            remote.received_ns = self.context.now_ns
-        elif me is not None and me.awake and (
-                self.server is None or self.server in (receiver, guid[0])):
-            me.announced(guid, lease_ns, wants_response)
+    def announced(self, token: tuple[tuple[Guid, int], bool, int | None], receiver: int) -> None:
+        """An announcement has arrived at ``receiver``, for all of its participants or for one."""
+        (guid, lease_ns), wants_response, number = token
+        processes = self._processes[receiver]
+        for me in processes if number is None else processes[number:number + 1]:
+            if me.guid == guid:
+                continue
+            remote = me.remotes.get(guid)
+            if remote is not None and remote.direct:  # as nearly always
+                remote.received_ns = self.context.now_ns
+            elif me.awake and (self.server is None or self.server in (receiver, guid[0])):
+                me.announced(guid, lease_ns, wants_response)
 
-    def received(self, to: dict[int, Envelope], receiver: int, lost: Collection[int] = ()) -> None:
+    def received(self, to: dict[int, list[Envelope]], receiver: int, lost: Collection[int] = ()
+                 ) -> None:
         """A message of a participant has arrived at ``receiver``, or a train of messages without
         the packets ``lost``. One from an unknown participant or for a former life is not read. Of
         several heartbeats or acknowledgements in one train any stands for all."""
-        me, (sender, guid, handler, content) = self.participants.get(receiver), to[receiver]
-        if me is None or me.guid != guid:
-            return
-        remote = me.remotes.get(sender)
-        if remote is not None and remote.direct:
-            remote.received_ns = self.context.now_ns
-            handler(me.endpoints, remote, lost, *content)
+        for sender, guid, handler, content in to[receiver]:
+            me = self.on(receiver, guid[2])
+            if me is None or me.guid != guid:
+                continue
+            remote = me.remotes.get(sender)
+            if remote is not None and remote.direct:
+                remote.received_ns = self.context.now_ns
+                handler(me.endpoints, remote, lost, *content)

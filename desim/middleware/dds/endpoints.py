@@ -8,10 +8,11 @@ writers travel along.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds import wire
-from desim.middleware.dds.heartbeat_piggyback import Spent
+from desim.middleware.dds.endpoint_repairs import TRAIN, SharedRepairs, SingleRepairs
 from desim.middleware.dds.remote import RemoteParticipant
 from desim.middleware.dds.wire import Guid, Item, ItemKind, Mail
 from desim.middleware.timers import NEVER
@@ -23,8 +24,7 @@ if TYPE_CHECKING:
 # Until a reader asks again for endpoints that are on their way: NackDelay of Cyclone DDS. Fast DDS
 # asks at each heartbeat, but its sender blocks while a buffer is full, which is not modelled.
 ASK_AGAIN_NS = 100_000_000
-TRAIN = 10  # messages in one frame, so that a large fleet's start is not a frame for each of them
-
+LOOPBACK_NS = 10_000  # from a participant to another one of its host (ours)
 
 # A message between two participants: sender, receiver, handler and content. ``handler(endpoints,
 # remote, lost, *content)`` reads it; ``lost`` are the packets of its train that did not arrive.
@@ -44,11 +44,11 @@ class Endpoints:
         self.items: list[Item] = []  # those that exist
         # A node's endpoints are made some time after its participant.
         self._exist = False
-        self._coming = self._wire.built_in_endpoints(me.guid, self._context.hosts[me.host])
+        name = self._context.hosts[me.host] + f"/node_{me.number}" * bool(me.number)
+        self._coming = self._wire.built_in_endpoints(me.guid, name)
         self._beat_ns = NEVER  # when the next heartbeat is due
         self._beats = 0
-        limit_bytes = me.constants.heartbeat_after_bytes
-        self._spent = None if limit_bytes is None else (Spent(limit_bytes), Spent(limit_bytes))
+        self._repairs = (SharedRepairs if self._wire.apart else SingleRepairs)(me, self)
 
     def write(self, item: Item) -> None:
         """Add an endpoint once endpoints exist."""
@@ -85,7 +85,7 @@ class Endpoints:
             out = remotes[0].out
             letters = self._wire.new_endpoints([out[number] for number in numbers],
                                                self._wire.apart and alone)
-            self._send_items(remotes, numbers, letters, None)
+            self.send_items(remotes, numbers, letters, None)
         for remote in remotes:
             remote.sent_count = last
         self._beats = 0
@@ -98,7 +98,7 @@ class Endpoints:
         if constants.initial_heartbeat_ns:
             self._book(constants.initial_heartbeat_ns)
         else:
-            self._send_heartbeats([remote], self._wire.built_in_writers, directed=True)
+            self.send_heartbeats([remote], self._wire.built_in_writers, directed=True)
             self._book(constants.discovery_heartbeat_period_ns)
         if delay_ns is not None:
             self._me.after(delay_ns, self._send_acknack, (remote, delay_ns))
@@ -137,26 +137,8 @@ class Endpoints:
         self._send_all("liveliness", remotes, [self._wire.liveliness()], Endpoints.heartbeat,
                        lambda remote: ("", True))
 
-    def _send_again(self, remote: RemoteParticipant, numbers: Sequence[int]) -> None:
-        """Send the items of these numbers, which the remote has requested."""
-        out, most_bytes = remote.out, self._constants.repeated_message_bytes
-        if self._wire.apart:
-            numbers = sorted(numbers, key=lambda n: wire.is_reader(out[n]))
-            parts = self._parted([out[number] for number in numbers])
-            letters = [letter for part in parts if part
-                       for letter in self._wire.known_endpoints(part, most_bytes, False)]
-            self._send_items([remote], numbers, letters, None)
-            if len(parts) > 1:
-                self._send_heartbeats(self._me.direct(), 1, directed=False, times=len(parts) - 1)
-            return
-        for start in range(0, len(numbers), TRAIN):
-            part = numbers[start:start + TRAIN]
-            last = start + TRAIN >= len(numbers)
-            letters = self._wire.known_endpoints([out[number] for number in part], most_bytes, last)
-            self._send_items([remote], part, letters, remote.sent_count if last else None)
-
-    def _send_items(self, remotes: list[RemoteParticipant], numbers: Sequence[int],
-                    letters: list[wire.Letter], known: int | None) -> None:
+    def send_items(self, remotes: list[RemoteParticipant], numbers: Sequence[int],
+                   letters: list[wire.Letter], known: int | None) -> None:
         """Send items of these numbers, the same to all; with ``known`` a heartbeat in the last
         letter tells that so many exist."""
         out, at = remotes[0].out, 0
@@ -169,22 +151,6 @@ class Endpoints:
         self._send_all("sedp", remotes, [chunk for chunk, _ in letters], Endpoints.receive,
                        lambda remote: (remote.series, tuple(mails)))
 
-    def _parted(self, items: list[Item]) -> list[list[Item]]:
-        """Cut repeated items behind each that a heartbeat to all follows (see ``Spent``): that
-        heartbeat is a message of its own, and ends the one before it."""
-        parts: list[list[Item]] = [[]]
-        if self._spent is None:
-            return [items]
-        me = self._me
-        for item in items:
-            me.resent_bytes += wire.TIME_BYTES + item.size_bytes + (
-                0 if parts[-1] else self._wire.head_bytes)
-            parts[-1].append(item)
-            if self._spent[wire.is_reader(item)].over(me.resent_bytes):
-                me.resent_bytes += self._wire.head_bytes + wire.HEARTBEAT_BYTES
-                parts.append([])
-        return parts
-
     def _send(self, kind: str, remote: RemoteParticipant, chunks: list[wire.Chunk],
               handler: Callable[..., object], *content: object) -> None:
         self._send_all(kind, [remote], chunks, handler, lambda _: content)
@@ -192,10 +158,10 @@ class Endpoints:
     def _send_in_advance(self, kind: str, remote: RemoteParticipant, chunks: list[wire.Chunk],
                          handler: Callable[..., object], *content: object) -> None:
         """``_send`` a message that only shows ``remote`` that this participant lives."""
-        you = self._me.dds.participants.get(remote.host)
+        you = self._me.dds.on(remote.host, remote.number)
         runs = you is not None and you.guid == remote.guid
         self._send_all(kind, [remote], chunks, handler, lambda _: content,
-                       self._me.in_advance if runs else None)
+                       partial(self._me.in_advance, remote.number) if runs else None)
 
     def _send_all(self, kind: str, remotes: list[RemoteParticipant], chunks: list[wire.Chunk],
                   handler: Callable[..., object],
@@ -205,10 +171,22 @@ class Endpoints:
         """
         chunk, me, dds = wire.together(chunks), self._me, self._me.dds
         for group in [remotes] if self._multicast else [[remote] for remote in remotes]:
-            to = {remote.host: (me.guid, remote.guid, handler, content(remote)) for remote in group}
-            self._context.send(kind, me.host, list(to), chunk.size_bytes, dds.received, to,
-                               segments=chunk.packets, multicast=len(to) > 1, in_part=dds.received,
-                               in_advance=in_advance)
+            to: dict[int, list[Envelope]] = {}
+            for remote in group:
+                to.setdefault(remote.host, []).append(
+                    (me.guid, remote.guid, handler, content(remote)))
+            if me.host in to:
+                me.after(LOOPBACK_NS, partial(dds.received, {me.host: to.pop(me.host)}), me.host)
+            if to:
+                self._context.send(kind, me.host, list(to), chunk.size_bytes, dds.received, to,
+                                   segments=chunk.packets, multicast=len(group) > 1,
+                                   in_part=dds.received, in_advance=in_advance)
+
+    def send_heartbeat_soon(self) -> None:
+        """Send a heartbeat after the usual period, and the next ones with the shortest pauses: it
+        may be lost, or its answer."""
+        self._beats = 0
+        self._book(self._constants.discovery_heartbeat_period_ns)
 
     def _book(self, delay_ns: int) -> None:
         """Send a heartbeat at that time, or earlier."""
@@ -230,29 +208,24 @@ class Endpoints:
         if not behind:
             return
         new = [remote for remote in behind if not remote.answered]
-        self._send_heartbeats(new, self._wire.built_in_writers, directed=False)
+        self.send_heartbeats(new, self._wire.built_in_writers, directed=False)
         others = known if constants.discovery_heartbeats_all else behind
-        self._send_heartbeats([remote for remote in others if remote.answered], 2, directed=False)
+        self.send_heartbeats([remote for remote in others if remote.answered], 2, directed=False)
         self._beats += 1
         self._book(min(constants.discovery_heartbeat_limit_ns,
                        constants.discovery_heartbeat_period_ns
                        << min(16, max(0, self._beats - 2))))
 
-    def _send_heartbeats(self, remotes: list[RemoteParticipant], writers: int, *, directed: bool,
-               times: int = 1) -> None:
-        """Send heartbeats of so many writers, several ``times`` in one train."""
+    def send_heartbeats(self, remotes: list[RemoteParticipant], writers: int, *, directed: bool
+                        ) -> None:
+        """Send heartbeats of so many writers."""
+        for spent in self._repairs.spent if writers > 1 else ():
+            spent.sent()
         if remotes:
             chunks = [self._wire.heartbeats(writers)] if directed or not self._wire.apart \
                 else [self._wire.heartbeat_to_all()] * writers
-            self._send_all("sedp_heartbeat", remotes, chunks * times, Endpoints.heartbeats,
+            self._send_all("sedp_heartbeat", remotes, chunks, Endpoints.heartbeats,
                            lambda remote: (remote.series, remote.sent_count, writers, directed))
-
-    def _retransmit(self, remote: RemoteParticipant) -> None:
-        wanted, remote.requested = remote.requested, ()
-        if self._me.remotes.get(remote.guid) is remote:
-            self._send_again(remote, wanted)
-            self._beats = 0
-            self._book(self._constants.discovery_heartbeat_period_ns)
 
     # Handlers.
 
@@ -270,12 +243,10 @@ class Endpoints:
             got, missing, asks = 0, (), True
         remote.acked_count = got
         if missing:
-            pending, remote.requested = remote.requested, missing
-            if not pending:
-                self._me.after(self._constants.discovery_nack_response_ns, self._retransmit, remote)
+            self._repairs.request(remote, missing)
         elif asks:
             writers = self._wire.built_in_writers if first else 2
-            self._send_heartbeats([remote], writers, directed=True)
+            self.send_heartbeats([remote], writers, directed=True)
             # It may be lost, or its answer.
             self._book(self._constants.discovery_heartbeat_period_ns)
 
@@ -308,6 +279,14 @@ class Endpoints:
         if not remote.answering:
             remote.answering = True
             self._me.after(self._constants.discovery_heartbeat_response_ns, self._answer, remote)
+        elif self._wire.apart:  # it answers each, as they are further apart than its response delay
+            self._me.after(self._constants.discovery_heartbeat_response_ns, self._acknowledge,
+                           (remote, writers))
+
+    def _acknowledge(self, what: tuple[RemoteParticipant, int]) -> None:
+        remote, readers = what
+        self._send("sedp_acknack", remote, [self._wire.acknacks(readers)], Endpoints.acknack,
+                   remote.received_series, remote.got, (), False)
 
     def _goes_on(self, remote: RemoteParticipant, series: int) -> bool:
         """Whether a message belongs to the present series. A message of a later one begins that."""

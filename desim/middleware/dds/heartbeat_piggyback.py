@@ -39,8 +39,12 @@ class Spent:
         self._left -= so_far_bytes
         if self._left >= 0:
             return False
-        self._left = self._limit
+        self.sent()
         return True
+
+    def sent(self) -> None:
+        """The writer sends a heartbeat, of whatever kind."""
+        self._left = self._limit
 
 
 class WhenFull:

@@ -177,6 +177,10 @@ class DdsParams(ports.Params):
     discovery: Literal["simple", "server"] = Field("simple", description=(
         "everybody tells everybody, or all tell one server (Fast DDS Discovery Server)"))
     server: str | None = Field(None, description="the host of the server (none)")
+    participants: int = Field(1, ge=1, le=200, description=(
+        "processes of each host that are ROS 2 nodes: the first has the fleet's topics, the others "
+        "a node's own endpoints; those of one host find each other without frames (the server's "
+        "host has one)"))
     lease_ns: Pace = Field("20 s", description=(
         "a participant that was silent for so long is gone; each says it about itself (fastdds "
         "20 s, cyclonedds 10 s)"))

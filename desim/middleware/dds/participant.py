@@ -1,4 +1,4 @@
-"""A participant: the process of one host, from the host's start to its stop.
+"""A participant: one process of a host, from the host's start to its stop.
 
 It announces itself (SPDP), keeps a lease on each participant that it knows, and matches endpoints.
 """
@@ -6,10 +6,11 @@ It announces itself (SPDP), keeps a lease on each participant that it knows, and
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.discovery_server import DiscoveryServer
-from desim.middleware.dds.endpoints import Endpoints
+from desim.middleware.dds.endpoints import LOOPBACK_NS, Endpoints
 from desim.middleware.dds.remote import RemoteParticipant
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk, Guid, Item, ItemKind
 from desim.middleware.timers import Lifetime
@@ -21,15 +22,17 @@ if TYPE_CHECKING:
 
 
 class Participant:
-    """One participant. ``remotes``: the participants that it believes in, in the order of
-    discovery. Any message from one renews its lease, whose length that participant has announced.
-    """
+    """One participant, the ``number``-th of its host: the first, 0, has the topics of the fleet,
+    the others a node's own endpoints alone. ``remotes``: the participants that it believes in, in
+    the order of discovery. Any message from one renews its lease, whose length that participant has
+    announced."""
 
-    def __init__(self, dds: Dds, host: int, life: int) -> None:
+    def __init__(self, dds: Dds, guid: Guid) -> None:
         self.dds, self.context, self.constants = dds, dds.context, dds.constants
-        self.host = host
+        self.guid = guid
+        host, life, number = guid
+        self.host, self.number = host, number
         self._others = [other for other in range(len(self.context.hosts)) if other != host]
-        self.guid: Guid = (host, life)
         self.life = Lifetime(self.context, host)
         self.after = self.life.after
         self.remotes: dict[Guid, RemoteParticipant] = {}
@@ -46,7 +49,8 @@ class Participant:
         self.awake = False
         spread_ns = self.constants.start_spread_ns
         if spread_ns:
-            stream = self.context.stream("start", self.context.hosts[host], life)
+            name = ("start", self.context.hosts[host], life, number)
+            stream = self.context.stream(*name[:4 if number else 3])
             self.after(int(stream.integers(spread_ns)), self._wake)
         else:
             self._wake(None)
@@ -80,10 +84,15 @@ class Participant:
 
     # Other participants.
 
-    def of(self, host: int) -> Iterator[RemoteParticipant]:
-        """The participants on ``host``: the one that runs, and its former lives that are believed
-        in."""
-        return (remote for remote in self.remotes.values() if remote.host == host)
+    def of(self, host: int, number: int = 0) -> Iterator[RemoteParticipant]:
+        """The participants on ``host`` of this number: the one that runs, and its former lives that
+        are believed in."""
+        return (remote for remote in self.remotes.values()
+                if remote.host == host and remote.number == number)
+
+    def _leads(self, remote: RemoteParticipant) -> bool:
+        """Whether both are the first of their hosts, which alone have topics and beliefs."""
+        return self.number == remote.number == 0
 
     def direct(self) -> list[RemoteParticipant]:
         """The participants with which this one exchanges messages."""
@@ -93,7 +102,7 @@ class Participant:
         """Announce this participant for the k-th time: a client of a server to that server alone,
         the server to its clients."""
         constants, dds = self.constants, self.dds
-        known = [remote.host for remote in self.direct()]
+        known = self.direct()
         period_ns = self.announcing_ns
         if dds.server is None:
             self._announce_to_all(constants.first_times if k == 0 else 1,
@@ -101,30 +110,45 @@ class Participant:
             if k + 1 < constants.initial_announcements:
                 period_ns = constants.initial_period_ns
         elif dds.server == self.host:
-            self._announce_to(known, dds.wire.announcement(), False)
+            self._announce_to_each(known)
         else:
-            self._announce_to([dds.server], dds.wire.announcement(), False, calls=True)
+            self._announce_to([dds.server], dds.wire.announcement(), 0, calls=True)
             if not known:
                 period_ns = constants.server_period_ns
         self.after(period_ns, self._announce, k + 1)
 
-    def _announce_to_all(self, times: int, known: list[int]) -> None:
+    def _announce_to_all(self, times: int, known: list[RemoteParticipant]) -> None:
         """Announce this participant by multicast, and to each participant that is ``known``."""
-        self._announce_to(self._others, self.dds.wire.announcement(times), True)
-        self._announce_to(known, self.dds.wire.announcement(), False)
+        self._announce_to(self._others, self.dds.wire.announcement(times), None)
+        self._announce_to_each(known)
 
-    def _announce_to(self, hosts: list[int], chunk: Chunk, multicast: bool,
-                  calls: bool = False) -> None:
-        if hosts:
-            self.context.send("spdp", self.host, hosts, chunk.size_bytes, self.dds.announced,
-                              (self._announcement, multicast or calls), segments=chunk.packets,
-                              multicast=multicast, in_advance=self.in_advance)
+    def _announce_to_each(self, known: list[RemoteParticipant]) -> None:
+        by_number: dict[int, list[int]] = {}
+        for remote in known:
+            by_number.setdefault(remote.number, []).append(remote.host)
+        for number, hosts in by_number.items():
+            self._announce_to(hosts, self.dds.wire.announcement(), number)
 
-    def in_advance(self, host: int) -> InAdvance | None:
+    def _announce_to(self, hosts: list[int], chunk: Chunk, number: int | None, calls: bool = False
+                     ) -> None:
+        """Announce this participant to those of this ``number`` on ``hosts``; without one to all,
+        by multicast, which those of this host hear, too."""
+        multicast = number is None
+        token = self._announcement, multicast or calls, number
+        away = [host for host in hosts if host != self.host]
+        if self.dds.params.participants > 1 and (multicast or len(away) < len(hosts)):
+            self.after(LOOPBACK_NS, partial(self.dds.announced, token), self.host)
+        if away:
+            self.context.send("spdp", self.host, away, chunk.size_bytes, self.dds.announced, token,
+                              segments=chunk.packets, multicast=multicast,
+                              in_advance=None if number is None
+                              else partial(self.in_advance, number))
+
+    def in_advance(self, number: int, host: int) -> InAdvance | None:
         """A shortcut for messages that only show that this participant lives: a function that notes
-        the arrival at ``host`` at once, without an event. None if that host does not know this
-        participant from itself."""
-        you = self.dds.participants.get(host)
+        the arrival at ``host`` at once, without an event. None if the participant of this
+        ``number`` there does not know this one from itself."""
+        you = self.dds.on(host, number)
         remote = None if you is None else you.remotes.get(self.guid)
         if remote is None or not remote.direct:
             return None
@@ -140,20 +164,21 @@ class Participant:
         self._meet(remote)
         self.after(lease_ns, self._check_lease, remote)
         if self.constants.announces_when_found and self.dds.server is None:
-            self._announce_to_all(1, [other.host for other in self.direct()])
+            self._announce_to_all(1, self.direct())
         if wants_response:
             self._respond((remote, self.constants.responses if self.dds.server is None else 1))
         self.endpoints.found(remote)
 
     def _meet(self, remote: RemoteParticipant) -> None:
         self.remotes[remote.guid] = remote
-        self.context.sees(self.host, remote.host, HostState.ONLINE)
+        if self._leads(remote):
+            self.context.sees(self.host, remote.host, HostState.ONLINE)
 
     def _respond(self, what: tuple[RemoteParticipant, int]) -> None:
         """Announce this participant to a newcomer, which may not have heard of it."""
         remote, times = what
         if times and self.remotes.get(remote.guid) is remote:
-            self._announce_to([remote.host], self.dds.wire.announcement(), False)
+            self._announce_to_each([remote])
             if times > 1:
                 self.after(self.constants.response_period_ns, self._respond, (remote, times - 1))
 
@@ -163,7 +188,7 @@ class Participant:
             return
         now_ns = self.context.now_ns
         remote.take_arrivals(now_ns)
-        if remote.received_ns + remote.lease_ns <= now_ns:
+        if remote.received_ns + remote.lease_ns <= now_ns and self._leads(remote):
             self.dds.take_acknowledgements(self, remote)
         left_ns = remote.received_ns + remote.lease_ns - now_ns
         if left_ns > 0:
@@ -176,7 +201,7 @@ class Participant:
         del self.remotes[remote.guid]
         self.dds.book_arrivals(remote, self.host)
         context, dds, left = self.context, self.dds, list(self.of(remote.host))
-        if not left:
+        if self._leads(remote) and not left:
             context.sees(self.host, remote.host, HostState.REMOVED)
         for topic in remote.writers:
             if topic in self.readers and not any(topic in other.writers for other in left):
@@ -191,9 +216,9 @@ class Participant:
     # Matching.
 
     def learn(self, source: RemoteParticipant, item: Item) -> None:
-        """Take an item that ``source`` announces, unless it is of this host's former lives."""
+        """Take an item that ``source`` announces, unless it is of this one's former lives."""
         owner, kind, topic, _ = item
-        if owner[0] == self.host:
+        if owner[0] == self.host and owner[2] == self.number:
             return
         source.named[owner] = None
         if kind == ItemKind.GONE:
@@ -224,7 +249,7 @@ class Participant:
         remote = self.remotes.get(owner)
         if remote is None:
             remote = RemoteParticipant(owner, 0, self.context.now_ns, False, [])
-            former = [other for other in self.of(owner[0])
+            former = [other for other in self.of(owner[0], owner[2])
                       if not other.direct and other.guid < owner]
             self._meet(remote)
             for other in former:

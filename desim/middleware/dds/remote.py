@@ -7,7 +7,7 @@ from collections.abc import Callable
 from desim.middleware.dds.wire import Guid, Item, ItemKind
 from desim.middleware.dds.writer_proxy import NackTiming
 
-NOBODY: Guid = (-1, 0)
+NOBODY: Guid = (-1, 0, 0)
 # An arrival that only shows that a participant lives: ``arrived(token, receiver)`` at ``time_ns``.
 Arrival = tuple[int, Callable[..., object], object]
 
@@ -18,7 +18,7 @@ class RemoteParticipant:
     def __init__(self, guid: Guid, lease_ns: int, received_ns: int, direct: bool,
                  out: list[Item], series: int = 0) -> None:
         self.guid = guid
-        self.host = guid[0]
+        self.host, _, self.number = guid
         self.direct = direct  # False: known through a server only, without lease and own items
         self.lease_ns = lease_ns
         self.received_ns = received_ns  # when something last arrived from it

@@ -42,7 +42,8 @@ _LOG = ("rt/rosout", "rcl_interfaces::msg::dds_::Log_")
 _SERVICES = ("GetParameters", "GetParameterTypes", "SetParameters", "SetParametersAtomically",
              "DescribeParameters", "ListParameters")
 
-Guid = tuple[int, int]  # host index, and which of its lives: a new one at every start
+# Host index, which of the host's lives (a new one at every start), and which of its participants.
+Guid = tuple[int, int, int]
 
 
 class Chunk(NamedTuple):
@@ -226,7 +227,7 @@ class RtpsDialect:
         return (self.reader_base_bytes + _padded(topic) + _padded(type_name)
                 + quality * self.qualities)
 
-    def built_in_endpoints(self, owner: Guid, host: str) -> list[Item]:
+    def built_in_endpoints(self, owner: Guid, node: str) -> list[Item]:
         """The endpoints that every ROS 2 node has, in the order of their creation. Those that are
         ever matched have a topic."""
         def writes(topic: str, type_name: str, quality: int, matched: str = "") -> Item:
@@ -244,8 +245,8 @@ class RtpsDialect:
             snake = "".join(f"_{letter.lower()}" if letter.isupper() else letter
                             for letter in service)[1:]
             kind = f"rcl_interfaces::srv::dds_::{service}"
-            out += [reads(f"rq/{host}/{snake}Request", f"{kind}_Request_", QUEUED),
-                    writes(f"rr/{host}/{snake}Reply", f"{kind}_Response_", QUEUED)]
+            out += [reads(f"rq/{node}/{snake}Request", f"{kind}_Request_", QUEUED),
+                    writes(f"rr/{node}/{snake}Reply", f"{kind}_Response_", QUEUED)]
         return out
 
     def announcement(self, times: int = 1) -> Chunk:
@@ -288,10 +289,10 @@ class RtpsDialect:
         head = HEADER_BYTES + TO_BYTES * addressed + TIME_BYTES
         return [Letter(self.udp(head + item.size_bytes), 1) for item in items]
 
-    def known_endpoints(self, items: Sequence[Item], message_bytes: int, beats: bool
-                        ) -> list[Letter]:
-        """SEDP: the items that one participant has requested, as many in each message as fit
-        ``message_bytes``; ``beats``: the heartbeats of both writers ride on the last one. Where
+    def known_endpoints(self, items: Sequence[Item], message_bytes: int, beats: bool,
+                        addressed: bool = True) -> list[Letter]:
+        """SEDP: the items that a participant has requested, or several, as many in each message as
+        fit ``message_bytes``; ``beats``: the heartbeats of both writers ride on the last one. Where
         messages are apart, those of writers and of readers are; ``items`` are in this order."""
         sizes: list[int] = []
         counts: list[int] = []
@@ -299,7 +300,7 @@ class RtpsDialect:
         for item in items:
             need = TIME_BYTES + item.size_bytes
             if need > left_bytes or (self.apart and before != is_reader(item)):
-                sizes.append(HEADER_BYTES + TO_BYTES)
+                sizes.append(HEADER_BYTES + TO_BYTES * addressed)
                 counts.append(0)
                 left_bytes = message_bytes - sizes[-1]
             before = is_reader(item)

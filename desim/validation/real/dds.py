@@ -45,6 +45,14 @@ def _discovery(hosts: int, topics: int) -> PeerTalk:
                     15)
 
 
+def _processes(hosts: int, participants: int) -> PeerTalk:
+    """Robots whose nodes are processes of their own, and start within 50 ms each."""
+    return PeerTalk(f"first 15 s of {hosts} hosts with {participants} participants", lan(),
+                    fleet(hosts, 1), 15, participants=participants, own={
+                        "participants": participants, "constants": {
+                            **_AT_ONCE, "start_spread": f"{50 * participants} ms"}})
+
+
 def _lossy(size_bytes: int, rate_hz: int, loss: float, runs: int, depth: int = 10,
            reliable: bool = True) -> PeerTalk:
     return PeerTalk(f"{size_bytes} B at {rate_hz} Hz, "
@@ -63,6 +71,7 @@ def _cut(seconds: int, depth: int) -> PeerTalk:
 ROWS = (
     *(_discovery(hosts, topics) for hosts, topics in ((2, 0), (2, 1), (2, 10), (4, 0), (4, 10),
                                                       (8, 1))),
+    _processes(2, 4), _processes(3, 5),
     PeerTalk("2 hosts at rest for 30 s", lan(), fleet(2, 0), 45, since_s=15.03),
     PeerTalk("4 hosts on a radio, first 15 s, 1 topic", radio(0), fleet(4, 1), 15),
     PeerTalk("1000 B at 100 Hz from the start on", lan(), talk(1000, 100), 10, begin_s=0),

@@ -63,7 +63,8 @@ def talk(size_bytes: int, rate_hz: int, readers: int = 1, depth: int = 10, relia
 
 class PeerTalk(NamedTuple):
     """``peers`` that start one after another, by the names of their parts. They talk ``begin_s``
-    after their start. What counts: all that is sent since ``since_s``."""
+    after their start. What counts: all that is sent since ``since_s``. Of several ``participants``
+    on each host, all but the first have no topics."""
 
     what: str
     network: JudgedMedium
@@ -74,6 +75,8 @@ class PeerTalk(NamedTuple):
     begin_s: float = 2.0
     apart_s: float = 0.05  # from one start to the next
     until_s: float = 0.0  # the end of a cut
+    participants: int = 1
+    own: Mapping[str, object] = {}  # the model's parameters of this row
 
 
 class PeerSoftware(NamedTuple):
@@ -107,9 +110,12 @@ def _cell(row: PeerTalk, software: PeerSoftware, name: str) -> Cell:
     starts_s = {part: round(START_S + k * row.apart_s, 3) for k, part in enumerate(row.peers)}
     acts = [Act(part, " ".join([software.run, part, str(row.begin_s), *_words(peer)]),
                 starts_s[part]) for part, peer in row.peers.items()]
+    acts += [Act(part, f"{software.run} {part}/node_{number} {row.begin_s}",
+                 round(starts_s[part] + number * row.apart_s, 3))
+             for part in row.peers for number in range(1, row.participants)]
     return Cell(name, row.network, {part: (20.0 * (k % 2), 10.0 * (k // 2))
                                     for k, part in enumerate(row.peers)},
-                acts, row.seconds, software.middleware,
+                acts, row.seconds, {**software.middleware, **row.own},
                 attached({part: _life(peer, row.begin_s) for part, peer in row.peers.items()}),
                 starts_s, row.since_s)
 
