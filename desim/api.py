@@ -30,6 +30,7 @@ from desim.results.recording_tables import RECORDED
 from desim.results.run import Run
 from desim.results.status import RunStatus, refuse_imported_scenario
 from desim.results.traces import repeatable
+from desim.robot.software import Pilot
 from desim.scenario.load import Loaded, load
 from desim.scenario.schema.experiment import TraceParams
 from desim.scenario.schema.scenario import Scenario
@@ -56,13 +57,15 @@ def run(scenario: Loaded | Scenario | str | Path, *, out: str | Path = "results"
     return _carried_out(source, scenario, out, watch, rows, command)
 
 
-def run_beside_programs(scenario: Loaded, out: str | Path, watch: Watch, command: str) -> Run:
-    """Run a scenario as ``run`` does whose real programs ``watch`` starts and ends."""
-    return _carried_out(scenario, scenario.scenario, out, watch, None, command)
+def run_beside_programs(scenario: Loaded, out: str | Path, watch: Watch, pilot: Pilot,
+                        command: str) -> Run:
+    """Run a scenario as ``run`` does whose real programs ``watch`` starts and ends. ``pilot`` as
+    ``Simulation`` takes it."""
+    return _carried_out(scenario, scenario.scenario, out, watch, None, command, pilot)
 
 
 def _carried_out(source: Loaded | None, scenario: Scenario, out: str | Path, watch: Watch | None,
-                 rows: RowSink | None, command: str) -> Run:
+                 rows: RowSink | None, command: str, pilot: Pilot | None = None) -> Run:
     folder, simulation = RunFolder(out, scenario), None
     begin_s = _worked_s()
     forget_peak_memory()
@@ -70,7 +73,7 @@ def _carried_out(source: Loaded | None, scenario: Scenario, out: str | Path, wat
         with located(source):
             simulation = Simulation(scenario, trace_sink=_both(folder.trace_sink, rows),
                                     on_fate=folder.on_fate, recorder=folder.recorder,
-                                    ledger=folder.ledger)
+                                    ledger=folder.ledger, pilot=pilot)
         folder.begin(simulation.names, tuple(host.name for host in simulation.graph.hosts))
         with _interruptible(simulation), watch(simulation, folder) if watch else nullcontext():
             with located(source):

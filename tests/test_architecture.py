@@ -27,7 +27,7 @@ WALL_CLOCK = {"desim/report/live/feed.py",
               "desim/commands/views/progress.py", "desim/commands/views/results_list.py",
               "desim/commands/views/sweep.py",
               # Real programs have a clock of their own, and the guest has to be waited for.
-              "desim/loop/clock.py", "desim/loop/ros1_bridge.py", "desim/loop/supervision.py"}
+              "desim/loop/clock.py", "desim/loop/supervision.py"}
 # Who may name the global generators: the makers of streams, and the check that a plug-in draws
 # nothing from them.
 GLOBAL_GENERATORS = {"desim/engine/streams.py", "desim/testing/checks.py",

@@ -19,6 +19,8 @@ DESIM = Path(sys.executable).with_name("desim")
 ROSPY = "import rospy, rosmaster, sensor_msgs, nav_msgs, tf2_msgs, std_msgs"
 # The interpreter and the modules that the programs of each scenario need.
 NEEDS = {"ros1_chatter": ("/usr/bin/python3", ROSPY), "mixed_fleet": ("/usr/bin/python3", ROSPY),
+         "ros1_goals": ("/usr/bin/python3", ROSPY),
+         "ros2_field": (sys.executable, "import cyclonedds"),
          "cyclone_chatter": (sys.executable, "import cyclonedds"),
          "zenoh_chatter": (sys.executable, "import zenoh")}
 

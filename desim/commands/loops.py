@@ -57,6 +57,7 @@ def loop(scenario: ScenarioPath,
     with exit_codes(), terminable():
         from desim.commands.views.bars import counting
         from desim.commands.views.terminal import Terminal
+        from desim.loop.bridges import refuse_without_bridges
         from desim.loop.doctor import refuse_other_systems
         from desim.loop.guest_kernel import guest_kernel
         from desim.loop.lateness import LATE_NS, MAX_LATE_SHARE
@@ -76,6 +77,7 @@ def loop(scenario: ScenarioPath,
         if not loaded.scenario.loop.programs:
             raise InputError(f"{scenario}: loop.programs is empty: there are no real programs; "
                              f"allowed: desim run {shlex.quote(str(scenario))}")
+        refuse_without_bridges(loaded.scenario)
         kernel = guest_kernel() if clock is LoopClock.VIRTUAL else None
         with compiling_inside(quiet):
             rehearse(loaded.scenario)

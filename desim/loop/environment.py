@@ -17,17 +17,18 @@ _MASTER_PORT = 11311  # ROS 1
 
 
 def environment(host: str, addresses: Sequence[Address], home: Path, master: Address | None,
-                user: Mapping[str, str] = os.environ) -> dict[str, str]:
+                dds_domain: int | None, user: Mapping[str, str] = os.environ) -> dict[str, str]:
     """The variables of the programs on ``host``, whose first interface is what ROS 1 and Cyclone
     DDS use."""
     first = addresses[0]
     ros = {} if master is None else {"ROS_MASTER_URI": f"http://{master.ip}:{_MASTER_PORT}"}
+    domain = {} if dds_domain is None else {"ROS_DOMAIN_ID": str(dds_domain)}
     return {
         **{name: user[name] for name in KEPT if name in user},
         "HOME": str(home), "DESIM_HOST": host, "DESIM_IP": first.ip,
         "DESIM_PYTHON": sys.executable,
         "PYTHONHASHSEED": "0", "PYTHONUNBUFFERED": "1", "PYTHONDONTWRITEBYTECODE": "1",
-        "ROS_IP": first.ip, "ROS_LOG_DIR": str(home / "ros"), **ros,
+        "ROS_IP": first.ip, "ROS_LOG_DIR": str(home / "ros"), **ros, **domain,
         "CYCLONEDDS_URI": (
             "<CycloneDDS><Domain><General><Interfaces>"
             f'<NetworkInterface name="{first.interface}"/></Interfaces></General></Domain>'

@@ -21,6 +21,7 @@ from desim.engine.kernel import Phase
 from desim.errors import InputError
 from desim.loop.attached import System, attached
 from desim.loop.order import INTERRUPTED, PROGRESS, STOP, LoopAnswer, Order
+from desim.loop.outside_strategy import OutsideStrategies
 from desim.results.folder import RunFolder
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
@@ -52,6 +53,7 @@ def _run(order: Order, folder: Path) -> str:
     Path("/proc/self/timerslack_ns").write_text("1", "utf-8")
     home = Path("/run/home")
     home.mkdir(exist_ok=True)
+    strategies = OutsideStrategies(loaded.scenario.loop.hosts)
     system = System(order.clock, _BEGIN_EVERY_NS[order.clock], _SPARE_NS[order.clock],
                     order.capture, home, _name_hosts)
 
@@ -67,12 +69,13 @@ def _run(order: Order, folder: Path) -> str:
     @contextmanager
     def watch(simulation: Simulation, results: RunFolder) -> Iterator[None]:
         simulation.kernel.ticker(1, Phase.OBSERVE, simulation.names.id(PROGRESS), reached)
-        with attached(simulation, results, system):
+        with attached(simulation, results, system, strategies):
             yield
         if order.clock == "virtual":
             results.notes["reclaimed_pages"] = _reclaimed_pages()
 
-    return str(api.run_beside_programs(loaded, order.out, watch, order.command).path)
+    return str(api.run_beside_programs(loaded, order.out, watch, strategies.pilot,
+                                       order.command).path)
 
 
 def _reclaimed_pages() -> int:

@@ -40,5 +40,6 @@ def written_by(scenario: Scenario) -> frozenset[str]:
     programs, media = scenario.loop.programs, scenario.network.media
     return frozenset([
         *WRITTEN, *(f"{program.host}.{number}.log" for number, program in enumerate(programs)),
-        *(f"{program.host}.ros1_bridge.log" for program in programs),
+        *(f"{program.host}.{bridge}.log" for program in programs
+          for bridge in ("ros1_bridge", "ros2_bridge")),
         *(f"{medium}.pcap" for medium in media if programs)])

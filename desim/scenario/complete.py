@@ -67,8 +67,10 @@ def complete(scenario: Scenario, folder: Folder) -> Scenario:
 
 
 def _passive(scenario: Scenario) -> tuple[str, ...]:
-    """The robots without software of desim: also those with real programs."""
-    programs = scenario.loop.hosts.intersection(robot_names(scenario))
+    """The robots without software of desim: also those with real programs, unless these only send
+    goals."""
+    programs = (() if scenario.loop.navigation
+                else scenario.loop.hosts.intersection(robot_names(scenario)))
     return tuple(sorted({*scenario.robot.passive, *programs}, key=natural_key))
 
 

@@ -32,6 +32,9 @@ def _hosts(scenario: Scenario, _: Folder) -> Found:
     elif master is not None and master not in scenario.loop.hosts:
         yield ("loop", "ros_master"), unknown("host with programs", master,
                                               sorted(scenario.loop.hosts))
+    if scenario.loop.navigation and master is None and scenario.loop.dds_domain is None:
+        yield ("loop", "navigation"), ("robots have no topics on which programs send goals; "
+                                       "allowed: false, or with ros_master or dds_domain")
 
 
 def _starts(scenario: Scenario, folder: Folder) -> Found:

@@ -44,6 +44,12 @@ WRONG = {
     "a key of nothing": ("loop: {programs: [{host: base, run: x, wait: 1 s}]}", [
         "5:40: loop.programs.0.wait: unknown key (did you mean 'at'?); allowed: host, "
         "run, at, env, folder"]),
+    "a domain without ports": ("loop: {dds_domain: 233, programs: [{host: base, run: x}]}", [
+        "5:20: loop.dds_domain: must be at most 232, got 233"]),
+    "goals that nobody can send": (
+        "loop: {navigation: true, programs: [{host: robot_0, run: x}]}", [
+            "5:20: loop.navigation: robots have no topics on which programs send goals; allowed: "
+            "false, or with ros_master or dds_domain"]),
 }
 RIGHT = "loop: {programs: [{host: base, run: x, folder: in}, {host: robot_1, run: y}]}"
 
@@ -75,6 +81,13 @@ def test_a_wrong_scenario_says_where_and_what_is_allowed(here, case, tmp_path):
 def test_a_right_one_has_none(here):
     here(f"{HEAD}{RIGHT}\n")
     assert load("case.yaml").scenario.loop.hosts == {"base", "robot_1"}
+
+
+@pytest.mark.parametrize(("navigation", "passive"), [("false", ("robot_1",)), ("true", ())])
+def test_robots_with_programs_run_software_of_desim_where_it_navigates(here, navigation, passive):
+    here(f"{HEAD}loop: {{navigation: {navigation}, dds_domain: 0, "
+         "programs: [{host: base, run: x}, {host: robot_1, run: y}]}\n")
+    assert load("case.yaml").scenario.robot.passive == passive
 
 
 def test_robots_of_a_testbed_run_no_programs(here):

@@ -55,20 +55,20 @@ HOST = [Address(0, 1), Address(2, 1)]
 
 
 def test_programs_know_their_host_its_address_and_the_master():
-    found = environment("base", HOST, Path("/tmp/home"), Address(0, 4), {})
+    found = environment("base", HOST, Path("/tmp/home"), Address(0, 4), None, {})
     assert (found["DESIM_HOST"], found["DESIM_IP"]) == ("base", "10.77.0.2")
     assert found["DESIM_PYTHON"] == sys.executable
     assert found["ROS_MASTER_URI"] == "http://10.77.0.5:11311"
     assert found["ROS_IP"] == "10.77.0.2"
     assert 'NetworkInterface name="eth0"' in found["CYCLONEDDS_URI"]
     assert found["HOME"] == "/tmp/home" and found["ROS_LOG_DIR"] == "/tmp/home/ros"
-    assert "ROS_MASTER_URI" not in environment("base", HOST, Path("/tmp/home"), None, {})
+    assert "ROS_MASTER_URI" not in environment("base", HOST, Path("/tmp/home"), None, None, {})
 
 
 def test_of_the_user_s_environment_programs_get_what_finds_software_alone():
     user = {"PATH": "/opt/ros/bin", "PYTHONPATH": "/a", "LANG": "C", "SECRET": "x",
             "ROS_MASTER_URI": "http://robot:11311", "ROS_IP": "192.168.1.7", "HOME": "/home/u"}
-    found = environment("base", HOST[1:], Path("/h"), None, user)
+    found = environment("base", HOST[1:], Path("/h"), None, None, user)
     assert {name: found.get(name) for name in user} == {
         "PATH": "/opt/ros/bin", "PYTHONPATH": "/a", "LANG": "C", "SECRET": None,
         "ROS_MASTER_URI": None, "ROS_IP": "10.79.0.2", "HOME": "/h"}

@@ -142,7 +142,7 @@ def test_a_resolved_scenario_leaves_nothing_to_be_decided():
     assert undecided == ["memory", "clock", "footprint", "robot", "strategy", "host", "sonar",
                          "power", "memory", "clock", "power", "temporal_update",
                          "published_size", "oscillation_timeout", "fidelity", "hosts", "failover",
-                         "team_state", "ros_master", "when"]
+                         "team_state", "ros_master", "dds_domain", "when"]
 
 
 def test_maze_30_is_table_4():

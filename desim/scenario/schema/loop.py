@@ -27,6 +27,12 @@ class Loop(Params):
     programs: tuple[Program, ...] = Field((), description="in the order in which they are started")
     ros_master: str | None = Field(None, description=(
         "the host of the ROS 1 master, which all programs get as ROS_MASTER_URI (null: none)"))
+    dds_domain: int | None = Field(None, ge=0, le=232, description=(
+        "the DDS domain in which robots with programs have topics of ROS 2, and which all programs "
+        "get as ROS_DOMAIN_ID (null: no such topics)"))
+    navigation: bool = Field(False, description=(
+        "whether robots with programs run desim's localization, mapping, map exchange and "
+        "navigation, for programs that read the map and send goals"))
 
     @property
     def hosts(self) -> frozenset[str]:
