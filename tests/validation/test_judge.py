@@ -15,7 +15,7 @@ from desim.loop import guest_kernel
 from desim.loop.gateway import STACK_NS
 from desim.scenario.load import from_mapping
 from desim.validation.real import dds, judge, media, ros1, sides, tcp, zenoh
-from desim.validation.real.cell import Act, Heard, Played, SentFrames, scenario_of
+from desim.validation.real.cell import DRIVE, Act, Heard, Played, SentFrames, scenario_of
 from desim.validation.real.figures import (
     Figure,
     arrived,
@@ -24,6 +24,7 @@ from desim.validation.real.figures import (
     frames,
     heard_again,
     mean_delay,
+    silence,
 )
 from desim.validation.real.peers import (
     Listened,
@@ -103,6 +104,27 @@ def test_peers_say_more_where_they_lose_more():
     assert max(heard.late_s for heard in calm.heard) < 0.003
     assert max(heard.late_s for heard in lossy.heard) > 0.1
     assert lossy.sent["writer"].size_bytes > 1.1 * calm.sent["writer"].size_bytes
+
+
+def silence_of(hearer):
+    """The ends of the longest silence at a hearer of ten messages a second."""
+    talk_ = tcp.LinkTalk("drive", media.weak_radio(0), 1000, 100, 60, True, hearer=hearer)
+    played = sides.modelled(tcp.cell_of(talk_, "drive"), 1)
+    return [quantity.of([played]) for quantity in silence()]
+
+
+def test_a_robot_is_not_heard_where_it_is_out_of_range():
+    """It drives at 5 m/s from the 10th second on, and is 85 m away at 23 and at 33 s; then TCP has
+    to try again."""
+    last_s, again_s = silence_of(DRIVE)
+    assert last_s == pytest.approx(23, abs=0.5)
+    assert 33 <= again_s < 40
+
+
+def test_a_host_that_stays_is():
+    """The twin."""
+    last_s, again_s = silence_of((20.0, 10.0))
+    assert again_s - last_s < 0.2
 
 
 def test_frames_count_from_an_instant_on():

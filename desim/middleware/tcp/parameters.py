@@ -68,6 +68,10 @@ class TcpConstants(ports.Constants):
         "memory that a full segment is taken to need: the send buffer has room for twice the "
         "congestion window of them (Linux tcp_sndbuf_expand; measured, 46 080 B at first; kernels "
         "with long link headers, as those of Debian: 4352 B)"))
+    piece_segments: int = Field(26, ge=1, le=45, description=(
+        "full segments in a piece of memory, by which unsent data are collected: half of the "
+        "window that a receiver offers first (Linux tcp_bound_to_half_wnd; measured with 6.18; "
+        "with 6.1: 22)"))
     buffer_bytes: ByteSize = Field("4 MB", ge=1, description=(
         "most that the send buffer grows to (Linux tcp_wmem)"))
     near_ns: Duration = Field("0.1 ms", description=(

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 # the ranges behind that byte that have arrived, too; bytes that have come twice (D-SACK).
 Ack = tuple[int, int, tuple[tuple[int, int], ...], "tuple[int, int] | None"]
 
-_BATCH_BYTES = 26 * MSS_BYTES  # half of the window that a peer offers at first (measured)
 _WORTH = 3  # of the window at least this part (Linux tcp_tso_should_defer, tcp_tso_win_divisor)
 _PIECE_BYTES = 832  # of memory beside the bytes (SKB_TRUESIZE(0), measured)
 
@@ -131,15 +130,15 @@ class Sender(AddressedCarrier[Ack], CongestionWindow):
 
     @property
     def takes(self) -> bool:
-        """Whether write() takes data. Linux collects waiting data in pieces of up to
-        ``_BATCH_BYTES``, and begins another piece as long as memory is left (tcp_sendmsg,
-        tcp_xmit_size_goal)."""
+        """Whether write() takes data. Linux collects waiting data in pieces of so many segments,
+        and begins another piece as long as memory is left (tcp_sendmsg, tcp_xmit_size_goal)."""
         if self.writable:
             return True
         flying = self.nxt - self.una
         left = self.memory_bytes - flying - _PIECE_BYTES * self._pieces()
-        pieces = max(-(-left // (_BATCH_BYTES + _PIECE_BYTES)), 0)
-        return self.pending < flying + pieces * _BATCH_BYTES
+        piece_bytes = self.constants.piece_segments * MSS_BYTES
+        pieces = max(-(-left // (piece_bytes + _PIECE_BYTES)), 0)
+        return self.pending < flying + pieces * piece_bytes
 
     def _pieces(self) -> int:
         """Roughly the number of pieces in flight."""

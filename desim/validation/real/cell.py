@@ -10,6 +10,7 @@ from desim.simulation.simulation import Simulation
 from desim.validation.real.media import JudgedMedium
 
 PROGRAMS = Path(__file__).parent / "programs"
+DRIVE = Path(__file__).parent / "drive.csv"  # 20 m east of the origin, out of range, and back
 FROM_BEGIN_S = 0.1  # hosts of the model are up for an instant at 0, whose frames do not count
 _TAP = "desim.validation.real.wire_tap:WireTap"
 
@@ -54,19 +55,20 @@ class Act(NamedTuple):
     env: Mapping[str, str] = {}
 
 
+Place = tuple[float, float] | Path  # x, y in m; or DRIVE, of a robot that drives so
 Attach = Callable[[Simulation, "Cell"], Callable[[], list[Heard]]]
 
 
 class Cell(NamedTuple):
     """A network with hosts of its own. ``name``: also that of its medium, whose random numbers it
-    decides. ``parts``: its hosts, which are called NAME_PART; their places in m. ``acts``: the real
+    decides. ``parts``: its hosts, which are called NAME_PART; their places. ``acts``: the real
     side. ``middleware``: the model, as in a scenario, and ``attach(simulation, cell)`` lets its
     hosts do the same; it returns a function that says what was heard. ``starts_s``: when hosts of
     the model start, if not at once. ``since_s``: from when on frames are counted."""
 
     name: str
     medium: JudgedMedium
-    parts: Mapping[str, tuple[float, float]]
+    parts: Mapping[str, Place]
     acts: Sequence[Act]
     seconds: int
     middleware: Mapping[str, object]
@@ -84,12 +86,19 @@ def scenario_of(cells: Sequence[Cell], seed: int, real: bool) -> dict[str, objec
     own: dict[str, object] = {} if real else {"middleware": dict(cells[0].middleware), "faults": [
         {"host": cell.host(part), "at": "0 s", "down_for": f"{start_s} s"}
         for cell in cells for part, start_s in cell.starts_s.items()]}
+    places = {cell.host(part): place for cell in cells for part, place in cell.parts.items()}
+    robots = [host for host, place in places.items() if isinstance(place, Path)]
+    fleet: dict[str, object] = {"size": len(robots)}
+    if robots:
+        fleet["start"] = {"poses": [{"name": robot, "x": "0 m", "y": "0 m"} for robot in robots]}
+        own["coordination"] = {"strategy": "follow", "file": str(DRIVE),
+                               "names": dict.fromkeys(robots, "out_and_back")}
     return {
-        "name": "judge", "seed": seed, "deployment": "field", "fleet": {"size": 0},
+        "name": "judge", "seed": seed, "deployment": "field", "fleet": fleet,
         "environment": {"terrain": {"size": ["900 m", "900 m"], "drawing": {
             "cell": "900 m", "lines": ["+--+", "|  |", "+--+"]}}},
-        "hosts": {cell.host(part): {"at": [f"{x_m} m", f"{y_m} m"]}
-                  for cell in cells for part, (x_m, y_m) in cell.parts.items()},
+        "hosts": {host: {"at": [f"{place[0]} m", f"{place[1]} m"]}
+                  for host, place in places.items() if not isinstance(place, Path)},
         "network": {"media": {cell.name: {
             **cell.medium.model, "rules": [
                 {"rule": _TAP, "since": f"{cell.since_s} s"}, *cell.medium.rules],
@@ -99,4 +108,4 @@ def scenario_of(cells: Sequence[Cell], seed: int, real: bool) -> dict[str, objec
              "env": dict(act.env), "folder": str(PROGRAMS)}
             for cell in cells for act in cell.acts] if real else []},
         "trace": {"keep": "messages"},
-        "stop": {"elapsed": f"{max(cell.seconds for cell in cells)} s"}, **own}
+        "stop": {"by": "none", "elapsed": f"{max(cell.seconds for cell in cells)} s"}, **own}

@@ -21,6 +21,7 @@ from desim.validation.real.peers import (
     PeerTalk,
     Published,
     judged_row,
+    leaving,
     talk,
 )
 
@@ -83,6 +84,7 @@ ROWS = (
     _lossy(100_000, 1, 0.01, 4),
     _lossy(100_000, 1, 0.01, 2, 10, False),
     *(_cut(seconds, depth) for seconds, depth in ((5, 10), (5, 1), (20, 10), (20, 0))),
+    leaving(4),
 )
 CYCLONE_ROWS = (*ROWS, _lossy(100_000, 1, 0.1, 4))
 FAST_ROWS = (*ROWS, _lossy(100_000, 1, 0.02, 4))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import pairwise
 from statistics import mean
 from typing import NamedTuple
 
@@ -104,6 +105,16 @@ def heard_again(until_s: float) -> JudgedQuantity:
     return JudgedQuantity("heard again", "s after the cut", lambda played: mean(
         min((heard.at_s for heard in one.heard if heard.at_s > until_s), default=float("nan"))
         - until_s for one in played))
+
+
+def silence() -> list[JudgedQuantity]:
+    """The two ends of the longest silence between two messages."""
+    def ends(played: Sequence[Played]) -> tuple[float, float]:
+        gaps = [max(pairwise(sorted(heard.at_s for heard in one.heard)),
+                    key=lambda gap: gap[1] - gap[0]) for one in played]
+        return mean(last for last, _ in gaps), mean(again for _, again in gaps)
+    return [JudgedQuantity("heard last", "s after the begin", lambda played: ends(played)[0]),
+            JudgedQuantity("heard again", "s after the begin", lambda played: ends(played)[1])]
 
 
 def _delays(played: Sequence[Played], from_s: float) -> list[float]:

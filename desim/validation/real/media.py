@@ -32,6 +32,12 @@ def radio(number: int, rules: Sequence[Rule] = ()) -> JudgedMedium:
                          "channel": 36 + 4 * number}, rules)
 
 
+def weak_radio(number: int) -> JudgedMedium:
+    """The same of 1 mW."""
+    model, rules = radio(number)
+    return JudgedMedium({**model, "power": "0 dBm"}, rules)
+
+
 def lost(share: float, from_s: float = 0.0) -> list[Rule]:
     """Loss of each packet by chance, from an instant on; on a radio, of each transmission."""
     begin = {"from": f"{from_s} s"} if from_s else {}

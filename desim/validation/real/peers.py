@@ -9,7 +9,7 @@ from typing import NamedTuple
 from desim.middleware.contents import Filler
 from desim.units import NS_PER_S
 from desim.validation.laboratory import LabNode
-from desim.validation.real.cell import FROM_BEGIN_S, Act, Cell
+from desim.validation.real.cell import DRIVE, FROM_BEGIN_S, Act, Cell, Place
 from desim.validation.real.figures import (
     JudgedQuantity,
     arrived,
@@ -19,10 +19,11 @@ from desim.validation.real.figures import (
     heard_again,
     kilobytes,
     mean_delay,
+    silence,
 )
 from desim.validation.real.judge import JudgedRow
 from desim.validation.real.lab_hosts import attached
-from desim.validation.real.media import JudgedMedium
+from desim.validation.real.media import JudgedMedium, weak_radio
 
 START_S = 0.5  # of the first host
 
@@ -64,7 +65,7 @@ def talk(size_bytes: int, rate_hz: int, readers: int = 1, depth: int = 10, relia
 class PeerTalk(NamedTuple):
     """``peers`` that start one after another, by the names of their parts. They talk ``begin_s``
     after their start. What counts: all that is sent since ``since_s``. Of several ``participants``
-    on each host, all but the first have no topics."""
+    on each host, all but the first have no topics. ``places``: of those that are somewhere else."""
 
     what: str
     network: JudgedMedium
@@ -77,6 +78,13 @@ class PeerTalk(NamedTuple):
     until_s: float = 0.0  # the end of a cut
     participants: int = 1
     own: Mapping[str, object] = {}  # the model's parameters of this row
+    places: Mapping[str, Place] = {}
+
+
+def leaving(number: int) -> PeerTalk:
+    """A reader that leaves the range of a radio of this number, and comes back."""
+    return PeerTalk("1000 B at 10 Hz, to a robot that leaves the radio's range", weak_radio(number),
+                    talk(1000, 10), 70, begin_s=4.0, places={"reader_0": DRIVE})
 
 
 class PeerSoftware(NamedTuple):
@@ -100,6 +108,8 @@ def judged_row(row: PeerTalk, software: PeerSoftware, name: str) -> JudgedRow:
 def _of_messages(row: PeerTalk) -> list[JudgedQuantity]:
     if row.until_s:
         return [arrived(), heard_again(row.until_s)]
+    if DRIVE in row.places.values():
+        return [arrived(), *silence()]
     if not row.begin_s:
         return [first_heard()]
     return [arrived(row.since_s), mean_delay(row.since_s), delay(50, row.since_s),
@@ -113,7 +123,7 @@ def _cell(row: PeerTalk, software: PeerSoftware, name: str) -> Cell:
     acts += [Act(part, f"{software.run} {part}/node_{number} {row.begin_s}",
                  round(starts_s[part] + number * row.apart_s, 3))
              for part in row.peers for number in range(1, row.participants)]
-    return Cell(name, row.network, {part: (20.0 * (k % 2), 10.0 * (k // 2))
+    return Cell(name, row.network, {part: row.places.get(part, (20.0 * (k % 2), 10.0 * (k // 2)))
                                     for k, part in enumerate(row.peers)},
                 acts, row.seconds, {**software.middleware, **row.own},
                 attached({part: _life(peer, row.begin_s) for part, peer in row.peers.items()}),

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from desim.middleware.contents import Filler
 from desim.validation.laboratory import LabNode
-from desim.validation.real.cell import Act, Attach, Cell, Played
+from desim.validation.real.cell import DRIVE, Act, Attach, Cell, Place, Played
 from desim.validation.real.figures import (
     JudgedQuantity,
     arrived,
@@ -17,10 +17,11 @@ from desim.validation.real.figures import (
     heard_again,
     kilobytes,
     mean_delay,
+    silence,
 )
 from desim.validation.real.judge import JudgedRow, Need
 from desim.validation.real.lab_hosts import attached
-from desim.validation.real.media import JudgedMedium, cut, lan, lost, radio
+from desim.validation.real.media import JudgedMedium, cut, lan, lost, radio, weak_radio
 from desim.validation.real.tcp import GUEST
 
 _TOPIC = "/p3dx0/map"
@@ -33,8 +34,8 @@ NEEDS = tuple(Need(f"{module} for /usr/bin/python3", ["/usr/bin/python3", "-c", 
 
 
 class RosTalk(NamedTuple):
-    """A master, a talker and ``hearers``, each on a host of its own. ``rate_hz`` 0: one latched
-    message."""
+    """A master, a talker and ``hearers``, each on a host of its own; the place of the first of
+    them. ``rate_hz`` 0: one latched message."""
 
     what: str
     network: JudgedMedium
@@ -44,6 +45,7 @@ class RosTalk(NamedTuple):
     seconds: int
     runs: int = 1
     until_s: float = 0.0  # the end of a cut
+    hearer: Place = (0.0, 10.0)
 
 
 _CUT = cut(15.03, 21.03, "*_talker")
@@ -57,6 +59,8 @@ ROWS = (
     RosTalk("800 B at 20 Hz to one, 2 ms, 3 % lost", lan("2 ms", lost(0.03)), 800, 20, 1, 40, 3),
     RosTalk("1 kB at 10 Hz, radio, cut for 6 s", radio(4, _CUT), 1000, 10, 1, 45, 1, 21.03),
     RosTalk("1 kB at 10 Hz, 2 ms, cut for 6 s", lan("2 ms", _CUT), 1000, 10, 1, 45, 1, 21.03),
+    RosTalk("1 kB at 10 Hz, to a robot that leaves the radio's range", weak_radio(5), 1000, 10, 1,
+            60, hearer=DRIVE),
 )
 
 
@@ -74,6 +78,8 @@ def judged_row(row: RosTalk, name: str) -> JudgedRow:
         quantities += [mean_delay(), delay(50), delay(90)]
     if row.until_s:
         quantities.append(heard_again(row.until_s))
+    if row.hearer == DRIVE:
+        quantities += silence()
     return JudgedRow(f"ROS 1, {row.what}", [
         _cell(row, f"{name}{chr(ord('a') + k)}") for k in range(row.runs)], quantities)
 
@@ -88,10 +94,11 @@ def _cell(row: RosTalk, name: str) -> Cell:
                           f"{row.size_bytes} {row.rate_hz}", _TALKER_S, env),
             *(Act(hearer, f"/usr/bin/python3 ros_node.py hear map_merging_{hearer[-1]} {_TOPIC}",
                   starts_s[hearer], env) for hearer in hearers)]
-    return Cell(name, row.network, {"master": (0, 0), "talker": (20, 0), **{
-        hearer: (0, 10 + 10 * k) for k, hearer in enumerate(hearers)}}, acts, row.seconds,
-        {"model": "ros1", "client": "rospy", "master": f"{name}_master",
-         "tcp": {"constants": GUEST}}, _attached(row), starts_s)
+    places = {hearer: (0.0, 10.0 + 10 * k) if k else row.hearer
+              for k, hearer in enumerate(hearers)}
+    return Cell(name, row.network, {"master": (0, 0), "talker": (20, 0), **places}, acts,
+                row.seconds, {"model": "ros1", "client": "rospy", "master": f"{name}_master",
+                              "tcp": {"constants": GUEST}}, _attached(row), starts_s)
 
 
 def _attached(row: RosTalk) -> Attach:

@@ -10,7 +10,7 @@ from desim.engine.kernel import Phase
 from desim.middleware.tcp import Tcp, TcpParams
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
-from desim.validation.real.cell import Act, Attach, Cell, Heard, Played
+from desim.validation.real.cell import DRIVE, Act, Attach, Cell, Heard, Place, Played
 from desim.validation.real.figures import (
     JudgedQuantity,
     arrived,
@@ -19,11 +19,13 @@ from desim.validation.real.figures import (
     heard_again,
     kilobytes,
     mean_delay,
+    silence,
 )
 from desim.validation.real.judge import JudgedRow
-from desim.validation.real.media import JudgedMedium, cut, lost, radio, wire
+from desim.validation.real.media import JudgedMedium, cut, lost, radio, weak_radio, wire
 
-GUEST = {"tick": "10 ms", "syn_linear": 0}  # of Linux 6.1 as User-Mode Linux, CONFIG_HZ=100
+# Linux 6.1 as User-Mode Linux, CONFIG_HZ=100.
+GUEST = {"tick": "10 ms", "syn_linear": 0, "piece_segments": 22}
 TALKERS = "*_talker_*"
 _PORT = 5555
 _TAIL_S = 15  # after the last message
@@ -31,7 +33,7 @@ _TAIL_S = 15  # after the last message
 
 class LinkTalk(NamedTuple):
     """Messages over one connection, or several of equal ``pairs``: a message every ``every_ms``,
-    or (0) always the next one."""
+    or (0) always the next one. ``hearer``: the place of a first hearer."""
 
     what: str
     network: JudgedMedium
@@ -40,15 +42,16 @@ class LinkTalk(NamedTuple):
     seconds: int
     nodelay: bool = False
     pairs: int = 1
+    hearer: Place = (20.0, 0.0)
 
 
 def cell_of(row: LinkTalk, name: str) -> Cell:
     """The cell of these connections."""
     acts: list[Act] = []
-    parts: dict[str, tuple[float, float]] = {}
+    parts: dict[str, Place] = {}
     for pair in range(row.pairs):
         talker, hearer = f"talker_{pair}", f"hearer_{pair}"
-        parts |= {talker: (0, 3.0 * pair), hearer: (20, 3.0 * pair)}
+        parts |= {talker: (0, 3.0 * pair), hearer: (20, 3.0 * pair) if pair else row.hearer}
         acts += [Act(hearer, f"$DESIM_PYTHON tcp_link.py hear {_PORT}", 0.5),
                  Act(talker, f"$DESIM_PYTHON tcp_link.py talk {name}_{hearer} {_PORT} "
                              f"{row.size_bytes} {row.every_ms / 1000} {row.seconds} "
@@ -160,6 +163,9 @@ ROWS = (
     _cut(0.05, 1000, 16.03, 1),
     _cut(20, 1000, 16.03, 1),
     _cut(0.05, 1000, 40.03, 1),
+    *(TcpRow(LinkTalk(f"1 kB at {1000 / every_ms:g} Hz, to a robot that leaves the radio's range",
+                      weak_radio(3 + number), 1000, every_ms, 60, True, hearer=DRIVE))
+      for number, every_ms in enumerate((100, 400))),
 )
 
 
@@ -177,6 +183,8 @@ def judged_row(row: TcpRow, name: str) -> JudgedRow:
                   arrived(), mean_delay(), delay(50), delay(90)]
     if row.cut_s:
         quantities.append(heard_again(row.cut_s[1]))
+    if talk.hearer == DRIVE:
+        quantities += silence()
     return JudgedRow(f"TCP, {talk.what}", cells, quantities)
 
 

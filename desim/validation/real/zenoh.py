@@ -17,6 +17,7 @@ from desim.validation.real.peers import (
     PeerTalk,
     Published,
     judged_row,
+    leaving,
     talk,
 )
 from desim.validation.real.tcp import GUEST
@@ -75,6 +76,7 @@ ROWS = {
         _lossy(1000, 10, 0.03, 3), _lossy(1000, 10, 0.1, 3), _lossy(100_000, 1, 0.01, 3),
         *(_cut(seconds, 10, from_s) for seconds, from_s in (
             (5, 12.03), (8, 12.03), (8, 14.03), (15, 12.03), (15, 15.03))),
+        leaving(4),
     ),
     "rmw_zenoh": (_cut(15), _cut(60), _cut(60, 0)),
 }
