@@ -1,14 +1,12 @@
-"""Robots as programs of ROS 2 see them, in the guest. Skipped where that or Cyclone DDS is missing.
-"""
+"""Robots as programs of ROS see them, in the guest. Skipped where that or their ROS is missing."""
 
 from __future__ import annotations
 
 import math
+import subprocess
 
 import pytest
 from loop_guests import Program, played, refuse_without_guest, said
-
-pytest.importorskip("cyclonedds", reason="pip install 'desim[loop]'")
 
 # A participant of its own, as rclpy would have it, on the topics of its robot.
 HEAD = """
@@ -62,8 +60,32 @@ time.sleep(10)
 now = odometry.take(N=1000)[-1].pose.pose.position
 print("at", now.x, now.y)
 """
-CHANGES = ("fleet.size=1", "fleet.start={poses: [{x: 20 m, y: 0 m}]}", "loop.dds_domain=3",
-           "robot.odometry.position_noise=0 m")
+ROBOT = ("fleet.size=1", "fleet.start={poses: [{x: 20 m, y: 0 m}]}",
+         "robot.odometry.position_noise=0 m")
+
+
+# The same with rospy, on the master of the first program.
+MASTER = "import os\nos.execvp('rosmaster', ['rosmaster', '--core'])\n"
+ROSPY = """
+import os, sys
+if sys.executable != "/usr/bin/python3":  # desim's own, which started this
+    os.execv("/usr/bin/python3", ["/usr/bin/python3", *sys.argv])
+import rospy
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+
+rospy.init_node("sender")
+goals = rospy.Publisher("move_base_simple/goal", PoseStamped, queue_size=1)
+rospy.sleep(7)
+grid = rospy.wait_for_message("map", OccupancyGrid, 1)
+print("map", grid.info.width * grid.info.height, len(grid.data), *sorted(set(grid.data)))
+goal = PoseStamped()
+goal.header.frame_id, goal.pose.position.x, goal.pose.position.y = "map", 23.0, 1.0
+goals.publish(goal)
+rospy.sleep(10)
+now = rospy.wait_for_message("odom", Odometry).pose.pose.position
+print("at", now.x, now.y)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +95,9 @@ def folder(tmp_path_factory):
 
 
 def play(folder, program, elapsed_s, *changes):
+    pytest.importorskip("cyclonedds", reason="pip install 'desim[loop]'")
     return played(folder, f"stop: {{elapsed: {elapsed_s} s}}\n", [Program("robot_0", program)],
-                  changes=(*CHANGES, *changes))
+                  changes=(*ROBOT, "loop.dds_domain=3", *changes))
 
 
 @pytest.fixture(scope="module")
@@ -82,8 +105,8 @@ def driven(folder):
     return play(folder, DRIVER, 6)
 
 
-def lines(run, what):
-    return [line.split()[1:] for line in said(run, "robot_0", 0) if line.startswith(what)]
+def lines(run, what, number=0):
+    return [line.split()[1:] for line in said(run, "robot_0", number) if line.startswith(what)]
 
 
 def test_scans_and_odometry_come_at_their_rates_with_stamps_of_the_guests_clock(driven):
@@ -113,11 +136,39 @@ def test_a_robot_without_its_bridge_does_not_move(folder):
     assert said(run, "robot_0", 0) == []
 
 
+def test_stamps_go_on_when_the_robot_was_down(folder):
+    run = play(folder, DRIVER, 5, "faults=[{at: 2 s, host: robot_0, down_for: 1 s}]")
+    times = [float(stamp) - 1_767_225_610 for stamp, *_ in lines(run, "scan")]
+    assert times == sorted(times)
+    assert not any(2.0 < time < 3.0 for time in times) and 4.5 < times[-1] <= 5.0
+
+
+def refuse_without_rospy():
+    tried = subprocess.run(
+        ["/usr/bin/python3", "-c", "import rospy, rosmaster, nav_msgs, tf2_msgs"],
+        capture_output=True, text=True, check=False)
+    if tried.returncode:
+        pytest.skip(tried.stderr.strip().rpartition("\n")[2])
+
+
+def has_arrived(run, number):
+    """Whether the program has read the map, and the robot is where it was sent."""
+    ((cells, known, *values),) = lines(run, "map", number)
+    ((x, y),) = lines(run, "at", number)
+    return (cells == known and values == ["-1", "0", "100"]
+            and math.dist((float(x), float(y)), (23.0, 1.0)) < 0.4)
+
+
 def test_programs_read_the_map_and_send_goals(folder):
     run = play(folder, SENDER, 19, "loop.navigation=true")
-    ((cells, long, *values),) = lines(run, "map")
-    assert cells == long and values == ["-1", "0", "100"]
-    (x, y), = lines(run, "at")
-    assert math.dist((float(x), float(y)), (23.0, 1.0)) < 0.4
+    assert has_arrived(run, 0)
     assert (run.path / "robot_0.ros2_bridge.log").read_text("utf-8").splitlines() == [
         "no goal: its frame is 'odom'; allowed: map", "no goal: 1000 1 is not on the map"]
+
+
+def test_so_do_those_of_ros_1(folder):
+    refuse_without_rospy()
+    run = played(folder, "stop: {elapsed: 20 s}\n",
+                 [Program("robot_0", MASTER), Program("robot_0", ROSPY)],
+                 changes=(*ROBOT, "loop.ros_master=robot_0", "loop.navigation=true"))
+    assert has_arrived(run, 1)
