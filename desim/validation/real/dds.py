@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from desim.compiler.folder import own_folder
 from desim.validation.real.cell import PROGRAMS
 from desim.validation.real.judge import JudgedRow, Need
-from desim.validation.real.media import cut, lan, lost, radio
+from desim.validation.real.media import access_point, cut, lan, lost, radio
 from desim.validation.real.peers import (
     Listened,
     PeerNode,
@@ -75,6 +75,7 @@ ROWS = (
     _processes(2, 4), _processes(3, 5),
     PeerTalk("2 hosts at rest for 30 s", lan(), fleet(2, 0), 45, since_s=15.03),
     PeerTalk("4 hosts on a radio, first 15 s, 1 topic", radio(0), fleet(4, 1), 15),
+    PeerTalk("6 hosts on an access point, first 15 s, 1 topic", access_point(0), fleet(6, 1), 15),
     PeerTalk("1000 B at 100 Hz from the start on", lan(), talk(1000, 100), 10, begin_s=0),
     PeerTalk("1000 B at 20 Hz to one, radio", radio(1), talk(1000, 20), 20),
     PeerTalk("1000 B at 20 Hz to three, radio", radio(2), talk(1000, 20, 3), 20),

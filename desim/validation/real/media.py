@@ -38,6 +38,13 @@ def weak_radio(number: int) -> JudgedMedium:
     return JudgedMedium({**model, "power": "0 dBm"}, rules)
 
 
+def access_point(number: int) -> JudgedMedium:
+    """802.11g with an access point in the middle of the hosts."""
+    return JudgedMedium({"model": "radio", "standard": "11g", "rate": "24 Mb/s",
+                         "access_points": [{"at": ["20 m", "20 m"], "channel": 1 + 5 * number}],
+                         "infrastructure": {}}, [])
+
+
 def lost(share: float, from_s: float = 0.0) -> list[Rule]:
     """Loss of each packet by chance, from an instant on; on a radio, of each transmission."""
     begin = {"from": f"{from_s} s"} if from_s else {}
