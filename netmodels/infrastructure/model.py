@@ -89,8 +89,8 @@ class Infrastructure:
         standard = self._radio.standard
         ack_ns = standard.sifs_ns + standard.airtime_ns(ACK_BYTES, 0) + standard.slot_ns
         rate_bps = round(1e6 * standard.rates[self._radio.rate].mbps)
-        outlets = [AirOutlet(station, self._queue(), self._air, rate_bps, ack_ns)
-                   for station in range(len(names))]
+        outlets = [AirOutlet(station, self._queue(), self._air, rate_bps, ack_ns,
+                             self._radio.params.queue) for station in range(len(names))]
         self._channels = {count + k: one.channel for k, one in enumerate(self._access_points)}
         self.associations = Associations(
             settings, names, self._air, self._radio, outlets,

@@ -60,15 +60,20 @@ class _Train:
 
 
 class AirOutlet:
-    """The packets that wait at a station for its radio, which takes in those
-    for ``RADIO_NS``, and consecutive ones of a trip as one train."""
+    """The packets that wait at a station for its radio, which takes in those for ``RADIO_NS``, at
+    most half of its own queue's ``places``, and consecutive ones of a trip as one train."""
 
-    def __init__(self, station: int, queue: PacketQueue, air: Hops, rate_bps: int, ack_ns: int
-                 ) -> None:
+    def __init__(self, station: int, queue: PacketQueue, air: Hops, rate_bps: int, ack_ns: int,
+                 places: int) -> None:
         """``ack_ns``: from a frame's arrival until its acknowledgement is there, at most."""
         self._station, self._queue, self._air = station, queue, air
         self._rate_bps, self._ack_ns = rate_bps, ack_ns
-        self._inside_ns = 0  # airtime that the radio has taken in
+        self._most = places - places // 4  # packets; the other places are for management frames
+        # Trains that the radio has taken in, from the oldest without a fate on: it keeps the places
+        # of those behind that one.
+        self._inside: deque[_Train] = deque()
+        self._packets = self._inside_ns = 0  # in those, and the airtime of those without a fate
+        self._serving = False
         self._paused = False
         self._when_empty: Callable[[None], object] | None = None
         self._asleep: dict[int, deque[Waiting]] = {}  # by station: what is kept for it
@@ -118,10 +123,18 @@ class AirOutlet:
         _lose([(waiting, reason) for waiting in gone])
 
     def _serve(self) -> None:
+        if not self._serving:  # a packet that the radio refuses is back at once
+            self._serving = True
+            while self._send_next():
+                pass
+            self._serving = False
+
+    def _send_next(self) -> bool:
+        """Let the radio take in what it may. Returns whether that was anything."""
         now_ns = self._air.now_ns
         trains: list[_Train] = []
         dropped: list[Dropped] = []
-        while not self._paused and self._inside_ns < RADIO_NS:
+        while not self._paused and self._inside_ns < RADIO_NS and self._packets < self._most:
             waiting = (self._awake.popleft() if self._awake
                        else self._queue.pop(now_ns, dropped))
             if waiting is None:
@@ -138,12 +151,15 @@ class AirOutlet:
             train.packets.append(waiting.number)
             train.size_bytes += waiting.size_bytes
             train.air_ns += air_ns
+            self._packets += 1
             self._inside_ns += air_ns
+        self._inside.extend(trains)
         for train in trains:
             hop = train.hop
             self._air.send(self._station, hop.receivers, train.size_bytes, len(train.packets),
                            hop.broadcast, partial(self._sent, train), hop.trip.frame.id)
         _lose(dropped)
+        return bool(trains)
 
     def _sent(self, train: _Train, leg: ports.Frame, receivers: Sequence[int],
               verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
@@ -154,6 +170,8 @@ class AirOutlet:
         train.left -= len(receivers)
         if not train.left:
             self._inside_ns -= train.air_ns
+            while self._inside and not self._inside[0].left:
+                self._packets -= len(self._inside.popleft().packets)
             self._serve()
         hop = train.hop
         if gone and self._sleeps(hop):  # it could not hear them: they wait for it as the others

@@ -89,6 +89,16 @@ def test_every_frame_has_one_fate(queue, multicast):
     assert len({*medium.dropped}) >= 3 and medium.delivered > sent / 2
 
 
+def test_the_radio_has_a_place_for_each_packet_that_it_takes_in():
+    """Of packets of 60 B a thousand fill 5 ms of air: more than the radio's queue has places for.
+    The others wait in front of it, where FQ-CoDel has places for thousands."""
+    bench = Bench(wifi((0, 36), standard="11ax", queue=100),
+                  {**{f"h{k}": (4.0 + k, 1.0) for k in range(5)}, "base": NOWHERE})
+    for number in range(1000):
+        bench.send(S + number * 4 * US, "base", f"h{number % 5}", 60, label=number)
+    assert [row[-1] for row in bench.run(2 * S)] == ["arrived"] * 1000
+
+
 # ---------------------------------------------------------------------------- frames and their way
 
 
