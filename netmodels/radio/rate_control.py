@@ -12,6 +12,7 @@ from desim import ports
 from desim.errors import InputError
 from netmodels.radio.learner import Choice, Learner
 from netmodels.radio.minstrel.control import MinstrelHt
+from netmodels.radio.minstrel.of_ns3 import MinstrelHtOfNs3
 from netmodels.radio.standards import Standard
 
 
@@ -27,6 +28,10 @@ class ArfConstants(ports.Constants):
         "(ns-3: ArfWifiManager)"))
 
 
+MINSTRELS: dict[str, type[MinstrelHt | MinstrelHtOfNs3]] = {
+    "minstrel_ht": MinstrelHt, "minstrel_ht_ns3": MinstrelHtOfNs3}
+
+
 class RateControl(ports.Params):
     """Rates that are learnt. Automatic rate fallback (Kamerman and Monteban 1997, "WaveLAN-II: a
     high-performance wireless LAN for the unlicensed band"): faster after acknowledgements in a row,
@@ -35,29 +40,37 @@ class RateControl(ports.Params):
     answer says nothing about rates. An aggregate counts as acknowledged where half of its packets
     are. Or ``minstrel.control.MinstrelHt``, as Linux."""
 
-    model: Literal["arf", "arf_ns3", "minstrel_ht"] = Field("arf", description=(
-        "arf_ns3: counts as ns-3's ArfWifiManager, which the preset has; minstrel_ht: as Linux 6.1 "
-        "(Kamerman and Monteban)"))
+    model: Literal["arf", "arf_ns3", "minstrel_ht", "minstrel_ht_ns3"] = Field("arf", description=(
+        "arf_ns3: counts as ns-3's ArfWifiManager, which the preset has; minstrel_ht: as Linux "
+        "6.1; minstrel_ht_ns3: as ns-3's MinstrelHtWifiManager, of 11n, 11ac, 11ax (Kamerman and "
+        "Monteban)"))
     constants: ArfConstants = Field(ArfConstants(), description=(
         "single ones of arf and arf_ns3 that differ (Kamerman and Monteban; ns-3)"))
 
     @model_validator(mode="after")
     def _refuse(self) -> Self:
-        if self.model == "minstrel_ht" and self.constants != ArfConstants():
-            raise InputError(".constants: minstrel_ht has none; allowed with arf, arf_ns3")
+        if self.all_streams and self.constants != ArfConstants():
+            raise InputError(f".constants: {self.model} has none; allowed with arf, arf_ns3")
         return self
 
     @property
     def all_streams(self) -> bool:
         """Whether it also chooses between numbers of streams and guard intervals."""
-        return self.model == "minstrel_ht"
+        return self.model in MINSTRELS
+
+    def check(self, has_mcs: bool) -> None:
+        """Raises ``InputError`` for stations that it cannot be of."""
+        if self.model == "minstrel_ht_ns3" and not has_mcs:
+            raise InputError(".rate_control.model: minstrel_ht_ns3 is of 11n, 11ac, 11ax; allowed "
+                             "for others: arf, arf_ns3, minstrel_ht")
 
     def of(self, standard: Standard, first: int, tries: int,
            stream: Callable[[str], np.random.Generator]) -> Learner:
         """For frames of ``standard`` that are sent at most ``tries`` times. ``first``: the index of
         the rate to begin with, of those of its modulation; Minstrel has all of the standard's."""
-        if self.model == "minstrel_ht":
-            return MinstrelHt(standard, tries, stream("minstrel_ht"))
+        self.check(standard.rates[-1].mcs is not None)
+        if self.all_streams:
+            return MINSTRELS[self.model](standard, tries, stream("minstrel_ht"))
         return self.fallback(standard.alike(first), first)
 
     def fallback(self, rates: Sequence[int], first: int) -> Arf:

@@ -18,6 +18,7 @@ from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.high_throughput import high_throughput, with_fewer_streams
 from netmodels.radio.minstrel.control import MinstrelHt, MinstrelPair
 from netmodels.radio.minstrel.groups import rate_table
+from netmodels.radio.minstrel.of_ns3 import MinstrelHtOfNs3
 from netmodels.radio.minstrel.sampling import random_columns
 from netmodels.radio.minstrel.statistics import ONE, Statistics
 from netmodels.radio.radio import Radio
@@ -218,6 +219,36 @@ def test_receivers_have_nothing_to_do_with_each_other(outcomes):
         assert rate == found
 
 
+def ns3_pair():
+    table = rate_table(groups("11n", 20, 1))
+    return MinstrelHtOfNs3(groups("11n", 20, 1), 7, np.random.default_rng(1)), table.rates[0]
+
+
+def test_ns3_counts_a_lost_aggregate_as_one_packet_and_twice_at_the_rate_that_follows():
+    """As its own table of statistics says: of MCS 7, tried with 41 packets, one attempt was lost,
+    of MCS 2, which followed, 82."""
+    minstrel, first = ns3_pair()
+    pair = minstrel._pair(0, 1)
+    pair._place, pair._fastest, pair._second, pair._surest = 7, 4, 2, 4
+    pair._repeats, pair._trying = {4: 2, 2: 2}, True
+    assert minstrel.sent(0, 1, 41, 0, MS).rate - first == 4  # the surest
+    assert (pair._attempts[7], pair._attempts[2]) == (1, 82)
+
+
+def test_ns3_tries_one_rate_in_sixteen_exchanges_and_two_for_each_packet():
+    minstrel, _ = ns3_pair()
+    rates = [minstrel.sent(0, 1, 1, 1, k * MS).rate for k in range(1, 2000)]
+    fastest = max(set(rates), key=rates.count)
+    tried = [k for k, rate in enumerate(rates) if k > 500 and rate != fastest]
+    assert min(np.diff(tried), default=18) >= 18
+
+
+def test_ns3_has_other_stations_without_mcs():
+    with pytest.raises(InputError, match=r"\.rate_control\.model: minstrel_ht_ns3 is of 11n, 11ac, "
+                                         r"11ax; allowed for others: arf, arf_ns3, minstrel_ht"):
+        DcfRadio(DcfRadio.Params(standard="11g", rate_control={"model": "minstrel_ht_ns3"}))
+
+
 def test_it_has_no_constants_of_fallback():
     with pytest.raises(InputError, match=r"\.constants: minstrel_ht has none; allowed with arf, "
                                          r"arf_ns3"):
@@ -259,9 +290,10 @@ def test_stations_without_mcs_learn_as_well(standard):
 
 @pytest.mark.parametrize("params", [
     {"standard": "11n"}, {"standard": "11ax", "channel": 36, "streams": 2}, {"standard": "11g"},
+    {"standard": "11n", "rate_control": {"model": "minstrel_ht_ns3"}},
     {"standard": "11ac", "channel": 36, "width": "80 MHz", "guard_interval": "400 ns"}])
 def test_it_keeps_the_contract(params):
-    check_network(Radio, **MINSTREL, **params)
+    check_network(Radio, **{**MINSTREL, **params})
 
 
 def test_ten_stations_stay_at_fast_rates():

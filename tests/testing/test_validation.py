@@ -29,6 +29,7 @@ from netmodels.validation.aggregates import SaturationOfMcs
 from netmodels.validation.chain import Chains, repaired
 from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
 from netmodels.validation.minstrel_ht import MinstrelOfLinux
+from netmodels.validation.minstrel_ht_ns3 import MinstrelOfNs3
 from netmodels.validation.one_link import DiskOfRadio, FadingOutage, SinglePair
 from netmodels.validation.places import HiddenTerminals, TwoPairsOfNs3
 from netmodels.validation.propagation import PacketErrors, Propagation
@@ -222,7 +223,7 @@ TWINS = [
     (FallbackOfRates, 1, longer_symbols), (ManyPairs, 1, carrier_sense_of_the_standard),
     (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
     (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
-    (MinstrelOfLinux, 1, slower_filter),
+    (MinstrelOfLinux, 1, slower_filter), (MinstrelOfNs3, 2, less_loss),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups
         (Propagation, 27, less_indoor_loss), (SinglePair, 6, better_receivers),
         (RadioOfGazebo, 36, more_noise_in_gazebo))),

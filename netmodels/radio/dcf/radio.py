@@ -140,6 +140,8 @@ class DcfRadio:
         def of_standard(self) -> Standard:
             """The standard's numbers. Raises ``InputError`` for what it does not have."""
             control = self.rate_control
+            if control is not None:
+                control.check(self.has_mcs)
             return self.of_channel(self.channel, self.basic_rates_bps,
                                    control is not None and control.all_streams)
 
