@@ -52,8 +52,13 @@ def _handovers(graph: Graph) -> Sample:
     """Each time that a host has come to an access point, where media have some."""
     known = [(medium, medium.model.handovers) for medium in graph.media
              if isinstance(medium.model, KnowsHandovers)]
+    if not known:
+        return {}
+    gaps_ns = [one.gap_ns for _, handovers in known for one in handovers]
     return {"handovers": [
         {"time_s": one.time_ns / NS_PER_S, "medium": medium.name,
          "host": medium.hosts[one.host], "from": one.left, "to": one.access_point,
          "gap_s": one.gap_ns / NS_PER_S}
-        for medium, handovers in known for one in handovers]} if known else {}
+        for medium, handovers in known for one in handovers],
+        "handover_gap_s": {"count": len(gaps_ns), "total": sum(gaps_ns) / NS_PER_S,
+                           "max": max(gaps_ns, default=0) / NS_PER_S}}
