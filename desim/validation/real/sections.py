@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from desim.validation.real import dds, drawn, ros1, tcp, zenoh
+from desim.validation.real import dds, drawn, multimaster, ros1, tcp, zenoh
 from desim.validation.real.judge import JudgedRow, Need
 
 
@@ -23,4 +23,5 @@ SECTIONS = {
     "cyclonedds": JudgedSection(lambda: dds.CYCLONE_NEEDS, lambda seed: dds.cyclone()),
     "fastdds": JudgedSection(dds.fast_needs, lambda seed: dds.fast()),
     "zenoh": JudgedSection(lambda: zenoh.NEEDS, lambda seed: zenoh.rows()),
+    "multimaster": JudgedSection(lambda: multimaster.NEEDS, lambda seed: multimaster.rows()),
 }
