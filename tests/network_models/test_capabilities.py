@@ -12,6 +12,7 @@ from netmodels.radio.uncontended import Uncontended
 CAPABILITIES = [value for value in vars(capabilities).values()
                 if getattr(value, "_is_runtime_protocol", False)]
 NEEDED = {"distance": {"delivery": [["10 m", 1]]}, "replay": {"file": "trace.csv"},
+          "lora": {"gateway": "a"},
           "bandwidth": {"rate": "1 Mb/s"}, "duplication": {"probability": 0.1},
           "flapping": {"hosts": ["a"], "up": "1 s", "down": "1 s"}, "latency": {"delay": "1 ms"},
           "jamming": {"at": ["0 m", "0 m"], "radius": "1 m"}, "loss": {"probability": 0.1},
