@@ -36,14 +36,14 @@ def serve(join):
 
 def command(velocity):
     """Pass on a geometry_msgs/Twist."""
-    _tell("cmd_vel", velocity.linear.x, velocity.linear.y, velocity.angular.z)
+    _pass_on("cmd_vel", velocity.linear.x, velocity.linear.y, velocity.angular.z)
 
 
 def send_to(goal):
     """Pass on a geometry_msgs/PoseStamped on the map. Its heading does not count."""
     frame, place = goal.header.frame_id, goal.pose.position
     if frame.lstrip("/") == MAP:
-        _tell("goal", place.x, place.y)
+        _pass_on("goal", place.x, place.y)
     else:
         say(f"no goal: its frame is {frame!r}; allowed: {MAP}")
 
@@ -53,7 +53,7 @@ def say(line):
     os.write(LOG, f"{line}\n".encode())
 
 
-def _tell(topic, *numbers):
+def _pass_on(topic, *numbers):
     if all(map(math.isfinite, numbers)):
         os.write(COMMANDS, f"{topic} {' '.join(map(repr, numbers))}\n".encode())
     else:

@@ -1,4 +1,4 @@
-"""What a robot says as messages of ROS: their fields by name, the same in ROS 1 and ROS 2.
+"""The messages of ROS that a robot publishes: their fields by name, the same in ROS 1 and ROS 2.
 
 Fields that are not there are zero. Stamps are ns since 1970. Frames are those of REP 105, in the
 namespace of the robot but for ``map``, which a fleet has in common.

@@ -16,15 +16,14 @@ _BATCH = 64  # packets that are dropped at once where there are too many (Linux:
 
 
 class FqCodelConstants(ports.Constants):
-    """Those of Linux (tc-fq_codel(8); mac80211 has a target of 20 ms and a quantum of 300 B)."""
+    """Those of Linux's Wi-Fi (net/mac80211/tx.c, ieee80211_txq_setup_flows; include/net/fq_impl.h,
+    fq_init). As a qdisc FQ-CoDel has 5 ms, 100 ms, 1514 B, 10 240 packets, 32 MB (RFC 8290)."""
 
-    target_ns: Period = Field("5 ms", description="that packets may wait (RFC 8290, 5.2.3)")
-    interval_ns: Period = Field("100 ms", description="for which they may wait longer (RFC 8290, "
-                                                      "5.2.2)")
-    quantum_bytes: ByteSize = Field("1514 B", ge=1, description="of a flow in its turn (RFC 8290, "
-                                                                "5.2.4)")
-    limit: int = Field(10_240, ge=1, description="packets of all flows (RFC 8290, 5.2.1)")
-    memory_bytes: ByteSize = Field("32 MB", description="of all flows (tc-fq_codel: memory_limit)")
+    target_ns: Period = Field("20 ms", description="that packets may wait (mac80211)")
+    interval_ns: Period = Field("100 ms", description="for which they may wait longer (mac80211)")
+    quantum_bytes: ByteSize = Field("300 B", ge=1, description="of a flow in its turn (mac80211)")
+    limit: int = Field(8192, ge=1, description="packets of all flows (mac80211)")
+    memory_bytes: ByteSize = Field("16 MB", description="of all flows (mac80211)")
 
 
 class _Flow(CoDel):

@@ -2,9 +2,9 @@
 
     python scenarios/studies/access_point_table.py results/access_point
 
-Prints Markdown, for each radio a table: for each middleware (down) and number of robots (across) the
-mean share of pairs that do not know each other at the end of the run, and the bytes of discovery in
-MB; "all" where every pair knows each other in every run.
+Prints Markdown, for each radio a table: for each middleware (down) and number of robots (across)
+the mean share of pairs that do not know each other at the end of the run, and the bytes of
+discovery in MB; "all" where every pair knows each other in every run.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from desim.scenario.load import from_mapping
 
 
 def sent(capfd):
-    """What the bridge has written: to desim, and to its log."""
+    """The lines that the bridge has written: to desim, and to its log."""
     return tuple(capfd.readouterr())
 
 

@@ -1,4 +1,4 @@
-"""What a robot says of itself: where its frames are."""
+"""The messages of a robot about itself, and its frames."""
 
 from __future__ import annotations
 

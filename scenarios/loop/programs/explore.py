@@ -32,7 +32,7 @@ class Explorer:
                 at.x, at.y, 2 * math.atan2(turn.z, turn.w))
 
     def _place(self):
-        """Where the robot is on the map; None before that is known."""
+        """The place of the robot on the map; None before that is known."""
         robot = rospy.get_namespace().strip("/")
         try:
             x, y, yaw = self._links["map", f"{robot}/odom"]
