@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -14,55 +14,25 @@ from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.units import NS_PER_S, Decibels, Level, Pace, Ratio
 from netmodels.itemized import FrameTimes, Itemized
-from netmodels.partial_trains import settle_without
+from netmodels.lora_modem import MOST_BYTES, SENSITIVITY_DBM, lora_airtime_ns
+from netmodels.packet_fates import PacketFates
 from netmodels.radio.path_loss import PathLossParams
 from netmodels.random_loss import drop
 
 CARRIER_HZ = 868.1e6  # the first of EU868
 HEADERS_BYTES = 18 + 20 + 8  # of Ethernet, IP and UDP, in whose place FPort stands (RFC 9011)
 LORAWAN_BYTES = 13  # MHDR 1, FHDR 7, FPort 1, MIC 4
-_PREAMBLE_SYMBOLS = 8  # EU868
-_LONG_SYMBOL_NS = 16_000_000  # from here on low data rates are optimized
 _RX1_NS, _RX2_NS = NS_PER_S, 2 * NS_PER_S  # from the end of an uplink to the receive windows
-# The most bytes of payload by spreading factor (LoRaWAN 1.0.3 regional parameters, EU868, with
-# room for a repeater).
-MOST_BYTES = {7: 222, 8: 222, 9: 115, 10: 51, 11: 51, 12: 51}
-# SX1276/77/78/79 datasheet, rev. 7, RFS_L125_HF, RFS_L250_HF, RFS_L500_HF: dBm from SF7 to SF12.
-SENSITIVITY_DBM = {125: (-123, -126, -129, -132, -133, -136),
-                   250: (-120, -123, -125, -128, -130, -133),
-                   500: (-116, -119, -122, -125, -128, -130)}
-
-
-def lora_airtime_ns(size_bytes: int, spreading: int, bandwidth_khz: int, coding: int = 1,
-                    crc: bool = True) -> int:
-    """The airtime of ``size_bytes`` behind an explicit header (SX1276 datasheet, 4.1.1.7);
-    ``coding`` 1 to 4 is 4/5 to 4/8. A preamble of n + 4.25 symbols, and 8 + max(ceil((8 PL - 4 SF
-    + 28 + 16 CRC) / (4 (SF - 2 DE))) (CR + 4), 0) of the payload, of 2^SF / bandwidth each."""
-    symbol_ns = 2 ** spreading * 1_000_000 // bandwidth_khz
-    slow = symbol_ns >= _LONG_SYMBOL_NS
-    blocks = -(-(8 * size_bytes - 4 * spreading + 28 + 16 * crc) // (4 * (spreading - 2 * slow)))
-    return symbol_ns * (4 * _PREAMBLE_SYMBOLS + 17) // 4 + symbol_ns * (
-        8 + max(blocks * (coding + 4), 0))
-
-
-@dataclass(eq=False)
-class _Journey:
-    """A frame on its way to ``receiver``: packets whose fate is open, and those lost by reason."""
-
-    frame: ports.Frame
-    receiver: int
-    sizes: tuple[int, ...]  # of the payloads
-    taken: int  # packets for which there was room
-    open: int
-    lost: dict[str, list[int]] = field(default_factory=dict)
 
 
 @dataclass(eq=False)
 class _Packet:
     """One packet, in a queue or on the air; ``spoiled`` by others."""
 
-    journey: _Journey
+    fates: PacketFates
+    receiver: int
     number: int
+    size_bytes: int  # of its payload
     channel: int = 0
     power_dbm: float = 0.0
     spoiled: bool = False
@@ -157,10 +127,10 @@ class Lora(Itemized):
         if not fit:
             return
         self._times.begin(frame, context.now_ns)
-        journey = _Journey(frame, receiver, sizes, fit, fit)
+        fates = PacketFates(frame, (receiver,), fit)
         idle = not queue
         for number in range(fit):
-            packet = _Packet(journey, number)
+            packet = _Packet(fates, receiver, number, sizes[number])
             if source == gateway:
                 self._wait(packet)
             else:
@@ -170,7 +140,7 @@ class Lora(Itemized):
 
     def _book(self, device: int) -> None:
         """The first packet of the device's queue goes as soon as it may."""
-        frame, now_ns = self._queues[device][0].journey.frame, self._context.now_ns
+        frame, now_ns = self._queues[device][0].fates.frame, self._context.now_ns
         self._times.until(frame, ports.TimePart.QUEUE, now_ns)
         self._context.at(max(now_ns, self._free_ns[device]), self._uplink, device)
 
@@ -180,7 +150,7 @@ class Lora(Itemized):
             context.at(self._free_ns[device], self._uplink, device)
             return
         packet = self._queues[device][0]
-        self._times.until(packet.journey.frame, ports.TimePart.CONTENTION, now_ns)
+        self._times.until(packet.fates.frame, ports.TimePart.CONTENTION, now_ns)
         packet.channel = int(self._channels[device].integers(params.channels))
         packet.power_dbm = self._received_dbm(device)
         for other in self._air:
@@ -197,8 +167,7 @@ class Lora(Itemized):
         queue, now_ns = self._queues[device], self._context.now_ns
         packet = queue.popleft()
         self._air.remove(packet)
-        journey = packet.journey
-        self._times.until(journey.frame, ports.TimePart.AIRTIME, now_ns)
+        self._times.until(packet.fates.frame, ports.TimePart.AIRTIME, now_ns)
         if queue:
             self._book(device)
         if packet.power_dbm < self._least_dbm:
@@ -213,25 +182,24 @@ class Lora(Itemized):
 
     def _heard(self, packet: _Packet) -> None:
         """The gateway has the packet, for itself or for another device."""
-        journey = packet.journey
-        if journey.receiver == self._gateway:
+        if packet.receiver == self._gateway:
             self._over(packet)
-        elif len(self._waiting[journey.receiver]) < self._params.queue:
+        elif len(self._waiting[packet.receiver]) < self._params.queue:
             self._wait(packet)
         else:
-            self._ledger.lost_at(journey.frame, self._gateway)
+            self._ledger.lost_at(packet.fates.frame, self._gateway)
             self._lose(packet, "gateway_full")
 
     def _wait(self, packet: _Packet) -> None:
         """The packet waits at the gateway for an uplink of its receiver."""
-        self._waiting[packet.journey.receiver].append(packet)
+        self._waiting[packet.receiver].append(packet)
         self._context.at(self._context.now_ns + self._params.lifetime_ns, self._expire, packet)
 
     def _expire(self, packet: _Packet) -> None:
         if packet.waits:
-            self._waiting[packet.journey.receiver].remove(packet)
-            self._times.until(packet.journey.frame, ports.TimePart.QUEUE, self._context.now_ns)
-            self._ledger.lost_at(packet.journey.frame, self._gateway)
+            self._waiting[packet.receiver].remove(packet)
+            self._times.until(packet.fates.frame, ports.TimePart.QUEUE, self._context.now_ns)
+            self._ledger.lost_at(packet.fates.frame, self._gateway)
             self._lose(packet, "expired")
 
     def _downlink(self, device: int) -> None:
@@ -241,7 +209,7 @@ class Lora(Itemized):
             return
         packet = waiting.popleft()
         packet.waits = False
-        self._times.until(packet.journey.frame, ports.TimePart.QUEUE, now_ns)
+        self._times.until(packet.fates.frame, ports.TimePart.QUEUE, now_ns)
         air_ns = self._airtime_ns(packet, crc=False)
         self._gateway_until_ns = now_ns + air_ns
         self._free_ns[self._gateway] = now_ns + self._spacing_ns(air_ns)
@@ -250,7 +218,7 @@ class Lora(Itemized):
         self._context.at(now_ns + air_ns, self._downlink_over, packet)
 
     def _downlink_over(self, packet: _Packet) -> None:
-        self._times.until(packet.journey.frame, ports.TimePart.AIRTIME, self._context.now_ns)
+        self._times.until(packet.fates.frame, ports.TimePart.AIRTIME, self._context.now_ns)
         if packet.power_dbm >= self._least_dbm:
             self._over(packet)
         else:
@@ -264,9 +232,8 @@ class Lora(Itemized):
         return -math.inf if math.isnan(loss_db) else self._params.power_dbm - loss_db
 
     def _airtime_ns(self, packet: _Packet, crc: bool) -> int:
-        """Downlinks have no check sum of the payload."""
-        params = self._params
-        return lora_airtime_ns(LORAWAN_BYTES + packet.journey.sizes[packet.number],
+        params = self._params  # downlinks have no check sum of the payload
+        return lora_airtime_ns(LORAWAN_BYTES + packet.size_bytes,
                                params.spreading_factor, self._khz, int(params.coding_rate[2]) - 4,
                                crc)
 
@@ -275,15 +242,8 @@ class Lora(Itemized):
         return round(air_ns / self._params.duty_cycle)
 
     def _lose(self, packet: _Packet, reason: str) -> None:
-        packet.journey.lost.setdefault(reason, []).append(packet.number)
-        self._over(packet)
+        packet.fates.over(packet.number, {packet.receiver: reason}, self._context, self._times)
 
     def _over(self, packet: _Packet) -> None:
-        """The fate of a packet is known."""
-        journey = packet.journey
-        journey.open -= 1
-        if not journey.open:
-            self._times.end(journey.frame)
-            settle_without(self._context, journey.frame, journey.receiver, {
-                reason: sorted(numbers) for reason, numbers in journey.lost.items()},
-                sent=journey.taken)
+        """The packet is at its receiver."""
+        packet.fates.over(packet.number, {}, self._context, self._times)

@@ -11,7 +11,8 @@ from desim.errors import InputError
 from desim.testing import Bench, check_network
 from desim.units import NS_PER_S
 from netmodels import lora
-from netmodels.lora import HEADERS_BYTES, MOST_BYTES, SENSITIVITY_DBM, Lora, lora_airtime_ns
+from netmodels.lora import HEADERS_BYTES, Lora
+from netmodels.lora_modem import MOST_BYTES, SENSITIVITY_DBM, lora_airtime_ns
 
 MS = 10**6
 EMPTY = HEADERS_BYTES  # a packet without payload: 13 B of LoRaWAN
@@ -147,7 +148,7 @@ def test_a_twin_that_sends_at_once_would_be_seen(monkeypatch):
 
     def hasty(self, packet):
         wait(self, packet)
-        self._downlink(packet.journey.receiver)
+        self._downlink(packet.receiver)
 
     monkeypatch.setattr(Lora, "_wait", hasty)
     with pytest.raises(AssertionError):

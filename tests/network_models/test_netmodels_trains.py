@@ -33,8 +33,8 @@ MODELS = {
     "distance": ({"delivery": [["10 m", 0.9], ["60 m", 0.5]]}, True),
     "epidemic": ({"hop": "radio", "radio": RADIO, "lifetime": "20 s"}, True),
     "gz_rfcomms": ({"noise": "-60 dBm"}, True), "ideal": ({}, False),
-    "ideal_mac": ({"range": "50 m"}, False), "link": ({}, False),
-    "lora": ({"gateway": "a"}, False),  # too long for it, all of them
+    "ideal_mac": ({"range": "50 m"}, False), "ieee802154": ({"range": "50 m"}, True),
+    "link": ({}, False), "lora": ({"gateway": "a"}, False),  # too long for it, all of them
     "multihop": ({"hop": "radio", "radio": RADIO, "routing": "static"}, True),
     "radio": (RADIO, True), "replay": ({"file": None}, True),
     "subt": ({"noise": "-75 dBm"}, True), "switch": ({}, False),
