@@ -89,12 +89,13 @@ class DcfRadio:
     """
 
     class Params(Modulation):
-        preset: Literal["indoor", "indoor_11ac", "outdoor", "ns3_3_44"] | None = Field(
+        preset: Literal["indoor", "indoor_11ac", "outdoor", "esp_now", "ns3_3_44"] | None = Field(
             None, description=(
             "values for what is not given: indoor and outdoor, path loss in sight and shadowing as "
             "measured (docs/defaults.md); indoor_11ac, with the card of a robot of 2020 to 2024 "
-            "(two streams, 80 MHz, MCS 4); ns3_3_44, as in ns-3 3.44 with the error model of NIST "
-            "(none: 802.11-2016, with ns-3's path loss)"))
+            "(two streams, 80 MHz, MCS 4); esp_now, 11b at 1 Mb/s and 20 dBm, with packets 21 B "
+            "longer than ESP-NOW's and not kept below its 250 B; ns3_3_44, as in ns-3 3.44 with "
+            "the error model of NIST (none: 802.11-2016, with ns-3's path loss)"))
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames of 11a, 11b, 11g "
                                                     "(802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(
