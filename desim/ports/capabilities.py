@@ -6,7 +6,7 @@ medium is made.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -157,13 +157,31 @@ class Handover(NamedTuple):
     gap_ns: int
 
 
+class PlacedAccessPoint(NamedTuple):
+    """An access point at ``x_m``, ``y_m``, on a ``channel``."""
+
+    name: str
+    x_m: float
+    y_m: float
+    channel: int
+
+
 @runtime_checkable
 class KnowsHandovers(Protocol):
-    """A network model whose hosts hang on access points."""
+    """A network model whose hosts hang on access points. The trace, the summary and the replay
+    have who hangs on whom."""
+
+    @property
+    def access_points(self) -> Sequence[PlacedAccessPoint]:
+        """All, known as soon as the model is made."""
 
     @property
     def handovers(self) -> Sequence[Handover]:
         """All so far, in order of time."""
+
+    def follow(self, note: Callable[[int, str | None], object]) -> None:
+        """Call ``note(host, access_point)`` now for each host that may hang on one, and from now on
+        whenever a host comes to one or leaves it. None: it hangs on none."""
 
 
 @runtime_checkable

@@ -19,6 +19,7 @@ from desim.errors import InputError, below
 from desim.middleware.busy.timed_executor import PublishingCallback
 from desim.middleware.graph import Graph, OnFate
 from desim.middleware.link_states import LinkStates
+from desim.network.association_rows import AssociationRows
 from desim.network.background import (
     BackgroundFlow,
     Spells,
@@ -32,7 +33,7 @@ from desim.network.medium import Medium
 from desim.network.passages import Passages
 from desim.network.scoped_rule import scoped
 from desim.network.surroundings import Surroundings
-from desim.ports import Obstacles, Rule, Snapshot, World, antenna, model_of
+from desim.ports import KnowsHandovers, Obstacles, Rule, Snapshot, World, antenna, model_of
 from desim.ports.middleware import SharesLinks
 from desim.scenario.recipients import carrying_software
 from desim.scenario.schema.communication import MediumChoice, Network, OtherHost, PluginChoice
@@ -110,6 +111,9 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
                 inside.setdefault(name, {})[host.index] = medium
     _route(graph, scenario, inside)
     _add_background(graph, scenario.network)
+    for medium in graph.media:
+        if isinstance(medium.model, KnowsHandovers):
+            AssociationRows(medium, medium.model, kernel, trace)
     return graph
 
 

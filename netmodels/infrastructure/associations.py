@@ -63,6 +63,7 @@ class Associations:
         self.power_save = PowerSave(self.control, settings.constants, outlets, self._rests_at
                                     ) if settings.power_save else None
         self.handovers: list[ports.Handover] = []
+        self._notes: list[Callable[[int, str | None], object]] = []
 
     def begin(self) -> None:
         """Begin, where stations are associated from the start on with whom they hear best."""
@@ -78,6 +79,13 @@ class Associations:
             phase = self._air.stream("beacons", self._names[access_point]).random()
             self._air.at(self._air.now_ns + int(phase * self._constants.beacon_ns), self._beacon,
                          access_point)
+
+    def follow(self, note: Callable[[int, str | None], object]) -> None:
+        """See ``ports.KnowsHandovers``."""
+        for host, station in self._stations.items():
+            own = station.access_point
+            note(host, None if own is None else self._names[own])
+        self._notes.append(note)
 
     def access_point(self, host: int) -> int | None:
         """The one on which a station hangs, as that knows."""
@@ -275,6 +283,7 @@ class Associations:
         self.handovers.append(ports.Handover(
             now_ns, host, None if left is None else names[left], names[access_point],
             now_ns - station.since_ns))
+        self._notify(host, names[access_point])
         self._outlets[host].resume()
         self._is_active(host)
 
@@ -284,9 +293,14 @@ class Associations:
         if station.access_point is not None:
             station.left, station.access_point = station.access_point, None
             station.since_ns = self._air.now_ns
+            self._notify(host, None)
             self._outlets[host].flush(None, "not_associated")
             if self.power_save is not None:
                 self.power_save.forget(host)
+
+    def _notify(self, host: int, access_point: str | None) -> None:
+        for note in self._notes:
+            note(host, access_point)
 
     def _is_active(self, host: int) -> None:
         if self.power_save is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from desim import ports
 from desim.errors import InputError, did_you_mean
@@ -135,9 +135,20 @@ class Infrastructure:
             self._ways.along(trip, station, (at,), self._pass_on)
 
     @property
+    def access_points(self) -> list[ports.PlacedAccessPoint]:
+        """``ports.KnowsHandovers``."""
+        own = self._access_points
+        return [ports.PlacedAccessPoint(name, *one.at_m, one.channel)
+                for name, one in zip(names_of(own, ()), own, strict=True)]
+
+    @property
     def handovers(self) -> list[ports.Handover]:
         """``ports.KnowsHandovers``."""
         return self.associations.handovers
+
+    def follow(self, note: Callable[[int, str | None], object]) -> None:
+        """``ports.KnowsHandovers``."""
+        self.associations.follow(note)
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped."""

@@ -11,6 +11,7 @@ from desim.engine.trace import Names
 
 # Rows about a message: its source is the entity, or column a; column b is its number there.
 _AT_SOURCE = ("sent", "frame")
+_ASSOCIATIONS = ("associated", "disassociated")  # of its hosts with access points, meanwhile
 _AT_OTHERS = ("lost", "delivered", "dropped", "callback", "read", "overwritten", "repeated")
 
 
@@ -24,8 +25,8 @@ class Step(NamedTuple):
 
 
 def story(rows: np.ndarray, names: Mapping[int, str], number: int) -> list[Step]:
-    """Every row about message ``number`` (1 is the first of the run), in order; empty if there is
-    no such message."""
+    """Every row about message ``number`` (1 is the first of the run), in order, and those of its
+    hosts that come to access points or leave them meanwhile; empty if there is no such message."""
     ids = Names()
     sent = _in_order(rows, np.flatnonzero(rows["kind"] == ids.id("sent")))
     if not 1 <= number <= len(sent):
@@ -37,7 +38,12 @@ def story(rows: np.ndarray, names: Mapping[int, str], number: int) -> list[Step]
     others = (rows["a"] == source) & (
         np.isin(rows["kind"], [ids.id(kind) for kind in _AT_OTHERS])
         | np.isin(rows["entity"], media))
-    found = rows[(rows["b"] == seq) & (own | others)]
+    about = (rows["b"] == seq) & (own | others)
+    times_ns, own_ns = rows["t_ns"], rows["t_ns"][about]
+    meanwhile = (np.isin(rows["kind"], [ids.id(kind) for kind in _ASSOCIATIONS])
+                 & np.isin(rows["entity"], rows["entity"][about])
+                 & (own_ns.min() <= times_ns) & (times_ns <= own_ns.max()))
+    found = rows[about | meanwhile]
     again = ("its reader asks for it after the next heartbeat" if ids.id("acknack") in names
              else "sent again at its retransmission timeout, or when TCP finds out sooner")
     return [_step(row, names, again) for row in found]
@@ -66,5 +72,7 @@ def _step(row: np.void, names: Mapping[int, str], again: str) -> Step:
         "read": lambda: names[c],
         "overwritten": lambda: "the queue was full",
         "repeated": lambda: "a copy",
+        "associated": lambda: names[a],
+        "disassociated": lambda: names.get(a, "no access point"),
     }.get(kind, lambda: f"{c} receivers")()
     return Step(int(row["t_ns"]), kind, where, detail)

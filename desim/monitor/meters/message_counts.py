@@ -45,20 +45,23 @@ class MessageCounts(Meter):
                                    for medium in graph.media},
                                 **utilisation_inside(graph.inside, now_ns)},
                 "control_bytes": sum(medium.control_bytes for medium in graph.media),
-                **_handovers(graph)}
+                **_access_points(graph)}
 
 
-def _handovers(graph: Graph) -> Sample:
-    """Each time that a host has come to an access point, where media have some."""
-    known = [(medium, medium.model.handovers) for medium in graph.media
+def _access_points(graph: Graph) -> Sample:
+    """The access points of media, and each time that a host has come to one."""
+    known = [(medium, medium.model) for medium in graph.media
              if isinstance(medium.model, KnowsHandovers)]
     if not known:
         return {}
-    gaps_ns = [one.gap_ns for _, handovers in known for one in handovers]
-    return {"handovers": [
-        {"time_s": one.time_ns / NS_PER_S, "medium": medium.name,
-         "host": medium.hosts[one.host], "from": one.left, "to": one.access_point,
-         "gap_s": one.gap_ns / NS_PER_S}
-        for medium, handovers in known for one in handovers],
-        "handover_gap_s": {"count": len(gaps_ns), "total": sum(gaps_ns) / NS_PER_S,
-                           "max": max(gaps_ns, default=0) / NS_PER_S}}
+    arrivals = [(medium, one) for medium, model in known for one in model.handovers
+                if one.host in medium.attached]
+    gaps_ns = [one.gap_ns for _, one in arrivals]
+    return {"access_points": [{"medium": medium.name, **one._asdict()}
+                              for medium, model in known for one in model.access_points],
+            "handovers": [
+                {"time_s": one.time_ns / NS_PER_S, "medium": medium.name,
+                 "host": medium.hosts[one.host], "from": one.left, "to": one.access_point,
+                 "gap_s": one.gap_ns / NS_PER_S} for medium, one in arrivals],
+            "handover_gap_s": {"count": len(gaps_ns), "total": sum(gaps_ns) / NS_PER_S,
+                               "max": max(gaps_ns, default=0) / NS_PER_S}}

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from desim.report.replay.associations import add_associations
 from desim.report.replay.beliefs import add_beliefs
 from desim.report.replay.columns import Columns
 from desim.report.replay.events import listed_events
@@ -51,6 +52,8 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
     notes.append(reduced)
     _add_links(columns, recording)
     add_beliefs(columns, recording.events, hosts)
+    access_points = metrics.get("access_points", [])
+    stations = add_associations(columns, recording.events, hosts, access_points)
     sensors = sensors_of(recording)
     add_bumps(columns, recording, sensors["bumpers"] or ())
     seconds = seconds_of(recording)
@@ -70,6 +73,7 @@ def bundle(recording: ReplaySource) -> tuple[Description, Columns]:
         "robots": list(recording.robots), "hosts": hosts,
         "places": {host.name: [host.x_m, host.y_m] for host in recording.hosts
                    if not math.isnan(host.x_m)},
+        "access_points": access_points, "stations": stations,
         "radius_m": [body.radius_m for body in types_of(scenario.fleet)],
         "footprints": [body.corners_m or None for body in types_of(scenario.fleet)],
         **sensors, "computers": computers,

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from desim.report.replay.associations import CHANGES
 from desim.report.replay.seconds import Seconds
 from desim.report.replay.traffic import BornMessages
 from desim.results.recording import Event
@@ -20,6 +21,7 @@ _RECOVERIES = {Recovery.REPLAN: "plans again", Recovery.ROTATE: "turns",
                Recovery.RETREAT: "backs off",
                Recovery.CONSERVATIVE_RESET: "forgets what is far",
                Recovery.AGGRESSIVE_RESET: "forgets what is near, too"}
+_BEGIN = ("host_started", *CHANGES)  # at the start of a run they are no news
 _PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
           "stuck": "{} is stuck", "freed": "{} is free again",
           "goal_aborted": "{} gives up its goal", "stop": "the run ends",
@@ -46,7 +48,7 @@ def listed_events(events: Iterable[Event], traffic: BornMessages, hosts: Sequenc
     found = [ListedEvent(event.time_ns, event.kind, _words(event, hosts),
                          (event.entity,) if event.entity in hosts else ())
              for event in events
-             if event.kind not in _DRAWN and (event.kind != "host_started" or event.time_ns > 0)]
+             if event.kind not in _DRAWN and (event.kind not in _BEGIN or event.time_ns > 0)]
     for begin_s, end_s in partitions_s:
         found.append(ListedEvent(round(begin_s * NS_PER_S), "partition",
                                  f"the fleet is split for {end_s - begin_s:.0f} s"))
@@ -69,6 +71,9 @@ def _words(event: Event, hosts: Sequence[str]) -> str:
         return f"{event.entity} {_RECOVERIES[Recovery(int(values[1]))]}"
     if event.kind == "out_of_memory":
         return f"{event.entity} runs out of memory: {values[0]} is killed, the rest dies with it"
+    if event.kind in CHANGES:
+        verb = "joins" if CHANGES[event.kind] else "leaves"
+        return f"{event.entity} {verb} {values[0]}"
     if event.kind == "visit":
         alone_s = int(values[1]) / NS_PER_S
         return f"{event.entity} visits place {values[0]}, alone for {alone_s:.1f} s"

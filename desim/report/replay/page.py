@@ -19,9 +19,9 @@ SCRIPTS = ("data/sorted", "data/columns", "data/tables", "data/run", "data/words
            "canvas/palette", "canvas/camera", "canvas/layer", "canvas/labels", "canvas/shapes",
            "scene/rays", "scene/terrain", "scene/ground", "scene/fans", "scene/near_by",
            "scene/paths",
-           "scene/plans", "scene/hosts", "scene/links", "scene/loads", "scene/flights",
-           "scene/queues", "scene/believed", "scene/robots", "scene/busy", "scene/names",
-           "scene/scale_bar", "scene/believed_poses",
+           "scene/plans", "scene/hosts", "scene/access_points", "scene/links", "scene/loads",
+           "scene/flights", "scene/queues", "scene/believed", "scene/robots", "scene/busy",
+           "scene/names", "scene/scale_bar", "scene/believed_poses",
            "scene/tethers", "scene/scene", "panel/series", "panel/chart", "panel/matrix",
            "panel/message_list", "panel/event_list", "panel/panel", "page/player", "page/timeline",
            "page/hint", "page/stage", "page/keyboard", "page/help", "page/live", "page/page")

@@ -20,6 +20,7 @@ from desim.report.live.feed import LiveFeed, ViewersTime
 from desim.report.live.server import ChunkLog, LiveServer
 from desim.report.live.stretch import Stretches
 from desim.report.live.watch import live
+from desim.report.replay.bundle import bundle
 from desim.report.replay.page import page, write
 
 S = 1_000_000_000
@@ -85,6 +86,22 @@ def test_the_chunks_together_are_the_recording(followed):
     assert 2 < len(maps) < len(parts)
     known = [columns["merged.known.is"].sum() for columns in maps]
     assert known == sorted(known)
+
+
+def test_the_chunks_together_have_who_hangs_on_whom(repository, tmp_path):
+    log = ChunkLog()
+    run = desim.run(repository / "scenarios" / "warehouse_wifi.yaml", out=tmp_path, overrides=(
+        "network.media.air.infrastructure.associated=false", "stop.elapsed=5 s",
+        "faults=[{at: 4 s, host: robot_0, down_for: 2 s}]"),
+        watch=fed(log, ViewersTime(now_s=count(0.0, 0.3).__next__)))
+    about, columns = bundle(recording_of(run))
+    whole, parts = unpacked(columns.index, columns.text()), chunks(log)
+    assert len(parts) > 2 and whole["association.ns"].size == 7
+    for name in ("ns", "host", "access_point", "hangs"):
+        assert (np.concatenate([part[f"association.{name}"] for _, part in parts], axis=1)
+                == whole[f"association.{name}"]).all()
+    for name in ("access_points", "stations"):  # the page has them of the first chunk
+        assert len(parts[0][0][name]) == 6 and parts[0][0][name] == about[name]
 
 
 def test_a_robot_is_up_between_its_maps(browser_here, followed, tmp_path):

@@ -50,6 +50,8 @@ def test_saturation_is_the_first_full_queue():
     (("host_started", "base", "0  0  0"), "base starts again"),
     (("out_of_memory", "robot_1", "slam  133000000  132000000"),
      "robot_1 runs out of memory: slam is killed, the rest dies with it"),
+    (("associated", "robot_0", "ap_3  medium/air  0"), "robot_0 joins ap_3"),
+    (("disassociated", "robot_0", "ap_3  medium/air  0"), "robot_0 leaves ap_3"),
     (("goal_aborted", "robot_0", "25  32.6  0"), "robot_0 gives up its goal"),
     (("visit", "robot_1", "3  61800000000  0"), "robot_1 visits place 3, alone for 61.8 s"),
     (("stop", "monitor", "0  0  0"), "the run ends"),
@@ -64,7 +66,10 @@ def test_what_happens_by_the_thousand_is_not_listed():
     rows = [Event(5, kind, "robot_0", "robot_1  online  0")
             for kind in ("sees", "believes", "advertises", "subscribes", "goal", "goal_reached",
                          "localized", "believed")]
-    assert listed([*rows, Event(0, "host_started", "base", "0  0  0")]) == []
+    rows += [Event(0, "host_started", "base", "0  0  0"),
+             Event(0, "associated", "robot_0", "ap_3  medium/air  0"),
+             Event(0, "disassociated", "robot_1", "0  medium/air  0")]
+    assert listed(rows) == []
 
 
 def test_partitions_begin_and_end():

@@ -1,15 +1,17 @@
-// Pairs of hosts at an instant: whom frames reach, whom a host takes for online, who is apart.
+// Pairs at an instant: whom frames reach, whom a host takes for online, who hangs on whom.
 
 // Folds a table of changes of pairs up to an instant; forwards it goes on where it was.
 class PairStates {
-  constructor(table, hosts, first, second, state) {
-    Object.assign(this, { table, hosts, first, second, state });
+  // The first of a pair is one of the run's hosts, the second one of `others`.
+  constructor(table, run, first, second, state, others = run.hosts) {
+    Object.assign(this, { table, first, second, state, others: others.length,
+      pairs: run.hosts.length * others.length });
     this.rewind();
   }
 
   rewind() {
-    this.values = new Uint8Array(this.hosts * this.hosts);
-    this.changedS = new Float64Array(this.hosts * this.hosts).fill(-1e9);
+    this.values = new Uint8Array(this.pairs);
+    this.changedS = new Float64Array(this.pairs).fill(-1e9);
     this.next = 0;
     this.lastS = -Infinity;  // of the last change so far
     this.timeS = -1;
@@ -19,7 +21,7 @@ class PairStates {
     if (timeS < this.timeS) this.rewind();
     const { at, length } = this.table, limit = Math.round(timeS * NS);
     for (; this.next < length && at.ns[this.next] <= limit; this.next++) {
-      const pair = at[this.first][this.next] * this.hosts + at[this.second][this.next];
+      const pair = at[this.first][this.next] * this.others + at[this.second][this.next];
       this.values[pair] = at[this.state][this.next];
       this.changedS[pair] = this.lastS = at.ns[this.next] / NS;
     }
@@ -32,8 +34,8 @@ class Beliefs {
   constructor(run) {
     this.run = run;
     this.hosts = run.hosts.length;
-    this.links = new PairStates(run.link, this.hosts, "host", "other", "linked");
-    this.sees = new PairStates(run.sees, this.hosts, "believer", "other", "state");
+    this.links = new PairStates(run.link, run, "host", "other", "linked");
+    this.sees = new PairStates(run.sees, run, "believer", "other", "state");
   }
 
   get knowsLinks() { return this.run.link.length > 0; }

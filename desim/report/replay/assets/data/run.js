@@ -22,6 +22,7 @@ class Run {
     this.partCount = new Table("part", ["count"]);
     this.link = new Table("link", ["ns", "host", "other", "linked"]);
     this.sees = new Table("sees", ["ns", "believer", "other", "state"]);
+    this.association = new Table("association", ["ns", "host", "access_point", "hangs"]);
     this.bump = new Table("bump", ["ns", "robot"]);
     this.plan = new Table("plan", ["ns", "host", "kind", "count"]);
     this.planPoint = new Table("plan", ["x_mm", "y_mm", "text"]);
@@ -31,8 +32,8 @@ class Run {
       ["busy_ms", "missed", "ram_kb"]);  // at the times of `second`
     this.topic = new Table("topic", ["bytes", "messages", "latency_us", "longest_us", "lost"],
       ["bytes", "messages", "latency_us", "longest_us", "lost"]);
-    this.tables = [this.pose, this.obstacle, this.message, this.load, this.link, this.sees, this.bump,
-      this.plan, this.planPoint, this.second, this.topic];
+    this.tables = [this.pose, this.obstacle, this.message, this.load, this.link, this.sees,
+      this.association, this.bump, this.plan, this.planPoint, this.second, this.topic];
     this.events = [];
     this.growth = null;  // the last chunk with maps, which are decoded when they are shown
     this.hostOfRobot = this.robots.map((name) => this.hosts.indexOf(name));
@@ -217,6 +218,7 @@ function boundsOf(run) {
     for (let i = 0; i < x.length; i += 10) add(x[i] / 1000, y[i] / 1000);
   });
   for (const [x, y] of Object.values(run.about.places)) add(x, y);
+  for (const { x_m: x, y_m: y } of run.about.access_points) add(x, y);
   return Number.isFinite(box[0]) ? box : [-1, -1, 1, 1];
 }
 

@@ -86,6 +86,16 @@ const SYMBOLS = [
     context.setLineDash([]);
     symbolLine(context, x, y + 5, { strokeStyle: theme.accent, lineWidth: 1.4 });
   }],
+  ["access point, its channel, and a robot that hangs on it", (context, theme, x, y) => {
+    Object.assign(context, { strokeStyle: theme.hues[0], lineWidth: 1.6 });
+    associationLine(context, x - 14, y, x + 20, y);
+    symbolRobot(context, theme, x + 20, y);
+    accessPointMark(context, x - 14, y, theme);
+  }],
+  ["it hangs on no access point", (context, theme, x, y) => {
+    symbolRobot(context, theme, x - 4, y - 3);
+    noAccessPointMark(context, x + 8, y + 6, theme);
+  }],
   ...KINDS.map((kind, k) => [`load: ${kind}; the wider, the more`, (context, theme, x, y) => {
     context.lineCap = "round";
     symbolLine(context, x, y - 5, { strokeStyle: theme.kinds[k], lineWidth: 0.8, globalAlpha: 0.5 });

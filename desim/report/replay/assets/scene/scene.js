@@ -12,6 +12,7 @@ const LAYERS = {
   plans: { words: "plans and goals", isIn: (run) => run.plan.length > 0 },
   slam: { words: "believed poses", isIn: (run) => run.plan.at.kind?.includes(POSE) },
   links: { words: "links", isIn: (run) => run.link.length > 0 },
+  wifi: { words: "access points", isIn: ({ about }) => about.access_points.length > 0 },
   loads: { words: "load of links", isIn: (run) => run.load.length > 0 },
   messages: { words: "messages", isIn: (run) => run.message.length > 0,
     isTooMuch: (runs) => runs.some((run) => run.isLarge) },
@@ -35,14 +36,15 @@ class Scene {
     this.flights = new Flights(run, this.hosts, this.traffic);
     this.plans = new Plans(run);
     this.nearBy = new NearBy(run, this.terrain);
-    const links = new Links(run, this.hosts, this.beliefs);
+    this.associations = run.about.access_points.length ? new Associations(run, this.hosts) : null;
+    const { associations } = this, links = new Links(run, this.hosts, this.beliefs);
     // From the ground up, sheet by sheet: the layer (null: always drawn), and what draws it.
     this.sheets = [
       this.growth ? [["map", new Ground(run, this.growth)]] : [],
       [["fans", new Fans(run, this.terrain)]],
       [[null, this.terrain], ["paths", new Paths(run, SOLID)]],
       [["paths", new Trails(run, SOLID)]],
-      [["links", links], ["loads", this.loads]],
+      [["links", links], ["loads", this.loads], ...associations ? [["wifi", associations]] : []],
       [["plans", this.plans]],
       [
         [null, new Obstacles(run)],
@@ -51,6 +53,7 @@ class Scene {
         ["nearby", this.nearBy],
         [null, new Robots(run, SOLID)],
         ...run.about.computers ? [["busy", new BusyProcessors(run)]] : [],
+        ...associations ? [["wifi", new AccessPoints(run, associations)]] : [],
         [null, this.hosts],
         ["messages", this.flights],
         ["messages", new Queues(run, this.hosts, this.flights)],
