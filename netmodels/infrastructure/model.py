@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from desim import ports
-from desim.errors import InputError, did_you_mean
+from desim.errors import InputError
+from desim.ports.scope import matching
 from netmodels.hops import Hops
 from netmodels.infrastructure.access_points import (
     AccessPoint,
@@ -73,7 +74,7 @@ class Infrastructure:
 
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         settings, times, params = self._settings, self._times, self._params
-        _check(settings, params, hosts)
+        _check(params)
         check_channels(self._access_points, self._radio.standard)
         count, names = len(hosts), (*hosts, *names_of(self._access_points, hosts))
         self._context, self._names = context, names
@@ -83,7 +84,9 @@ class Infrastructure:
             times.hosts, air_ledger, wire_ledger = count, times.air, times.wires
         self._air = Hops(self._radio, site, names, "", air_ledger)
         wires = Hops(self._switch, site, names, ".infrastructure.wires", wire_ledger)
-        self._wired = frozenset(host for host in range(count) if hosts[host] in settings.wired)
+        self._wired = frozenset(host for number, pattern in enumerate(settings.wired)
+                                for host in matching(pattern, hosts,
+                                                     f".infrastructure.wired.{number}"))
         for host in sorted(self._wired):
             self._air.switched(host, False)
         standard = self._radio.standard
@@ -196,11 +199,7 @@ def _radio(params: DcfRadio.Params, access_points: Sequence[AccessPoint]) -> Dcf
         "broadcast_rate_bps": params.broadcast_rate_bps or min(basic_bps)}))
 
 
-def _check(settings: Settings, params: DcfRadio.Params, hosts: tuple[str, ...]) -> None:
+def _check(params: DcfRadio.Params) -> None:
     if params.channels:
         raise InputError(".channels: stations take the channels of their access points; allowed: "
                          "access_points without it")
-    for name in settings.wired:
-        if name not in hosts:
-            raise InputError(f".infrastructure.wired: no host {name!r}"
-                             f"{did_you_mean(name, hosts)}; hosts are {', '.join(hosts)}")

@@ -18,7 +18,8 @@ class Settings(ports.Params):
     between them."""
 
     wired: tuple[str, ...] = Field((), description=(
-        "hosts with a cable instead of a radio, beside the access points (none)"))
+        "hosts with a cable instead of a radio, beside the access points: names or patterns "
+        "(none)"))
     wires: Switch.Params = Field(Switch.Params(), description=(
         "between access points and wired hosts (a switch with its own defaults)"))
     queue: Literal["fq_codel", "fifo"] = Field("fq_codel", description=(

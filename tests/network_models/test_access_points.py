@@ -374,7 +374,7 @@ def test_broadcasts_wait_for_a_dtim(dtim):
      ".channels: stations take the channels of their access points; allowed: access_points "
      "without it"),
     ({"infrastructure": {"wired": ["bose"]}},
-     ".infrastructure.wired: no host 'bose' (did you mean 'base'?); hosts are a, base"),
+     ".infrastructure.wired.0: 'bose' names no host (did you mean 'base'?); hosts are a, base"),
     ({"infrastructure": {"wires": {"ports": {"p": ["q"]}}}},
      ".infrastructure.wires.ports.p: no host 'q'; hosts are a, base, ap_0")])
 def test_what_does_not_fit_is_said(params, text):
