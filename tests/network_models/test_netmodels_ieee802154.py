@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
+from desim.errors import InputError
+from desim.scenario.load import load
 from desim.testing import Bench, check_network
 from netmodels.ieee802154 import Ieee802154
 from netmodels.ieee802154_frames import (
@@ -273,9 +274,14 @@ def test_a_packet_of_2048_bytes_of_ipv6_is_too_long():
 
 
 @pytest.mark.parametrize(("params", "says"), [
-    ({"min_be": 4, "max_be": 3}, "min_be (4) is more than max_be (3)"),
-    ({"range": "30 m", "interference": "29 m"}, "interference (29 m) is less than range (30 m)")])
-def test_bad_parameters_are_refused(params, says):
-    with pytest.raises(ValidationError) as refused:
-        Ieee802154.Params(**params)
-    assert says in str(refused.value)
+    ("min_be: 6", "35: network.media.air: min_be (6) is more than max_be (5)"),
+    ("range: 61 m", "35: network.media.air: interference (60 m) is less than range (61 m); who is "
+                    "near enough to get a frame is near enough to be disturbed"),
+    ("retries: 8", "64: network.media.air.retries: must be at most 7, got 8")])
+def test_bad_parameters_are_named_with_their_places(params, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.yaml").write_text("name: x\ndeployment: field\nnetwork: {media: {lan: null, "
+                                        f"air: {{model: ieee802154, {params}}}}}}}\n")
+    with pytest.raises(InputError) as refused:
+        load("case.yaml")
+    assert str(refused.value) == f"case.yaml:3:{says}"

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim.errors import InputError
+from desim.scenario.load import load
 from desim.testing import Bench, check_network
 from desim.units import NS_PER_S
 from netmodels import lora
@@ -249,3 +250,21 @@ def test_a_gateway_must_be_there():
     with pytest.raises(InputError) as refused:
         bench_of({"base": (0.0, 0.0), "robot_0": (0.0, 0.0)}, gateway="bas")
     assert str(refused.value) == ".gateway: no host 'bas' (did you mean 'base'?)"
+
+
+@pytest.mark.parametrize(("params", "says"), [
+    ("gateway: robot_0, duty_cycle: 0", "3:79: network.media.air.duty_cycle: must be above 0, got "
+                                        "0"),
+    ("gateway: robot_0, spreading_factor: 13", "3:85: network.media.air.spreading_factor: must be "
+                                               "at most 12, got 13"),
+    ("gateway: robot_0, bandwidth: 100 kHz", "3:78: network.media.air.bandwidth: '100 kHz' is not "
+     "allowed (did you mean '500 kHz'?); allowed: 125 kHz, 250 kHz, 500 kHz"),
+    ("spreading_factor: 7", "3:30: network.media.air: the key 'gateway' is missing: the host that "
+                            "is the gateway and the server")])
+def test_bad_parameters_are_named_with_their_places(params, says, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "case.yaml").write_text("name: x\ndeployment: field\nnetwork: {media: {lan: null, "
+                                        f"air: {{model: lora, {params}}}}}}}\n")
+    with pytest.raises(InputError) as refused:
+        load("case.yaml")
+    assert str(refused.value) == f"case.yaml:{says}"
