@@ -21,7 +21,7 @@ def cell(runs) -> str:
     unknown = np.mean([run["registry_divergence_end"] for run in runs])
     sent_mb = np.mean([run["discovery_bytes"] for run in runs]) / 1e6
     known = "all" if unknown == 0 else f"**{100 * unknown:.0f} % unknown**"
-    return f"{known}, {sent_mb:.2g} MB"
+    return f"{known}, {sent_mb:.{0 if sent_mb >= 10 else 2}f} MB"
 
 
 def main(campaign: Path) -> None:
