@@ -25,7 +25,9 @@ class Joining(threading.Thread):
 
 
 def serve(join):
-    """Publish what the lines of desim say once ROS is joined; see ``Joining``."""
+    """Publish what the lines of desim say once ROS is joined; see ``Joining``. What libraries print
+    from now on goes to the log."""
+    sys.stdout = sys.stderr
     joining = Joining(join, sys.argv[1])
     joining.start()
     for line in sys.stdin:  # at once: desim waits for room in the pipe

@@ -65,9 +65,11 @@ def test_lines_of_messages_are_published_once_ros_is_joined(monkeypatch):
 
     monkeypatch.setattr(bridge, "Joining", Waiting)
     monkeypatch.setattr(sys, "argv", ["bridge", "robot_0"])
+    monkeypatch.setattr(sys, "stdout", sys.stdout)
     monkeypatch.setattr(sys, "stdin", Lines(
         '[["odom", {"early": 1}]]\n[["odom", {"joined": 1}], ["tf", {}]]\n'))
     bridge.serve(lambda robot: None)
+    assert sys.stdout is sys.stderr  # so that no warning of rospy is taken for a command
     assert published == [("odom", {"joined": 1}), ("tf", {})]
 
 
