@@ -5,9 +5,8 @@ from __future__ import annotations
 import select
 import time
 
+from desim.loop.alarm import Alarm
 from desim.units import NS_PER_S
-
-_US = 1000  # select counts in them
 
 
 class ProgramClock:
@@ -16,6 +15,7 @@ class ProgramClock:
 
     def __init__(self, spare_ns: int) -> None:
         self._spare_ns = spare_ns
+        self._alarm = Alarm()
         self._begin_ns = self._begin_unix_ns = 0
 
     def begin(self, every_ns: int) -> None:
@@ -36,6 +36,7 @@ class ProgramClock:
 
     def wait(self, epoll: select.epoll, until_ns: int) -> None:
         """Wait until ``until_ns``, or until ``epoll`` has something."""
-        wait_ns = until_ns - self.now_ns() - self._spare_ns
-        if wait_ns > _US:
-            select.select([epoll], [], [], wait_ns // _US / 1e6)
+        early_ns = until_ns - self._spare_ns
+        if early_ns > self.now_ns():
+            self._alarm.set(self._begin_ns + early_ns)
+            select.select([epoll, self._alarm.descriptor], [], [])
