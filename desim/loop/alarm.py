@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import ctypes
 import os
-import time
 
 from desim.units import NS_PER_S
 
+_MONOTONIC = 1  # CLOCK_MONOTONIC of linux/time.h
 _ABSOLUTE = 1  # TFD_TIMER_ABSTIME of sys/timerfd.h
 
 
@@ -27,7 +27,7 @@ class Alarm:
 
     def __init__(self) -> None:
         self._libc = ctypes.CDLL(None, use_errno=True)
-        self.descriptor = self._libc.timerfd_create(time.CLOCK_MONOTONIC,
+        self.descriptor = self._libc.timerfd_create(_MONOTONIC,
                                                     os.O_CLOEXEC | os.O_NONBLOCK)
         self._refuse(self.descriptor)
 

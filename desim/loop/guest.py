@@ -38,7 +38,7 @@ mount -t tmpfs tmp /tmp
 {mounts}
 ip link set lo up
 cd {here}
-env {environment} {python} -m desim.loop.inside {folder} > {folder}/{output} 2>&1
+env {environment} {python} -P -m desim.loop.inside {folder} > {folder}/{output} 2>&1
 sync
 echo o > /proc/sysrq-trigger
 sleep 10

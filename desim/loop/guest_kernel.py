@@ -88,7 +88,12 @@ _FAR_SIGHTED = (
 	}
 out:""", needed=False),
 )
-EDITS = (*_SEEDED, *_ROOMY, *_FAR_SIGHTED)
+# The clock counts in 256 ns, and so do timers: else what is left over of one moves the next.
+_IN_STEP = (
+    Edit("arch/um/kernel/time.c", "time_travel_time + delta);",
+         "roundup(time_travel_time + delta, TIMER_MULTIPLIER));"),
+)
+EDITS = (*_SEEDED, *_ROOMY, *_FAR_SIGHTED, *_IN_STEP)
 _OPTIONS = """
 CONFIG_UML_TIME_TRAVEL_SUPPORT=y
 CONFIG_TUN=y

@@ -1,6 +1,6 @@
 """The process beside the real programs, where they run: in the guest, or on this machine.
 
-    python -m desim.loop.inside FOLDER
+    python -P -m desim.loop.inside FOLDER
 
 It carries out the order in the folder, and leaves its answer there.
 """

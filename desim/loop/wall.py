@@ -26,7 +26,7 @@ def _start(folder: Path) -> Process:
     """Start the process in network and mount namespaces of its own, where it may do what root may:
     all that it makes goes with it."""
     user = [] if os.geteuid() == 0 else ["--map-root-user"]
-    inside = shlex.join([sys.executable, "-m", "desim.loop.inside", str(folder)])
+    inside = shlex.join([sys.executable, "-P", "-m", "desim.loop.inside", str(folder)])
     with (folder / OUTPUT).open("wb") as output:
         return subprocess.Popen(
             ["unshare", *user, "--net", "--mount", "--pid", "--fork", "--kill-child", "sh", "-c",

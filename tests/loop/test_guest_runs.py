@@ -100,8 +100,13 @@ def test_the_manifest_says_how_programs_ended_and_on_which_clock(run):
     assert run.manifest["reclaimed_pages"] == 0
 
 
-def test_a_run_is_repeated_with_a_busy_machine_too(run, folder):
+def test_a_run_is_repeated_with_a_busy_machine_and_elsewhere_too(run, folder, tmp_path,
+                                                                 monkeypatch):
+    """In a folder with a package that is called as desim's own."""
     before = run.manifest["digest"]
+    (tmp_path / "desim").mkdir()
+    (tmp_path / "desim" / "__init__.py").write_text("raise ImportError('not this one')\n")
+    monkeypatch.chdir(tmp_path)
     with busy_machine(2):
         assert played(folder, KEYS, PROGRAMS).manifest["digest"] == before
 
