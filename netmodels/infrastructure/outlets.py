@@ -61,7 +61,7 @@ class _Train:
 
 class AirOutlet:
     """The packets that wait at a station for its radio, which takes in those for ``RADIO_NS``, at
-    most half of its own queue's ``places``, and consecutive ones of a trip as one train."""
+    most three quarters of its queue's ``places``, and consecutive ones of a trip as one train."""
 
     def __init__(self, station: int, queue: PacketQueue, air: Hops, rate_bps: int, ack_ns: int,
                  places: int) -> None:
