@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import typer
+
 from desim.commands.compiling import compiling, compiling_inside
 from desim.commands.output import say, say_json
 from desim.errors import InputError, did_you_mean
@@ -11,7 +13,7 @@ from desim.errors import InputError, did_you_mean
 
 def judge(name: str, seed: int, out: Path | None, as_json: bool) -> None:
     """Print the figures of all rows of the real programs ``name``, those of each row as soon as
-    they are there."""
+    they are there. Raises ``typer.Exit`` with 1 where one is off."""
     with compiling(as_json):
         from desim.commands.views.bars import counting
         from desim.commands.views.terminal import Terminal
@@ -32,9 +34,12 @@ def judge(name: str, seed: int, out: Path | None, as_json: bool) -> None:
             found.append(figure)
             if not as_json:
                 say(figure.line)
-    if as_json:
-        say_json({"real": name, "seed": seed,
-                  "rows": [{**figure._asdict(), "ratio": figure.ratio} for figure in found]})
-        return
     far = sum(not figure.near for figure in found)
-    say(f"{len(found) - far} of {len(found)} within {100 * figures.NEAR:g} %, the others have a *")
+    if as_json:
+        say_json({"real": name, "seed": seed, "failed": far,
+                  "rows": [{**figure._asdict(), "ratio": figure.ratio} for figure in found]})
+    else:
+        say(f"{len(found) - far} of {len(found)} within {100 * figures.NEAR:g} %, "
+            "the others have a *")
+    if far:
+        raise typer.Exit(1)

@@ -153,7 +153,7 @@ def validate(only: Annotated[list[str], typer.Option(
              ) -> None:
     """Compare the network models with published numbers; exit code 1 if one is off.
 
-    With --real our models of middleware and TCP beside the real programs.
+    With --real our models of middleware and TCP beside the real programs, within 5 %.
     """
     with exit_codes():
         if real is not None:

@@ -14,7 +14,7 @@ from desim.errors import InputError, ModelError
 from desim.loop import guest_kernel
 from desim.loop.gateway import STACK_NS
 from desim.scenario.load import from_mapping
-from desim.validation.real import dds, judge, media, ros1, sides, tcp, zenoh
+from desim.validation.real import dds, judge, media, ros1, sections, sides, tcp, zenoh
 from desim.validation.real.cell import DRIVE, Act, Heard, Played, SentFrames, scenario_of
 from desim.validation.real.figures import (
     Figure,
@@ -230,6 +230,44 @@ def test_a_missing_guest_kernel(monkeypatch, tmp_path):
     assert "there is no guest kernel yet" in said and said.count("\n") == 1
 
 
+# The command's end.
+
+def judging(monkeypatch, model):
+    """The command where the real side sends 100 frames of 1 B, and ours ``model``."""
+    sent = {"talker_0": SentFrames(100, 100), "hearer_0": SentFrames()}
+    monkeypatch.setattr(guest_kernel, "guest_kernel", lambda: None)
+    monkeypatch.setitem(SECTIONS, "tcp", sections.JudgedSection(lambda: (), lambda seed: [
+        judge.JudgedRow("row", [CELL], [frames()])]))
+    monkeypatch.setattr(judge, "really", lambda cells, seed, out: {"link": Played(sent, [], {})})
+    monkeypatch.setattr(judge, "modelled", lambda cell, seed: Played(
+        {"talker_0": SentFrames(model, model)}, [], {}))
+    return desim_("validate", "--real", "tcp")
+
+
+@pytest.mark.parametrize(("model", "code", "within"), [(104, 0, 1), (96, 0, 1), (106, 1, 0),
+                                                       (94, 1, 0)])
+def test_a_figure_that_is_off_fails(monkeypatch, model, code, within):
+    found, said = judging(monkeypatch, model)
+    assert found == code
+    assert said.splitlines()[-1] == f"{within} of 1 within 5 %, the others have a *"
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_an_interrupted_judge_names_what_stays(monkeypatch, tmp_path, kept):
+    """Without a folder the run is gone with its temporary one."""
+    def interrupted(order, *_):
+        raise KeyboardInterrupt(f"{order.out}/judge/a1b2")
+
+    monkeypatch.setattr(guest_kernel, "guest_kernel", lambda: None)
+    monkeypatch.setattr(sides, "guest_kernel", lambda: None)
+    monkeypatch.setattr(sides, "rehearse", lambda scenario: None)
+    monkeypatch.setattr(sides, "run_virtually", interrupted)
+    said = f"; what there is until then: {tmp_path}/judge/a1b2" if kept else ""
+    code, found = desim_("validate", "--real", "tcp", *(["--out", tmp_path] if kept else []))
+    assert code == 130
+    assert found.endswith(f"interrupted{said}\n")
+
+
 # The real side.
 
 @pytest.fixture
@@ -252,8 +290,8 @@ def test_real_tcp_sends_what_the_model_sends(guest):
 def test_the_command(guest, monkeypatch):
     monkeypatch.setattr(tcp, "ROWS", (tcp.TcpRow(MESSAGES),))
     code, said = desim_("validate", "--real", "tcp", "--json")
-    assert code == 0
     found = json.loads(said)
+    assert code == (found["failed"] > 0)
     delay, = (row for row in found["rows"] if row["quantity"] == "delay, mean")
     # ms; real ones set out a little later
     assert 0 < delay["real"] - delay["model"] < STACK_NS / 1e6

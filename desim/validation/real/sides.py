@@ -23,16 +23,21 @@ from desim.validation.real.wire_tap import WireTap, more
 
 def really(cells: Sequence[Cell], seed: int, out: Path | None = None) -> dict[str, Played]:
     """Play ``cells`` by their real programs, all in one guest; the outcome by cell. ``out``: where
-    the run stays. Raises ``InputError`` where no guest kernel is, and ``ModelError`` for a run that
-    failed."""
+    the run stays. Raises ``InputError`` where no guest kernel is, ``ModelError`` for a run that
+    failed, and ``KeyboardInterrupt`` with the path of what stays."""
     kernel = guest_kernel()
     with TemporaryDirectory(prefix="desim-judge-") as home:
         file = Path(home) / "judge.yaml"
         file.write_text(json.dumps(scenario_of(cells, seed, real=True)), "utf-8")  # YAML, too
         scenario = load(file).scenario
         rehearse(scenario)
-        run = run_virtually(Order(str(file), [], None, str(out or Path(home) / "out"), ""),
-                            scenario, kernel, MEMORY_MB, lambda reached_s, of_s: None)
+        order = Order(str(file), [], None, str(out or Path(home) / "out"), "")
+        try:
+            run = run_virtually(order, scenario, kernel, MEMORY_MB, lambda reached_s, of_s: None)
+        except KeyboardInterrupt:
+            if out is None:  # its folder goes
+                raise KeyboardInterrupt from None
+            raise
         _require_all_ran(run)
         return _outcomes(cells, run)
 
