@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim.middleware.ros1.links import RosLink
 from desim.middleware.ros1.master import Uri
+from desim.middleware.ros1.rospy_links import RospyLink
 from desim.middleware.ros1.sizes import CALLS, REQUEST_TOPIC
 from desim.middleware.ros1.xmlrpc import XmlRpcCall, XmlrpcThread
 from desim.ports.middleware import Endpoint, HostState, TransportKind
@@ -14,6 +15,9 @@ from desim.ports.middleware import Endpoint, HostState, TransportKind
 if TYPE_CHECKING:
     from desim.middleware.ros1.processes import Processes
     from desim.middleware.tcp import Connection
+
+
+_LINKS = {"roscpp": RosLink, "rospy": RospyLink}
 
 
 class RosPublication:
@@ -169,6 +173,11 @@ class Process:
                 self._held.append(call)
                 return
             self._publishers(*arguments)
+        if method == "getPublications":
+            sizes = CALLS[method]
+            call.reply(sizes.answer + sizes.answer_each * len(self.publications),
+                       tuple(self.publications))
+            return
         # A shutdown is for a process whose name another one has taken: none that runs, while a host
         # is one process.
         call.reply(CALLS[method].answer)
@@ -198,16 +207,23 @@ class Process:
                 self.all.context.knows(self.host, host, topic, False)
         for host in after:
             self.all.context.knows(self.host, host, topic, True)
-        for uri in [uri for uri in links if uri not in others]:
-            links.pop(uri).drop()
+        for uri, link in list(links.items()):
+            if uri not in others and link.unlisted():
+                del links[uri]
         for uri in others:
-            link = links.get(uri)
-            if link is None:
-                link = links[uri] = RosLink(self, topic, uri)
+            if uri not in links:
+                links[uri] = _LINKS[self.all.params.client](self, topic, uri)
+            link = links[uri]
             if not link.asked:
                 link.ask()
 
     # Ends of links.
+
+    def rests(self, link: RosLink) -> None:
+        """At the subscriber: ``link`` rests until its publisher is listed once more."""
+        subscription = self.subscriptions[link.topic]
+        if link.uri not in subscription.answer:
+            del subscription.links[link.uri]
 
     def linked(self, link: RosLink, by: Connection) -> None:
         """At the publisher: the header of a connection has arrived. Messages go to this subscriber

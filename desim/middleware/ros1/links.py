@@ -1,7 +1,4 @@
-"""The subscriber's end of one link: requestTopic, connection, headers, and retries.
-
-The retries are those of the client library.
-"""
+"""The subscriber's end of one link: requestTopic, connection, headers, and retries."""
 
 from __future__ import annotations
 
@@ -21,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class RosLink:
-    """A link from ``process``, which subscribes to ``topic``, to the publisher at ``uri``. It lives
-    until ``drop``. A step that fails is tried again by the client library's schedule, always at the
-    same address, or when the master lists the publisher once more (until then ``asked`` is False).
-    """
+    """A link from ``process``, which subscribes to ``topic``, to the publisher at ``uri``, as
+    roscpp makes it. It lives until ``drop``. A step that fails is tried again by the client
+    library's schedule, always at the same address, or when the master lists the publisher once more
+    (until then ``asked`` is False)."""
 
     def __init__(self, process: Process, topic: str, uri: Uri) -> None:
         self.process, self.topic, self.uri = process, topic, uri
@@ -44,8 +41,14 @@ class RosLink:
         self._call = all_.rpc.call(
             self.process.host, self.uri.host, self.uri.slave, "requestTopic",
             REQUEST_TOPIC[all_.params.client].call, ("requestTopic", self), self._answered,
-            fresh=True, held=True)
+            timeout_ns=all_.constants.connect_timeout_ns, fresh=True, held=True)
         self._at_the_end_of_the_round(self._request)
+
+    def unlisted(self) -> bool:
+        """The master does not list the publisher any more. Returns whether the link ends, as
+        roscpp's always do (subscription.cpp, pubUpdate)."""
+        self.drop()
+        return True
 
     def drop(self) -> None:
         """End the link: the publisher is no longer listed, or this process has ended."""
@@ -85,7 +88,7 @@ class RosLink:
         if retries is not None and retries.covers(self._call.reason):
             self._again(retries, self.ask)
         else:
-            self.asked = False
+            self._rest()
 
     def _connect(self, _: object) -> None:
         all_ = self.process.all
@@ -121,13 +124,18 @@ class RosLink:
             return
         connection.close(self.process.host)
         self._connection = None
-        self._cancel_timer()
         self._down()
-        retries = self.process.all.params.connections
-        if retries.covers(reason):
-            self._again(retries, self._connect)
-        else:
-            self.asked = False
+        self._broke(reason)
+
+    def _broke(self, reason: str) -> None:
+        """The connection has ended."""
+        self._cancel_timer()
+        self._again(self.process.all.params.connections, self._connect)
+
+    def _rest(self) -> None:
+        """Wait until the master lists the publisher once more."""
+        self.asked = False
+        self.process.rests(self)
 
     def _down(self) -> None:
         if self.up:

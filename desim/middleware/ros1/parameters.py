@@ -21,12 +21,14 @@ class RosConstants(ports.Constants):
         "a registration that failed is tried again after (roscpp 50 ms, master.cpp; rospy 200 ms, "
         "registration.py)"))
     reconnect_first_ns: Pace = Field("0.1 s", description=(
-        "a link that broke is tried again after (roscpp 0.1 s, transport_publisher_link.cpp; "
-        "rospy 1 s, tcpros_base.py)"))
+        "a link that broke is tried again after (roscpp 0.1 s, transport_publisher_link.cpp); "
+        "rospy asks then, where it did not reach the publisher, whether that still is one (1 s, "
+        "tcpros_pubsub.py)"))
     reconnect_most_ns: Pace = Field("20 s", description=(
-        "longest time between two such tries, to which they double (roscpp 20 s, rospy 32 s)"))
+        "longest time between two such tries, to which they double (roscpp 20 s)"))
     connect_timeout_ns: Period | None = Field(None, description=(
-        "patience with a connection (null: TCP's; roscpp null, rospy 30 s, tcpros_base.py)"))
+        "patience with a connection and with requestTopic (null: TCP's; roscpp null, rospy 60 s, "
+        "tcpros_pubsub.py, masterslave.py)"))
     poll_ns: Duration = Field("100 ms", description=(
         "rounds of a roscpp process between which it sends requestTopic, and looks whether that "
         "has been answered (xmlrpc_manager.cpp server_.work; rospy 0 s: at once)"))
@@ -63,11 +65,11 @@ class Retries(NamedTuple):
 
 
 CLIENTS: dict[str, ports.Preset] = {"rospy": {"constants": {
-    "master_retry": "200 ms", "reconnect_first": "1 s", "reconnect_most": "32 s",
-    "connect_timeout": "30 s", "poll": "0 s", "parameters": 0}}}
-# What rospy tries again: ENETUNREACH, ETIMEDOUT, EHOSTUNREACH and the like, but no refusal and no
-# reset (tcpros_base.py).
-_UNREACHED = ("timeout", "unreachable")
+    "master_retry": "200 ms", "reconnect_first": "1 s", "connect_timeout": "60 s", "poll": "0 s",
+    "parameters": 0}}}
+# ENETUNREACH, ETIMEDOUT, EHOSTUNREACH and the like, after which rospy does not close a link at once
+# (tcpros_base.py, connect).
+UNREACHED = ("timeout", "unreachable")
 
 
 class RosParams(ports.Params):
@@ -91,16 +93,15 @@ class RosParams(ports.Params):
 
     @property
     def connections(self) -> Retries:
-        """The new tries of a connection of TCPROS."""
-        return Retries(self.constants.reconnect_first_ns, self.constants.reconnect_most_ns,
-                       _UNREACHED if self.client == "rospy" else None)
+        """The new tries of a connection of TCPROS: roscpp's, rospy makes none."""
+        return Retries(self.constants.reconnect_first_ns, self.constants.reconnect_most_ns, None)
 
     @property
     def requests(self) -> Retries | None:
         """The new tries of requestTopic; None: it is not tried again."""
         if self.client != "rospy":
             return None
-        return Retries(NS_PER_S, 32 * NS_PER_S, (*_UNREACHED, "reset", "fin"))
+        return Retries(NS_PER_S, 32 * NS_PER_S, (*UNREACHED, "reset", "fin"))
 
     def without_effect(self, scenario: object) -> Iterator[ports.UnusedKeys]:
         """See ``ports.KnowsUnusedKeys``."""

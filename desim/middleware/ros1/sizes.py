@@ -31,6 +31,8 @@ CALLS = {
     "publisherUpdate": Sizes(459, 56, 289, 0),
     # 3585 B with the 20 topics of one robot, 25 916 B with eight, 96 556 B with thirty.
     "getPublishedTopics": Sizes(306, 0, 385, 160),
+    # rospy asks a publisher. 393 B of answer without topics, 1538 B with eight.
+    "getPublications": Sizes(321, 0, 393, 143),
     # The master tells a node that another one has taken its name; estimated from the others.
     "shutdown": Sizes(400, 0, 289, 0),
     # Several registrations at once, always within a host: no bytes on any medium.

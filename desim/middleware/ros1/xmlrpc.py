@@ -33,7 +33,7 @@ class XmlRpcCall:
         self.done = done
         self.connection: Connection | None = None
         self.response: object = None
-        self.reason: str | None = None  # why its connection ended, if that is why it failed
+        self.reason: str | None = None  # why it failed, if that is known
         self.over = False  # nobody waits for the answer any more
         self.held = held
         self._fresh = fresh
@@ -100,6 +100,7 @@ class XmlRpcCall:
             self.finish(True)
 
     def _timed_out(self, _: object) -> None:
+        self.reason = "timeout"
         if self.connection is not None:
             self._hang_up(self.connection)
         self.finish(False)
