@@ -15,7 +15,7 @@ from desim.errors import InputError
 from desim.loop.doctor import findings
 from desim.loop.guest_kernel import guest_kernel
 from desim.loop.order import Order
-from desim.loop.supervision import OnProgress
+from desim.loop.supervision import Watcher
 from desim.loop.virtual import run_virtually
 from desim.results.run import Run
 from desim.scenario.load import load
@@ -29,6 +29,8 @@ environment:
 fleet: {size: 0}
 hosts: {base: {at: [0 m, 0 m]}, other: {at: [5 m, 0 m]}}
 """
+
+NOBODY = Watcher(lambda *_: None, lambda _: None)
 
 
 class Program(NamedTuple):
@@ -50,7 +52,7 @@ def refuse_without_guest() -> None:
 
 def played(folder: Path, keys: str, programs: list[Program], *, changes: tuple[str, ...] = (),
            seed: int | None = None, memory_mb: int = 700,
-           on_progress: OnProgress = lambda *_: None) -> Run:
+           watcher: Watcher = NOBODY) -> Run:
     """A run of ``programs`` on the hosts base and other, with further ``keys`` of a scenario."""
     for number, program in enumerate(programs):
         (folder / f"p{number}.py").write_text(program.code)
@@ -60,7 +62,7 @@ def played(folder: Path, keys: str, programs: list[Program], *, changes: tuple[s
     file.write_text(f"{HEAD}{keys}loop:\n  programs:\n{started}")
     loaded = load(str(file), changes, seed)
     return run_virtually(Order(str(file), list(changes), seed, str(folder / "out"), "desim loop"),
-                         loaded.scenario, _kernel(), memory_mb, on_progress)
+                         loaded.scenario, _kernel(), memory_mb, watcher)
 
 
 def _kernel() -> Path:

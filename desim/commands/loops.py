@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shlex
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -55,6 +56,7 @@ def loop(scenario: ScenarioPath,
         quiet: Quiet = False) -> None:
     """Run a scenario whose hosts run real programs (the default: desim loop SCENARIO)."""
     with exit_codes(), terminable():
+        from desim.api import located
         from desim.commands.views.bars import counting
         from desim.commands.views.terminal import Terminal
         from desim.loop.bridges import refuse_without_bridges
@@ -62,7 +64,9 @@ def loop(scenario: ScenarioPath,
         from desim.loop.guest_kernel import guest_kernel
         from desim.loop.lateness import LATE_NS, MAX_LATE_SHARE
         from desim.loop.order import Order
+        from desim.loop.programs import refuse_missing
         from desim.loop.rehearsal import rehearse
+        from desim.loop.supervision import Watcher
         from desim.loop.virtual import run_virtually
         from desim.loop.wall import run_on_wall_clock
         from desim.results.status import refuse_imported_scenario
@@ -75,15 +79,18 @@ def loop(scenario: ScenarioPath,
             loaded = load(scenario, changes, seed)
         order = Order(str(scenario), changes, seed, str(out), command_line(), clock.value, pcap)
         if not loaded.scenario.loop.programs:
-            raise InputError(f"{scenario}: loop.programs is empty: there are no real programs; "
+            raise InputError(f"{loaded.where('loop.programs')}: there are no real programs; "
                              f"allowed: desim run {shlex.quote(str(scenario))}")
-        refuse_without_bridges(loaded.scenario)
+        with located(loaded):
+            refuse_without_bridges(loaded.scenario)
+            refuse_missing(loaded.scenario.loop.programs)
         kernel = guest_kernel() if clock is LoopClock.VIRTUAL else None
-        with compiling_inside(quiet):
+        with compiling_inside(quiet), located(loaded):
             rehearse(loaded.scenario)
         with counting(Terminal(), loaded.scenario.name) as on_progress:
-            finished = (run_on_wall_clock(order, loaded.scenario, on_progress) if kernel is None
-                        else run_virtually(order, loaded.scenario, kernel, memory, on_progress))
+            watcher = Watcher(on_progress, partial(say, err=True))
+            finished = (run_on_wall_clock(order, loaded.scenario, watcher) if kernel is None
+                        else run_virtually(order, loaded.scenario, kernel, memory, watcher))
         if not quiet:
             _show(finished)
         if not finished.manifest["loop"]["valid"]:
@@ -132,6 +139,8 @@ def doctor() -> None:
 
 def _show(finished: Run) -> None:
     """Say what a run with real programs has come to."""
+    from desim.loop.programs import ProgramEnd
+
     manifest = finished.manifest
     loop = manifest["loop"]
     say(f"{loop['frames']} frames of real programs in {manifest['simulated_s']:g} s; clock: "
@@ -140,10 +149,10 @@ def _show(finished: Run) -> None:
         say("handed over late by {p50_us} us (median), {p99_us} us (99 %), at most {max_us} us"
             .format(**loop["lateness"]))
     for program in loop["programs"]:
-        code = program["code"]
-        say(f"{program['host']:12} {program['run']}: "
-            + ("ran until the end" if code is None else f"exit code {code}")
-            + f"; {finished.path / program['log']}", err=bool(code))
+        say(f"{ProgramEnd(**program)}; {finished.path / program['log']}", err=bool(program["code"]))
+    for robot, reasons in loop["refused_goals"].items():
+        for why, count in reasons.items():
+            say(f"{robot:12} {count} goals were refused: {why}", err=True)
     if manifest.get("reclaimed_pages"):
         say("the guest was short of memory: another run may differ; --memory gives it more",
             err=True)

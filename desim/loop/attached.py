@@ -19,7 +19,7 @@ from desim.loop.gateway import Gateway
 from desim.loop.lateness import lateness_of
 from desim.loop.outside_strategy import OutsideStrategies
 from desim.loop.program_input import ProgramInput
-from desim.loop.programs import ProgramStarter
+from desim.loop.programs import OnEnd, ProgramStarter
 from desim.loop.taps import HostTap, opened
 from desim.middleware.host import Host
 from desim.network.medium import Medium
@@ -31,7 +31,8 @@ from desim.simulation.simulation import Simulation
 class System(NamedTuple):
     """The system that the programs run on. ``clock``: virtual or wall. ``begin_every_ns`` and
     ``spare_ns``: see ``ProgramClock``. ``capture``: whether to write MEDIUM.pcap. ``home``: a
-    folder that programs may write. ``name_hosts`` gets the text of their /etc/hosts."""
+    folder that programs may write. ``name_hosts`` gets the text of their /etc/hosts, ``on_end``
+    each program that ends by itself."""
 
     clock: str
     begin_every_ns: int
@@ -39,6 +40,7 @@ class System(NamedTuple):
     capture: bool
     home: Path
     name_hosts: Callable[[str], object]
+    on_end: OnEnd
 
 
 @contextmanager
@@ -97,6 +99,8 @@ class _RealPrograms:
             *(end for starter in self._starters for end in starter.end()), *failed)],
                 "lateness": None if lateness is None else lateness._asdict(),
                 "valid": lateness is None or lateness.valid,
+                "refused_goals": {facade.host.name: facade.refused_goals for facade in self._facades
+                                  if facade.refused_goals},
                 "frames": sum(gateway.frames for gateway in self._gateways),
                 "frames_to_nobody": sum(gateway.strays for gateway in self._gateways)}
 
@@ -123,7 +127,8 @@ class _RealPrograms:
             env["ROS_NAMESPACE"] = host.name
         starter = ProgramStarter(host, [(number, program)
                                         for number, program in enumerate(loop.programs)
-                                        if program.host == host.name], env, logs)
+                                        if program.host == host.name], env, logs,
+                                 self._inputs, system.on_end)
         self._starters.append(starter)
         desim_s = host.software
         host.software = lambda host: [

@@ -33,7 +33,8 @@ _MOST_BYTES = 1 << 16
 class Facade(Node):
     """The topics of a robot by one ``bridge``: what its lasers (``lasers``: their topics) and
     odometer publish goes out, cmd_vel comes in. With a ``strategy`` its map goes out, too, and
-    goals come in. ``clock`` stamps messages; ``logs`` gets what the bridge says."""
+    goals come in; ``refused_goals`` counts those of no use, by why. ``clock`` stamps messages;
+    ``logs`` gets what the bridge says."""
 
     def __init__(self, host: Host, bridge: Bridge, lasers: Sequence[str], env: Mapping[str, str],
                  logs: Path, inputs: ProgramInput, clock: ProgramClock,
@@ -46,6 +47,7 @@ class Facade(Node):
         self._ends: list[ProgramEnd] = []
         self._rest = b""  # of a line
         self._odometry: Pose | None = None  # the newest
+        self.refused_goals: dict[str, int] = {}
 
     def start(self) -> None:
         self.advertise("cmd_vel")
@@ -139,12 +141,18 @@ class Facade(Node):
             return
         if topic == "cmd_vel":
             self.publish(topic, Twist(*numbers))
-        elif self._strategy is not None:
-            self._go(self._strategy, *numbers)
+        else:
+            self._go(*numbers)
 
-    def _go(self, strategy: OutsideStrategy, x_m: float, y_m: float) -> None:
-        if strategy.is_on_map(x_m, y_m):
+    def _go(self, x_m: float, y_m: float) -> None:
+        if self._strategy is None:
+            self._refuse_goal(x_m, y_m, "loop.navigation is false")
+        elif self._strategy.is_on_map(x_m, y_m):
             self.publish("goal", Goal(x_m, y_m))
-            return
+        else:
+            self._refuse_goal(x_m, y_m, "not on the map")
+
+    def _refuse_goal(self, x_m: float, y_m: float, why: str) -> None:
+        self.refused_goals[why] = self.refused_goals.get(why, 0) + 1
         with self._log.open("a", encoding="utf-8") as log:
-            log.write(f"no goal: {x_m:g} {y_m:g} is not on the map\n")
+            log.write(f"no goal {x_m:g} {y_m:g}: {why}\n")

@@ -20,8 +20,9 @@ from desim import api
 from desim.engine.kernel import Phase
 from desim.errors import InputError
 from desim.loop.attached import System, attached
-from desim.loop.order import INTERRUPTED, PROGRESS, STOP, LoopAnswer, Order
+from desim.loop.order import INTERRUPTED, NEWS, PROGRESS, STOP, LoopAnswer, Order
 from desim.loop.outside_strategy import OutsideStrategies
+from desim.loop.programs import ProgramEnd
 from desim.results.folder import RunFolder
 from desim.scenario.load import load
 from desim.simulation.simulation import Simulation
@@ -54,8 +55,14 @@ def _run(order: Order, folder: Path) -> str:
     home = Path("/run/home")
     home.mkdir(exist_ok=True)
     strategies = OutsideStrategies(loaded.scenario.loop.hosts)
+
+    def report(end: ProgramEnd) -> None:
+        if end.code:
+            with (folder / NEWS).open("a", encoding="utf-8") as news:
+                news.write(f"{end}\n")
+
     system = System(order.clock, _BEGIN_EVERY_NS[order.clock], _SPARE_NS[order.clock],
-                    order.capture, home, _name_hosts)
+                    order.capture, home, _name_hosts, report)
 
     def reached(second: int) -> None:
         (folder / PROGRESS).write_text(str(second), "utf-8")

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 MEMORY_MB = 1500  # of a guest, unless the user says; ten hosts with Python programs run in it
-# Files in the order's folder. STOP, once it is there, ends the run in good order.
-ORDER, ANSWER, PROGRESS, STOP = "order.json", "answer.json", "progress", "stop"
+# Files in the order's folder. STOP, once it is there, ends the run in good order; NEWS has lines
+# for the user.
+ORDER, ANSWER, PROGRESS, NEWS, STOP = "order.json", "answer.json", "progress", "news", "stop"
 INTERRUPTED = 130  # the exit code of a run that STOP has ended
 CONSOLE, OUTPUT = OUTPUTS = "console", "output"  # of the guest's kernel; of the process
 

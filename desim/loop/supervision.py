@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from desim.errors import InputError, ModelError
-from desim.loop.order import INTERRUPTED, OUTPUTS, PROGRESS, STOP, LoopAnswer, Order
+from desim.loop.order import INTERRUPTED, NEWS, OUTPUTS, PROGRESS, STOP, LoopAnswer, Order
 from desim.results.run import Run
 from desim.units import NS_PER_S
 
@@ -21,7 +21,14 @@ _POLL_S = 0.1
 GRACE_S = 20.0  # for the end of a run that is interrupted: of programs, and of writing its folder
 
 Process = subprocess.Popen[bytes]
-OnProgress = Callable[[int, int], object]  # simulated seconds that are over, of how many
+
+
+class Watcher(NamedTuple):
+    """The watcher of a run. ``on_progress`` gets the simulated seconds that are over, and of how many;
+    ``on_news`` a line, such as that a program has failed."""
+
+    on_progress: Callable[[int, int], object]
+    on_news: Callable[[str], object]
 
 
 class Supervisor(NamedTuple):
@@ -34,8 +41,7 @@ class Supervisor(NamedTuple):
     failed: Callable[[str], object]
 
 
-def carried_out(order: Order, elapsed_ns: int, supervisor: Supervisor, on_progress: OnProgress
-                ) -> Run:
+def carried_out(order: Order, elapsed_ns: int, supervisor: Supervisor, watcher: Watcher) -> Run:
     """Have ``order`` carried out, which is to last ``elapsed_ns``. Ctrl-C ends the run in good
     order, a second one at once. Raises ``InputError`` where the programs need what is not there,
     ``ModelError`` for a run that failed, and ``KeyboardInterrupt`` with the path of what was kept.
@@ -45,7 +51,7 @@ def carried_out(order: Order, elapsed_ns: int, supervisor: Supervisor, on_progre
         order.write(folder)
         process = supervisor.start(folder)
         try:
-            _wait(process, folder, elapsed_ns // NS_PER_S, supervisor, on_progress)
+            _wait(process, folder, elapsed_ns // NS_PER_S, supervisor, watcher)
         except KeyboardInterrupt:
             (folder / STOP).touch()
             with suppress(subprocess.TimeoutExpired):
@@ -73,18 +79,31 @@ def carried_out(order: Order, elapsed_ns: int, supervisor: Supervisor, on_progre
 
 
 def _wait(process: Process, folder: Path, seconds: int, supervisor: Supervisor,
-          on_progress: OnProgress) -> None:
+          watcher: Watcher) -> None:
     """Wait for the end of ``process``."""
-    before, since_s = "", time.monotonic()
+    before, since_s, shown = "", time.monotonic(), 0
     while process.poll() is None:
         time.sleep(_POLL_S)
         file = folder / PROGRESS
         reached = file.read_text("utf-8") if file.is_file() else ""
         if reached != before:
             before, since_s = reached, time.monotonic()
-            on_progress(int(reached or 0), seconds)
+            watcher.on_progress(int(reached or 0), seconds)
+        shown = _pass_on(folder, shown, watcher)
         if before:
             supervisor.stuck(process, before, time.monotonic() - since_s)
+    _pass_on(folder, shown, watcher)
+
+
+def _pass_on(folder: Path, shown: int, watcher: Watcher) -> int:
+    """Pass on to ``watcher`` the news behind the first ``shown`` lines. Returns how many there are.
+    """
+    file = folder / NEWS
+    lines = file.read_text("utf-8").splitlines(keepends=True) if file.is_file() else []
+    whole = [line.rstrip("\n") for line in lines if line.endswith("\n")]
+    for line in whole[shown:]:
+        watcher.on_news(line)
+    return len(whole)
 
 
 def _said(folder: Path) -> str:

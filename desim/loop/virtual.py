@@ -10,7 +10,7 @@ from desim.errors import ModelError
 from desim.loop import guest
 from desim.loop.busy_program import busy_program
 from desim.loop.order import Order
-from desim.loop.supervision import OnProgress, Process, Supervisor, carried_out
+from desim.loop.supervision import Process, Supervisor, Watcher, carried_out
 from desim.results.folder import reserved
 from desim.results.run import Run
 from desim.scenario.schema.scenario import Scenario
@@ -19,7 +19,7 @@ STUCK_S = 120.0  # of computing without a second of simulated time
 
 
 def run_virtually(order: Order, scenario: Scenario, kernel: Path, memory_mb: int,
-                  on_progress: OnProgress) -> Run:
+                  watcher: Watcher) -> Run:
     """Run ``order``, that of ``scenario``, on the guest ``kernel`` with so much memory. Raises as
     ``carried_out`` does."""
     def failed(said: str) -> None:
@@ -30,7 +30,7 @@ def run_virtually(order: Order, scenario: Scenario, kernel: Path, memory_mb: int
     with reserved(order.out, scenario):
         return carried_out(order, scenario.stop.elapsed_ns, Supervisor(
             lambda folder: guest.boot(kernel, order, folder, scenario, memory_mb),
-            partial(_stuck, memory_mb), failed), on_progress)
+            partial(_stuck, memory_mb), failed), watcher)
 
 
 def _stuck(memory_mb: int, process: Process, reached: str, since_s: float) -> None:

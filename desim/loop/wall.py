@@ -10,16 +10,16 @@ from pathlib import Path
 
 from desim.loop.environment import path
 from desim.loop.order import OUTPUT, Order
-from desim.loop.supervision import OnProgress, Process, Supervisor, carried_out
+from desim.loop.supervision import Process, Supervisor, Watcher, carried_out
 from desim.results.run import Run
 from desim.scenario.schema.scenario import Scenario
 
 
-def run_on_wall_clock(order: Order, scenario: Scenario, on_progress: OnProgress) -> Run:
+def run_on_wall_clock(order: Order, scenario: Scenario, watcher: Watcher) -> Run:
     """Run ``order``, that of ``scenario``, as fast as time passes. Raises as ``carried_out`` does.
     """
     return carried_out(order, scenario.stop.elapsed_ns, Supervisor(
-        _start, lambda process, reached, since_s: None, lambda said: None), on_progress)
+        _start, lambda process, reached, since_s: None, lambda said: None), watcher)
 
 
 def _start(folder: Path) -> Process:

@@ -118,6 +118,7 @@ _BOUNDS = {
     "greater_than_equal": "at least {ge}",
     "less_than": "below {lt}",
     "less_than_equal": "at most {le}",
+    "string_too_short": "text of at least {min_length} character",
     "too_short": "a list of at least {min_length}",
     "too_long": "a list of at most {max_length}",
     "finite_number": "a finite number",

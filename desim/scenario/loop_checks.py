@@ -43,6 +43,8 @@ def _starts(scenario: Scenario, folder: Folder) -> Found:
         here = os.path.join(folder((*path, "folder")), program.folder)
         if not os.path.isdir(here):
             yield (*path, "folder"), f"no folder {os.path.abspath(here)}"
+        if not program.run.strip():
+            yield (*path, "run"), "no command; allowed: what /bin/sh runs"
         for name in program.env:
             if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", name):
                 yield (*path, "env", name), (

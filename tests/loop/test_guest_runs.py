@@ -9,6 +9,7 @@ from loop_guests import Program, busy_machine, played, refuse_without_guest, sai
 
 from desim.errors import InputError, ModelError
 from desim.loop import virtual
+from desim.loop.supervision import Watcher
 from desim.results.run import Run
 from desim.results.status import RunStatus
 
@@ -73,8 +74,14 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def run(folder):
-    return played(folder, KEYS, PROGRAMS)
+def news():
+    """The news of ``run``."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def run(folder, news):
+    return played(folder, KEYS, PROGRAMS, watcher=Watcher(lambda *_: None, news.append))
 
 
 def test_frames_go_over_the_medium_and_rules_cut_them(run):
@@ -95,9 +102,18 @@ def test_the_manifest_says_how_programs_ended_and_on_which_clock(run):
     assert run.manifest["clock"] == "virtual"
     assert {(end["host"], end["log"]): end["code"] for end in loop["programs"]} == {
         ("other", "other.0.log"): None, ("base", "base.1.log"): None, ("base", "base.2.log"): 3}
+    assert {end["log"]: end["at_s"] for end in loop["programs"]}["base.1.log"] is None
     assert loop["frames"] > 50
     assert loop["lateness"]["max_us"] < 10
     assert run.manifest["reclaimed_pages"] == 0
+
+
+def test_a_program_that_fails_is_reported_at_once(run, news):
+    """It fails when it starts, and again when its host is up again."""
+    ends = [end["at_s"] for end in run.manifest["loop"]["programs"] if end["code"] == 3]
+    assert [int(at_s) for at_s in ends] == [0, 5]
+    assert news == [f"base         $DESIM_PYTHON p2.py: exit code 3 at {at_s:.3f} s"
+                    for at_s in ends]
 
 
 def test_a_run_is_repeated_with_a_busy_machine_and_elsewhere_too(run, folder, tmp_path,
@@ -140,7 +156,7 @@ def test_ctrl_c_ends_a_run_in_good_order_and_nobody_else_writes_it_meanwhile(fol
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt) as stopped:
-        played(folder, KEYS, **LONG, on_progress=meanwhile)
+        played(folder, KEYS, **LONG, watcher=Watcher(meanwhile, lambda _: None))
     kept = Run(str(stopped.value))
     assert kept.manifest["status"] == RunStatus.INTERRUPTED
     assert 2 <= kept.manifest["simulated_s"] < 3600

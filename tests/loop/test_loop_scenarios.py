@@ -35,7 +35,7 @@ WRONG = {
     "a file for a folder": ("loop: {programs: [{host: base, run: x, folder: case.yaml}]}", [
         "5:48: loop.programs.0.folder: no folder {here}/case.yaml"]),
     "no command": ("loop: {programs: [{host: base, run: ''}]}", [
-        "5:37: loop.programs.0.run: must be text, got ''"]),
+        "5:37: loop.programs.0.run: no command; allowed: what /bin/sh runs"]),
     "a variable without a name": (
         "loop: {programs: [{host: base, run: x, env: {2A: y, B-C: z, _OK: w}}]}", [
             f"5:{column}: loop.programs.0.env.{name}: '{name}' is no name of an environment "

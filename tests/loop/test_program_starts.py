@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import os
+
+import pytest
 from graphs import MS, Net, silent
 
+from desim.errors import InputError
 from desim.loop import programs
-from desim.loop.programs import ProgramStarter
+from desim.loop.program_input import ProgramInput
+from desim.loop.programs import ProgramStarter, refuse_missing
 from desim.scenario.schema.loop import Program
 from netmodels.ideal import Ideal
 
 
 class Started:
-    """A program that has ended already."""
+    """A program that ends with code 3 when it is waited for."""
 
-    pid = 0
+    pid = os.getpid()  # which does not end
 
     def __init__(self, command, **_):
         self.command = command
@@ -36,7 +41,8 @@ def played(monkeypatch, folder, at, outages):
         return Started(command)
 
     monkeypatch.setattr(programs.subprocess, "Popen", popen)
-    starter = ProgramStarter(host, [(4, Program(host="a", run="x", at=at))], {}, folder)
+    starter = ProgramStarter(host, [(4, Program(host="a", run="x", at=at))], {}, folder,
+                             ProgramInput(kernel, None), None)
     host.stop()
     host.software = lambda host: [starter]
     host.start()
@@ -52,13 +58,13 @@ def played(monkeypatch, folder, at, outages):
 def test_a_program_starts_at_its_time(monkeypatch, tmp_path):
     begun, ends = played(monkeypatch, tmp_path, "20 ms", [])
     assert begun == [20]
-    assert ends == [("a", "x", "a.4.log", 3)]
+    assert ends == [("a", "x", "a.4.log", 3, None)]
 
 
 def test_it_starts_anew_with_its_host_and_both_ends_are_kept(monkeypatch, tmp_path):
     begun, ends = played(monkeypatch, tmp_path, "20 ms", [(30, 40)])
     assert begun == [20, 40]
-    assert ends == [("a", "x", "a.4.log", 3)] * 2
+    assert ends == [("a", "x", "a.4.log", 3, None)] * 2
 
 
 def test_a_host_that_is_up_again_before_that_time_starts_it_once(monkeypatch, tmp_path):
@@ -67,3 +73,32 @@ def test_a_host_that_is_up_again_before_that_time_starts_it_once(monkeypatch, tm
 
 def test_what_was_due_while_the_host_was_down_starts_with_it(monkeypatch, tmp_path):
     assert played(monkeypatch, tmp_path, "20 ms", [(5, 50)])[0] == [50]
+
+
+def wrong(run, folder, **keys):
+    """The complaint about a program that is to be started so."""
+    try:
+        refuse_missing([Program(host="a", run="true"),
+                        Program(host="a", run=run, folder=str(folder), **keys)])
+    except InputError as error:
+        return str(error)
+    return None
+
+
+def test_a_program_that_is_not_there_is_said(tmp_path):
+    said = ("loop.programs.1.run: there is no program {}; allowed: one in PATH, or a file in "
+            f"{tmp_path}")
+    assert wrong("rosmastr --core", tmp_path) == said.format("rosmastr")
+    assert wrong("./mine", tmp_path) == said.format("./mine")
+    (tmp_path / "mine").write_text("#!/bin/sh\n")
+    (tmp_path / "mine").chmod(0o755)
+    assert wrong("./mine", tmp_path) is None
+    assert wrong("mine", tmp_path) == said.format("mine")
+    assert wrong("mine", tmp_path, env={"PATH": str(tmp_path)}) is None
+
+
+@pytest.mark.parametrize("run", [
+    "cd / && ls", "exec ls", "$DESIM_PYTHON x.py", "if true; then ls; fi", "A=b ls", '"my program"',
+    "for x in 1; do ls; done", "ls; exit 2"])
+def test_what_a_shell_understands_otherwise_is_left_to_it(run, tmp_path):
+    assert wrong(run, tmp_path) is None

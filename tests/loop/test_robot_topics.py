@@ -163,7 +163,20 @@ def test_programs_read_the_map_and_send_goals(folder):
     run = play(folder, SENDER, 19, "loop.navigation=true")
     assert has_arrived(run, 0)
     assert (run.path / "robot_0.ros2_bridge.log").read_text("utf-8").splitlines() == [
-        "no goal: its frame is 'odom'; allowed: map", "no goal: 1000 1 is not on the map"]
+        "no goal: its frame is 'odom'; allowed: map", "no goal 1000 1: not on the map"]
+    assert run.manifest["loop"]["refused_goals"] == {"robot_0": {"not on the map": 1}}
+
+
+def test_goals_for_a_robot_that_does_not_navigate_are_refused(folder):
+    sender = HEAD + """
+time.sleep(3)
+goals = DataWriter(participant, topic("goal_pose", "geometry_msgs/PoseStamped"), qos=default)
+time.sleep(1)
+goals.write(make("geometry_msgs/PoseStamped", {"header": {"frame_id": "map"}}))
+time.sleep(9)
+"""
+    run = play(folder, sender, 6)
+    assert run.manifest["loop"]["refused_goals"] == {"robot_0": {"loop.navigation is false": 1}}
 
 
 def test_so_do_those_of_ros_1(folder):

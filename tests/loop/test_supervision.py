@@ -11,7 +11,7 @@ import pytest
 from desim.errors import ModelError
 from desim.loop import supervision
 from desim.loop.order import Order
-from desim.loop.supervision import Supervisor, carried_out
+from desim.loop.supervision import Supervisor, Watcher, carried_out
 from desim.units import NS_PER_S
 
 # The folder of the order is the first argument.
@@ -20,11 +20,13 @@ BEGUN = "import json, pathlib, sys, time\nfolder = pathlib.Path(sys.argv[1])\n" 
 OBEDIENT = BEGUN + ("while not (folder / 'stop').exists(): time.sleep(0.01)\n"
                     "(folder / 'answer.json').write_text(json.dumps([130, '/kept', '', '']))\n")
 DEAF = BEGUN + "while True: time.sleep(1)\n"
+TALKING = BEGUN + ("(folder / 'news').write_text('one\\ntwo\\nthr')\ntime.sleep(0.3)\n"
+                   "(folder / 'news').write_text('one\\ntwo\\nthree\\n')\n")
 BROKEN = "import pathlib, sys\n" \
          "(pathlib.Path(sys.argv[1]) / 'output').write_text('\\n'.join(map(str, range(20))))\n"
 
 
-def supervised(code: str, on_progress=lambda *_: None) -> subprocess.Popen:
+def supervised(code: str, on_progress=lambda *_: None, on_news=lambda _: None) -> subprocess.Popen:
     """Carry out an order by the program ``code``. Returns its process, which has ended."""
     processes = []
 
@@ -35,7 +37,7 @@ def supervised(code: str, on_progress=lambda *_: None) -> subprocess.Popen:
 
     try:
         carried_out(Order("s.yaml", [], None, "out", "desim loop"), 5 * NS_PER_S, Supervisor(
-            start, lambda *_: None, lambda said: None), on_progress)
+            start, lambda *_: None, lambda said: None), Watcher(on_progress, on_news))
     finally:
         assert processes[0].poll() is not None
     return processes[0]
@@ -62,3 +64,10 @@ def test_an_end_without_an_answer_shows_the_last_lines():
     assert str(raised.value).splitlines() == [
         "the process beside the programs ended without an answer; its last lines:",
         *map(str, range(12, 20))]
+
+
+def test_each_line_of_news_comes_once_and_whole():
+    heard = []
+    with pytest.raises(ModelError):  # it has no answer
+        supervised(TALKING, on_news=heard.append)
+    assert heard == ["one", "two", "three"]

@@ -12,7 +12,7 @@ class Program(Params):
     """A real program on one host, which then runs nothing of desim."""
 
     host: str = Field(description="a robot, or one of hosts")
-    run: str = Field(min_length=1, description=(
+    run: str = Field(description=(
         "the command line, for /bin/sh; $DESIM_HOST and $DESIM_IP are its host's name and address, "
         "$DESIM_PYTHON the interpreter that runs desim"))
     at_ns: Duration = Field("0 s", description="when it starts")

@@ -12,6 +12,7 @@ from desim.loop.guest_kernel import guest_kernel
 from desim.loop.order import MEMORY_MB, Order
 from desim.loop.packets import CHECK_BYTES, MIN_FRAME_BYTES
 from desim.loop.rehearsal import rehearse
+from desim.loop.supervision import Watcher
 from desim.loop.virtual import run_virtually
 from desim.results.run import Run
 from desim.scenario.load import from_mapping, load
@@ -19,6 +20,8 @@ from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
 from desim.validation.real.cell import Act, Cell, Heard, Played, SentFrames, scenario_of
 from desim.validation.real.wire_tap import WireTap, more
+
+_NOBODY = Watcher(lambda reached_s, of_s: None, lambda line: None)
 
 
 def really(cells: Sequence[Cell], seed: int, out: Path | None = None) -> dict[str, Played]:
@@ -33,7 +36,7 @@ def really(cells: Sequence[Cell], seed: int, out: Path | None = None) -> dict[st
         rehearse(scenario)
         order = Order(str(file), [], None, str(out or Path(home) / "out"), "")
         try:
-            run = run_virtually(order, scenario, kernel, MEMORY_MB, lambda reached_s, of_s: None)
+            run = run_virtually(order, scenario, kernel, MEMORY_MB, _NOBODY)
         except KeyboardInterrupt:
             if out is None:  # its folder goes
                 raise KeyboardInterrupt from None
