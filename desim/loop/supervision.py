@@ -24,8 +24,8 @@ Process = subprocess.Popen[bytes]
 
 
 class Watcher(NamedTuple):
-    """The watcher of a run. ``on_progress`` gets the simulated seconds that are over, and of how many;
-    ``on_news`` a line, such as that a program has failed."""
+    """The watcher of a run. ``on_progress`` gets the simulated seconds that are over, and of how
+    many; ``on_news`` a line, such as that a program has failed."""
 
     on_progress: Callable[[int, int], object]
     on_news: Callable[[str], object]
