@@ -19,6 +19,7 @@ from desim.errors import InputError, did_you_mean, first_line
 from desim.modules import module_at, source_of, why
 from desim.ports.cases import Case, Validation
 from desim.ports.computers import CostModel, MemoryModel, UnusedRows
+from desim.ports.local_planners import LocalPlanner, LocalPlannerTraits
 from desim.ports.localization import Localization, LocalizationTraits
 from desim.ports.middleware import Middleware
 from desim.ports.sharing import FollowsScans, SharesOnRequest, Sharing, SharingTraits
@@ -40,6 +41,7 @@ GROUPS = {
     "strategy": "desim.strategies",
     "sharing": "desim.sharing",
     "localization": "desim.localization",
+    "local_planner": "desim.local_planners",
     "task": "desim.tasks",
     "middleware": "desim.middleware",
     "computers": "desim.computers",
@@ -55,6 +57,7 @@ CONTRACTS: dict[str, type] = {
     "strategy": ports.Strategy,
     "sharing": Sharing,
     "localization": Localization,
+    "local_planner": LocalPlanner,
     "task": Task,
     "middleware": Middleware,
     "computers": CostModel,
@@ -75,6 +78,7 @@ _TRAITS: dict[str, type[Traits]] = {
     "strategy": ports.StrategyTraits,
     "sharing": SharingTraits,
     "localization": LocalizationTraits,
+    "local_planner": LocalPlannerTraits,
     "task": TaskTraits,
 }
 _ALL_OR_NONE = (MemoryModel,)  # of these, one method is of no use without the others

@@ -469,7 +469,8 @@ def test_every_rule_has_a_twin():
 
 PLUGINS = {"desim/robot/coordination/strategies": "desim.strategies",
            "desim/robot/sharing/kinds": "desim.sharing",
-           "desim/robot/localization/kinds": "desim.localization"}
+           "desim/robot/localization/kinds": "desim.localization",
+           "desim/robot/navigation/local_planners": "desim.local_planners"}
 
 
 def misplaced(folder: str, group: str) -> list[str]:

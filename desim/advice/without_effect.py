@@ -13,6 +13,7 @@ from desim.scenario.quantities import ROBOTS_TABLE
 from desim.scenario.recipients import monitors
 from desim.scenario.robot_types import equipment_by_path
 from desim.scenario.schema.computer import ComputerParams, WorkstationComputer
+from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.power import ComputerPower
 from desim.scenario.schema.robot import ExplorationParams, LocalizationChoice
 from desim.scenario.schema.scenario import Scenario, Testbed
@@ -36,7 +37,8 @@ def without_effect(monitor: Monitor) -> list[str]:
     ideal = all(host.computer is None for host in truth.graph.hosts)
     found = (*(_of_ideal_computers(scenario) if ideal else _of_computers(scenario, monitor)),
              *_of_testbed(scenario, ideal), *_of_networks(scenario, truth.graph),
-             *_of_maps(scenario, truth.ground.grid), *_of_measurements(scenario, monitor),
+             *_of_maps(scenario, truth.ground.grid), *_of_rollouts(scenario),
+             *_of_measurements(scenario, monitor),
              *_of_plugins(scenario))
     return [f"{', '.join(keys)}: no effect, because {why}" for keys, why in found if keys]
 
@@ -102,6 +104,17 @@ def _of_maps(scenario: Scenario, grid: GridSpec) -> Found:
     if not mapping.padding(grid.width * grid.height):
         yield (_own("robot.mapping", mapping, "published_size_m"),
                f"the terrain's own map is no smaller, {grid.width} x {grid.height} cells")
+
+
+def _of_rollouts(scenario: Scenario) -> Found:
+    blocks = _equipment(scenario, "navigation", Navigation())
+    if all(own.local.model != "dynamic_window" for _, own, _ in blocks):
+        constants = [Block(f"{path}.constants", own.constants, usual.constants)
+                     for path, own, usual in blocks]
+        yield ([*_changed(blocks, "sim_time_ns", "speed_samples", "turn_samples"),
+                *_changed(constants, "keep_right_m", "path_weight", "goal_weight",
+                          "obstacle_weight")],
+               "only the local planner dynamic_window reads them (robot.navigation.local)")
 
 
 def _of_measurements(scenario: Scenario, monitor: Monitor) -> Found:

@@ -9,6 +9,7 @@ from desim.errors import below
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
+from desim.ports.local_planners import LocalPlanner
 from desim.ports.localization import Localization
 from desim.ports.sharing import Sharing
 from desim.robot import monitor_feed, transform_broadcaster
@@ -59,7 +60,7 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     nodes: list[Node] = [
         *_localization(host, robot, own_map, start, _bodies_m(scenario, peers)),
         map_sharing,
-        move_base.MoveBase(host, robot, body, queries.costmap),
+        move_base.MoveBase(host, robot, body, queries.costmap, _local_planner(robot)),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team,
                 next(iter(robot.lasers_by_topic)), map_sharing.share, task),
     ]
@@ -129,6 +130,12 @@ def _new_localization(robot: Equipment) -> Localization:
     choice = robot.localization
     with below("robot.localization"):
         return plugins.load("localization", choice.model)(choice.params)
+
+
+def _local_planner(robot: Equipment) -> LocalPlanner:
+    choice = robot.navigation.local
+    with below("robot.navigation.local"):
+        return plugins.load("local_planner", choice.model)(choice.params)
 
 
 def _bodies_m(scenario: Scenario, peers: tuple[str, ...]) -> float:

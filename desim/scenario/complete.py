@@ -48,7 +48,7 @@ _EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},  # where it has 
 def complete(scenario: Scenario, folder: Folder) -> Scenario:
     """The scenario with nothing left to be decided. It must have passed all checks."""
     receivers = monitors(scenario)
-    robot = _localized(_equipment(scenario.robot, receivers))
+    robot = _parsed(_equipment(scenario.robot, receivers))
     return _changed(
         scenario,
         environment=_environment(scenario.environment, folder),
@@ -115,7 +115,7 @@ def _type(kind: RobotType, equipment: Equipment, receivers: tuple[str, ...]) -> 
     if kind.footprint:
         kind = _changed(kind, radius_m=radii_m(kind.footprint)[1])
     if kind.robot is not None:
-        kind = _changed(kind, robot=_localized(filled_in(_equipment(kind.robot, receivers),
+        kind = _changed(kind, robot=_parsed(filled_in(_equipment(kind.robot, receivers),
                                                          equipment)))
     return kind.parsed()
 
@@ -134,9 +134,11 @@ def _equipment(robot: E, receivers: tuple[str, ...]) -> E:
     return robot
 
 
-def _localized(robot: E) -> E:
-    """The values of the parameters of localization, too."""
-    return _changed(robot, localization=robot.localization.parsed())
+def _parsed(robot: E) -> E:
+    """The values of the parameters of its plug-ins, too."""
+    navigation = robot.navigation
+    return _changed(robot, localization=robot.localization.parsed(),
+                    navigation=_changed(navigation, local=navigation.local.parsed()))
 
 
 def media(scenario: Scenario) -> dict[str, MediumChoice]:

@@ -25,6 +25,7 @@ from desim.scenario.schema.cost_model import ComputersChoice
 from desim.scenario.schema.environment import Environment
 from desim.scenario.schema.experiment import TaskChoice
 from desim.scenario.schema.fleet import FleetParams
+from desim.scenario.schema.navigation import LocalPlannerChoice
 from desim.scenario.schema.robot import LocalizationChoice
 from desim.scenario.schema.shapes import alternatives, keys, which
 from desim.scenario.source_places import Data, Path, Places, SourcePlace, dotted, items
@@ -43,6 +44,8 @@ CHOICES: dict[tuple[str, ...], type[PluginChoice]] = {
     ("task",): TaskChoice,
     ("robot", "localization"): LocalizationChoice,
     ("fleet", "types", "*", "robot", "localization"): LocalizationChoice,
+    ("robot", "navigation", "local"): LocalPlannerChoice,
+    ("fleet", "types", "*", "robot", "navigation", "local"): LocalPlannerChoice,
 }
 _SHAPES = {
     ("environment", "terrain"): Environment.model_fields["terrain"],

@@ -10,6 +10,8 @@ theirs.
 from desim.testing.checks import check_case, check_network, check_rule
 from desim.testing.computers_checks import check_computers
 from desim.testing.fleet import Fleet
+from desim.testing.local_planner_bench import LocalPlannerBench
+from desim.testing.local_planner_checks import check_local_planner
 from desim.testing.localization_bench import LocalizationBench
 from desim.testing.localization_checks import check_localization
 from desim.testing.medium_bench import HOUR_NS, Bench, ImmediateNetwork
@@ -21,7 +23,8 @@ from desim.testing.strategy_checks import check_strategy
 from desim.testing.task_bench import TaskBench
 from desim.testing.task_checks import check_task
 
-__all__ = ["HOUR_NS", "Bench", "Fleet", "ImmediateNetwork", "LocalizationBench", "Patience",
-           "SharingBench", "StrategyBench", "TaskBench", "check_case", "check_computers",
-           "check_discovery", "check_localization", "check_middleware", "check_network",
-           "check_rule", "check_sharing", "check_strategy", "check_task"]
+__all__ = ["Bench", "Fleet", "HOUR_NS", "ImmediateNetwork", "LocalPlannerBench",
+           "LocalizationBench", "Patience", "SharingBench", "StrategyBench", "TaskBench",
+           "check_case", "check_computers", "check_discovery", "check_local_planner",
+           "check_localization", "check_middleware", "check_network", "check_rule",
+           "check_sharing", "check_strategy", "check_task"]

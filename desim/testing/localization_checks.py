@@ -29,7 +29,7 @@ def _box(x0: float, y0: float, x1: float, y1: float) -> list[tuple[float, ...]]:
 
 
 # x m, y m of both ends: a room with a block and a cupboard, which make its corners differ.
-_WALLS = np.array(_box(0.0, 0.0, 12.0, 8.0) + _box(5.0, 3.2, 7.5, 4.6) + _box(0.0, 7.0, 1.4, 8.0))
+WALLS = np.array(_box(0.0, 0.0, 12.0, 8.0) + _box(5.0, 3.2, 7.5, 4.6) + _box(0.0, 7.0, 1.4, 8.0))
 
 
 class _Reading(NamedTuple):
@@ -94,8 +94,8 @@ def scan_of(pose: np.ndarray) -> np.ndarray:
     beams = round(-2.0 * LASER.angle_min_rad / LASER.increment_rad) + 1
     angles = pose[2] + LASER.angle_min_rad + LASER.increment_rad * np.arange(beams)
     ux, uy = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    ax, ay = _WALLS[:, 0] - pose[0], _WALLS[:, 1] - pose[1]
-    wx, wy = _WALLS[:, 2] - _WALLS[:, 0], _WALLS[:, 3] - _WALLS[:, 1]
+    ax, ay = WALLS[:, 0] - pose[0], WALLS[:, 1] - pose[1]
+    wx, wy = WALLS[:, 2] - WALLS[:, 0], WALLS[:, 3] - WALLS[:, 1]
     across = ux * wy - uy * wx  # 0 along a wall
     with np.errstate(divide="ignore", invalid="ignore"):
         along, part = (ax * wy - ay * wx) / across, (ax * uy - ay * ux) / across

@@ -60,6 +60,10 @@ def said(*overrides):
     (("robot.localization={model: gmapping, map_period: 3 s}",), "robot.localization.map_period: "
      "no effect, because maps go to the robot where SLAM runs on another host "
      "(localization.host)", "robot.localization.host=workstation"),
+    (("robot.navigation={local: regulated_pure_pursuit, sim_time: 2 s, constants: "
+      "{keep_right: 0 m}}",), "robot.navigation.sim_time, robot.navigation.constants.keep_right: "
+     "no effect, because only the local planner dynamic_window reads them "
+     "(robot.navigation.local)", "robot.navigation.local=dynamic_window"),
     (("robot.mapping.published_size=[20 m, 20 m]",), "robot.mapping.published_size: no effect, "
      "because the terrain's own map is no smaller, 121 x 121 cells",
      "robot.mapping.published_size=[30 m, 30 m]"),

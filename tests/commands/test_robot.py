@@ -95,7 +95,7 @@ at their defaults:
   body: drive, altitude, clearance, max_speed, max_turn, acceleration, turn_acceleration, \
 command_timeout
   robot.navigation: control_rate, local_rate, local_size, local_resolution, inflation_radius, \
-inflation_scaling, sim_time, speed_samples, turn_samples, goal_tolerance, recovery, \
+inflation_scaling, sim_time, speed_samples, turn_samples, goal_tolerance, local, recovery, \
 transform_tolerance
   robot.laser: noise, pose
 """

@@ -258,6 +258,18 @@ WRONG = {
         "2:23: robot.localization.model: unknown localization 'ground_truh' (did you mean "
         "'ground_truth'?); known: gmapping, ground_truth, odometry, scan_matching, or a dotted "
         "path 'package.module:Class'"]),
+    "no local planner": ("robot: {navigation: {local: regulated_pure_persuit}}", [
+        "2:29: robot.navigation.local.model: unknown local_planner 'regulated_pure_persuit' (did "
+        "you mean 'regulated_pure_pursuit'?); known: LOCAL_PLANNERS, or a dotted path "
+        "'package.module:Class'".replace("LOCAL_PLANNERS", ", ".join(
+            plugins.available("local_planner")))]),
+    "parameters of a local planner": (
+        "robot: {navigation: {local: {model: regulated_pure_pursuit, lookahead: -1 m, "
+        "max_sped: 1 m/s, constants: {approach: 0 m}}}}", [
+            "2:72: robot.navigation.local.lookahead: '-1 m' must not be negative",
+            "2:78: robot.navigation.local.max_sped: unknown key (did you mean 'max_speed'?); "
+            "allowed: model, max_speed, lookahead, scaled_lookahead, constants",
+            "2:117: robot.navigation.local.constants.approach: must be above 0 m, got '0 m'"]),
     "a parameter of another localization": (
         "robot: {localization: {model: scan_matching, particles: 5}}", [
             "2:46: robot.localization.particles: unknown key; allowed: model, host, map_period, "

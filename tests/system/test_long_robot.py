@@ -8,7 +8,7 @@ from desim.api import recording_of, run
 from desim.export.animation.scene import AnimationScene
 from desim.monitor.summary import summarize
 from desim.report.replay.bundle import bundle
-from desim.robot.navigation import local_planner
+from desim.robot.navigation import situation
 from desim.units import NS_PER_S
 
 LONG = SCENARIOS / "long_robot.yaml"
@@ -67,7 +67,7 @@ def test_the_same_again_is_the_same(long):
 
 def test_a_planner_that_takes_the_robot_for_its_inscribed_circle_collides(monkeypatch):
     """The twin of the first test: it turns against walls."""
-    monkeypatch.setattr(local_planner, "cover", lambda body, cell_m: np.zeros((0, 3)))
+    monkeypatch.setattr(situation, "cover", lambda body, cell_m: np.zeros((0, 3)))
     assert played("stop.elapsed=60 s")[0]["collisions"] > 0
 
 

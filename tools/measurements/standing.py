@@ -85,9 +85,9 @@ class Watch:
         if abs(math.remainder(turned_rad, 2 * math.pi)) > 0.1:
             return "turns"
         local = base._local
-        if local._state[0]["blocked"]:
+        if base._steering._state[0]["blocked"]:  # of the dynamic window
             return "blocked"
-        if local.costmap.layer[0]["yield_m"] - local._setup[0]["safe_m"] < 0.1:
+        if local.costmap.layer[0]["yield_m"] - local.arrays.setup[0]["safe_m"] < 0.1:
             return "yields"
         return "pushes" if local.speed_mps > 0.2 else "other"
 

@@ -13,7 +13,8 @@ from site_pages.keys import parameter_table
 from site_pages.text import code, inline, prose, table
 
 _TITLES = {"network": "Network models", "rule": "Rules", "strategy": "Strategies",
-           "sharing": "Map sharing", "localization": "Localization", "task": "Tasks",
+           "sharing": "Map sharing", "localization": "Localization",
+           "local_planner": "Local planners", "task": "Tasks",
            "middleware": "Middleware", "computers": "Computers", "world": "Worlds",
            "case": "Network cases", "validation": "Validation"}
 

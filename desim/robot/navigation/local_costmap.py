@@ -39,6 +39,7 @@ class LocalCostmap:
         self.around = around
         self._beams = Directions()
         self._memory = np.zeros((_MOST_REMEMBERED, 3))
+        self._last = np.zeros(0, np.float32), np.zeros((0, 2))  # ranges, beams
 
     def observe(self, scans: Sequence[PlacedScan]) -> None:
         """Replace the window by the points of ``scans``, each seen from the robot's pose at its
@@ -53,8 +54,36 @@ class LocalCostmap:
             ranges, beams = seen_from(scans, self._beams)
             longest_m, edge_cos = math.inf, _edge_cos(scans)
         self.scan[0] = (x_m, y_m, yaw_rad, scan.stamp_ns / NS_PER_S, longest_m, edge_cos)
+        self._last = ranges, beams
         _observe(ranges, beams, self.scan, self.layer, self.around.flat, self.around.frame,
                  self._memory, self.near2)
+
+    def points(self) -> np.ndarray:
+        """[k, 2] m, on the map, of the returns of the last scans."""
+        (ranges, beams), here = self._last, self.scan[0]
+        is_return = (ranges > 0.0) & (ranges < here["no_return_m"])
+        along = beams[is_return] * ranges[is_return, None].astype(float)
+        c, s = math.cos(here["yaw_rad"]), math.sin(here["yaw_rad"])
+        return np.column_stack([here["x_m"] + c * along[:, 0] - s * along[:, 1],
+                                here["y_m"] + s * along[:, 0] + c * along[:, 1]])
+
+    def clearances_m(self, poses: np.ndarray, cover: np.ndarray, inscribed_m: float) -> np.ndarray:
+        """[k] m from a body to the nearest point seen, at ``poses`` [k, 3] on the map. ``cover``,
+        ``inscribed_m``: its footprint, as ``footprint_cover`` has it."""
+        here, size = self.scan[0], len(self.near2)
+        discs = cover if len(cover) else np.array([(0.0, 0.0, 0.0)])
+        yaw = poses[:, 2:] - here["yaw_rad"]
+        c, s = math.cos(here["yaw_rad"]), math.sin(here["yaw_rad"])
+        away = poses[:, :2] - (here["x_m"], here["y_m"])
+        x = (c * away[:, :1] + s * away[:, 1:] + np.cos(yaw) * discs[:, 0]
+             - np.sin(yaw) * discs[:, 1])
+        y = (c * away[:, 1:] - s * away[:, :1] + np.sin(yaw) * discs[:, 0]
+             + np.cos(yaw) * discs[:, 1])
+        cells = np.floor(np.stack([y, x]) / float(self.layer[0]["cell_m"]) + 0.5 * size).astype(int)
+        inside = ((cells >= 0) & (cells < size)).all(axis=0)
+        row, column = np.clip(cells, 0, size - 1)
+        near_m = np.sqrt(np.where(inside, self.near2[row, column], kernels.FAR2))
+        return (near_m - discs[:, 2]).min(axis=1) - inscribed_m
 
     def forget(self, outside_m: float) -> None:
         """Forget the remembered points that lie outside of a square of this side around the robot

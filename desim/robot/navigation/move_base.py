@@ -12,12 +12,13 @@ from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
 from desim.middleware.topics import Latest
+from desim.ports.local_planners import LocalPlanner
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner
-from desim.robot.navigation.local_planner import LocalPlanner, Position
 from desim.robot.navigation.patience import patience
 from desim.robot.navigation.recovery import Recovery, Spin, retreat
 from desim.robot.navigation.scan_points import PlacedScan
+from desim.robot.navigation.situation import Position, Situation
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Equipment
 from desim.units import NS_PER_S
@@ -34,8 +35,8 @@ class MoveBase(Node):
     the first map is there.
     """
 
-    def __init__(self, host: Host, robot: Equipment, body: BodyType, costmap: GlobalCostmap
-                 ) -> None:
+    def __init__(self, host: Host, robot: Equipment, body: BodyType, costmap: GlobalCostmap,
+                 steering: LocalPlanner) -> None:
         super().__init__(host, "move_base")
         navigation, lasers = robot.navigation, robot.lasers_by_topic
         self._robot, self._navigation, self._body = robot, navigation, body
@@ -44,7 +45,7 @@ class MoveBase(Node):
                                         for laser in lasers.values()))
         self._beams = sum(laser.beams for laser in lasers.values())
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
-        self._local = LocalPlanner(navigation, body, costmap)
+        self._local, self._steering = Situation(self, navigation, body, costmap), steering
         self._patience = patience(navigation)
         self._sonar: Latest | None = None
         self._scans: list[Latest] = []
@@ -66,6 +67,7 @@ class MoveBase(Node):
             self._sonar = self.latest("sonar")
         if self._robot.bumper:
             self.subscribe("bumper", self._on_bump)
+        self._steering.start(self._local)
         self.timer(self._navigation.control_rate_hz, self._control, name="control")
         self.timer(self._navigation.local_rate_hz, self._observe, name="observe")
 
@@ -143,10 +145,11 @@ class MoveBase(Node):
             self._drive(0.0, 0.0)
             return
         here = self._local.extrapolate(pose, max(now_ns, pose.stamp_ns))  # it may be yet to come
+        self._local.position = here
         if self._spin is not None:
             turn_radps = self._spin.turn_radps(here[2], now_ns)
             # As rotate_recovery, it does not turn where its footprint would meet something.
-            if turn_radps is not None and self._local.can_turn(*here, self._spin.left_rad):
+            if turn_radps is not None and self._local.can_turn(self._spin.left_rad):
                 self._drive(0.0, turn_radps)
                 return
             self._spin = None
@@ -173,19 +176,17 @@ class MoveBase(Node):
         return True
 
     def _approach(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
-        x_m, y_m, yaw_rad = here
-        local = self._local
+        x_m, y_m, _ = here
         if self._reached(goal, x_m, y_m):
             self._finish(goal, True)
             return
-        self.worked(candidates=local.candidates)
-        speed_mps, turn_radps, togo_m = local.steer(x_m, y_m, yaw_rad)
-        self._patience.note(now_ns, x_m, y_m, togo_m, local.is_blocked)
+        speed_mps, turn_radps, togo_m, is_blocked = self._steering.steer(self._local)
+        self._patience.note(now_ns, x_m, y_m, togo_m, is_blocked)
         if self._patience.is_over(now_ns):
             self._recover(goal, pose, here, now_ns)
             return
         self._drive(speed_mps, turn_radps)
-        if self._patience.insists and local.is_blocked:
+        if self._patience.insists and is_blocked:
             self._plan(goal, pose)
 
     def _wait(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
@@ -217,13 +218,12 @@ class MoveBase(Node):
         elif kind is Recovery.RETREAT:
             path = retreat(self._costmap, *here, self.stream("retreat"))
             if path is not None:
-                self._local.follow(path)
+                self._follow(path)
                 self._retreat_until_ns = now_ns + _RETREAT_NS
         self._drive(0.0, 0.0)
 
     def _retreat(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
-        self.worked(candidates=self._local.candidates)
-        speed_mps, turn_radps, togo_m = self._local.steer(*here)
+        speed_mps, turn_radps, togo_m, _ = self._steering.steer(self._local)
         if togo_m > self._body.radius_m and now_ns < self._retreat_until_ns:
             self._drive(speed_mps, turn_radps)
             return
@@ -247,10 +247,14 @@ class MoveBase(Node):
             if not self._patience.insists:
                 self._finish(goal, False)
             return False
-        self._local.follow(path)
+        self._follow(path)
         self.display("plan", path)
         self._patience.begin_path(self.now_ns, pose.x_m, pose.y_m)
         return True
+
+    def _follow(self, path: np.ndarray) -> None:
+        self._local.follow(path)
+        self._steering.on_path(self._local)
 
     def _path(self, goal: Goal, pose: Pose) -> np.ndarray | None:
         """The path to the goal on the costmap of the map. If there is none, what the robot sees is

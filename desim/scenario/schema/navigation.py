@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from desim.ports import Constants, Params
+from desim.scenario.schema.communication import PluginChoice
 from desim.units import Frequency, Length, Period
 
 MAX_LOCAL_SIDE = 1000  # cells of the local window; the published one has 60
@@ -50,6 +51,15 @@ class NavigationConstants(Constants):
         "per unit of inflated cost (TrajectoryPlannerROS occdist_scale 0.01 per cell of 0.1 m)"))
 
 
+class LocalPlannerChoice(PluginChoice):
+    """The local planner: from a path to velocities."""
+
+    kind, name_key = "local_planner", "model"
+
+    model: str = Field("dynamic_window", description=(
+        "a local planner plug-in: dynamic_window (ours), regulated_pure_pursuit"))
+
+
 class Navigation(Params):
     """Costmaps, global and local planner, recovery."""
 
@@ -66,6 +76,7 @@ class Navigation(Params):
     turn_samples: int = Field(20, ge=3, le=1000,
                               description="(TrajectoryPlannerROS vtheta_samples)")
     goal_tolerance_m: Length = Field("0.4 m", gt=0, description="(two cells of the map)")
+    local: LocalPlannerChoice = Field(default_factory=LocalPlannerChoice)
     recovery: Literal["progress", "move_base"] = Field("progress", description=(
         "when a robot is stuck and what it tries. progress: without progress it plans again, turns "
         "once, retreats; move_base: the published triggers and order"))

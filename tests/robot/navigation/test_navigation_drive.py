@@ -18,6 +18,7 @@ from desim.ports import GridSpec
 from desim.robot.localization.sensor_pose import SensorPose
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import TilePool
+from desim.robot.navigation.local_planners.dynamic_window import DynamicWindow
 from desim.robot.navigation.move_base import MoveBase
 from desim.robot.navigation.recovery import Recovery
 from desim.scenario.schema.fleet import BodyType
@@ -133,7 +134,7 @@ class Drive:
             self.tasks.append(Task(host, goal))
             software[host.name] = [SensorPose(host, "true_pose"), self.tasks[-1], MoveBase(
                 host, Equipment(navigation=navigation or Navigation(), laser=LASER), BODY,
-                costmap(robot_map, BODY.radius_m))]
+                costmap(robot_map, BODY.radius_m), DynamicWindow(DynamicWindow.Params()))]
         for name, nodes in software.items():
             self.graph.host(name).software = lambda _, nodes=nodes: nodes
         self._join(hosts)

@@ -12,9 +12,10 @@ from desim.middleware.contents import LaserScan
 from desim.robot.mapping.tiles import FREE, OCCUPIED
 from desim.robot.navigation.footprint_cover import cover
 from desim.robot.navigation.kernels.footprint import body_clearance2
-from desim.robot.navigation.local_planner import LocalPlanner
+from desim.robot.navigation.local_planners.dynamic_window import DynamicWindow
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
+from desim.testing.local_planner_bench import LocalPlannerBench
 
 BEAMS, HALF_VIEW = 361, math.pi
 STEP = 2.0 * HALF_VIEW / (BEAMS - 1)
@@ -36,8 +37,9 @@ ROUND = polygon([(0.26 * math.cos(2 * math.pi * k / 64), 0.26 * math.sin(2 * mat
 def planner(body, way, walls=(), speed_mps=0.0, around=None):
     """At (20, 20), heading along x, among ``walls`` (x1, y1, x2, y2 from there), all of which its
     laser sees."""
-    made = LocalPlanner(Navigation(), body, costmap(around or Drawn(np.full(
-        (200, 200), FREE, np.int16)), body.inscribed_radius_m))
+    made = LocalPlannerBench(
+        DynamicWindow(DynamicWindow.Params()), Navigation(), body,
+        costmap(around or Drawn(np.full((200, 200), FREE, np.int16)), body.inscribed_radius_m))
     made.follow(np.add(way, AT))
     made.speed_mps = speed_mps
     angles = -HALF_VIEW + STEP * np.arange(BEAMS)
@@ -120,12 +122,14 @@ def test_a_polygon_of_64_corners_has_the_room_of_its_disc(points, at, yaw):
     (0.9, -1.0, False), (0.9, 0.1, True)])
 def test_a_bar_turns_where_its_corners_have_room(width_m, by_rad, can):
     made = planner(BAR, [(0, 0), (2, 0)], passage(width_m))
-    assert made.can_turn(*AT, 0.0, by_rad) == can
+    made.position = (*AT, 0.0)
+    assert made.can_turn(by_rad) == can
 
 
 def test_a_disc_turns_anywhere():
     made = planner(BodyType(), [(0, 0), (2, 0)], passage(0.6))
-    assert made.can_turn(*AT, 0.0, 2 * math.pi)
+    made.position = (*AT, 0.0)
+    assert made.can_turn(2 * math.pi)
 
 
 def test_what_lies_behind_is_turned_to_where_that_is_possible_and_else_backed_to():

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from desim.middleware.contents import LaserScan, Pose
 from desim.robot.mapping.tiles import FREE
 from desim.robot.navigation.kernels import local_costmap as kernels
-from desim.robot.navigation.local_planner import LocalPlanner
+from desim.robot.navigation.local_planners.dynamic_window import DynamicWindow
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
+from desim.testing.local_planner_bench import LocalPlannerBench
 
 NAVIGATION, BODY = Navigation(), BodyType()
 BEAMS, HALF_VIEW = 180, math.radians(95.0)
@@ -36,9 +37,14 @@ def points(sweep):
     return np.stack((sweep.ranges * np.cos(angles), sweep.ranges * np.sin(angles)), 1)[seen]
 
 
+def bench(robot_map):
+    return LocalPlannerBench(DynamicWindow(DynamicWindow.Params()), NAVIGATION, BODY,
+                             costmap(robot_map))
+
+
 def planner(way, speed_mps=0.0, turn_radps=0.0):
     """On a large open floor."""
-    made = LocalPlanner(NAVIGATION, BODY, costmap(Drawn(np.full((200, 200), FREE, np.int16))))
+    made = bench(Drawn(np.full((200, 200), FREE, np.int16)))
     made.follow(np.array(way, float))
     made.speed_mps, made.turn_radps = speed_mps, turn_radps
     return made
@@ -195,7 +201,7 @@ def test_who_stands_too_near_to_something_drives_on():
 
 def test_it_does_not_give_way_to_a_known_wall():
     lines = ["." * 40] * 12 + ["#" * 40] + ["." * 40] * 12
-    made = LocalPlanner(NAVIGATION, BODY, costmap(drawn(*lines)))  # the wall is at y in [2.4, 2.6]
+    made = bench(drawn(*lines))  # the wall is at y in [2.4, 2.6]
     made.follow(np.array([(1.0, 3.2), (7.0, 3.2)]))
     made.speed_mps = 1.2
     made.costmap.observe([(scan((-math.pi / 2, 0.6)), (3.0, 3.2, 0.0))])

@@ -341,6 +341,17 @@ def find_velocity(state, way, setup, cover, near2, layer, scan, flat, frame):
         back_off(state, x, y, yaw, setup, cover, near2, flat, frame)
 
 
+@lean(types.UniTuple(_f8, 2)(_f8x2, *[_f8] * 3, _u1x1, FRAME_ARRAY))
+def carrot(way, x, y, far_m, flat, frame):
+    """The point of ``way`` that is ``far_m`` on, or a quarter, half or three quarters of it nearer:
+    the farthest to which the line from (x, y) is clear."""
+    for k in range(_AIMS):
+        px, py, _ = ahead(way, 0, 0.0, far_m * (_AIMS - k) / _AIMS, 0.0)
+        if clear_line(flat, frame, x, y, px, py):
+            return px, py
+    return px, py
+
+
 @lean(types.boolean(*[_f8] * 4, _setup, _f8x2, _f4x2, SCAN_ARRAY))
 def can_turn(x, y, yaw, by, setup, cover, near2, scan):
     """Whether the robot at this pose on the map can turn on the spot by the angle ``by``."""

@@ -1,0 +1,1 @@
+"""The local planners: plug-ins of ``robot.navigation.local``."""
