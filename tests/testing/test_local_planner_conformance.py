@@ -9,7 +9,8 @@ from desim.robot.navigation.local_planners.dynamic_window import DynamicWindow
 from desim.robot.navigation.local_planners.regulated_pure_pursuit import RegulatedPurePursuit
 from desim.testing import check_local_planner
 
-KINDS = sorted({*plugins.available("local_planner"), "dynamic_window", "regulated_pure_pursuit"})
+KINDS = sorted({*plugins.available("local_planner"), "dynamic_window", "dwb",
+                "regulated_pure_pursuit"})
 
 
 @pytest.mark.parametrize("name", KINDS)

@@ -57,7 +57,7 @@ class LocalPlannerChoice(PluginChoice):
     kind, name_key = "local_planner", "model"
 
     model: str = Field("dynamic_window", description=(
-        "a local planner plug-in: dynamic_window (ours), regulated_pure_pursuit"))
+        "a local planner plug-in: dynamic_window (ours), regulated_pure_pursuit, dwb"))
 
 
 class Navigation(Params):
