@@ -13,7 +13,10 @@ from desim.cli import app
 from desim.errors import InputError, ModelError
 from desim.loop import guest_kernel
 from desim.loop.gateway import STACK_NS
+from desim.network.scoped_rule import scoped
+from desim.ports import with_scope
 from desim.scenario.load import from_mapping
+from desim.testing.medium_bench import Bench
 from desim.validation.real import dds, judge, media, ros1, sections, sides, tcp, zenoh
 from desim.validation.real.cell import DRIVE, Act, Heard, Played, SentFrames, scenario_of
 from desim.validation.real.figures import (
@@ -36,6 +39,8 @@ from desim.validation.real.peers import (
 )
 from desim.validation.real.peers import judged_row as peers_row
 from desim.validation.real.sections import SECTIONS
+from desim.validation.real.stack import Stack
+from netmodels.ideal import Ideal
 
 MESSAGES = tcp.LinkTalk("ten messages", media.wire(10, 20), 1000, 100, 1, nodelay=True)
 CELL = tcp.cell_of(MESSAGES, "link")
@@ -47,7 +52,12 @@ def test_both_sides_have_the_same_networks(name):
         for cell in row.cells:
             real, model = (from_mapping(scenario_of([cell], 1, real)).scenario
                            for real in (True, False))
-            assert real.network == model.network
+            (medium,), (ours,) = real.network.media.values(), model.network.media.values()
+            *rules, stack = ours.rules
+            assert stack.rule.endswith(":Stack")
+            ours = ours.model_copy(update={"rules": medium.rules})
+            assert real.network.media == {cell.name: ours}
+            assert list(medium.rules) == rules
             assert real.hosts == model.hosts
             assert real.seed == model.seed
             assert len(real.loop.programs) == len(cell.acts) and not model.loop.programs
@@ -60,13 +70,45 @@ def test_new_networks_are_those_of_their_seed():
 
 
 def test_the_model_plays_a_cell():
-    """A message of 1000 B has 70 B of headers: 856 us at 10 Mb/s, then 20 ms."""
+    """A message of 1000 B has 70 B of headers: 856 us at 10 Mb/s, then 20 ms; and it sets out up to
+    0.1 ms late, like real ones."""
     played = sides.modelled(CELL, 1)
     assert [heard.number for heard in played.heard] == list(range(10))
-    assert [heard.late_s for heard in played.heard] == pytest.approx([0.020856] * 10, abs=1e-9)
+    late_ns = [(heard.late_s - 0.020856) * 1e9 for heard in played.heard]
+    assert all(0 <= late < STACK_NS for late in late_ns) and len(set(late_ns)) == 10
     # A request of ARP, three segments of the call and its answer, and ten messages.
     assert played.sent["talker_0"].payload_bytes == pytest.approx(10_000, abs=20)
     assert played.sent["talker_0"].frames == pytest.approx(13, abs=1)
+
+
+def late_ns(law, every_ns, segments):
+    """The order in which 400 such frames set out, one every so often, and how late each."""
+    params = with_scope(law.Params)(until="1 h")
+    bench = Bench(Ideal(Ideal.Params(delay="0 ns")), 2, rules=[scoped(law(params), params)])
+    for number in range(400):
+        bench.send(number * every_ns, "host_1", "host_2", 1000 * segments, segments, number)
+    found = bench.run()
+    return ([number for _, number, *_ in found],
+            [at_ns - number * every_ns for at_ns, number, *_ in found])
+
+
+def test_models_set_out_as_real_frames_do():
+    """Up to ``STACK_NS`` late, by an even law, in order; a train when the last of its packets does.
+    A twin sets out in any order."""
+    for segments in 1, 9:
+        _, late = late_ns(Stack, 10**6, segments)
+        mean, error = segments / (segments + 1), 1 / math.sqrt(12 * 400)
+        assert sum(late) / 400 == pytest.approx(mean * STACK_NS, abs=4 * error * STACK_NS)
+        assert all(0 <= one < STACK_NS for one in late)
+
+    class AnyOrder(Stack):
+        def judge(self, frame, receivers):
+            self._last_ns.clear()
+            return super().judge(frame, receivers)
+
+    order, late = late_ns(Stack, 10_000, 1)
+    assert order == list(range(400)) and max(late) < STACK_NS
+    assert late_ns(AnyOrder, 10_000, 1)[0] != order
 
 
 def test_the_model_is_what_is_judged():
@@ -91,10 +133,11 @@ def played_by(software, what, network, peers, seconds, **more):
 
 @pytest.mark.parametrize("software", [dds.CYCLONE, zenoh.software("zenoh")])
 def test_peers_play_a_cell(software):
-    """Twenty messages, each 50 us late; they begin four seconds after the talker's start."""
+    """Twenty messages, each 50 us late, and up to 0.1 ms of the guest's; they begin four seconds
+    after the talker's start."""
     played = played_by(software, "a second", media.lan(), talk(1000, 20), 5, begin_s=4)
     assert [heard.number for heard in played.heard[:9]] == list(range(1, 10))
-    assert [heard.late_s for heard in played.heard] == pytest.approx([5e-5] * 9, abs=1e-9)
+    assert [heard.late_s for heard in played.heard] == pytest.approx([1e-4] * 9, abs=5e-5)
     assert played.heard[0].born_s == pytest.approx(4.55)
 
 
@@ -282,7 +325,7 @@ def guest():
 def test_real_tcp_sends_what_the_model_sends(guest):
     real, model = sides.really([CELL], 1)["link"], sides.modelled(CELL, 1)
     assert [heard.late_s for heard in real.heard] == pytest.approx(
-        [heard.late_s for heard in model.heard], abs=1.1 * STACK_NS / 1e9)  # later
+        [heard.late_s for heard in model.heard], abs=1.1 * STACK_NS / 1e9)  # each has its draws
     assert real.sent["talker_0"].frames == pytest.approx(model.sent["talker_0"].frames, abs=2)
     assert sides.really([CELL], 1)["link"] == real  # exact repetition
 
@@ -293,5 +336,4 @@ def test_the_command(guest, monkeypatch):
     found = json.loads(said)
     assert code == (found["failed"] > 0)
     delay, = (row for row in found["rows"] if row["quantity"] == "delay, mean")
-    # ms; real ones set out a little later
-    assert 0 < delay["real"] - delay["model"] < STACK_NS / 1e6
+    assert abs(delay["real"] - delay["model"]) < STACK_NS / 1e6  # ms; each has its draws

@@ -16,8 +16,8 @@ class RospyLink(RosLink):
     Where the publisher was not reached, rospy asks it once, later, whether it still publishes the
     topic (tcpros_pubsub.py, robust_connect_subscriber). If so, it reads from the old socket, to
     which it has not written the header: it learns that this has failed, or, where TCP still
-    connects, waits for nothing until it ends. If not, it never removes the connection from its list,
-    and does not make another one to this address (``stuck``)."""
+    connects, waits for nothing until it ends. If not, it never removes the connection from its
+    list, and does not make another one to this address (``stuck``)."""
 
     stuck = False
     _open = False

@@ -13,6 +13,7 @@ PROGRAMS = Path(__file__).parent / "programs"
 DRIVE = Path(__file__).parent / "drive.csv"  # 20 m east of the origin, out of range, and back
 FROM_BEGIN_S = 0.1  # hosts of the model are up for an instant at 0, whose frames do not count
 _TAP = "desim.validation.real.wire_tap:WireTap"
+_STACK = "desim.validation.real.stack:Stack"
 
 
 class Heard(NamedTuple):
@@ -86,6 +87,8 @@ def scenario_of(cells: Sequence[Cell], seed: int, real: bool) -> dict[str, objec
     own: dict[str, object] = {} if real else {"middleware": dict(cells[0].middleware), "faults": [
         {"host": cell.host(part), "at": "0 s", "down_for": f"{start_s} s"}
         for cell in cells for part, start_s in cell.starts_s.items()]}
+    # Real frames pass the guest's.
+    stack = [] if real else [{"rule": _STACK, "until": f"{cells[0].seconds + 1} s"}]
     places = {cell.host(part): place for cell in cells for part, place in cell.parts.items()}
     robots = [host for host, place in places.items() if isinstance(place, Path)]
     fleet: dict[str, object] = {"size": len(robots)}
@@ -101,7 +104,7 @@ def scenario_of(cells: Sequence[Cell], seed: int, real: bool) -> dict[str, objec
                   for host, place in places.items() if not isinstance(place, Path)},
         "network": {"media": {cell.name: {
             **cell.medium.model, "rules": [
-                {"rule": _TAP, "since": f"{cell.since_s} s"}, *cell.medium.rules],
+                {"rule": _TAP, "since": f"{cell.since_s} s"}, *cell.medium.rules, *stack],
             "hosts": [cell.host(part) for part in cell.parts]} for cell in cells}},
         "loop": {"programs": [
             {"host": cell.host(act.part), "run": act.run, "at": f"{act.at_s} s",
