@@ -29,6 +29,7 @@ from desim.ports.tasks import (
     GivesMap,
     JudgesMap,
     Measures,
+    TakesActions,
     Task,
     TaskTraits,
     VisitsPlaces,
@@ -68,9 +69,11 @@ CONTRACTS: dict[str, type] = {
 
 # What a plug-in of a kind may have beside: methods that are called if it has them.
 _OPTIONAL: dict[str, tuple[type, ...]] = {
-    "strategy": (ports.Starts, ports.FollowsGoals, ports.FollowsMap, ports.FollowsTeam),
+    "strategy": (ports.Starts, ports.FollowsGoals, ports.FollowsMap, ports.FollowsTask,
+                 ports.FollowsTeam),
     "sharing": (FollowsScans, SharesOnRequest),
-    "task": (Briefs, VisitsPlaces, GivesMap, FollowsKnowledge, JudgesMap, Measures),
+    "task": (Briefs, VisitsPlaces, GivesMap, FollowsKnowledge, JudgesMap, TakesActions,
+             Measures),
     "computers": (MemoryModel, UnusedRows),
 }
 # What the class of a plug-in may declare of itself.

@@ -9,6 +9,7 @@ import pytest
 from packages import LAYERS
 
 from desim.cli import app
+from desim.monitor.tasks.delivery import Deliveries
 from desim.monitor.tasks.patrolling import Patrolling
 from desim.plugins import GROUPS
 from desim.scenario.schema.experiment import ENERGY, OF_COMPUTERS, QUANTITIES
@@ -103,7 +104,7 @@ def test_the_page_of_scenarios_has_all_quantities_of_expressions(repository):
     names = [name for line in rows.partition("\n\n")[0].splitlines()
              for name in re.findall(r"`(\w+)`", line.split("|")[1])]
     assert sorted(names) == sorted((*QUANTITIES, ENERGY, *OF_COMPUTERS,
-                                    *Patrolling.traits.quantities))
+                                    *Deliveries.traits.quantities, *Patrolling.traits.quantities))
 
 
 def names_in(file):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from enum import StrEnum
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +42,15 @@ from desim.monitor.samples import Sample
 from desim.monitor.task_view import TaskView
 from desim.monitor.triggers import Triggers
 from desim.monitor.truth import Truth
-from desim.ports.tasks import FollowsKnowledge, JudgesMap, Measures, Task, TaskTraits
+from desim.ports.tasks import (
+    Briefs,
+    FollowsKnowledge,
+    JudgesMap,
+    Measures,
+    TakesActions,
+    Task,
+    TaskTraits,
+)
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import raster
 from desim.scenario.expression import condition, number
@@ -100,6 +109,8 @@ class Monitor:
         self.incidents = Incidents(truth.robots, self._happened)
         # Where nobody has to find anything out, nobody will ask.
         self.links = None if graph.context.beliefs is None else SampledReachability(graph)
+        self.energy = EnergyUse(truth.hosts, truth.powers or [None] * len(truth.hosts),
+                                truth.travelled_m)
         self.meters = self._new_meters()
         for kind, listener in (row for meter in self.meters for row in meter.listeners.items()):
             graph.listeners[kind] = both(graph.listeners.get(kind), listener)
@@ -114,6 +125,10 @@ class Monitor:
         self._follows = task if isinstance(task, FollowsKnowledge) else None
         with below("task"):
             task.start(self._view)
+        if isinstance(task, Briefs):
+            truth.link.briefing = task.briefing()
+        if isinstance(task, TakesActions):
+            truth.link.on_act = partial(task.on_act, self._view)
 
     def _new_meters(self) -> list[Meter]:
         """All meters, in the order of their keys in summary.json."""
@@ -134,7 +149,7 @@ class Monitor:
             InterfaceRates(truth),
             ProcessorLoad(truth),
             MemoryUse(truth),
-            EnergyUse(truth.hosts, truth.powers or [None] * len(truth.hosts), truth.travelled_m),
+            self.energy,
             Bottlenecks(graph, truth.nodes),
             *([self.links] if self.links else []),
         ]

@@ -11,8 +11,10 @@ import numpy as np
 from desim.engine.kernel import Phase
 from desim.engine.streams import Streams
 from desim.errors import ModelError
+from desim.ports import natural_key
 from desim.ports.arguments import check_callback, check_period
 from desim.ports.tasks import TaskContext
+from desim.scenario.robot_types import used_types
 from desim.units import NS_PER_S
 
 if TYPE_CHECKING:
@@ -30,6 +32,8 @@ class TaskView:
         self.poses, self.travelled_m = truth.poses, truth.travelled_m
         self.knowledge = monitor.coverage
         self.stop_explored, self.stop_by = stop.explored, stop.by
+        self.desks = tuple(sorted((name for name, host in truth.scenario.hosts.items()
+                                   if host.strategy is not None), key=natural_key))
 
     @property
     def now_ns(self) -> int:
@@ -39,6 +43,11 @@ class TaskView:
     def started_ns(self) -> int:
         return self._monitor.started_ns
 
+    @property
+    def radius_m(self) -> float:
+        fleet = self._monitor.truth.scenario.fleet
+        return min(fleet.types[name].inscribed_radius_m for name in used_types(fleet))
+
     def every(self, period_ns: int, callback: Callable[[TaskContext], object]) -> None:
         check_period(period_ns)
         check_callback(callback, "context")
@@ -46,13 +55,31 @@ class TaskView:
                             self._trace.names.id("task"), lambda _: callback(self),
                             self.now_ns + period_ns)
 
-    def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
+    def after(self, delay_ns: int, callback: Callable[[TaskContext], object]) -> None:
+        check_callback(callback, "context")
+        self._kernel.after(delay_ns, Phase.OBSERVE, self._trace.names.id("task"),
+                           lambda _: callback(self))
+
+    def notify(self, host: str, content: object) -> None:
+        self._monitor.truth.link.notify(host, content)
+
+    def hold(self, robot: str) -> None:
+        self._monitor.truth.hold(robot)
+
+    def energy_j(self) -> np.ndarray:
+        return self._monitor.energy.joules(self.now_ns).sum(axis=1)
+
+    def battery_j(self) -> np.ndarray:
+        powers = self._monitor.truth.powers
+        return np.array([np.nan if power is None else power.battery_j for power in powers])
+
+    def record(self, kind: str, robot: str | None, a: int = 0, b: int = 0) -> None:
         names = self._trace.names
-        if robot not in self.robots:
-            raise ModelError(f"a task's row is about a robot, not {robot!r}")
+        if robot is not None and robot not in self.robots:
+            raise ModelError(f"a task's row is about a robot, or None, not {robot!r}")
         if type(a) is not int or type(b) is not int:
             raise ModelError(f"a task's row has ints, not {a!r} and {b!r}")
-        self._trace.row(self.now_ns, names.id(kind), names.id(robot), a, b)
+        self._trace.row(self.now_ns, names.id(kind), names.id(robot or "task"), a, b)
 
     def end(self, reason: str) -> None:
         if not isinstance(reason, str) or not reason:

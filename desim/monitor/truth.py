@@ -15,6 +15,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.monitor.meters.meter import Second
 from desim.ports.tasks import Ground
+from desim.robot.coordination.task_link import TaskLink
 from desim.scenario.schema.power import PowerParams
 from desim.scenario.schema.scenario import Scenario
 
@@ -26,7 +27,7 @@ class Truth:
     ``robots`` names in index order, ``explorers`` those of them that carry software; each is the
     name of its host, too. ``poses()`` gives [robots, 3] x m, y m, yaw rad, ``travelled_m()``
     [robots] m. ``nodes`` of the cluster, by name. ``powers`` of the robots; None where energy is
-    not measured.
+    not measured. ``hold(robot)`` blocks its drive; ``link`` joins task and strategies.
     """
 
     kernel: Kernel
@@ -40,6 +41,8 @@ class Truth:
     travelled_m: Callable[[], np.ndarray]
     nodes: Mapping[str, ClusterNode] = field(default_factory=dict)
     powers: Sequence[PowerParams | None] = ()
+    hold: Callable[[str], None] = lambda robot: None
+    link: TaskLink = field(default_factory=TaskLink)
 
     @cached_property
     def hosts(self) -> list[Host]:

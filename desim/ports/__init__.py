@@ -72,6 +72,7 @@ from desim.ports.scope import Targets, TimeWindow, Topics, scope_beside, with_sc
 from desim.ports.strategies import (
     FollowsGoals,
     FollowsMap,
+    FollowsTask,
     FollowsTeam,
     Frontier,
     GoalEnd,
@@ -98,7 +99,8 @@ __all__ = [
     "CountsAirtime",
     "CountsAttempts", "CountsBusyTime", "CountsControl", "CutsCarrier", "Deliver", "Drop",
     "Duplicate", "FULL_PACKET_BYTES", "Federate", "File",
-    "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTeam", "Frame", "Frames", "Frontier",
+    "FollowsGoals", "FollowsHosts", "FollowsMap", "FollowsTask", "FollowsTeam", "Frame", "Frames",
+    "Frontier",
     "GoalEnd", "GridSpec", "Handle", "Handover", "HasDoubts", "HearsAntennas", "Itemizes",
     "JudgesTransmissions",
     "KnowsDepartures", "KnowsHandovers", "KnowsLinks", "KnowsUnusedKeys", "Ledger", "LimitsReach",

@@ -239,6 +239,10 @@ class StrategyContext(Protocol):
         """The newest scan of the robot's first laser, None before the first. At its first call the
         strategy subscribes to them: call it in ``on_start``."""
 
+    def act(self, content: object) -> None:
+        """Do what the task knows of, where the robot is: be served at a station. Raises
+        ``ModelError`` where it knows of nothing."""
+
     def share_map(self) -> None:
         """Send the team now what is new in the own map, as ``coordination.exchange`` does each
         ``period``, or with ``period: null`` only then. Raises ``ModelError`` where its plug-in is
@@ -339,6 +343,14 @@ class FollowsTeam(Protocol):
     def on_teammate(self, context: StrategyContext, name: str, heard: bool) -> None:
         """``name`` was heard of for the first time or again (``heard``), or was not for
         ``coordination.lost_after``."""
+
+
+@runtime_checkable
+class FollowsTask(Protocol):
+    """A strategy to which the task says what happens on the spot."""
+
+    def on_task(self, context: StrategyContext, content: object) -> None:
+        """The task tells ``content``, as ``desim.ports.delivery.Served``; no network carries it."""
 
 
 class RecordedPaths(parameters.Params):

@@ -1,7 +1,8 @@
 """The contract of a task: what a fleet is to do, when that is done, and how well it was done.
 
 A task stands on the side of the truth, with the monitor: it sees all, and no robot hears of it.
-What robots know of their task is its ``briefing``, which does not change in a run.
+What robots know of their task is its ``briefing``, which does not change in a run, and what it
+tells them on the spot: a load is there, a battery is empty. No network carries that.
 """
 
 from __future__ import annotations
@@ -107,9 +108,33 @@ class TaskContext(Protocol):
     def every(self, period_ns: int, callback: Callable[[TaskContext], object]) -> None:
         """Call ``callback(context)`` every ``period_ns``, from one period after the start on."""
 
-    def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
-        """Write a trace row about ``robot``. All that metrics count must have a row, so that runs
-        with equal rows have equal metrics."""
+    def after(self, delay_ns: int, callback: Callable[[TaskContext], object]) -> None:
+        """Call ``callback(context)`` once, ``delay_ns`` from now."""
+
+    @property
+    def radius_m(self) -> float:
+        """The inscribed radius of the narrowest robot of the fleet."""
+
+    @property
+    def desks(self) -> tuple[str, ...]:
+        """The names of the hosts without a body that run a strategy."""
+
+    def notify(self, host: str, content: object) -> None:
+        """Let the strategy of ``host`` know, if it is a ``ports.FollowsTask`` and the host is up:
+        what it feels, sees or is given on the spot."""
+
+    def energy_j(self) -> np.ndarray:
+        """[robots] the energy used so far, NaN of those without ``robot.power``."""
+
+    def battery_j(self) -> np.ndarray:
+        """[robots] ``robot.power.battery``, NaN likewise."""
+
+    def hold(self, robot: str) -> None:
+        """Let the robot's drive fail for good: it brakes, and follows no command."""
+
+    def record(self, kind: str, robot: str | None, a: int = 0, b: int = 0) -> None:
+        """Write a trace row about ``robot``, or about none. All that metrics count must have a row,
+        so that runs with equal rows have equal metrics."""
 
     def end(self, reason: str) -> None:
         """The task is done: the run ends, and its ``stop_reason`` is ``reason``."""
@@ -196,6 +221,15 @@ class JudgesMap(Protocol):
 
     def judged(self) -> int | None:
         """The robot's index in ``explorers``; None: the one that knows most."""
+
+
+@runtime_checkable
+class TakesActions(Protocol):
+    """A task in which robots do more than drive."""
+
+    def on_act(self, context: TaskContext, host: str, content: object) -> None:
+        """The strategy of ``host`` does something (``StrategyContext.act``). Raises ``ModelError``
+        for what cannot be done in this task."""
 
 
 @runtime_checkable

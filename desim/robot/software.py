@@ -15,6 +15,7 @@ from desim.ports.sharing import Sharing
 from desim.robot import monitor_feed, transform_broadcaster
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.explore import Explore
+from desim.robot.coordination.task_link import TaskLink
 from desim.robot.localization.node import LocalizationNode
 from desim.robot.localization.pose_publisher import CorrectionNode, PosePublisher
 from desim.robot.localization.remote_slam import RemoteSlam
@@ -37,12 +38,12 @@ Pilot = Callable[[str, Strategy], Strategy]
 
 def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: StrategyChoice,
                    body: BodyType, robot_map: RobotMap, peers: tuple[str, ...], team: Team,
-                   start: Pose2D | None, monitored: bool, task: object,
+                   start: Pose2D | None, monitored: bool, link: TaskLink,
                    pilot: Pilot | None = None) -> list[Node]:
     """The nodes of one ``robot``, which runs the strategy of ``choice``, in the order in which they
     start. ``peers`` are the names of the other robots that carry software; ``start``: the robot's
-    pose where it is known; ``monitored``: some host collects maps and distances; ``task``: the
-    briefing; ``pilot`` as ``Simulation`` takes it.
+    pose where it is known; ``monitored``: some host collects maps and distances; ``link``: to the
+    task; ``pilot`` as ``Simulation`` takes it.
 
     Nodes of one robot share objects, as nodelets do: the map, the costmap and the poses of peers.
     This function hands the objects to the nodes. An empty message on the topic ``map``, ``costmap``
@@ -62,7 +63,7 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
         map_sharing,
         move_base.MoveBase(host, robot, body, queries.costmap, _local_planner(robot)),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team,
-                next(iter(robot.lasers_by_topic)), map_sharing.share, task),
+                next(iter(robot.lasers_by_topic)), map_sharing.share, link),
     ]
     if coordination.team_state is not None:
         nodes.append(TeamStateNode(host, coordination.team_state, team, peers, has_body=True))
@@ -79,7 +80,7 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
 
 def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
                          robot_map: RobotMap, robots: tuple[str, ...], team: Team,
-                         task: object) -> list[Node]:
+                         link: TaskLink) -> list[Node]:
     """The nodes of a host without a body that runs a strategy. It plans for the widest robot of the
     fleet."""
     queries = _queries(scenario.robot, robot_map, max(
@@ -89,7 +90,7 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
     nodes: list[Node] = [
         MapSharing(host, _sharing(scenario.coordination.exchange), robot_map, robots, team,
                    robot_map),
-        Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team, task),
+        Coordinate(host, scenario.robot.exploration.rate_hz, strategy, queries, team, link),
     ]
     if scenario.coordination.team_state is not None:
         nodes.append(TeamStateNode(host, scenario.coordination.team_state, team, robots,

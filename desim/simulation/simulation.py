@@ -27,7 +27,7 @@ from desim.monitor.recorder import Recorder
 from desim.monitor.truth import Truth
 from desim.ports import HasDoubts, Pose2D
 from desim.ports.sharing import SharingTraits
-from desim.ports.tasks import Briefs, GivesMap, Ground
+from desim.ports.tasks import GivesMap, Ground
 from desim.robot.declared_traffic import (
     Copied,
     CopyPublisher,
@@ -109,6 +109,7 @@ class Simulation:
         self._explorers = tuple(self.world.robots[robot] for robot in self._controlled)
         self._publications = [(self.world.robots[robot], publication) for robot in self._controlled
                               for publication in self._equipment[robot].publishes]
+        self._stuck: set[int] = set()  # robots whose drive is blocked
         self.monitor = self._new_monitor()
         self._watchers: list[Monitor | Recorder] = [self.monitor]
         if recorder is not None:
@@ -121,13 +122,11 @@ class Simulation:
         # The software of each host, which starts with it, and the faults that stop hosts.
         self._pool = TilePool()
         task = self.monitor.task
-        self._briefing = task.briefing() if isinstance(task, Briefs) else None
         self._terrain_map = (map_of_terrain(self._pool, self.monitor.truth.ground)
                              if isinstance(task, GivesMap) and task.gives_map() else None)
         for host_plan in self.plan:
             self.graph.host(host_plan.name).software = partial(self.nodes, host_plan=host_plan)
         self._outages: Counter[str] = Counter()  # that keep a host down
-        self._stuck: set[int] = set()  # robots whose drive is blocked
         self.graph.listeners["out_of_memory"] = self._out_of_memory
         for number, fault in enumerate(scenario.faults):
             self.kernel.process(self._outage(fault), Phase.WORLD,
@@ -142,7 +141,7 @@ class Simulation:
                    self.world.doubts() if isinstance(self.world, HasDoubts) else ()),
             self.graph, lambda: self.world.snapshot().poses, self.world.travelled_m, self._nodes,
             [own.power if robot in self._controlled else None
-             for robot, own in enumerate(self._equipment)]), task, self.streams)
+             for robot, own in enumerate(self._equipment)], hold=self._hold), task, self.streams)
 
     def run(self, until_ns: int | None = None) -> Outcome:
         """Run until a stop condition holds, or ``until_ns``."""
@@ -193,12 +192,12 @@ class Simulation:
                                     self._peers(robot), self._team(host.name),
                                     self._known_start(robot),
                                     monitored=any(other.monitor for other in self.plan),
-                                    task=self._briefing, pilot=self._pilot)
+                                    link=self.monitor.truth.link, pilot=self._pilot)
         if host_plan.strategy is not None:
             robot_map = self._new_map()
             nodes += coordinator_software(host, scenario, host_plan.strategy,
                                           robot_map, self._explorers,
-                                          self._team(host.name), self._briefing)
+                                          self._team(host.name), self.monitor.truth.link)
         if robot_map is not None and self._terrain_map is not None:
             nodes.append(MapServer(host, robot_map, self._terrain_map))
         return [*nodes, *self._declared_traffic(host)]
@@ -273,14 +272,17 @@ class Simulation:
 
     def _held(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
         """Block the drive of a robot: it brakes, and follows no command until it is free."""
-        robot = self.world.robots.index(name)
-        self._stuck.add(robot)
-        self.world.command(robot, 0.0, 0.0, 0.0)
+        self._hold(name)
         self.trace.row(self.kernel.now_ns, self.names.id("stuck"), self.names.id(name))
         if for_ns is not None:
             yield for_ns
-            self._stuck.discard(robot)
+            self._stuck.discard(self.world.robots.index(name))
             self.trace.row(self.kernel.now_ns, self.names.id("freed"), self.names.id(name))
+
+    def _hold(self, name: str) -> None:
+        robot = self.world.robots.index(name)
+        self._stuck.add(robot)
+        self.world.command(robot, 0.0, 0.0, 0.0)
 
     def _down(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
         """Stop a host, and start it again when the last of its outages has ended."""

@@ -1,7 +1,7 @@
 """A robot without a simulator: a ``StrategyContext`` whose world is a list of frontiers.
 
-What the strategy does is kept: ``goals``, ``driven``, ``maps_shared``, ``published``, ``timers``,
-``shown``. A check plays the
+What the strategy does is kept: ``goals``, ``driven``, ``acts``, ``maps_shared``, ``published``,
+``timers``, ``shown``. A check plays the
 part of the team: it delivers messages, or loses them.
 """
 
@@ -68,6 +68,7 @@ class StrategyBench:
         self.grid = ports.GridSpec(_CELL_M, cells, cells, -_SIDE_M / 2, -_SIDE_M / 2)
         self.goals: list[ports.Place | None] = []
         self.driven: list[list[float]] = []
+        self.acts: list[object] = []
         self.maps_shared = 0
         self.shown: dict[str, list[ports.Mark]] = {}
         self.published: list[ports.StrategyMessage] = []
@@ -143,6 +144,9 @@ class StrategyBench:
         check_body(self.name, self.has_body)
         return LaserScan(self.now_ns, np.full(_BEAMS, _VIEW_M, np.float32), -math.pi,
                          math.tau / _BEAMS, _VIEW_M)
+
+    def act(self, content: object) -> None:
+        self.acts.append(content)
 
     def share_map(self) -> None:
         check_body(self.name, self.has_body)

@@ -8,6 +8,7 @@ from itertools import count
 
 from desim import ports
 from desim.ports.arguments import check_choice
+from desim.ports.delivery import Charge, Delivery, Served, ServiceEnd, Station, TransportOrder
 from desim.ports.tasks import Patrol
 from desim.robot.coordination.strategy_events import StrategyEvents
 from desim.robot.team import Team
@@ -20,6 +21,10 @@ from desim.units import NS_PER_S
 _LOST_AFTER_NS = 5 * NS_PER_S
 _ROUNDS = 10  # of a second each
 _PATROL = Patrol((ports.Place(4.0, 0.0), ports.Place(-8.0, 3.0), ports.Place(2.0, 12.0)))
+_STATIONS = Delivery((Station("shelf", "pick", ports.Place(4.0, 0.0)),
+                      Station("dock", "drop", ports.Place(-8.0, 3.0)),
+                      Station("plug", "charge", ports.Place(0.5, 0.0))), 2.0)
+_BRIEFINGS: dict[type, object] = {Patrol: _PATROL, Delivery: _STATIONS}
 _EARLY = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
           ports.Frontier(-30.0, 2.0, 45.0, 7)]
 _LATE = [ports.Frontier(5.0, 1.0, 5.5, 30), *_EARLY[1:]]  # somebody has explored the nearest
@@ -32,11 +37,12 @@ def check_strategy(cls: PluginClass[ports.Strategy], briefing: object = None,
     same situation, keeps its state in ``self``, and goes on when every message is lost, when
     messages come late or twice, when teammates are lost and come back, when they answer at once,
     and when there is no frontier left. ``briefing`` of its task; where a ``Patrol`` is needed, one
-    of three places. What a run would refuse raises the ``ModelError`` of the run."""
+    of three places, where a ``Delivery`` is, one of three stations, whose services end in every
+    way. What a run would refuse raises the ``ModelError`` of the run."""
     check_form("strategy", cls, params)
     needs = ports.StrategyTraits.of(cls).needs
-    if needs is Patrol and briefing is None:
-        briefing = _PATROL
+    if briefing is None:
+        briefing = _BRIEFINGS.get(needs)
     need(isinstance(briefing, needs), cls,
          f"be checked with the briefing that it needs: check_strategy(..., briefing={needs}(...))")
     with own_streams(cls), own_state(cls):
@@ -103,10 +109,30 @@ class _Play:
             with _situation(f"a drive has ended: {end}"):
                 self._events.goal_ended(ports.Place(4.0, 0.0), end)
                 self._go_on(1)
+        if self._bench.task is _STATIONS:
+            self._be_served()
         with _situation("no frontier is left"):
             self._map([])
             self._go_on(2)
         return [*self._choices, *bench.goals]
+
+    def _be_served(self) -> None:
+        """Orders arrive, the robot gets to each station, and is served or not."""
+        bench = self._bench
+        for number in range(3):
+            self._events.notified(TransportOrder(number, "shelf", "dock"))
+            self._go_on(1)
+        for share in (0.5, 0.1, 1.0):
+            with _situation(f"{share:.0%} of the battery are left"):
+                self._events.notified(Charge(share))
+                self._go_on(1)
+        for outcome in ServiceEnd:
+            for station in _STATIONS.stations:
+                with _situation(f"a service at {station.name} has ended: {outcome}"):
+                    bench.pose = ports.Pose2D(*station.place, 0.0)
+                    self._go_on(2)
+                    self._events.notified(Served(station.name, 1, outcome))
+        self._choices.append(list(bench.acts))
 
     # ------------------------------------------------------------------------- with a second robot
 

@@ -11,7 +11,7 @@ from desim import ports
 from desim.engine.streams import Streams
 from desim.monitor.coverage import Coverage
 from desim.ports.arguments import check_callback, check_period
-from desim.ports.tasks import FollowsKnowledge, Ground, Task, TaskContext
+from desim.ports.tasks import FollowsKnowledge, Ground, TakesActions, Task, TaskContext
 from desim.robot.mapping.tiles import FREE, tiles_of
 
 _CELLS, _CELL_M = 64, 0.5
@@ -20,8 +20,9 @@ _CELLS, _CELL_M = 64, 0.5
 class TaskBench:
     """Two robots in a hall of 32 m x 32 m with a wall around it, and one without software.
 
-    What the task does is kept: ``rows``, the ``reason`` of the end. ``run`` lets time pass,
-    ``at_m`` says where robots are.
+    What the task does is kept: ``rows``, the ``reason`` of the end, ``notified`` (whom, of
+    what), whom it ``held``. ``run`` lets time pass, ``at_m`` says where robots are, ``used_j`` what
+    they used of batteries of 1 kJ.
     """
 
     def __init__(self, task: Task) -> None:
@@ -35,10 +36,15 @@ class TaskBench:
         self.ground = Ground(ports.GridSpec(_CELL_M, _CELLS, _CELLS, 0.0, 0.0), solid, solid == 0)
         self.knowledge = Coverage(self.ground, self.explorers, self._learned)
         self.at_m = np.array([[4.0, 4.0], [16.0, 2.0], [28.0, 28.0]])
-        self.rows: list[tuple[int, str, str, int, int]] = []
+        self.rows: list[tuple[int, str, str | None, int, int]] = []
         self.reason: str | None = None
+        self.notified: list[tuple[str, object]] = []
+        self.held: list[str] = []
+        self.used_j = np.array([0.0, np.nan, 0.0])
+        self.radius_m, self.desks = 0.3, ()
         self._way_m = np.zeros(3)
         self._timers: list[tuple[int, int, Callable[[TaskContext], object]]] = []
+        self._once: list[tuple[int, Callable[[TaskContext], object]]] = []
         task.start(self)
 
     def poses(self) -> np.ndarray:
@@ -52,8 +58,25 @@ class TaskBench:
         check_callback(callback, "context")
         self._timers.append((self.now_ns, period_ns, callback))
 
-    def record(self, kind: str, robot: str, a: int = 0, b: int = 0) -> None:
-        assert robot in self.robots, f"a row about {robot!r}, who is no robot"
+    def after(self, delay_ns: int, callback: Callable[[TaskContext], object]) -> None:
+        assert type(delay_ns) is int and delay_ns >= 0, f"a delay of {delay_ns!r} ns"
+        check_callback(callback, "context")
+        self._once.append((self.now_ns + delay_ns, callback))
+
+    def notify(self, host: str, content: object) -> None:
+        self.notified.append((host, content))
+
+    def energy_j(self) -> np.ndarray:
+        return self.used_j
+
+    def battery_j(self) -> np.ndarray:
+        return np.array([1000.0, np.nan, 1000.0])
+
+    def hold(self, robot: str) -> None:
+        self.held.append(robot)
+
+    def record(self, kind: str, robot: str | None, a: int = 0, b: int = 0) -> None:
+        assert robot is None or robot in self.robots, f"a row about {robot!r}, who is no robot"
         assert type(a) is int and type(b) is int, f"a row {kind!r} of {a!r} and {b!r}, no ints"
         self.rows.append((self.now_ns, kind, robot, a, b))
 
@@ -71,10 +94,14 @@ class TaskBench:
         while True:
             due = [(start_ns + ((self.now_ns - start_ns) // period_ns + 1) * period_ns, i)
                    for i, (start_ns, period_ns, _) in enumerate(self._timers)]
-            at_ns = min((one for one, _ in due), default=until_ns + 1)
+            at_ns = min([one for one, _ in due] + [one for one, _ in self._once],
+                        default=until_ns + 1)
             if at_ns > until_ns:
                 break
             self.now_ns = at_ns
+            for once in [once for once in self._once if once[0] == at_ns]:
+                self._once.remove(once)
+                once[1](self)
             for i in [i for one, i in due if one == at_ns]:
                 self._timers[i][2](self)
         self.now_ns = until_ns
@@ -85,6 +112,11 @@ class TaskBench:
         self._way_m[robot] += float(np.hypot(*(self.at_m[robot] - (x_m, y_m))))
         self.at_m = self.at_m.copy()
         self.at_m[robot] = x_m, y_m
+
+    def act(self, host: str, content: object) -> None:
+        """A strategy does something."""
+        assert isinstance(self.task, TakesActions)
+        self.task.on_act(self, host, content)
 
     def learn(self, explorer: int, rows: int) -> None:
         """From now on a robot's map knows the lowest ``rows`` rows of cells as free."""

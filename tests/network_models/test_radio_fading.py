@@ -281,7 +281,7 @@ def test_outage_is_that_of_a_threshold(mean_dbm, k_db):
     assert agrees(threshold) and not agrees(1.1 * threshold)
 
 
-def test_retries_in_a_block_are_in_vain_and_later_ones_are_not():
+def test_retries_in_a_block_are_wasted_and_later_ones_are_not():
     """The same link for all seven attempts, against one that is another one by the next."""
     long, short = ({"coherence": period} for period in ("1 s", "1 ms"))
     share, error = math.exp(-1), math.sqrt(math.exp(-1) * (1 - math.exp(-1)) / 1000)

@@ -13,6 +13,7 @@ from desim.ports import Mark, Peer, Place, Pose2D
 from desim.robot.coordination.context import HostContext
 from desim.robot.coordination.coordinate import Coordinate
 from desim.robot.coordination.strategy_messages import MessageCount, encoded
+from desim.robot.coordination.task_link import TaskLink
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team
 from desim.scenario.schema.robot import ExplorationParams
@@ -55,7 +56,7 @@ class Mind(Node):
         self.works, self._begin = [], begin
         self.team = Team(team, S, lambda message: lambda: -50.0, common_frame)
         queries = MapQueries(costmap(drawn(*ROOM)), ExplorationParams(), 0.4, 8.0)
-        self.context = HostContext(self, self.team, queries, body, "briefing")
+        self.context = HostContext(self, self.team, queries, body, TaskLink("briefing"))
 
     def start(self):
         self._begin(self.context)
@@ -216,7 +217,7 @@ def test_a_coordinator_notes_its_team_and_its_map():
 
     team, robot_map = Team(("b",), 3 * S), drawn(*ROOM)
     queries = MapQueries(costmap(robot_map), ExplorationParams(), 0.4, 8.0)
-    hosts = Hosts(a=lambda host: [Coordinate(host, 1, Watcher(), queries, team, None)])
+    hosts = Hosts(a=lambda host: [Coordinate(host, 1, Watcher(), queries, team, TaskLink())])
     hosts.at(5 * S, lambda: team.note_pose("b", 0.0, 0.0, 0.0, 0, 5 * S)).run(20 * S)
     assert log[0] == (0, "start", False) and log[1][1] == "map" and log[1][0] <= 1
     assert [row[1:] for row in log[2:]] == [("b", True), ("b", False)]

@@ -14,10 +14,15 @@ from desim.testing import check_task
 
 TASKS = sorted({*plugins.available("task"), "exploration", "none", "patrolling"})
 
+# What has no default.
+NEEDED = {"delivery": {"every": "3 s", "stations": {
+    "shelf": {"kind": "pick", "at": ["4 m", "4 m"]},
+    "dock": {"kind": "drop", "at": ["20 m", "4 m"]}}}}
+
 
 @pytest.mark.parametrize("name", TASKS)
 def test_every_task_keeps_its_contract(name):
-    check_task(plugins.load("task", name))
+    check_task(plugins.load("task", name), **NEEDED.get(name, {}))
 
 
 def test_patrols_keep_it_with_given_places():

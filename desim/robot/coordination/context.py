@@ -44,6 +44,7 @@ from desim.ports.arguments import (
     start_of_ways,
 )
 from desim.robot.coordination.strategy_messages import Encoded, MessageCount, encoded
+from desim.robot.coordination.task_link import TaskLink
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team
 from desim.units import NS_PER_S
@@ -87,12 +88,12 @@ class Drives(Protocol):
 
 class HostContext:
     """The knowledge and the actions of a strategy on the host of ``node``. ``body``: the robot, or
-    None on a host without a body | ``task``: the briefing."""
+    None on a host without a body | ``link``: to its task."""
 
     def __init__(self, node: Node, team: Team, queries: MapQueries, body: Drives | None,
-                 task: object) -> None:
+                 link: TaskLink) -> None:
         self._node, self._team, self._queries, self._body = node, team, queries, body
-        self.task = task
+        self.task, self._link = link.briefing, link
         self._topics: set[str] = set()  # advertised
         self._waiting = 0  # timers
         self._messages = MessageCount()
@@ -179,6 +180,9 @@ class HostContext:
     def scan(self) -> Ranges | None:
         return self._driver().scan()
 
+    def act(self, content: object) -> None:
+        self._link.act(self.name, content)
+
     def share_map(self) -> None:
         self._driver().share_map()
 
@@ -236,6 +240,15 @@ class HostContext:
             self._node.display(kind, places, tuple(mark.text for mark in shown))
 
     # ------------------------------------------------------------------------------------------
+
+    def listen(self, listener: Callable[[object], object]) -> None:
+        """Call ``listener(content)`` in this instant for what the task tells, while the host is up.
+        """
+        def hear(content: object) -> None:
+            if self._node.host.up:
+                self._node.after(0, listener, content, name="on_task")
+
+        self._link.listen(self.name, hear)
 
     def _receive(self, topic: str, callback: OnMessage, message: Message) -> None:
         said: Encoded = message.content

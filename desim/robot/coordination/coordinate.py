@@ -9,6 +9,7 @@ from desim.middleware.node import Node
 from desim.ports import Strategy
 from desim.robot.coordination.context import HostContext
 from desim.robot.coordination.strategy_events import StrategyEvents
+from desim.robot.coordination.task_link import TaskLink
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team
 
@@ -19,11 +20,11 @@ class Coordinate(Node):
     """
 
     def __init__(self, host: Host, rate_hz: Fraction, strategy: Strategy, queries: MapQueries,
-                 team: Team, task: object) -> None:
+                 team: Team, link: TaskLink) -> None:
         super().__init__(host, "coordinate")
         self._rate_hz, self._map = rate_hz, queries.costmap.robot_map
-        context = HostContext(self, team, queries, None, task)
-        self._events = StrategyEvents(strategy, context, team)
+        self._context = HostContext(self, team, queries, None, link)
+        self._events = StrategyEvents(strategy, self._context, team)
 
     def kept(self) -> dict[str, int]:
         """See ``Node.kept``: the costmap."""
@@ -32,4 +33,5 @@ class Coordinate(Node):
     def start(self) -> None:
         self.timer(self._rate_hz, lambda _: self._events.tick(
             self.now_ns, self._map.version), name="tick")
+        self._context.listen(self._events.notified)
         self._events.started()

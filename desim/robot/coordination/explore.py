@@ -19,6 +19,7 @@ from desim.ports.arguments import check_choice, check_goal
 from desim.robot.coordination.blacklist import Blacklist
 from desim.robot.coordination.context import HostContext
 from desim.robot.coordination.strategy_events import StrategyEvents
+from desim.robot.coordination.task_link import TaskLink
 from desim.robot.coordination.visits import Visits
 from desim.robot.navigation.map_queries import MapQueries
 from desim.robot.team import Team
@@ -60,13 +61,13 @@ class Explore(Node):
 
     def __init__(self, host: Host, exploration: ExplorationParams, strategy: Strategy,
                  navigation: Navigation, body: BodyType, queries: MapQueries, team: Team,
-                 laser: str, share_map: Callable[[], None], task: object = None) -> None:
+                 laser: str, share_map: Callable[[], None], link: TaskLink | None = None) -> None:
         super().__init__(host, "explore")
         self._rate_hz, self._strategy, self._queries = exploration.rate_hz, strategy, queries
         self._publishes_cost = exploration.publishes_cost
         self._costmap, self._planner = queries.costmap, queries.planner
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.inscribed_radius_m
-        self._context = HostContext(self, team, queries, self, task)
+        self._context = HostContext(self, team, queries, self, link or TaskLink())
         self._events = StrategyEvents(strategy, self._context, team)
         self._pose: Latest
         self._laser, self.share_map = laser, share_map
@@ -93,6 +94,7 @@ class Explore(Node):
         self.subscribe("costmap", self._on_costmap)
         self.subscribe("goal_result", self._on_result)
         self.timer(self._rate_hz, self._tick, name="tick")
+        self._context.listen(self._events.notified)
         self._events.started()
 
     def kept(self) -> dict[str, int]:

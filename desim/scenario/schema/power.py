@@ -52,5 +52,5 @@ class PowerParams(Params):
     computer: ComputerPower = Field(default_factory=ComputerPower)
     radio: RadioPower = Field(default_factory=RadioPower)
     battery_j: Energy = Field("260 Wh", description=(
-        "of battery_life_s; a robot whose battery is empty goes on (three of 12 V and 7.2 Ah, not "
-        "verified)"))
+        "of battery_life_s; empty, it stops a robot in the task delivery alone (three of 12 V and "
+        "7.2 Ah, not verified)"))

@@ -85,7 +85,7 @@ def test_a_team_that_is_apart_meets_and_parts():
     assert [topic for _, topic, _ in team.sent] == ["meeting"]
 
 
-def test_who_waits_in_vain_goes_on_alone_and_comes_back_after_twice_the_time():
+def test_who_waits_wasted_goes_on_alone_and_comes_back_after_twice_the_time():
     team = rendezvous(interval="20 s", failsafe_after="5 s")
     team.deaf = set(team.benches)
     play(team, 22, drives=False)
@@ -154,7 +154,7 @@ def test_a_relay_with_a_base_goes_home_until_it_hears_it():
     assert {topic for source, topic, _ in team.sent if source == "base"} == {"here"}
 
 
-def test_partners_that_wait_in_vain_explore_until_they_hear_each_other():
+def test_partners_that_wait_wasted_explore_until_they_hear_each_other():
     team = pair(interval="10 s", failsafe_after="5 s", linger="2 s")
     team.deaf = {"r0", "r1"}
     play(team, 14, drives=False)
