@@ -45,7 +45,7 @@ class Inflation(NamedTuple):
 
 
 class NearbyBody(NamedTuple):
-    """A body that moves, or a teammate, as the robot knows it now: place and velocity on the map,
+    """A body that moves, as the robot knows it now: place and velocity on the map,
     extrapolated. ``name``: of a teammate whose messages told it; empty if only lasers did."""
 
     name: str
@@ -143,7 +143,7 @@ class LocalContext(Protocol):
         map; below 0 within, and at least the inflation radius where nothing is near."""
 
     def neighbours(self) -> Sequence[NearbyBody]:
-        """Moving bodies and teammates nearby; none without ``follows_neighbours``."""
+        """Bodies that move nearby, teammates too; none without ``follows_neighbours``."""
 
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this robot's own."""

@@ -9,7 +9,7 @@ from desim.errors import below
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.ports import Pose2D, Strategy
-from desim.ports.local_planners import LocalPlanner
+from desim.ports.local_planners import LocalPlanner, LocalPlannerTraits
 from desim.ports.localization import Localization
 from desim.ports.sharing import Sharing
 from desim.robot import monitor_feed, transform_broadcaster
@@ -23,8 +23,10 @@ from desim.robot.localization.sensor_pose import SENSORS, SensorPose
 from desim.robot.mapping.map_receiver import MapReceiver
 from desim.robot.mapping.node import Mapping
 from desim.robot.mapping.robot_map import RobotMap
-from desim.robot.navigation import global_costmap, move_base
+from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.map_queries import MapQueries
+from desim.robot.navigation.move_base import MoveBase
+from desim.robot.navigation.moving_bodies import MovingBodies
 from desim.robot.sharing.node import MapSharing, own_map_for
 from desim.robot.team import Team
 from desim.robot.team_state import TeamStateNode
@@ -61,7 +63,8 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     nodes: list[Node] = [
         *_localization(host, robot, own_map, start, _bodies_m(scenario, peers)),
         map_sharing,
-        move_base.MoveBase(host, robot, body, queries.costmap, _local_planner(robot)),
+        _move_base(host, robot, body, queries.costmap, team,
+                   0.5 * _bodies_m(scenario, peers) or body.radius_m),
         Explore(host, robot.exploration, strategy, robot.navigation, body, queries, team,
                 next(iter(robot.lasers_by_topic)), map_sharing.share, link),
     ]
@@ -133,10 +136,15 @@ def _new_localization(robot: Equipment) -> Localization:
         return plugins.load("localization", choice.model)(choice.params)
 
 
-def _local_planner(robot: Equipment) -> LocalPlanner:
+def _move_base(host: Host, robot: Equipment, body: BodyType, costmap: GlobalCostmap, team: Team,
+               others_m: float) -> Node:
+    """The node that drives. ``others_m``: the radius of the widest teammate."""
     choice = robot.navigation.local
     with below("robot.navigation.local"):
-        return plugins.load("local_planner", choice.model)(choice.params)
+        steering: LocalPlanner = plugins.load("local_planner", choice.model)(choice.params)
+    follows = LocalPlannerTraits.of(steering).follows_neighbours
+    return MoveBase(host, robot, body, costmap, steering,
+                    MovingBodies(team, costmap, others_m) if follows else None)
 
 
 def _bodies_m(scenario: Scenario, peers: tuple[str, ...]) -> float:
@@ -154,7 +162,7 @@ def _sharing(choice: Exchange | None) -> Sharing | None:
 
 
 def _queries(robot: Equipment, robot_map: RobotMap, radius_m: float) -> MapQueries:
-    costmap = global_costmap.GlobalCostmap(robot_map, radius_m, robot.navigation.inflation_radius_m,
-                                           robot.navigation.inflation_scaling)
+    costmap = GlobalCostmap(robot_map, radius_m, robot.navigation.inflation_radius_m,
+                                       robot.navigation.inflation_scaling)
     return MapQueries(costmap, robot.exploration, robot.navigation.goal_tolerance_m,
                       min(robot.mapping.usable_range_m, robot.first_laser.max_range_m))

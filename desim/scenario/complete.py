@@ -7,12 +7,14 @@ from typing import TypeVar, get_args
 
 from desim import plugins
 from desim.ports import Params, StrategyTraits, natural_key
+from desim.ports.local_planners import LocalPlannerTraits
 from desim.ports.sharing import SharingTraits
 from desim.scenario import plugin_choices
 from desim.scenario.cluster_nodes import cluster_nodes
 from desim.scenario.names import fleet_size, robot_names
 from desim.scenario.recipients import monitors, words_of
 from desim.scenario.robot_types import (
+    equipment_by_path,
     filled_in,
     strategies_of,
     types_by_name,
@@ -196,9 +198,11 @@ def _in_testbed(medium: MediumChoice, scenario: Scenario) -> MediumChoice:
 
 def _coordination(scenario: Scenario) -> Coordination:
     coordination = scenario.coordination
-    if "team_state" not in coordination.model_fields_set and any(
+    if "team_state" not in coordination.model_fields_set and (any(
             StrategyTraits.of(plugins.load("strategy", choice.strategy)).reads_team_state
-            for choice in strategies_of(scenario)):
+            for choice in strategies_of(scenario)) or any(
+            LocalPlannerTraits.of(plugins.load("local_planner", robot.navigation.local.model))
+            .follows_neighbours for _, robot in equipment_by_path(scenario))):
         coordination = _changed(coordination, team_state=TeamStateParams())
     exchange = coordination.exchange
     if exchange is None:

@@ -8,6 +8,7 @@ from desim.engine.streams import Streams
 from desim.ports.arguments import check_work
 from desim.ports.local_planners import LocalPlanner
 from desim.robot.navigation.global_costmap import GlobalCostmap
+from desim.robot.navigation.moving_bodies import MovingBodies
 from desim.robot.navigation.situation import Situation
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
@@ -31,8 +32,8 @@ class LocalPlannerBench(Situation):
     ``costmap.observe`` scans, ``steer``. ``is_blocked``: as of the last ``steer``."""
 
     def __init__(self, planner: LocalPlanner, navigation: Navigation, body: BodyType,
-                 around: GlobalCostmap) -> None:
-        super().__init__(_Robot(), navigation, body, around)
+                 around: GlobalCostmap, moving: MovingBodies | None = None) -> None:
+        super().__init__(_Robot(), navigation, body, around, moving)
         self.planner, self.is_blocked = planner, False
         planner.start(self)
 

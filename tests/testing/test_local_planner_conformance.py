@@ -10,7 +10,7 @@ from desim.robot.navigation.local_planners.regulated_pure_pursuit import Regulat
 from desim.testing import check_local_planner
 
 KINDS = sorted({*plugins.available("local_planner"), "dynamic_window", "dwb",
-                "regulated_pure_pursuit"})
+                "orca", "regulated_pure_pursuit"})
 
 
 @pytest.mark.parametrize("name", KINDS)

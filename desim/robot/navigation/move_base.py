@@ -15,6 +15,7 @@ from desim.middleware.topics import Latest
 from desim.ports.local_planners import LocalPlanner
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner
+from desim.robot.navigation.moving_bodies import MovingBodies
 from desim.robot.navigation.patience import patience
 from desim.robot.navigation.recovery import Recovery, Spin, retreat
 from desim.robot.navigation.scan_points import PlacedScan
@@ -36,7 +37,7 @@ class MoveBase(Node):
     """
 
     def __init__(self, host: Host, robot: Equipment, body: BodyType, costmap: GlobalCostmap,
-                 steering: LocalPlanner) -> None:
+                 steering: LocalPlanner, moving: MovingBodies | None = None) -> None:
         super().__init__(host, "move_base")
         navigation, lasers = robot.navigation, robot.lasers_by_topic
         self._robot, self._navigation, self._body = robot, navigation, body
@@ -45,7 +46,8 @@ class MoveBase(Node):
                                         for laser in lasers.values()))
         self._beams = sum(laser.beams for laser in lasers.values())
         self._costmap, self._planner = costmap, GlobalPlanner(costmap)
-        self._local, self._steering = Situation(self, navigation, body, costmap), steering
+        self._local = Situation(self, navigation, body, costmap, moving)
+        self._steering = steering
         self._patience = patience(navigation)
         self._sonar: Latest | None = None
         self._scans: list[Latest] = []
@@ -114,7 +116,7 @@ class MoveBase(Node):
         scans = [] if self._goal is None or pose is None else self._seen(pose.content)
         if scans:
             self.worked(scans=len(scans), beams=self._beams)
-            self._local.costmap.observe(scans)
+            self._local.observe(scans)
 
     def _seen(self, pose: Pose) -> list[PlacedScan]:
         """The newest scan of each laser, and of the sonar, each with the robot's pose then; none

@@ -15,7 +15,9 @@ from desim.robot.navigation.footprint_cover import cover
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_planner as kernels
 from desim.robot.navigation.local_costmap import LocalCostmap
+from desim.robot.navigation.moving_bodies import MovingBodies
 from desim.robot.navigation.rest_of_path import RestOfPath
+from desim.robot.navigation.scan_points import PlacedScan
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
 from desim.units import NS_PER_S, seconds
@@ -47,8 +49,8 @@ class Situation:
     """Keeps the local costmap, the path to follow, and the velocity that was commanded last."""
 
     def __init__(self, node: PlannerNode, navigation: Navigation, body: BodyType,
-                 around: GlobalCostmap) -> None:
-        self._node = node
+                 around: GlobalCostmap, moving: MovingBodies | None = None) -> None:
+        self._node, self._moving = node, moving
         self.limits = MotionLimits(body.max_speed_mps, body.max_turn_radps, body.acceleration_mps2,
                              body.turn_acceleration_radps2, float(1 / navigation.control_rate_hz))
         self.shape = BodyShape(body.radius_m, body.inscribed_radius_m, body.corners_m)
@@ -71,6 +73,13 @@ class Situation:
             self.costmap.layer, self.costmap.scan, around.flat, around.frame)
         self._rest: RestOfPath | None = None
         self.worked = node.worked
+
+    def observe(self, scans: Sequence[PlacedScan]) -> None:
+        """Take in the newest scan of each laser, each with the robot's pose then."""
+        self.costmap.observe(scans)
+        if self._moving is not None:
+            scan, pose = scans[0]
+            self._moving.observe(self.costmap.points(), np.array(pose[:2]), scan.stamp_ns)
 
     def follow(self, path: np.ndarray) -> None:
         """Follow the way points ``path`` [n, 2] in m from now on."""
@@ -126,7 +135,9 @@ class Situation:
         return self.costmap.clearances_m(poses, self.arrays.cover, self.shape.inscribed_m)
 
     def neighbours(self) -> Sequence[NearbyBody]:
-        return ()
+        if self._moving is None:
+            return ()
+        return self._moving.around(np.array(self.position[:2]), self.now_ns)
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._node.stream("local", *name)

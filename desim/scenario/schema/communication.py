@@ -232,7 +232,7 @@ class Coordination(StrategyChoice):
                                       description="null: robots share nothing")
     team_state: TeamStateParams | None = Field(None, description=(
         "poses and goals for teammates, beside those that come with maps (default: every second "
-        "where the strategy reads them, else null)"))
+        "where the strategy or a local planner reads them, else null)"))
     lost_after_ns: Period = Field("30 s", description=(
         "a teammate that was not heard of for so long counts as lost (six periods of the exchange)"
         ))

@@ -57,7 +57,7 @@ class LocalPlannerChoice(PluginChoice):
     kind, name_key = "local_planner", "model"
 
     model: str = Field("dynamic_window", description=(
-        "a local planner plug-in: dynamic_window (ours), regulated_pure_pursuit, dwb"))
+        "a local planner plug-in: dynamic_window (ours), regulated_pure_pursuit, dwb, orca"))
 
 
 class Navigation(Params):
