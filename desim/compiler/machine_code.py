@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+import platform
+import sys
 from collections.abc import Callable, Iterable
 from functools import cache
 
@@ -14,6 +16,10 @@ IS_KNOWN = ctypes.sizeof(ctypes.c_void_p) == 8 and object.__basicsize__ == 16
 # Python's objects that an entry names, by their symbols.
 NDARRAY, TYPE_ERROR, ARITHMETIC_ERROR = OBJECTS = (
     "desim.ndarray", "desim.TypeError", "desim.ArithmeticError")
+
+SHIPPED_CPU = "x86-64-v3"  # of machine code that comes with a wheel: Intel's and AMD's since 2015
+# Its features beside those of x86-64-v2 (x86-64 psABI, "micro-architecture levels").
+_SHIPPED_FEATURES = "avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"
 
 _FASTCALL = 0x80  # METH_FASTCALL of methodobject.h
 
@@ -73,3 +79,11 @@ def _function(address: int, name: str) -> Callable[..., object]:
 def cpu() -> str:
     """The processor for which machine code is made, and its features."""
     return f"{llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()}"
+
+
+def runs_shipped() -> bool:
+    """Whether machine code of Linux for ``SHIPPED_CPU`` runs here."""
+    if not IS_KNOWN or sys.platform != "linux" or platform.machine() != "x86_64":
+        return False
+    features = llvm.get_host_cpu_features()
+    return all(features.get(feature) for feature in _SHIPPED_FEATURES)

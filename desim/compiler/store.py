@@ -1,7 +1,8 @@
 """Compiled kernels in files: a file for each module of kernels, loaded without numba.
 
 A file begins with a line of JSON: the SHA-256 of the machine code behind it, and the symbols that
-this needs from the process. Its name contains a hash of what the machine code depends on.
+this needs from the process. Its name contains a hash of what the machine code depends on. It is in
+the user's cache, for this processor, or in ``SHIPPED``, with which a wheel comes.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from desim.compiler import machine_code
 from desim.compiler.kernel import CompiledKernel
 from desim.errors import InputError
 
+SHIPPED = Path(__file__).with_name("shipped")  # for machine_code.SHIPPED_CPU
 _unsaid: list[Callable[[], object]] = []  # called before a kernel is compiled, once each
 _spent_s = [0.0, 0.0]  # on compiling: clock time, CPU time
 
@@ -32,26 +34,30 @@ _spent_s = [0.0, 0.0]  # on compiling: clock time, CPU time
 def functions(kernels: Sequence[CompiledKernel], keep: bool) -> list[Callable[..., object]]:
     """The compiled functions of kernels of one module. With ``keep``, which is for all its kernels
     that Python calls, they are read from the file, or compiled and written there."""
-    path = _path(kernels[0].__module__) if keep else None
-    code = None if path is None else _read(path)
+    paths = _paths(kernels[0].__module__) if keep else []
+    code = next((found for found in map(_read, paths) if found is not None), None)
     if code is None:
         while _unsaid:
             _unsaid.pop()()
         begin_s = perf_counter(), process_time()
-        from desim.compiler.units import Unit
-
-        code, symbols = (Unit(kernels[0].__module__).compile(kernels)
-                         if machine_code.IS_KNOWN else (b"", []))
+        code, symbols = _compiled(kernels)
         _spent_s[:] = [spent_s + end_s - start_s for spent_s, start_s, end_s in zip(
             _spent_s, begin_s, (perf_counter(), process_time()), strict=True)]
-        if path is not None:
-            _write(path, code, symbols)
+        if paths:
+            _write(paths[-1], code, symbols)
     if not code:
         from desim.compiler.units import dispatcher
 
         return [dispatcher(kernel) for kernel in kernels]
     return machine_code.functions(code, [(symbol_of(kernel), kernel.__name__)
                                          for kernel in kernels])
+
+
+def ship(kernels: Sequence[CompiledKernel], folder: Path) -> None:
+    """Compile the kernels of one module that Python calls for ``folder``, which is to be
+    ``SHIPPED`` in a wheel. The processor is that of ``NUMBA_CPU_NAME``."""
+    module = kernels[0].__module__
+    _write(_file(folder, module, _sources(module)), *_compiled(kernels))
 
 
 def compiling_s() -> tuple[float, float]:
@@ -75,8 +81,29 @@ def announced(say: Callable[[], object]) -> Iterator[None]:
             _unsaid.remove(say)
 
 
-def _path(module: str) -> Path:
-    digest = hashlib.sha256(_surroundings())
+def _compiled(kernels: Sequence[CompiledKernel]) -> tuple[bytes, list[str]]:
+    """See ``Unit.compile``."""
+    from desim.compiler.units import Unit
+
+    return (Unit(kernels[0].__module__).compile(kernels) if machine_code.IS_KNOWN else (b"", []))
+
+
+def _paths(module: str) -> list[Path]:
+    """The files that a module's machine code may be in. The last is the one to write."""
+    sources, surroundings = _sources(module), _surroundings()
+    own = _file(Path(os.environ["NUMBA_CACHE_DIR"]), module, surroundings + sources)
+    # a user who sets numba's variables wants other machine code
+    may_be_shipped = machine_code.runs_shipped() and b"\nNUMBA_" not in surroundings
+    return [*([_file(SHIPPED, module, sources)] if may_be_shipped else []), own]
+
+
+def _file(folder: Path, module: str, depends_on: bytes) -> Path:
+    return folder / f"{module}-{hashlib.sha256(depends_on).hexdigest()[:16]}.o"
+
+
+def _sources(module: str) -> bytes:
+    """A hash of the sources of a module of kernels."""
+    digest = hashlib.sha256()
     for each in _modules_called(sys.modules[module], {}).values():
         with suppress(OSError, TypeError):  # a module without a file has no more than its name
             digest.update(Path(str(each.__file__)).read_bytes())
@@ -85,7 +112,7 @@ def _path(module: str) -> Path:
                 digest.update(f"{name}={value!r}\n".encode())
             elif isinstance(value, type) and issubclass(value, tuple):
                 digest.update(f"{name}={getattr(value, '_fields', ())}\n".encode())
-    return Path(os.environ["NUMBA_CACHE_DIR"]) / f"{module}-{digest.hexdigest()[:16]}.o"
+    return digest.digest()
 
 
 def _modules_called(module: ModuleType, known: dict[str, ModuleType]) -> dict[str, ModuleType]:

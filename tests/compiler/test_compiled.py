@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numba import njit
 
-from desim.compiler import folder, store
+from desim.compiler import folder, machine_code, store
 from desim.compiler.kernel import compiled_function, kernels_of
 from desim.errors import InputError
 from desim.ports.kernels import kernel, lean, types, uniform
@@ -267,12 +267,13 @@ def doubled(x):
 """
 # Prints what the kernel says, whether it was compiled, and whether numba was imported.
 CALL = """
-import json, sys
+import json, pathlib, sys
 sys.path.insert(0, sys.argv[1])
 import desim
-from desim.compiler.store import announced
+from desim.compiler import store
+store.SHIPPED = pathlib.Path(sys.argv[1]) / "shipped"
 said = []
-with announced(lambda: said.append(True)):
+with store.announced(lambda: said.append(True)):
     import some_kernels
     found = some_kernels.two_feet(1.0)
 try:
@@ -280,6 +281,15 @@ try:
 except TypeError as error:
     assert str(error).startswith("first: argument 1 is not a numpy array"), error
 print(json.dumps([found, bool(said), "numba" in sys.modules]))
+"""
+
+SHIP = """
+import pathlib, sys
+sys.path.insert(0, sys.argv[1])
+import some_kernels
+from desim.compiler import store
+from desim.compiler.kernel import kernels_of
+store.ship(list(kernels_of("some_kernels").values()), pathlib.Path(sys.argv[1]) / "shipped")
 """
 
 
@@ -333,6 +343,37 @@ def test_what_a_kernel_calls_and_its_constants_are_part_of_its_name(somebodys, t
 def test_another_processor_has_other_machine_code(somebodys, tmp_path):
     assert somebodys(NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="") == [0.5, True, True]
     assert len(kept(tmp_path)) == 2
+
+
+@pytest.fixture
+def shipped(somebodys, tmp_path):
+    """``somebodys`` with machine code for another processor of its kind, and none of its own."""
+    output_of(SHIP, str(tmp_path), **{**os.environ, "NUMBA_CPU_NAME": machine_code.SHIPPED_CPU,
+                                      "NUMBA_CPU_FEATURES": ""})
+    for path in kept(tmp_path):
+        path.unlink()
+    return somebodys
+
+
+@pytest.mark.skipif(not machine_code.runs_shipped(), reason="Linux on x86-64-v3 alone runs it")
+def test_shipped_machine_code_is_called_without_compiling(shipped, tmp_path):
+    assert shipped() == [0.5, False, False]
+    assert kept(tmp_path) == []
+
+
+def test_it_is_not_that_of_other_sources(shipped, tmp_path):
+    (tmp_path / "lengths.py").write_text("FOOT_M = 0.5\n")
+    assert shipped() == [1.0, True, True]
+
+
+def test_nor_what_somebody_wants_who_sets_variables_of_numba(shipped):
+    assert shipped(NUMBA_BOUNDSCHECK="1") == [0.5, True, True]
+
+
+def test_nor_run_on_an_older_processor(monkeypatch):
+    monkeypatch.setattr(machine_code.llvm, "get_host_cpu_features", lambda: {
+        "avx": True, "avx2": False, "bmi": True})
+    assert not machine_code.runs_shipped()
 
 
 def test_a_file_that_is_not_whole_is_compiled_again(somebodys, tmp_path):

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from compile_kernels import modules_of_kernels
+
 # Loads the kernels of modules, and prints the modules of which some were compiled or are numba's.
 LOAD = """
 import sys
@@ -42,15 +44,6 @@ def loaded_anew(modules: list[str], folder: Path, **environment: str) -> list[st
         done = subprocess.run([sys.executable, "-c", LOAD, str(folder), *modules], check=True,
                               env=os.environ | environment, text=True, capture_output=True)
     return done.stdout.split()
-
-
-def modules_of_kernels(root: Path) -> list[str]:
-    """The modules below ``root`` that declare kernels which Python calls."""
-    sources = [path for package in ("desim", "netmodels")
-               for path in sorted((root / package).rglob("*.py"))
-               if path.name == "kernels.py" or path.parent.name == "kernels"]
-    names = [".".join(path.relative_to(root).with_suffix("").parts) for path in sources]
-    return [name.removesuffix(".__init__") for name in names]
 
 
 def test_every_kernel_of_ours_can_be_kept(repository, tmp_path):
