@@ -1,6 +1,6 @@
-"""The wheel carries the checkout's ``scenarios/`` as ``desim/scenarios``, and the kernels that are in
-the folder ``DESIM_KERNELS`` (``tools/compile_kernels.py``); all else is declared in pyproject.toml.
-An editable install reads scenarios where they are, and compiles its kernels."""
+"""The wheel carries the checkout's ``scenarios/`` as ``desim/scenarios``, and the compiled kernels
+in the folder ``DESIM_KERNELS`` (``tools/compile_kernels.py``); all else is declared in
+pyproject.toml. An editable install reads scenarios where they are, and compiles its kernels."""
 
 import os
 from pathlib import Path

@@ -136,7 +136,7 @@ class Graph:
         self.media.append(medium)
         medium.flights.up = self.up
         attached = self.hosts if hosts is None else [self.host(host) for host in hosts]
-        medium.attached = sorted(host.index for host in attached)
+        give_interfaces(medium, (host.index for host in attached))
         for host in attached:
             host.media.append(medium)
 
@@ -144,7 +144,7 @@ class Graph:
         """``medium`` is inside ``host``, between its nodes."""
         self.inside.append(medium)
         medium.flights.up = self.up
-        medium.attached = [host]
+        give_interfaces(medium, [host])
 
     def linked(self, hosts: np.ndarray) -> np.ndarray | None:
         """``Medium.linked`` of ``hosts``, each pair over the way that its messages take."""
@@ -304,3 +304,11 @@ class Graph:
         if about is not None:
             for publisher in about.publishers:
                 publisher.changed()
+
+
+def give_interfaces(medium: Medium, hosts: Iterable[int]) -> None:
+    """Let ``hosts`` (indices) alone have an interface to ``medium``. To its model the others are as
+    hosts that have stopped."""
+    before, medium.attached = medium.attached, sorted(hosts)
+    for host in sorted({*before} ^ {*medium.attached}):
+        medium.switched(host, host in medium.attached)

@@ -17,7 +17,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Trace
 from desim.errors import InputError, below
 from desim.middleware.busy.timed_executor import PublishingCallback
-from desim.middleware.graph import Graph, OnFate
+from desim.middleware.graph import Graph, OnFate, give_interfaces
 from desim.middleware.link_states import LinkStates
 from desim.network.association_rows import AssociationRows
 from desim.network.background import (
@@ -142,7 +142,7 @@ def _add_background(graph: Graph, network: Network) -> None:
         graph.background.append(BackgroundFlow(
             medium, source, receiver, own.between, own.size_bytes,
             trains(arrays, own.grain_ns), graph.kernel, graph.trace, own.start_ns, own.until_ns))
-        medium.attached = sorted({*medium.attached, source, receiver})
+        give_interfaces(medium, {*medium.attached, source, receiver})
 
 
 def _route(graph: Graph, scenario: Scenario, inside: dict[str, dict[int, Medium]]) -> None:

@@ -158,7 +158,7 @@ def test_two_radios_on_a_robot_do_not_disturb_each_other():
 
 def test_a_pattern_without_a_topic_is_a_warning():
     simulation = built(
-        HELLO, "stop.elapsed=1 s", "topics={scann: {medium: lan}, scan: {medium: lan}}",
+        HELLO, "stop.elapsed=4 s", "topics={scann: {medium: lan}, scan: {medium: lan}}",
         "network.media.lan={model: link, rules: [{rule: range, distance: 1 km}, "
         "{rule: loss, probability: 1 %, topics: [scan, /*/maps]}]}")
     simulation.run()
@@ -176,3 +176,23 @@ def test_zenoh_has_one_link_for_all_topics():
     with pytest.raises(InputError, match="topics: zenoh carries all topics between two hosts over "
                                          "one link; none can choose its medium"):
         built(HELLO, "middleware=zenoh", "topics={scan: {medium: lan}}")
+
+
+# ----------------------------------------------------------------- hosts without an interface
+
+def joining(hosts):
+    """The frames by which robots have joined an access point after 6 s; ``hosts`` have a radio."""
+    simulation = built(
+        HELLO, "deployment=field", "fleet.size=3", "stop.elapsed=6 s",
+        "network.media={lan: null, cable: {model: switch}, air: {model: radio, "
+        f"hosts: {hosts}, access_points: [{{at: [-8 m, 6 m]}}], "
+        "infrastructure: {associated: false, constants: {beacon_frame: null}}}}")
+    finished(simulation)
+    (air,) = (medium for medium in simulation.graph.media if medium.name == "air")
+    return air.model.control()[0]
+
+
+def test_who_has_no_radio_does_not_join():
+    """Each robot scans for 4.2 s and sends and gets eight frames; ``null`` is the twin."""
+    assert joining("[robot_0, robot_2]") == 16
+    assert joining("null") == 24
