@@ -10,6 +10,7 @@ from packages import LAYERS
 
 from desim.cli import app
 from desim.monitor.tasks.delivery import Deliveries
+from desim.monitor.tasks.journeys import ManyJourneys
 from desim.monitor.tasks.patrolling import Patrolling
 from desim.plugins import GROUPS
 from desim.scenario.schema.experiment import ENERGY, OF_COMPUTERS, QUANTITIES
@@ -104,7 +105,8 @@ def test_the_page_of_scenarios_has_all_quantities_of_expressions(repository):
     names = [name for line in rows.partition("\n\n")[0].splitlines()
              for name in re.findall(r"`(\w+)`", line.split("|")[1])]
     assert sorted(names) == sorted((*QUANTITIES, ENERGY, *OF_COMPUTERS,
-                                    *Deliveries.traits.quantities, *Patrolling.traits.quantities))
+                                    *Deliveries.traits.quantities, *ManyJourneys.traits.quantities,
+                                    *Patrolling.traits.quantities))
 
 
 def names_in(file):

@@ -44,6 +44,14 @@ class Patrol(NamedTuple):
     places: tuple[Place, ...]
 
 
+class Journeys(NamedTuple):
+    """A briefing: by robot, the places that it has to get to one after another. ``within_m``: so
+    near it is there."""
+
+    goals: Mapping[str, tuple[Place, ...]]
+    within_m: float
+
+
 class Knowledge(Protocol):
     """The numbers of cells of G that robots know. That of one robot may fall, that of the union of
     all robots never does."""

@@ -9,7 +9,7 @@ from itertools import count
 from desim import ports
 from desim.ports.arguments import check_choice
 from desim.ports.delivery import Charge, Delivery, Served, ServiceEnd, Station, TransportOrder
-from desim.ports.tasks import Patrol
+from desim.ports.tasks import Journeys, Patrol
 from desim.robot.coordination.strategy_events import StrategyEvents
 from desim.robot.team import Team
 from desim.testing.advice import PluginClass, check_form, made, need
@@ -24,7 +24,8 @@ _PATROL = Patrol((ports.Place(4.0, 0.0), ports.Place(-8.0, 3.0), ports.Place(2.0
 _STATIONS = Delivery((Station("shelf", "pick", ports.Place(4.0, 0.0)),
                       Station("dock", "drop", ports.Place(-8.0, 3.0)),
                       Station("plug", "charge", ports.Place(0.5, 0.0))), 2.0)
-_BRIEFINGS: dict[type, object] = {Patrol: _PATROL, Delivery: _STATIONS}
+_JOURNEYS = Journeys({"robot_1": _PATROL.places[:2], "robot_2": _PATROL.places[1:]}, 1.0)
+_BRIEFINGS: dict[type, object] = {Patrol: _PATROL, Delivery: _STATIONS, Journeys: _JOURNEYS}
 _EARLY = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
           ports.Frontier(-30.0, 2.0, 45.0, 7)]
 _LATE = [ports.Frontier(5.0, 1.0, 5.5, 30), *_EARLY[1:]]  # somebody has explored the nearest
@@ -38,7 +39,7 @@ def check_strategy(cls: PluginClass[ports.Strategy], briefing: object = None,
     messages come late or twice, when teammates are lost and come back, when they answer at once,
     and when there is no frontier left. ``briefing`` of its task; where a ``Patrol`` is needed, one
     of three places, where a ``Delivery`` is, one of three stations, whose services end in every
-    way. What a run would refuse raises the ``ModelError`` of the run."""
+    way; journeys of two robots. What a run would refuse raises the ``ModelError`` of the run."""
     check_form("strategy", cls, params)
     needs = ports.StrategyTraits.of(cls).needs
     if briefing is None:

@@ -30,6 +30,7 @@ EXPLORING = [
     "role_based", "voronoi"]
 LED = ["follow"]  # its robots move as a file says: test_follow.py
 CARRYING = ["auction", "dispatcher"]  # without a network nobody has an order: test_deliveries.py
+GRANTED = ["pibt", "prioritized"]  # without one all stand: test_traffic_control.py
 PATROLLING = ["conscientious_reactive", "cyclic_patrol", "expected_reactive"]
 
 
@@ -46,7 +47,7 @@ def test_under_a_total_jam_every_patrol_makes_its_rounds(strategies, name, terra
 
 
 def test_every_strategy_is_jammed_here(strategies):
-    assert sorted(strategies) == sorted(EXPLORING + PATROLLING + CARRYING + LED)
+    assert sorted(strategies) == sorted(EXPLORING + PATROLLING + CARRYING + GRANTED + LED)
 
 
 def deeds(*case):

@@ -73,7 +73,7 @@ class Deliveries:
     def __init__(self, params: Params) -> None:
         self._params = params
         self._jobs: list[OrderRecord] = []
-        self._all_arrived = False
+        self._all_arrived, self._done = False, 0
 
     def start(self, context: TaskContext) -> None:
         self._context, params = context, self._params
@@ -87,7 +87,8 @@ class Deliveries:
         self._counters = {one.name: Counter(one, self._lasts_ns, self._objection, self._ended)
                           for one in stations}
         self._draws = {one.name: context.stream("service", one.name) for one in stations}
-        self._book()
+        self._arriving = next(self._arrivals, None)
+        self._await_next()
 
     def briefing(self) -> Delivery:
         return self._briefing
@@ -113,15 +114,19 @@ class Deliveries:
         return iter(from_file(params.file, picks, drops) if params.file
                     else listed(params.orders, picks, drops))
 
-    def _book(self) -> None:
+    def _await_next(self) -> None:
         """Wait for the next order."""
-        arrival = next(self._arrivals, None)
-        if arrival is None:
+        if self._arriving is None:
             self._all_arrived = True
         else:
-            time_ns, pick, drop = arrival
-            self._context.after(time_ns - self._context.now_ns,
-                                lambda _: self._arrive(pick, drop))
+            self._context.after(self._arriving[0] - self._context.now_ns, self._arrive_all)
+
+    def _arrive_all(self, context: TaskContext) -> None:
+        """All orders of this instant arrive."""
+        while self._arriving is not None and self._arriving[0] <= context.now_ns:
+            self._arrive(*self._arriving[1:])
+            self._arriving = next(self._arrivals, None)
+        self._await_next()
 
     def _arrive(self, pick: str, drop: str) -> None:
         context, order = self._context, TransportOrder(len(self._jobs), pick, drop)
@@ -129,7 +134,6 @@ class Deliveries:
         context.record("order", None, order.number)
         for host in context.desks or context.explorers:
             context.notify(host, order)
-        self._book()
 
     # ------------------------------------------------------------------------------ at a station
 
@@ -201,9 +205,10 @@ class Deliveries:
         assert carrier.load is not None
         job, now_ns = self._jobs[carrier.load.number], self._context.now_ns
         job.done_ns = now_ns
+        self._done += 1
         carrier.leave(travelled_m)
         self._context.record("order_done", visit.robot, job.order.number, now_ns - job.arrived_ns)
-        if self._all_arrived and all(job.done_ns is not None for job in self._jobs):
+        if self._all_arrived and self._done == len(self._jobs):
             self._context.end("delivered")
 
     def _charged(self, visit: Visit, carrier: RobotWork, travelled_m: float) -> None:
@@ -213,8 +218,7 @@ class Deliveries:
     # ---------------------------------------------------------------------------------- results
 
     def measure(self) -> dict[str, float]:
-        done = sum(job.done_ns is not None for job in self._jobs)
-        return {"orders_done": done, "orders_open": len(self._jobs) - done}
+        return {"orders_done": self._done, "orders_open": len(self._jobs) - self._done}
 
     def metrics(self) -> dict[str, object]:
         context, carriers = self._context, self._carriers

@@ -1,0 +1,15 @@
+"""Traffic by priority inheritance with backtracking (Okumura et al. 2022), planned on a host."""
+
+from desim.robot.coordination.traffic.control import TrafficControl, TrafficParams
+from desim.robot.coordination.traffic.planners import Pibt
+
+
+class PibtTraffic(TrafficControl):
+    """Robots get to their goals over cells that a host without a body grants them; it plans one
+    step at a time by PIBT (Okumura, Machida, Defago, Tamura 2022). Without messages all stand."""
+
+    class Params(TrafficParams):
+        """Those of all that plan on cells."""
+
+    def __init__(self, params: Params) -> None:
+        super().__init__(Pibt(), params)

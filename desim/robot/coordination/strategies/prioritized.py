@@ -1,0 +1,15 @@
+"""Traffic by cooperative A* with reservations in time (Silver 2005), planned on a host."""
+
+from desim.robot.coordination.traffic.control import TrafficControl, TrafficParams
+from desim.robot.coordination.traffic.planners import Prioritized
+
+
+class PrioritizedTraffic(TrafficControl):
+    """Robots get to their goals over cells that a host without a body grants them; it plans robot
+    after robot around earlier reservations (WHCA*, Silver 2005). Without messages all stand."""
+
+    class Params(TrafficParams):
+        """Those of all that plan on cells."""
+
+    def __init__(self, params: Params) -> None:
+        super().__init__(Prioritized(), params)

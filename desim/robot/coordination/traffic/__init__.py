@@ -1,0 +1,1 @@
+"""Traffic on a grid of cells: who may be where next."""
