@@ -46,7 +46,8 @@ def test_goals_are_reached_in_turn(tmp_path):
     (["0 hall.map 32 32 1 1 5 26 9"], ": 1 lines of starts and goals; 2 are needed"),
     (["0 hall.map 32 32 1 1 5 26 9", "goal"],
      ":3: 'goal'; allowed: bucket, map, width, height, start x, start y, goal x, goal y, length"),
-    (["0 hall.map 32 32 1 1 40 26 9"] * 2, ":2: the goal 40, 26 is in no free cell of this terrain"),
+    (["0 hall.map 32 32 1 1 40 26 9"] * 2,
+     ":2: the goal 40, 26 is in no free cell of this terrain"),
 ])
 def test_files_that_do_not_fit(tmp_path, rows, text):
     path = scen(tmp_path, *rows)

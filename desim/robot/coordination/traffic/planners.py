@@ -51,8 +51,7 @@ class Pibt:
         return self._next
 
     def _moves(self, name: str, pusher: str | None) -> bool:
-        """Give ``name`` a next cell. False: it has to stay, and the one that pushes it goes elsewhere.
-        """
+        """Give ``name`` a next cell. False: it has to stay, and its pusher goes elsewhere."""
         here, steps = self._at[name], self._graph.steps_to(self._goals[name])
         far = len(self._graph.edges)
         for cell in sorted((*self._graph.edges[here], here), key=lambda one: (
