@@ -66,16 +66,14 @@ class Dwb:
         """Take what does not change."""
         limits, constants = context.limits, self._constants
         self._turn_radps = min(self._params.max_turn_radps, limits.turn_radps)
-        self._setup, s = np.zeros(1, kernels.SETUP), seconds(self._params.sim_time_ns)
-        self._setup["acceleration_mps2"] = limits.acceleration_mps2
-        self._setup["turn_acceleration_radps2"] = limits.turn_acceleration_radps2
-        self._setup["rollout_s"], self._setup["cell_m"] = s, context.cell_m
-        self._setup["step_m"] = constants.linear_step_m
-        self._setup["step_rad"] = constants.angular_step_rad
-        self._setup["inscribed_m"] = context.shape.inscribed_m
-        self._setup["inflation_m"], self._setup["inflation_scaling"] = context.inflation
-        self._setup["forward_m"] = constants.forward_m
-        self._setup["slowing_factor"] = constants.slowing_factor
+        self._setup = np.zeros(1, kernels.SETUP)
+        self._put(acceleration_mps2=limits.acceleration_mps2,
+                  turn_acceleration_radps2=limits.turn_acceleration_radps2,
+                  rollout_s=seconds(self._params.sim_time_ns), cell_m=context.cell_m,
+                  step_m=constants.linear_step_m, step_rad=constants.angular_step_rad,
+                  inscribed_m=context.shape.inscribed_m, inflation_m=context.inflation.radius_m,
+                  inflation_scaling=context.inflation.scaling, forward_m=constants.forward_m,
+                  slowing_factor=constants.slowing_factor)
         self._oscillation = Oscillation(constants.reset_distance_m, constants.reset_angle_rad,
                                         constants.x_only_mps)
 
@@ -108,16 +106,15 @@ class Dwb:
         goal, align = cells[-1:], self._cells(context, self._aligned(context, rest))[-1:]
         if not len(goal) or not len(align):
             return scores, totals
-        setup = self._setup
-        setup["goal_column"], setup["goal_row"] = goal[0]
-        setup["align_column"], setup["align_row"] = align[0]
+        self._put(goal_column=goal[0, 0], goal_row=goal[0, 1], align_column=align[0, 0],
+                  align_row=align[0, 1])
         at_goal = math.dist(context.position[:2], rest[-1].tolist()) <= constants.forward_m
         half_m = 0.5 * context.cell_m  # MapGridCritic::getScale
         scales = np.array([constants.rotate_to_goal, constants.base_obstacle,
                            half_m * constants.goal_align,
                            0.0 if at_goal else half_m * constants.path_align,
                            half_m * constants.path_dist, half_m * constants.goal_dist])
-        _rate_all(context.arrays.near2, setup, cells, velocities, scales, scores, totals)
+        _rate_all(context.arrays.near2, self._setup, cells, velocities, scales, scores, totals)
         return scores, totals
 
     def _velocities(self, context: LocalContext) -> np.ndarray:
@@ -131,21 +128,24 @@ class Dwb:
 
     def _prepare(self, context: LocalContext, rest: np.ndarray, togo_m: float) -> None:
         """The present pose and velocity, and what the critics remember."""
-        constants, setup, here = self._constants, self._setup, context.arrays.scan[0]
-        x_m, y_m, yaw_rad = context.position
-        (setup["x_m"], setup["y_m"]), = _framed(context, np.array([(x_m, y_m)]))
-        setup["yaw_rad"] = yaw_rad - here["yaw_rad"]
-        setup["speed_mps"], setup["turn_radps"] = context.speed_mps, context.turn_radps
-        away_m = math.dist((x_m, y_m), rest[-1].tolist())
+        constants, seen_rad = self._constants, context.arrays.scan[0]["yaw_rad"]
+        (x_m, y_m), = _framed(context, np.array([context.position[:2]]))
+        away_m = math.dist(context.position[:2], rest[-1].tolist())
         self._in_window |= (away_m <= constants.xy_goal_tolerance_m
                             and togo_m <= constants.path_length_m)
         self._rotating |= self._in_window and abs(context.speed_mps) <= constants.stopped_mps
-        setup["in_window"], setup["rotating"] = self._in_window, self._rotating
         ends = context.path[-2:]
         along = ends[-1] - ends[0]
-        setup["goal_yaw_rad"] = math.atan2(along[1], along[0]) - here["yaw_rad"]
-        (setup["no_forward"], setup["no_backward"], setup["no_left"],
-         setup["no_right"]) = self._oscillation.forbidden
+        no_forward, no_backward, no_left, no_right = self._oscillation.forbidden
+        self._put(x_m=x_m, y_m=y_m, yaw_rad=context.position[2] - seen_rad,
+                  speed_mps=context.speed_mps, turn_radps=context.turn_radps,
+                  in_window=self._in_window, rotating=self._rotating,
+                  goal_yaw_rad=math.atan2(along[1], along[0]) - seen_rad, no_forward=no_forward,
+                  no_backward=no_backward, no_left=no_left, no_right=no_right)
+
+    def _put(self, **values: float) -> None:
+        for name, value in values.items():
+            self._setup[name] = value
 
     def _aligned(self, context: LocalContext, rest: np.ndarray) -> np.ndarray:
         """The path with its end moved on, away from the robot (GoalAlign)."""
