@@ -270,6 +270,19 @@ WRONG = {
             "2:78: robot.navigation.local.max_sped: unknown key (did you mean 'max_speed'?); "
             "allowed: model, max_speed, lookahead, scaled_lookahead, constants",
             "2:117: robot.navigation.local.constants.approach: must be above 0 m, got '0 m'"]),
+    "parameters of dwb": (
+        "robot: {navigation: {local: {model: dwb, vx_samples: 1, max_turn: 0 rad/s, "
+        "constants: {forward: 0.1}}}}", [
+            "2:54: robot.navigation.local.vx_samples: must be at least 2, got 1",
+            "2:67: robot.navigation.local.max_turn: must be above 0 rad/s, got '0 rad/s'",
+            "2:97: robot.navigation.local.constants.forward: 0.1 has no unit; allowed: m, km, cm, "
+            "mm, e.g. '200 m'"]),
+    "parameters of orca": (
+        "robot: {navigation: {local: {model: orca, horizon: 0.5 ms, offset: 0 m, neighbors: 3}}}",
+        ["2:52: robot.navigation.local.horizon: '0.5 ms' is too small; at least 1 ms",
+         "2:68: robot.navigation.local.offset: must be above 0 m, got '0 m'",
+         "2:73: robot.navigation.local.neighbors: unknown key (did you mean 'neighbours'?); "
+         "allowed: model, horizon, obstacle_horizon, offset, lookahead, neighbours"]),
     "a parameter of another localization": (
         "robot: {localization: {model: scan_matching, particles: 5}}", [
             "2:46: robot.localization.particles: unknown key; allowed: model, host, map_period, "
