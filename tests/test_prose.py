@@ -56,6 +56,8 @@ def test_a_bad_word_of_a_page_is_found_outside_of_code(tmp_path: Path):
 # Of docs/: 53 700, and 106 for networks that are other simulators, 800 for real programs, 300 for
 # runs step by step and agents that learn, 920 for access points and two studies of them, 802.11n to
 # ax, and cellular links, 80 for rates as Linux learns them, 60 for robots in ROS 2, 90 for low-rate
+# radios, 40 for who hangs on whom, 95 for programs of one's own, 350 for deliveries
+# and traffic, 350 for local planners, 205 for the judge of real programs. It only falls.
 MOST_WORDS = 57_099
 
 
