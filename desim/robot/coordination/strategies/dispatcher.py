@@ -8,16 +8,13 @@ from pydantic import Field
 from scipy.optimize import linear_sum_assignment
 
 from desim import ports
-from desim.ports.delivery import AskOrders, Delivery, TransportOrder
+from desim.ports.delivery import TransportOrder
 from desim.robot.coordination.assignment import NO_WAY_M, finite_costs_m
-from desim.robot.coordination.order_desk import MOST_ORDERS, OrderDesk, OrderDeskParams, Report
-from desim.robot.coordination.porter import Porter
-from desim.units import NS_PER_S
-
-_STEP_NS = NS_PER_S // 2  # in which a robot looks whether it has arrived
+from desim.robot.coordination.order_desk import MOST_ORDERS, OrderDeskParams
+from desim.robot.coordination.order_strategy import OrderStrategy
 
 
-class Dispatcher:
+class Dispatcher(OrderStrategy):
     """Robots carry out the orders that a host without a body gives them, over the network.
 
     The same class runs on the robots and on that host. Every ``period`` a robot reports, and the
@@ -33,57 +30,14 @@ class Dispatcher:
         assignment: Literal["hungarian", "insertion"] = Field("hungarian", description=(
             "how the host solves it"))
 
-    traits = ports.StrategyTraits(needs=Delivery, needs_coordinator=True)
-
     def __init__(self, params: Params) -> None:
-        self._params, self._desk, self._porter = params, OrderDesk(params), Porter()
+        super().__init__(params)
+        self._assignment = params.assignment
         self._ways_m: np.ndarray | None = None  # at the host, from station to station
 
-    def on_start(self, host: ports.StrategyContext) -> None:
-        if host.has_body:
-            host.advertise("report")
-            host.subscribe("orders", self._on_orders)
-            host.every(self._params.period_ns, self._report)
-            host.every(_STEP_NS, self._porter.step)
-        else:
-            host.advertise("orders")
-            host.subscribe("report", self._on_report)
-            host.every(self._params.period_ns, self._assign)
-            host.act(AskOrders())
-
-    def on_task(self, host: ports.StrategyContext, content: object) -> None:
-        if isinstance(content, TransportOrder):
-            self._desk.add(content)
-        else:
-            self._porter.notified(host, content)
-            self._report(host)
-
-    # -------------------------------------------------------------------------------- a robot
-
-    def choose(self, robot: ports.StrategyContext) -> ports.Place | None:
-        """The porter drives by itself."""
-        return None
-
-    def _report(self, robot: ports.StrategyContext) -> None:
-        if robot.pose is not None:
-            robot.publish("report", Report.of(robot, self._porter))
-
-    def _on_orders(self, robot: ports.StrategyContext, lists: ports.StrategyMessage) -> None:
-        self._porter.take(TransportOrder(*one) for one in lists.content.get(robot.name, ()))
-        self._porter.step(robot)
-
-    # --------------------------------------------------------------------------------- the host
-
-    def _on_report(self, host: ports.StrategyContext, report: ports.StrategyMessage) -> None:
-        self._desk.heard(report.source, Report(report.content), host.now_ns)
-
     def _assign(self, host: ports.StrategyContext) -> None:
-        desk = self._desk
-        desk.expire(host.now_ns)
-        if desk.waiting():
-            (self._hungarian if self._params.assignment == "hungarian" else self._insert)(host)
-        host.show("stations", desk.marks(host.task.stations))
-        host.publish("orders", desk.lists())
+        if self._desk.waiting():
+            (self._hungarian if self._assignment == "hungarian" else self._insert)(host)
 
     def _hungarian(self, host: ports.StrategyContext) -> None:
         desk, idle = self._desk, self._desk.free(1)
