@@ -24,7 +24,7 @@ from desim.monitor.meters.bottlenecks import Bottlenecks
 from desim.monitor.meters.energy_use import EnergyUse
 from desim.monitor.meters.incidents import Incidents
 from desim.monitor.meters.interface_rates import InterfaceRates
-from desim.monitor.meters.localization_errors import LocalizationErrors, WallErrors
+from desim.monitor.meters.localization_errors import ClosureErrors, LocalizationErrors, WallErrors
 from desim.monitor.meters.map_age import MapAge
 from desim.monitor.meters.memory_use import MemoryUse
 from desim.monitor.meters.message_counts import MessageCounts
@@ -36,6 +36,7 @@ from desim.monitor.meters.partitions import Partitions
 from desim.monitor.meters.processor_load import ProcessorLoad
 from desim.monitor.meters.reachability import SampledReachability
 from desim.monitor.meters.relative_poses import RelativePoses
+from desim.monitor.meters.stood import LongestStands
 from desim.monitor.meters.topic_families import TopicFamilies
 from desim.monitor.periods import Periods, all_due
 from desim.monitor.samples import Sample
@@ -141,7 +142,9 @@ class Monitor:
             Overlap(truth.ground.grid, truth.ground.reachable),
             OutdatedGoals(truth.ground.grid, self.coverage, truth.robots, truth.explorers),
             self.incidents,
+            LongestStands(truth.robots),
             LocalizationErrors(truth.robots, truth.poses),
+            ClosureErrors(truth.robots, truth.poses, truth.trace.names),
             RelativePoses(truth),
             WallErrors(truth.ground, self.judged_map),
             MapAge(graph, self.maps, self.samples),

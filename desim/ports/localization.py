@@ -15,6 +15,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from desim.ports import parameters
+from desim.ports.sharing import SharedMessage, Sized
 from desim.ports.strategies import Pose2D
 from desim.ports.traits import Traits
 
@@ -94,6 +95,10 @@ class LocalizationContext(Protocol):
     def bodies_m(self) -> float:
         """The width of the widest teammate, which a laser may see; 0 without one."""
 
+    @property
+    def team(self) -> tuple[str, ...]:
+        """The names of the robots that it can tell something, and that share its map's frame."""
+
     def stream(self, *name: str | int) -> np.random.Generator:
         """Random numbers by name, this robot's own."""
 
@@ -109,6 +114,17 @@ class LocalizationContext(Protocol):
     def redraw(self, poses: np.ndarray) -> None:
         """Draw the map anew: ``poses`` [n, 3] (x m, y m, yaw rad) of all n scans that were drawn,
         in their order. Where none of them has moved by a cell, the map stays."""
+
+    def publish(self, content: Sized) -> None:
+        """Send ``content`` to the team's plug-ins (topic ``/localization/ROBOT``, as a stream)."""
+
+    def listen(self, callback: Callable[[LocalizationContext, SharedMessage], object]) -> None:
+        """Call ``callback(context, message)`` for each message of the team, and be heard."""
+
+    def closed(self, source: str, theirs: int, own: int, motion: np.ndarray) -> None:
+        """Report a loop closure: scan ``own`` of those that were drawn lies at ``motion`` [3] (x m,
+        y m, yaw rad) as seen from scan ``theirs`` of ``source``. Only the monitor reads it, to
+        compare it with the truth."""
 
     def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
         """Call ``callback(context)`` every ``period_ns``, at least 1 ms, for the first time after a

@@ -61,7 +61,8 @@ def robot_software(host: Host, scenario: Scenario, robot: Equipment, choice: Str
     own_map = own_map_for(robot_map, sharing)
     map_sharing = MapSharing(host, sharing, robot_map, peers, team, own_map)
     nodes: list[Node] = [
-        *_localization(host, robot, own_map, start, _bodies_m(scenario, peers)),
+        *_localization(host, robot, own_map, start, _bodies_m(scenario, peers),
+                       peers if team.common_frame else ()),
         map_sharing,
         _move_base(host, robot, body, queries.costmap, team,
                    0.5 * _bodies_m(scenario, peers) or body.radius_m),
@@ -102,15 +103,15 @@ def coordinator_software(host: Host, scenario: Scenario, choice: StrategyChoice,
 
 
 def remote_slam(host: Host, scenario: Scenario, name: str, robot: Equipment, robot_map: RobotMap,
-                peers: tuple[str, ...], start: Pose2D | None) -> Node:
+                peers: tuple[str, ...], start: Pose2D | None, team: tuple[str, ...]) -> Node:
     """The node of SLAM for the robot ``name``, on another host than its own. Arguments as those of
     ``robot_software``; ``robot_map`` is not the robot's."""
     return RemoteSlam(host, name, _new_localization(robot), robot, robot_map, start,
-                      _bodies_m(scenario, peers))
+                      _bodies_m(scenario, peers), team)
 
 
 def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose2D | None,
-                  bodies_m: float) -> list[Node]:
+                  bodies_m: float, team: tuple[str, ...]) -> list[Node]:
     """The nodes that make poses and the robot's own map of the readings of sensors, or take both
     from the host that does."""
     if robot.localization.host not in (None, host.name):
@@ -122,7 +123,7 @@ def _localization(host: Host, robot: Equipment, robot_map: RobotMap, start: Pose
     else:
         ideal = host.computer is None
         node = (LocalizationNode if ideal else CorrectionNode)(
-            host, localization, robot, robot_map, start, bodies_m)
+            host, localization, robot, robot_map, start, bodies_m, team)
         nodes = [node] if ideal else [node, PosePublisher(host)]
         if node.draws_map:
             return nodes

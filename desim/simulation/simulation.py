@@ -181,7 +181,8 @@ class Simulation:
             nodes.append(MonitorNode(host, self._explorers,
                                      scenario.robot.exploration.publishes_cost))
         nodes += [remote_slam(host, scenario, self.world.robots[robot], self._equipment[robot],
-                              self._new_map(), self._peers(robot), self._known_start(robot))
+                              self._new_map(), self._peers(robot), self._known_start(robot),
+                              self._peers(robot) if self._common_frame else ())
                   for robot in host_plan.slam]
         if host_plan.software is not None:
             robot_map = self._new_map()

@@ -9,7 +9,7 @@ import numpy as np
 
 from desim.engine.streams import Streams
 from desim.ports import Pose2D
-from desim.ports.arguments import check_work, is_pose
+from desim.ports.arguments import check_content, check_work, is_pose
 from desim.ports.localization import (
     LaserGeometry,
     Localization,
@@ -19,6 +19,7 @@ from desim.ports.localization import (
     OdometryErrors,
     ScanWithOdometry,
 )
+from desim.ports.sharing import SharedMessage, Sized
 from desim.robot.localization.checks import checked_path, writes_checked
 from desim.testing.advice import need
 
@@ -26,6 +27,7 @@ LASER = LaserGeometry(-2.25, 4.5 / 180, 12.0, 0.05)  # 181 beams
 DRIFT = OdometryErrors(True, 0.01, 0.01)
 
 Callback = Callable[[LocalizationContext], object]
+Listener = Callable[[LocalizationContext, SharedMessage], object]
 
 
 class BenchScan(NamedTuple):
@@ -44,11 +46,15 @@ class LocalizationBench:
         self.laser, self.odometry_errors = LASER, DRIFT
         self.map = MapSettings(0.1, 0.5, 0.5, 10.0)
         self.bodies_m = 0.0
+        self.team = ("robot_2",) if start is not None else ()
+        self.published: list[Sized] = []
+        self.closures: list[tuple[str, int, int, np.ndarray]] = []
         self.poses: list[Pose2D] = []  # that it returned
         self.drawn: list[Pose2D] = []
         self.redrawn: list[np.ndarray] = []
         self._localization = localization
         self._undrawn: BenchScan | None = None
+        self._listener: Listener | None = None
         self._timers: list[tuple[int, int, Callback]] = []  # period, next, callback
         localization.start(self)
 
@@ -70,6 +76,20 @@ class LocalizationBench:
     def redraw(self, poses: np.ndarray) -> None:
         self.redrawn.append(checked_path(self._localization, poses, len(self.drawn)).copy())
 
+    def publish(self, content: Sized) -> None:
+        check_content(content)
+        self._need(self._listener is not None, "listen to the team before it publishes")
+        self.published.append(content)
+
+    def listen(self, callback: Listener) -> None:
+        self._need(self._listener is None, "listen once")
+        self._listener = callback
+
+    def closed(self, source: str, theirs: int, own: int, motion: np.ndarray) -> None:
+        self._need(source in (self.name, *self.team) and 0 <= own <= len(self.drawn),
+                   f"report closures of its own scans, not of {source!r} and {own}")
+        self.closures.append((source, theirs, own, motion))
+
     def every(self, period_ns: int, callback: Callback) -> None:
         self._need(type(period_ns) is int and period_ns >= 1_000_000,
                    f"call something every 1 ms or more, in ns, not {period_ns!r}")
@@ -79,6 +99,11 @@ class LocalizationBench:
         check_work(self.name, quantities)
 
     # ------------------------------------------------------------------------------ for a check
+
+    def hear(self, content: Sized) -> None:
+        """Hand over a message of ``robot_2``."""
+        if self._listener is not None:
+            self._listener(self, SharedMessage("robot_2", content, self.now_ns))
 
     def read(self, now_ns: int, odometry: Pose2D, scan: BenchScan | None = None) -> None:
         """Call the timers that are due by then, each at its time, and hand over a reading."""

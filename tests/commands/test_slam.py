@@ -61,10 +61,12 @@ def test_the_text_has_them_too(folder):
 
 @pytest.mark.parametrize("words, message", [
     (["--localization", "gps"], "--localization: unknown localization 'gps'; known: gmapping, "
-                                "ground_truth, odometry, scan_matching, or a dotted path"),
+                                "ground_truth, odometry, pose_graph, scan_matching, or a dotted "
+                                "path"),
     (["--localization", "ground_truth"],
      "--localization: 'ground_truth' reads the true pose, which is in the simulator alone, and in "
-     "no log; allowed: gmapping, odometry, scan_matching, or a plug-in 'package.module:Class'\n"),
+     "no log; allowed: gmapping, odometry, pose_graph, scan_matching, or a plug-in "
+     "'package.module:Class'\n"),
     (["--set", "particles=5"], "--set particles=5: is for plug-ins; gmapping has --particles and "
                                "--resolution\n"),
     (["--localization", "odometry", "--set", "drift"], "--set drift: must look like key=value\n"),

@@ -256,8 +256,8 @@ WRONG = {
         "allowed: independent, random_walk"]),
     "no localization": ("robot: {localization: ground_truh}", [
         "2:23: robot.localization.model: unknown localization 'ground_truh' (did you mean "
-        "'ground_truth'?); known: gmapping, ground_truth, odometry, scan_matching, or a dotted "
-        "path 'package.module:Class'"]),
+        "'ground_truth'?); known: gmapping, ground_truth, odometry, pose_graph, "
+        "scan_matching, or a dotted path 'package.module:Class'"]),
     "no local planner": ("robot: {navigation: {local: regulated_pure_persuit}}", [
         "2:29: robot.navigation.local.model: unknown local_planner 'regulated_pure_persuit' (did "
         "you mean 'regulated_pure_pursuit'?); known: LOCAL_PLANNERS, or a dotted path "

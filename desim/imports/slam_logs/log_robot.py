@@ -19,6 +19,7 @@ from desim.ports.localization import (
     OdometryErrors,
     ScanWithOdometry,
 )
+from desim.ports.sharing import SharedMessage, Sized
 from desim.robot.localization.checks import (
     checked_path,
     checked_pose,
@@ -52,6 +53,7 @@ class LogRobot:
         laser = settings.laser
         self.name, self.now_ns, self.bodies_m = "robot", 0, 0.0
         self.start: Pose2D | None = None
+        self.team: tuple[str, ...] = ()
         self.odometry_errors: OdometryErrors | None = None
         self.laser = laser
         self.map = MapSettings(settings.resolution_m, settings.linear_update_m,
@@ -120,6 +122,15 @@ class LogRobot:
     def redraw(self, poses: np.ndarray) -> None:
         self.path = [Pose2D(*pose) for pose in checked_path(
             self._localization, poses, len(self.drawn)).tolist()]
+
+    def publish(self, content: Sized) -> None:
+        """Do nothing: a log's robot is alone."""
+
+    def listen(self, callback: Callable[[LocalizationContext, SharedMessage], object]) -> None:
+        """Do nothing, as before."""
+
+    def closed(self, source: str, theirs: int, own: int, motion: np.ndarray) -> None:
+        """Do nothing: the relations of a log are about the whole path."""
 
     def every(self, period_ns: int, callback: Callback) -> None:
         """The callback is called between scans, once where several periods have passed."""

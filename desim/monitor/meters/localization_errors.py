@@ -8,11 +8,17 @@ from functools import partial
 
 import numpy as np
 
-from desim.engine.trace import real
+from desim.engine.trace import Names, real
 from desim.monitor.coverage import states
 from desim.monitor.meters.meter import Meter
 from desim.monitor.samples import Sample
 from desim.ports.tasks import Ground
+from desim.robot.mapping.robot_map import RobotMap
+from desim.robot.transforms import motion_between, wrapped
+
+# A closure is false if it is farther off (ours): two cells of the paper's maps, and the turn that
+# makes as much 20 m away.
+FALSE_CLOSURE_M, FALSE_CLOSURE_RAD = 0.4, 0.02
 
 
 class _Sums:
@@ -62,6 +68,46 @@ class LocalizationErrors(Meter):
                 "heading_rms_rad": processed.root(processed.square_rad2),
                 "online_ate_m": online.root(online.square_m2),
                 "online_heading_rms_rad": online.root(online.square_rad2)}
+
+
+class ClosureErrors(Meter):
+    """The loop closures that robots have accepted, against the truth: the true motions between the
+    instants of both scans."""
+
+    def __init__(self, robots: tuple[str, ...], true_poses: Callable[[], np.ndarray],
+                 names: Names) -> None:
+        self._index, self._names = {name: i for i, name in enumerate(robots)}, names
+        self._true_poses = true_poses
+        self._drawn: dict[str, list[np.ndarray]] = {name: [] for name in robots}
+        self._about: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        self._closures = self._false = 0
+        self.listeners = {"localized": self._draws, "closed": self._closes,
+                          "closed_at": self._closed_at}
+
+    def watch(self, robot: str, robot_map: RobotMap | None, now_ns: int) -> None:
+        """Scans count from the start of a robot's software."""
+        self._drawn[robot] = []
+
+    def _draws(self, robot: str, *_: int) -> None:
+        self._drawn[robot].append(self._true_poses()[self._index[robot]].copy())
+
+    def _closes(self, robot: str, source: int, theirs: int, own: int) -> None:
+        """Note which scans the next row of a robot is about."""
+        mine, now = self._drawn[robot], self._true_poses()[self._index[robot]].copy()
+        # The scan that is being processed is drawn a moment later.
+        self._about[robot] = (self._drawn[self._names[source]][theirs],
+                              mine[own] if own < len(mine) else now)
+
+    def _closed_at(self, robot: str, x: int, y: int, yaw: int) -> None:
+        off = motion_between(*self._about[robot]) - (real(x), real(y), real(yaw))
+        self._closures += 1
+        self._false += bool(math.hypot(off[0], off[1]) > FALSE_CLOSURE_M
+                            or abs(wrapped(off[2])) > FALSE_CLOSURE_RAD)
+
+    def summary(self, now_ns: int) -> Sample:
+        """``closures``, and how many of them are ``false_closures``: None without a graph."""
+        return {"closures": self._closures or None,
+                "false_closures": self._false if self._closures else None}
 
 
 class WallErrors(Meter):

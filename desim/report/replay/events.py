@@ -25,6 +25,7 @@ _BEGIN = ("host_started", *CHANGES)  # at the start of a run they are no news
 _PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
           "stuck": "{} is stuck", "freed": "{} is free again",
           "goal_aborted": "{} gives up its goal", "stop": "the run ends",
+          "stands": "{} stands, and has goals", "drives_again": "{} drives again",
           "map_redrawn": "{} corrects its path, and draws its map anew"}
 _FULL = "full"  # in the reasons queue_full, outbox_full, ...
 _APART_NS = 10 * NS_PER_S  # late messages and missed ticks that are closer are one episode

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from desim.ports import Pose2D
-from desim.ports.arguments import check_callback, check_period, name_of
+from desim.ports.arguments import check_callback, check_content, check_period, name_of
 from desim.ports.localization import (
     LaserGeometry,
     LocalizationContext,
@@ -17,11 +17,17 @@ from desim.ports.localization import (
     OdometryErrors,
     ScanWithOdometry,
 )
+from desim.ports.sharing import SharedMessage, Sized
 from desim.scenario.schema.robot import Equipment
 from desim.units import NS_PER_S
 
 if TYPE_CHECKING:
     from desim.robot.localization.node import LocalizationNode
+
+
+def team_topic(robot: str) -> str:
+    """The topic on which the localization of ``robot`` speaks to its team."""
+    return f"/localization/{robot}"
 
 
 class SensorContext:
@@ -59,6 +65,25 @@ class SensorContext:
 
     def redraw(self, poses: np.ndarray) -> None:
         self._node.redraw(poses)
+
+    @property
+    def team(self) -> tuple[str, ...]:
+        return self._node.team
+
+    def publish(self, content: Sized) -> None:
+        check_content(content)
+        self._node.publish(team_topic(self.name), content)
+
+    def listen(self, callback: Callable[[LocalizationContext, SharedMessage], object]) -> None:
+        check_callback(callback, "context", "message")
+        self._node.advertise(team_topic(self.name), queue=0)
+        for peer in self.team:
+            self._node.subscribe(team_topic(peer), lambda message: callback(
+                self, SharedMessage(message.origin.name, message.content,
+                                    message.origin.clock_ns(message.born_ns))), queue=0)
+
+    def closed(self, source: str, theirs: int, own: int, motion: np.ndarray) -> None:
+        self._node.record_closure(source, theirs, own, motion)
 
     def every(self, period_ns: int, callback: Callable[[LocalizationContext], object]) -> None:
         check_period(period_ns)

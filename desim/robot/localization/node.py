@@ -56,17 +56,17 @@ class LocalizationNode(Node):
     the host.
 
     ``start`` is the robot's pose in the map where it is known, ``bodies_m`` the width of the widest
-    teammate, 0 without one.
+    teammate, 0 without one, ``team`` the names of those that share its frame.
     """
 
     _topic = "pose"
 
     def __init__(self, host: Host, localization: Localization, robot: Equipment,
                  robot_map: RobotMap, start: Pose2D | None, bodies_m: float,
-                 namespace: str | None = None) -> None:
+                 team: tuple[str, ...] = (), namespace: str | None = None) -> None:
         self.draws_map = LocalizationTraits.of(localization).draws_map
         super().__init__(host, "slam" if self.draws_map else "localization", namespace)
-        self.localization, self.robot_map = localization, robot_map
+        self.localization, self.robot_map, self.team = localization, robot_map, team
         self._keeper = localization if isinstance(localization, Keeps) else None
         self._usable_m = robot.mapping.usable_range_m
         self._context = SensorContext(self, robot, start, bodies_m)
@@ -135,6 +135,11 @@ class LocalizationNode(Node):
             self.robot_map.integrate_scan(x_m, y_m, yaw_rad, each, self._usable_m)
         if self.robot_map.version != version:
             self._announce_map()
+
+    def record_closure(self, source: str, theirs: int, own: int, motion: np.ndarray) -> None:
+        """See ``LocalizationContext.closed``."""
+        self.record("closed", self._graph.names.id(source), theirs, own)
+        self.record("closed_at", *map(bits, motion.tolist()))
 
     def _advertise_map(self) -> None:
         """Allow the map to be published from now on."""

@@ -29,8 +29,9 @@ class RemoteSlam(CorrectionNode):
     """
 
     def __init__(self, host: Host, name: str, localization: Localization, robot: Equipment,
-                 robot_map: RobotMap, start: Pose2D | None, bodies_m: float) -> None:
-        super().__init__(host, localization, robot, robot_map, start, bodies_m, name)
+                 robot_map: RobotMap, start: Pose2D | None, bodies_m: float,
+                 team: tuple[str, ...] = ()) -> None:
+        super().__init__(host, localization, robot, robot_map, start, bodies_m, team, name)
         self._period_ns = robot.localization.map_period_ns
         self._published: LayerSnapshot | None = None
 

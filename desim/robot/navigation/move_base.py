@@ -20,6 +20,7 @@ from desim.robot.navigation.patience import patience
 from desim.robot.navigation.recovery import Recovery, Spin, retreat
 from desim.robot.navigation.scan_points import PlacedScan
 from desim.robot.navigation.situation import Position, Situation
+from desim.robot.navigation.standing import LONG_NS, Standing
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.robot import Equipment
 from desim.units import NS_PER_S
@@ -49,6 +50,8 @@ class MoveBase(Node):
         self._local = Situation(self, navigation, body, costmap, moving)
         self._steering = steering
         self._patience = patience(navigation)
+        self._standing, self._stood_ns = Standing(), 0
+        self._ticks = math.ceil(navigation.control_rate_hz)  # of the control, in a second
         self._sonar: Latest | None = None
         self._scans: list[Latest] = []
         self._mapped = False
@@ -84,7 +87,7 @@ class MoveBase(Node):
         if self._spin is not None:
             self._patience.restart(self.now_ns)
         self._spin, self._arriving, self._retreat_until_ns = None, False, 0
-        self._patience.begin_goal(self.now_ns)
+        self._patience.begin_goal(self.now_ns, self._stood_ns)
         if math.isnan(goal.x_m):
             self._halt()
             return
@@ -137,7 +140,7 @@ class MoveBase(Node):
 
     # ---------------------------------------------------------------------------- what it does
 
-    def _control(self, _: int) -> None:
+    def _control(self, tick: int) -> None:
         goal = self._goal
         if goal is None:
             return
@@ -148,6 +151,8 @@ class MoveBase(Node):
             return
         here = self._local.extrapolate(pose, max(now_ns, pose.stamp_ns))  # it may be yet to come
         self._local.position = here
+        if tick % self._ticks == 0:
+            self._note_standing(now_ns, here)
         if self._spin is not None:
             turn_radps = self._spin.turn_radps(here[2], now_ns)
             # As rotate_recovery, it does not turn where its footprint would meet something.
@@ -164,6 +169,13 @@ class MoveBase(Node):
             self._wait(goal, pose, here, now_ns)
         else:
             self._approach(goal, pose, here, now_ns)
+
+    def _note_standing(self, now_ns: int, here: Position) -> None:
+        """Record when the robot has stood for long, and when it drives again."""
+        before_ns, self._stood_ns = self._stood_ns, self._standing.note(now_ns, here[0], here[1])
+        stands = self._stood_ns >= LONG_NS
+        if stands != (before_ns >= LONG_NS):
+            self.record("stands" if stands else "drives_again")
 
     def _senses(self, pose: Message) -> bool:
         """Whether ``pose`` and a scan of each laser have come lately (costmap_2d: sensors not

@@ -8,10 +8,12 @@ from typing import Protocol
 
 from desim.robot.navigation.recovery import Recovery
 from desim.scenario.schema.navigation import Navigation, NavigationConstants
+from desim.units import NS_PER_S
 
 _PROGRESS_M = 0.2  # one cell of the map; maze_8: 192, 192 s
 # Distance since the last new path that makes another one a new start; maze_8: 187, 198 s.
 _MOVED_M = 0.3
+_STANDS_NS = 10 * NS_PER_S  # twice ``stuck_after``: then recoveries go on from goal to goal
 
 
 class GoalPatience(Protocol):
@@ -25,8 +27,8 @@ class GoalPatience(Protocol):
     tried: int
     insists: bool
 
-    def begin_goal(self, now_ns: int) -> None:
-        """Note that a new goal has come."""
+    def begin_goal(self, now_ns: int, stood_ns: int) -> None:
+        """Note that a new goal has come, and for how long the robot has stood at its place."""
 
     def begin_path(self, now_ns: int, x_m: float, y_m: float) -> None:
         """Note that there is a new path, from this place."""
@@ -57,14 +59,18 @@ class ProgressPatience:
     _ORDER = (Recovery.REPLAN, Recovery.ROTATE, Recovery.RETREAT)
 
     def __init__(self, constants: NavigationConstants) -> None:
-        self.tried = 0
+        self.tried = self._next = 0  # ``_next``: of the recoveries, whatever the goal
         self._constants = constants
         self._since_ns = 0
         self._least_m = math.inf
         self._place_m = (math.inf, math.inf)
 
-    def begin_goal(self, now_ns: int) -> None:
+    def begin_goal(self, now_ns: int, stood_ns: int) -> None:
+        """Begin with the first recovery, unless the robot has stood for long: then what was tried
+        for other goals did not help."""
         self.tried = 0
+        if stood_ns < _STANDS_NS:
+            self._next = 0
 
     def begin_path(self, now_ns: int, x_m: float, y_m: float) -> None:
         """Give the drive new time only if the robot has moved since the last new path."""
@@ -93,7 +99,8 @@ class ProgressPatience:
         if self.tried >= self._constants.give_up_after:
             return None
         self.tried += 1
-        return self._ORDER[(self.tried - 1) % len(self._ORDER)] if wanted is None else wanted
+        self._next += 1
+        return self._ORDER[(self._next - 1) % len(self._ORDER)] if wanted is None else wanted
 
 
 class _Cause(Enum):
@@ -124,7 +131,7 @@ class MoveBasePatience:
         self._path_ns = self._clear_ns = self._moved_ns = 0
         self._place_m = (math.inf, math.inf)
 
-    def begin_goal(self, now_ns: int) -> None:
+    def begin_goal(self, now_ns: int, stood_ns: int) -> None:
         self.tried, self._cause, self._blocked = 0, None, False
         self._path_ns = self._clear_ns = self._moved_ns = now_ns
 

@@ -7,6 +7,7 @@ grid mapping with Rao-Blackwellized particle filters", IEEE Transactions on Robo
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -51,6 +52,7 @@ _WEIGHT_EXPONENT = 0.05
 # Another particle becomes the best when its path is this much more probable. In bare corridors all
 # paths are about equally probable, and which one is the most is a matter of chance.
 _DECISIVE = math.log(1e4)
+_ANYWHERE = np.array((1e3, 1e3, 1e3))  # standard deviations of a pose of which nothing is known
 _DRAWS = 2 ** 32  # counters of a step: more particles do not change the numbers of the others
 
 
@@ -101,6 +103,7 @@ class ParticleSlam:
         self._before: Pose2D | None = None  # the odometry of the scan before
         self._metres = self._radians = 0.0
         self._readings = 0
+        self.sigma_m = 0.0  # of the odometry of the last processed scan, along the robot
 
     def update(self, odometry: np.ndarray, ranges: np.ndarray) -> bool:
         """Take in a scan (ranges [beams] in m) and the odometry [3] of its instant: x m, y m, yaw
@@ -148,6 +151,7 @@ class ParticleSlam:
         are effective."""
         settings, motion = self._settings, motion_between(self.history[-1].odometry, odometry)
         sigmas = settings.noise.sigmas(motion, self._readings)
+        self.sigma_m = float(sigmas[0])
         expected = compose(self.poses, motion)
         start = self._search(expected[self.best], sigmas, fewer, kept)
         correction = motion_between(expected[self.best], start)
@@ -184,6 +188,39 @@ class ParticleSlam:
         align(self.best, pose, expected, sigmas, fewer, kept, self.maps.arrays, self._fit,
               np.empty(6))
         return pose
+
+    def match(self, expected: np.ndarray, sigmas: np.ndarray, ranges: np.ndarray
+              ) -> tuple[np.ndarray, float, np.ndarray]:
+        """The best place of a scan (ranges [beams] m) on the best particle's map, which stays as it
+        is: its pose [3], the fit, -3 (no return meets a surface) to 0 (all of them do), and
+        the scan's information [3, 3] on that pose.
+
+        ``expected`` [3]: where it is looked for, ``sigmas`` [3]: the standard deviations of that,
+        along the robot, across it (m) and of its heading (rad); all poses within 2.5 are tried.
+        """
+        _, fewer, _, kept = self._points(ranges)
+        pose, root = np.empty(3), np.zeros(6)
+        window = _WINDOW_SIGMAS * np.array((max(sigmas[0], sigmas[1]), sigmas[2]))
+        search(self.best, expected, sigmas, window, expected, self._coarse, fewer, kept,
+               self.maps.arrays, self._fit, self._settings.noise.strayed, pose)
+        for fit in (self._rough, self._fit):
+            scan, _ = align(self.best, pose, expected, _ANYWHERE, fewer, kept, self.maps.arrays,
+                            fit, root)
+        return pose, scan / _EFFECTIVE, _squared(root)
+
+    @property
+    def information(self) -> np.ndarray:
+        """[3, 3] of the last processed scan and the odometry on the best particle's pose, in the
+        map's directions; zeros before the second."""
+        return _squared(self._roots[self.best])
+
+    def start_map(self, poses: np.ndarray, scans: Sequence[np.ndarray]) -> None:
+        """Forget the maps, and draw these scans (ranges [beams] m each) from their ``poses``
+        [n, 3] instead; the particles stay where they are."""
+        now, self.maps = self.poses.copy(), SharedMaps(len(self.poses), self._settings.resolution_m)
+        for pose, ranges in zip(poses, scans, strict=True):
+            self.draw(pose, ranges)
+        self.poses[:] = now
 
     def _points(self, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray, int, int]:
         """The returns of a scan as points with normals, the thinned ones, and the number of each
@@ -255,6 +292,13 @@ class ParticleSlam:
             at = np.flatnonzero(seen)
             row[at] = np.rint(100.0 * returned[at] / seen[at])
         return GridMap(occupancy, origin_m, self._settings.resolution_m)
+
+
+def _squared(root: np.ndarray) -> np.ndarray:
+    """[3, 3] the matrix of Cholesky's factor [6], the rows of its lower triangle."""
+    lower = np.zeros((3, 3))
+    lower[np.tril_indices(3)] = root
+    return lower @ lower.T
 
 
 def _within(value: float, least: float, most: float) -> float:

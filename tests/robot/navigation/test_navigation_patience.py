@@ -17,7 +17,7 @@ S = 10**9
 
 def move_base(**limits):
     made = MoveBasePatience(NavigationConstants(**limits))
-    made.begin_goal(0)
+    made.begin_goal(0, 0)
     return made
 
 
@@ -63,7 +63,7 @@ def test_it_ends_after_the_planners_patience():
 
 def progress(**limits):
     made = ProgressPatience(NavigationConstants(**limits))
-    made.begin_goal(0)
+    made.begin_goal(0, 0)
     made.begin_path(0, 0.0, 0.0)
     return made
 
@@ -111,7 +111,7 @@ def test_a_goal_is_given_up_after_its_recoveries_and_the_next_one_has_all_again(
     made = progress(give_up_after=4)
     kinds = [made.next() for _ in range(5)]
     assert kinds == [Recovery.REPLAN, Recovery.ROTATE, Recovery.RETREAT, Recovery.REPLAN, None]
-    made.begin_goal(9 * S)
+    made.begin_goal(9 * S, 0)
     assert made.next(Recovery.RETREAT) is Recovery.RETREAT  # the one that is wanted counts, too
     assert [made.next() for _ in range(4)] == [Recovery.ROTATE, Recovery.RETREAT, Recovery.REPLAN,
                                                None]

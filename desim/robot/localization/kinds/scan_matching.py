@@ -66,14 +66,18 @@ class ScanMatching:
             if is_due:
                 context.worked(scans=1, particles=self.particles,
                                beams=self.particles * len(scan.ranges))
-                self.filter.process(scan.ranges)
-                pose = Pose2D(*self._in_map(self.filter.pose).tolist())
+                pose = self._process(context, scan)
                 self._processed = scan.odometry, pose
                 context.draw(scan, pose)
         if self._processed is None:
             return odometry
         before, pose = self._processed
         return moved(pose, motion_to(before, odometry))
+
+    def _process(self, context: LocalizationContext, scan: ScanWithOdometry) -> Pose2D:
+        """Process a scan that is due. Returns its pose."""
+        self.filter.process(scan.ranges)
+        return Pose2D(*self._in_map(self.filter.pose).tolist())
 
     def kept(self) -> dict[str, int]:
         """See ``Keeps``: the particles' maps, and all scans."""

@@ -1,0 +1,63 @@
+"""Teammates that a laser sees: where the middles of their bodies are."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from desim.ports.localization import LaserGeometry
+from desim.robot.slam.kernels.points import STEP_M, Beams, without_bodies
+
+# Ours. Bodies are taken for discs; one that two beams meet at 20 m is so badly known.
+_ALONG_M = 0.05
+_ACROSS_M = 0.03
+
+
+class Sighting(NamedTuple):
+    """A body at ``x_m``, ``y_m`` as seen from the robot; its place is known to ``along_m`` on the
+    line of sight and to ``across_m`` aside (standard deviations)."""
+
+    x_m: float
+    y_m: float
+    along_m: float
+    across_m: float
+
+    @property
+    def information(self) -> np.ndarray:
+        """[3, 3] on the place, along the robot's axes; nothing is known of the heading."""
+        bearing = math.atan2(self.y_m, self.x_m)
+        c, s = math.cos(bearing), math.sin(bearing)
+        axes = np.array(((c, -s), (s, c)))
+        full = np.zeros((3, 3))
+        full[:2, :2] = axes @ np.diag((self.along_m ** -2, self.across_m ** -2)) @ axes.T
+        return full
+
+
+def sightings(ranges: np.ndarray, laser: LaserGeometry, width_m: float) -> list[Sighting]:
+    """The bodies in a scan (``ranges`` [beams] m) that are at most ``width_m`` wide."""
+    if not width_m:
+        return []
+    ranges = np.ascontiguousarray(ranges, float)
+    beyond = np.empty(len(ranges))
+    without_bodies(ranges, Beams(laser.angle_min_rad, laser.increment_rad, laser.shortest_m,
+                                 laser.longest_m, *laser.mount), width_m, beyond)
+    gone = np.flatnonzero(np.isinf(beyond) & (ranges >= laser.shortest_m)
+                          & (ranges < laser.longest_m))
+    ends = np.flatnonzero((np.diff(gone) > 1) | (np.abs(np.diff(ranges[gone])) > STEP_M)) + 1
+    return [_body(ranges[beams], beams, laser, 0.5 * width_m)
+            for beams in np.split(gone, ends) if len(beams)]
+
+
+def _body(ranges: np.ndarray, beams: np.ndarray, laser: LaserGeometry, radius_m: float) -> Sighting:
+    """The disc that these ``beams`` [n] have met."""
+    angles = laser.angle_min_rad + beams * laser.increment_rad
+    middle = 0.5 * (angles[0] + angles[-1])
+    aside = ranges * np.sin(angles - middle)
+    depth_m = np.sqrt(np.maximum(radius_m ** 2 - aside ** 2, 0.0))
+    away_m = float((ranges * np.cos(angles - middle) + depth_m).mean())
+    x_m, y_m, yaw_rad = laser.mount
+    return Sighting(x_m + away_m * math.cos(yaw_rad + middle),
+                    y_m + away_m * math.sin(yaw_rad + middle), _ALONG_M,
+                    _ACROSS_M + 0.5 * away_m * abs(laser.increment_rad))
