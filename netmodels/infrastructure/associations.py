@@ -10,14 +10,12 @@ import numpy as np
 
 from desim import ports
 from netmodels.hops import Hops
+from netmodels.infrastructure.background_scans import BackgroundScans
 from netmodels.infrastructure.joining import ControlFrames, Handshake, steps
 from netmodels.infrastructure.outlets import AirOutlet
 from netmodels.infrastructure.power_save import PowerSave
 from netmodels.infrastructure.settings import Settings
 from netmodels.radio.dcf.radio import DcfRadio
-
-_FREE = 0  # a channel on which there is nobody
-_SETTLING_NS = 1_000_000_000  # since the last scan, before a signal that gets weak brings a new one
 
 
 class _Doing(Enum):
@@ -28,13 +26,14 @@ class _Station:
     """A station's own view. ``turn`` counts what it has begun to do, so that calls that were booked
     for something earlier are told apart."""
 
-    def __init__(self) -> None:
+    def __init__(self, scans: BackgroundScans) -> None:
         self.access_point: int | None = None
         self.left: int | None = None
         self.since_ns = 0  # without an access point
         self.doing, self.turn = _Doing.NOTHING, 0
         self.scanned_ns: int | None = None  # the last scan began
-        self.weak = False  # its signal, when it was looked at last
+        self.scans = scans
+        self.found: dict[int, float] = {}  # access points, and their power in the last scan, dBm
         self.missed = 0  # beacons in a row
         self.handshake: Handshake | None = None
         self.up = True
@@ -56,7 +55,7 @@ class Associations:
         self._names, self._air, self._radio, self._outlets = names, air, radio, outlets
         self._hosts, self._channels = tuple(hosts), access_points
         self._roaming, self._ack_ns = settings.roaming, ack_ns
-        self._stations = {host: _Station() for host in hosts}
+        self._stations = {host: _Station(BackgroundScans(settings.roaming)) for host in hosts}
         self._known: dict[int, int] = {}  # to the wires: where a station hangs
         self._powers: dict[int, tuple[np.ndarray, int, np.ndarray]] = {}
         self.control = ControlFrames(air)
@@ -73,6 +72,7 @@ class Associations:
                 if best is not None:
                     station.access_point = self._known[host] = best
                     station.scanned_ns = 0
+                    station.scans.begin(0, self._is_weak(best, host))
                     self._radio.budget.channels[host] = self._channels[best]
                     self._is_active(host)
         for access_point in self._channels:
@@ -90,6 +90,10 @@ class Associations:
     def access_point(self, host: int) -> int | None:
         """The one on which a station hangs, as that knows."""
         return self._stations[host].access_point
+
+    def scanned_ns(self, host: int) -> int:
+        """The time at which a station's last scan began; 0 if there was none."""
+        return self._stations[host].scanned_ns or 0
 
     def known(self, host: int) -> int | None:
         """The one to which the wires carry frames for a station; None: there is none."""
@@ -155,21 +159,16 @@ class Associations:
 
     def _watch(self, access_point: int, host: int, power_dbm: float) -> None:
         """A station looks at a signal, and scans if it is time."""
-        station, roaming, now_ns = self._stations[host], self._roaming, self._air.now_ns
-        if (station.doing is not _Doing.NOTHING or not station.up
-                or station.access_point not in (None, access_point)):
-            return
-        since_ns = None if station.scanned_ns is None else now_ns - station.scanned_ns
+        station, now_ns = self._stations[host], self._air.now_ns
+        idle = station.doing is _Doing.NOTHING and station.up
         if station.access_point is None:
-            if power_dbm >= self._found_dbm and (
+            since_ns = None if station.scanned_ns is None else now_ns - station.scanned_ns
+            if idle and power_dbm >= self._found_dbm and (
                     since_ns is None or since_ns >= self._constants.again_ns):
                 self._scan(host, station)
-        elif since_ns is not None:
-            weak = power_dbm < roaming.threshold_dbm
-            every_ns = roaming.often_ns if weak else roaming.seldom_ns
-            gets_weak, station.weak = weak and not station.weak, weak
-            if every_ns is not None and (since_ns >= every_ns
-                                         or gets_weak and since_ns > _SETTLING_NS):
+        elif station.access_point == access_point:
+            station.scans.hear(now_ns, power_dbm)
+            if idle and station.scans.begins(now_ns):
                 self._scan(host, station)
 
     # Scans.
@@ -179,26 +178,22 @@ class Associations:
         if self.power_save is not None:
             self.power_save.forget(host)
         station.scanned_ns = self._air.now_ns
-        channels = sorted({*self._channels.values()})
+        station.found = {}
+        constants, channels = self._constants, sorted({*self._channels.values()})
         if self._roaming.scan == "all":
-            channels += [_FREE] * (self._constants.channels - len(channels))
+            channels = sorted({*channels, *constants.channels})
         if station.access_point is None:
-            self._air.at(self._air.now_ns + len(channels) * self._constants.dwell_ns,
-                         self._scanned, (host, station.turn))
+            self._air.at(self._air.now_ns + sum(map(constants.dwell_ns, channels)),
+                         self._asked_all, (host, station.turn))
         else:
-            channels.remove(self._channels[station.access_point])
             self._visit((host, station.turn, channels))
 
     def _visit(self, scan: tuple[int, int, list[int]]) -> None:
-        """Go to the first of these channels, if there is one left."""
-        host, turn, channels = scan
-        if self._stations[host].turn != turn:
-            return
-        if not channels:
-            self._scanned((host, turn))
-        else:
+        """Leave the own channel for the first of these."""
+        host, turn, _ = scan
+        if self._stations[host].turn == turn:
             self._outlets[host].pause(lambda _: self._say(
-                host, turn, AirOutlet.keep, partial(self._go, scan)))
+                host, turn, AirOutlet.keep, partial(self._go, self._air.now_ns, scan)))
 
     def _say(self, host: int, turn: int, kept: Callable[[AirOutlet, int], None],
              then: Callable[[], object]) -> None:
@@ -215,28 +210,51 @@ class Associations:
         kept()
         self._air.at(self._air.now_ns + self._ack_ns, lambda _: then())
 
-    def _go(self, scan: tuple[int, int, list[int]]) -> None:
+    def _go(self, left_ns: int, scan: tuple[int, int, list[int]]) -> None:
         host, turn, channels = scan
         station = self._stations[host]
         if station.turn == turn and station.access_point is not None:
             self._radio.tune(host, channels[0])
-            self._air.at(self._air.now_ns + self._constants.dwell_ns, self._return,
-                         (host, turn, channels[1:]))
+            self._air.at(self._air.now_ns + self._constants.dwell_ns(channels[0]), self._heard,
+                         (left_ns, scan))
 
-    def _return(self, scan: tuple[int, int, list[int]]) -> None:
-        host, turn, channels = scan
-        station = self._stations[host]
-        if station.turn == turn and station.access_point is not None:
+    def _heard(self, visit: tuple[int, tuple[int, int, list[int]]]) -> None:
+        """A station has listened to a channel: it goes to the next one, or returns first."""
+        left_ns, (host, turn, (channel, *channels)) = visit
+        station, constants = self._stations[host], self._constants
+        if station.turn != turn or station.access_point is None:
+            return
+        self._find(host, channel)
+        scan = host, turn, channels
+        if channels and constants.stays_away(self._air.now_ns - left_ns, channels[0]):
+            self._go(left_ns, scan)
+        else:
             self._radio.tune(host, self._channels[station.access_point])
             self._say(host, turn, AirOutlet.release, partial(self._home, scan))
 
     def _home(self, scan: tuple[int, int, list[int]]) -> None:
         host, turn, channels = scan
         station = self._stations[host]
-        if station.turn == turn and station.access_point is not None:
-            self._outlets[host].resume()
-            self._air.at(self._air.now_ns + (self._constants.home_ns if channels else 0),
-                         self._visit, scan)
+        if station.turn != turn or station.access_point is None:
+            return
+        self._outlets[host].resume()
+        if channels:
+            self._air.at(self._air.now_ns + self._constants.home_ns, self._visit, scan)
+        else:
+            self._scanned((host, turn))
+
+    def _find(self, host: int, channel: int | None = None) -> None:
+        """Look for the access points on a channel (None: on all)."""
+        for one, own in self._channels.items():
+            if channel in (None, own) and (
+                    power_dbm := self._power_dbm(one, host)) >= self._found_dbm:
+                self._stations[host].found[one] = power_dbm
+
+    def _asked_all(self, which: tuple[int, int]) -> None:
+        host, turn = which
+        if self._stations[host].turn == turn:
+            self._find(host)
+            self._scanned(which)
 
     def _scanned(self, which: tuple[int, int]) -> None:
         host, turn = which
@@ -245,10 +263,12 @@ class Associations:
             return
         self._begin(station, _Doing.NOTHING)
         self._is_active(host)
-        best, own = self._best(host), station.access_point
-        if best is not None and best != own and (own is None or self._roaming.goes(
-                self._power_dbm(own, host), self._power_dbm(best, host))):
-            self._join(host, station, best)
+        own = station.access_point
+        if station.found:
+            best = max(station.found, key=lambda one: (station.found[one], -one))
+            if best != own and (own is None or self._roaming.goes(
+                    self._power_dbm(own, host), station.found[best], self._channels[own])):
+                self._join(host, station, best)
 
     # Joining.
 
@@ -274,11 +294,12 @@ class Associations:
             return
         before = self._known.get(host)
         station.access_point = self._known[host] = access_point
-        station.missed, station.weak = 0, False
+        station.missed = 0
         if before is not None and before != access_point:
             self._outlets[before].flush(host, "roamed")
         self._outlets[access_point].release(host)
         now_ns = self._air.now_ns
+        station.scans.begin(now_ns, self._is_weak(access_point, host))
         names, left = self._names, station.left
         self.handovers.append(ports.Handover(
             now_ns, host, None if left is None else names[left], names[access_point],
@@ -329,6 +350,9 @@ class Associations:
         """The access point with the strongest signal that can be found at a station."""
         power_dbm, best = max((self._power_dbm(one, host), -one) for one in self._channels)
         return -best if power_dbm >= self._found_dbm else None
+
+    def _is_weak(self, access_point: int, host: int) -> bool:
+        return self._power_dbm(access_point, host) < self._roaming.threshold_dbm
 
     def _power_dbm(self, access_point: int, host: int) -> float:
         return float(self._powers_dbm(access_point)[self._hosts.index(host)])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from math import sqrt
 
-from desim.ports import FULL_PACKET_BYTES
 from netmodels.infrastructure.packet_queue import Dropped, Waiting
 
 # Drops that ended so many intervals ago do not count in the rate of the next ones (RFC 8289, 5.4).
@@ -15,11 +14,12 @@ _RECENT_INTERVALS = 16
 class CoDel:
     """A queue of packets in order. When packets have waited for ``target_ns`` or more during
     ``interval_ns``, one is dropped from its head, and then more, the n-th after another ``interval
-    / sqrt(n)``, until one has waited for less or no more than one packet is left (RFC 8289,
+    / sqrt(n)``, until one has waited for less or no more than ``spare_bytes`` are left (RFC 8289,
     section 5). ``waiting`` and their ``bytes`` may be looked at."""
 
-    def __init__(self, target_ns: int, interval_ns: int) -> None:
+    def __init__(self, target_ns: int, interval_ns: int, spare_bytes: int) -> None:
         self._target_ns, self._interval_ns = target_ns, interval_ns
+        self._spare_bytes = spare_bytes
         self.waiting: deque[Waiting] = deque()
         self.bytes = 0
         self._above_ns: int | None = None  # when they will have waited too long for an interval
@@ -75,7 +75,7 @@ class CoDel:
             self._above_ns = None
             return None, False
         packet = self.take_first()
-        if now_ns - packet.since_ns < self._target_ns or self.bytes <= FULL_PACKET_BYTES:
+        if now_ns - packet.since_ns < self._target_ns or self.bytes <= self._spare_bytes:
             self._above_ns = None
             return packet, False
         if self._above_ns is None:

@@ -12,35 +12,41 @@ from desim.units import ByteSize, Period
 from netmodels.infrastructure.codel import CoDel
 from netmodels.infrastructure.packet_queue import Dropped, Waiting
 
-_BATCH = 64  # packets that are dropped at once where there are too many (Linux: drop_batch)
+_BATCH = 32  # packets that are dropped at once where there are too many (fq_impl.h, fq_flow_drop)
 
 
 class FqCodelConstants(ports.Constants):
     """Those of Linux's Wi-Fi (net/mac80211/tx.c, ieee80211_txq_setup_flows; include/net/fq_impl.h,
-    fq_init). As a qdisc FQ-CoDel has 5 ms, 100 ms, 1514 B, 10 240 packets, 32 MB (RFC 8290)."""
+    fq_init). As a qdisc FQ-CoDel has 5 ms, 100 ms, 1514 B twice, 10 240 packets, 32 MB (RFC 8290).
+    """
 
     target_ns: Period = Field("20 ms", description="that packets may wait (mac80211)")
     interval_ns: Period = Field("100 ms", description="for which they may wait longer (mac80211)")
     quantum_bytes: ByteSize = Field("300 B", ge=1, description="of a flow in its turn (mac80211)")
+    spare_bytes: ByteSize = Field("0 B", description=(
+        "of a flow behind a packet that is not dropped, whatever it has waited for (mac80211: no "
+        "codel_params.mtu)"))
     limit: int = Field(8192, ge=1, description="packets of all flows (mac80211)")
     memory_bytes: ByteSize = Field("16 MB", description="of all flows (mac80211)")
 
 
 class _Flow(CoDel):
-    """A flow's packets, and the bytes that it may still send in its turn."""
+    """A flow's packets, the bytes that it may still send in its turn, and whether it has turns.
+    """
 
     deficit_bytes = 0
+    has_turns = False
 
 
 class FqCodel:
-    """Flows take turns by deficit round robin, those that have just begun first; each is a CoDel.
-    Where there are too many packets, the flow with the most bytes loses half of them from its head,
-    64 packets at most (Linux: fq_codel_drop). No two flows share a queue, and nothing is marked
-    instead of dropped."""
+    """Flows take turns by deficit round robin, those that have just begun first; each is a CoDel,
+    which knows of its last drops when it begins again. Where there are too many packets, the flow
+    with the most bytes loses half of them from its head, 32 at most. No two flows share a
+    queue, and nothing is marked instead of dropped."""
 
     def __init__(self, constants: FqCodelConstants) -> None:
         self._constants = constants
-        self._flows: dict[Hashable, _Flow] = {}  # those that are in one of the two lists
+        self._flows: dict[Hashable, _Flow] = {}
         self._new: deque[Hashable] = deque()
         self._old: deque[Hashable] = deque()
         self._packets = self._bytes = 0
@@ -52,8 +58,10 @@ class FqCodel:
             name = packet.hop.trip.flow, packet.hop.receivers
             flow = self._flows.get(name)
             if flow is None:
-                flow = self._flows[name] = _Flow(constants.target_ns, constants.interval_ns)
-                flow.deficit_bytes = constants.quantum_bytes
+                flow = self._flows[name] = _Flow(
+                    constants.target_ns, constants.interval_ns, constants.spare_bytes)
+            if not flow.has_turns:
+                flow.has_turns, flow.deficit_bytes = True, constants.quantum_bytes
                 self._new.append(name)
             flow.push(packet)
             self._count(1, packet.size_bytes)
@@ -79,7 +87,7 @@ class FqCodel:
                 if turns is self._new and self._old:
                     self._old.append(name)  # so that it is not new again at once
                 else:
-                    del self._flows[name]
+                    flow.has_turns = False
                 continue
             self._count(-1, -packet.size_bytes)
             flow.deficit_bytes -= packet.size_bytes
@@ -100,15 +108,11 @@ class FqCodel:
 
     def _thin_out(self) -> list[Dropped]:
         fattest = max(self._flows.values(), key=lambda flow: flow.bytes)
-        half_bytes = fattest.bytes // 2
         dropped: list[Dropped] = []
-        while fattest.waiting and len(dropped) < _BATCH:
+        for _ in range(max(min(len(fattest.waiting) // 2, _BATCH), 1)):
             packet = fattest.take_first()
             self._count(-1, -packet.size_bytes)
             dropped.append((packet, "queue_full"))
-            half_bytes -= packet.size_bytes
-            if half_bytes <= 0:
-                break
         return dropped
 
     def _count(self, packets: int, size_bytes: int) -> None:

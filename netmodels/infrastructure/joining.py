@@ -1,9 +1,6 @@
 """The frames by which a station gets to an access point, one after another.
 
-Their sizes are those of their parts (IEEE 802.11-2016, 9.3.3 and 12.7.2): 24 B of header and 4 B of
-check sequence, a name of the network of 8 B, 8 + 4 rates, RSN of 20 B (with a PMKID 38 B), the
-mobility domain's 3 B, a fast transition element of 96 B, for the last but one of these frames with
-the group's key; EAPOL-Key: 8 B of LLC, 4 B and 95 B of headers, key data of 22, 22, 56 and 0 B.
+Their sizes are those of hostapd and wpa_supplicant 2.10 on 802.11n, with header and check sequence.
 """
 
 from __future__ import annotations
@@ -14,15 +11,19 @@ from typing import Literal
 from pydantic import Field
 
 from desim import ports
-from desim.units import ByteSize, Duration, Period
+from desim.units import NS_PER_S, ByteSize, Duration, Period
 from netmodels.hops import Hops, Report
+
+_CHANNELS = (*range(1, 15), *range(36, 65, 4), *range(100, 145, 4), *range(149, 166, 4))
 
 _HEADERS_BYTES = 18  # a packet on the air is so much longer than with Ethernet's headers
 
 # On the air, in turn from the station and from the access point.
-_OPEN = (34, 34, 80, 50)  # authentication, association
-_KEYS = (157, 157, 191, 135)  # from the access point: the 4-way handshake
-_FAST = (177, 185, 215, 238)  # 802.11r: both and the keys at once
+_OPEN = (34, 34, 117, 137)  # authentication, association
+_WPA2 = (34, 34, 139, 137)
+_KEYS = (137, 159, 193, 137)  # from the access point: the 4-way handshake
+_FAST = (168, 180, 259, 320)  # 802.11r: both and the keys at once
+_ASSOCIATION = 2  # the number of its first frame in each of these
 
 Security = Literal["open", "wpa2"]
 
@@ -37,17 +38,17 @@ class JoiningConstants(ports.Constants):
         "of a beacon on the air (our estimate: 802.11n, WPA2 and WMM are announced; null: it takes "
         "no airtime, and is heard wherever the signal is found)"))
 
-    dwell_ns: Duration = Field("140 ms", description=(
-        "of a scan on one channel (measured: mac80211_hwsim with wpa_supplicant, one channel "
-        "0.14 s, all of them 4.22 s)"))
-    home_ns: Duration = Field("200 ms", description=(
-        "between two channels of a scan, on the own one, where a station is associated (mac80211: "
-        "ieee80211_scan_state_suspend)"))
-    channels: int = Field(30, ge=1, description=(
-        "that a scan of all of them visits (4.22 s: see dwell)"))
-    processing_ns: Duration = Field("2.5 ms", description=(
-        "of one frame of joining, in its receiver (measured with hostapd: open authentication and "
-        "association, four frames, 10 ms)"))
+    tick_ns: Period = Field("4 ms", le=10**7, description=(
+        "of the kernel, with which what it waits for in a scan ends, and an association begins "
+        "(Linux CONFIG_HZ=250)"))
+    channels: tuple[int, ...] = Field(_CHANNELS, description=(
+        "that a scan of all of them visits (cfg80211: world_regdom)"))
+    asks_on: tuple[int, ...] = Field(tuple(range(1, 12)), description=(
+        "channels on which a scan asks who is there; on others it waits for beacons (cfg80211: "
+        "world_regdom)"))
+    processing_ns: Duration = Field("1 ms", description=(
+        "of one frame of joining, in its receiver (our estimate: hostapd and wpa_supplicant in "
+        "User-Mode Linux by the wall clock took 0.7 to 4 ms)"))
     timeout_ns: Period = Field("200 ms", description=(
         "after which a lost frame is sent again (mac80211: IEEE80211_AUTH_TIMEOUT, "
         "IEEE80211_ASSOC_TIMEOUT)"))
@@ -68,15 +69,44 @@ class JoiningConstants(ports.Constants):
         "of a frame that says that a station sleeps or is back (802.11-2016: header and check "
         "sequence)"))
 
+    def dwell_ns(self, channel: int) -> int:
+        """The time of a scan on a channel: an active one waits before and behind its question for a
+        33rd of a second, a passive one for a 9th (mac80211: IEEE80211_PROBE_DELAY,
+        IEEE80211_CHANNEL_TIME, IEEE80211_PASSIVE_CHANNEL_TIME), each in whole ticks, until the
+        tick behind."""
+        return 2 * self._waits_ns(33) if channel in self.asks_on else self._waits_ns(9)
+
+    @property
+    def home_ns(self) -> int:
+        """The time on the own channel between two visits of others (ieee80211_scan_state_suspend).
+        """
+        return self._waits_ns(5)
+
+    def stays_away(self, away_ns: int, channel: int) -> bool:
+        """Whether a station that has been away for so long visits another channel before it
+        returns: an eighth of a second is the most (ieee80211_scan_state_decision)."""
+        ticks = 2 * self._ticks(33) if channel in self.asks_on else self._ticks(9)
+        return away_ns + ticks * self.tick_ns <= self._ticks(8) * self.tick_ns
+
+    def _waits_ns(self, part: int) -> int:
+        return (self._ticks(part) + 1) * self.tick_ns
+
+    def _ticks(self, part: int) -> int:
+        """The whole ticks of a part of a second."""
+        ticks: int = NS_PER_S // self.tick_ns // part
+        return ticks
+
 
 def steps(security: Security, fast: bool) -> tuple[tuple[bool, int], ...]:
     """The frames of joining, in order: whether the station sends it, and its bytes on the air;
     ``fast`` by 802.11r, where there are keys."""
     turns = True, False, True, False
-    if security == "wpa2" and fast:
+    if security == "open":
+        return tuple(zip(turns, _OPEN, strict=True))
+    if fast:
         return tuple(zip(turns, _FAST, strict=True))
-    keys = zip((False, True, False, True), _KEYS, strict=True) if security == "wpa2" else ()
-    return (*zip(turns, _OPEN, strict=True), *keys)
+    return (*zip(turns, _WPA2, strict=True),
+            *zip((False, True, False, True), _KEYS, strict=True))
 
 
 class ControlFrames:
@@ -96,7 +126,9 @@ class ControlFrames:
 
 class Handshake:
     """Frames between a station and an access point, each sent when the one before has been
-    processed. ``done(came)`` is called when the last one has been, or one is given up."""
+    processed, the one that asks to be associated with the tick behind (mac80211:
+    ieee80211_mgd_assoc). ``done(came)`` is called when the last one has been, or one is given up.
+    """
 
     def __init__(self, control: ControlFrames, station: int, access_point: int,
                  frames: Sequence[tuple[bool, int]], constants: JoiningConstants,
@@ -106,6 +138,7 @@ class Handshake:
         self._ends = access_point, station
         self._frames, self._next, self._tries = frames, 0, 0
         self._over = False
+        self._began_ns = self._air.now_ns  # with a tick, as scans end with one
         self._send(None)
 
     def cancel(self) -> None:
@@ -133,7 +166,10 @@ class Handshake:
 
     def _processed(self, _: None) -> None:
         self._next, self._tries = self._next + 1, 0
-        if self._next < len(self._frames):
+        if self._next == _ASSOCIATION:
+            tick_ns, now_ns = self._constants.tick_ns, self._air.now_ns
+            self._air.at(now_ns + -(now_ns - self._began_ns) % tick_ns, self._send)
+        elif self._next < len(self._frames):
             self._send(None)
         else:
             self._end(True)

@@ -23,7 +23,7 @@ def packet(flow="a", size_bytes=1500, since_ns=0, number=0):
 def drops_ms(waits_ms, interval_ms=100, until_ms=1000):
     """The times at which a queue drops that is served every millisecond, packets having waited
     for so long."""
-    queue, found = CoDel(5 * MS, interval_ms * MS), []
+    queue, found = CoDel(5 * MS, interval_ms * MS, 0), []
     for now_ms in range(until_ms):
         while len(queue.waiting) < 100:
             queue.push(packet(since_ns=0))
@@ -75,7 +75,7 @@ def test_drops_go_on_where_they_ended_if_that_was_recent():
 
 
 def test_the_last_packet_is_never_dropped():
-    queue, dropped = CoDel(5 * MS, 100 * MS), []
+    queue, dropped = CoDel(5 * MS, 100 * MS, 0), []
     for now_ms in range(1000):
         queue.push(packet(since_ns=(now_ms - 50) * MS))
         assert queue.pop(now_ms * MS, dropped) is not None
@@ -107,16 +107,38 @@ def test_a_flow_that_begins_goes_first_once():
 
 
 def test_where_there_is_no_room_the_fattest_flow_loses_half_from_its_head():
-    queue = FqCodel(FqCodelConstants(limit=100))
-    assert queue.push(0, [packet("thin") for _ in range(20)]) == []
-    dropped = queue.push(0, [packet("fat", number=k) for k in range(81)])
-    assert [one.number for one, _ in dropped] == list(range(41))  # half of 81 packets
+    """At most 32 (net/fq_impl.h, fq_flow_drop)."""
+    queue = FqCodel(FqCodelConstants(limit=60))
+    assert queue.push(0, [packet("thin") for _ in range(10)]) == []
+    dropped = queue.push(0, [packet("fat", number=k) for k in range(51)])
+    assert [one.number for one, _ in dropped] == list(range(25))
     assert {(one.hop.trip.flow, reason) for one, reason in dropped} == {("fat", "queue_full")}
     queue = FqCodel(FqCodelConstants(limit=1000))
     dropped = queue.push(0, [packet(number=k) for k in range(1001)])
-    assert len(dropped) == 64
+    assert len(dropped) == 32
     queue = FqCodel(FqCodelConstants(memory="15 kB"))
-    assert len(queue.push(0, [packet() for _ in range(11)])) == 6
+    assert len(queue.push(0, [packet() for _ in range(11)])) == 5
+
+
+@pytest.mark.parametrize("empty", [True, False])
+def test_a_flow_that_begins_again_knows_its_last_drops(empty):
+    """It drops eight packets, is empty or waits for less than 5 ms, and after 50 ms waits for too
+    long again: drops go on at the rate of the last seven."""
+    queue, found = FqCodel(FqCodelConstants(target="5 ms", limit=10**6, memory="1 GB")), []
+    late = [packet(since_ns=-10 * MS) for _ in range(2000)]
+    queue.push(0, late)
+    for now_ms in range(1000):
+        if now_ms == 520:
+            queue.take_out(1)
+            queue.push(0, [packet(since_ns=520 * MS)] * (not empty))
+        if now_ms == 570:
+            queue.push(0, late)
+        dropped = []
+        queue.pop(now_ms * MS, dropped)
+        found += [now_ms] * len(dropped)
+    expected = [*law_ms(100, 8), *law_ms(670, len(found) - 8, count=7)]
+    assert len(found) > 12 and all(0 <= at - due < 1 for at, due in zip(
+        found, expected, strict=True))
 
 
 def test_what_is_taken_out_is_gone():

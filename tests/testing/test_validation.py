@@ -14,6 +14,8 @@ from desim.netcases.case import play
 from desim.ports.cases import Check
 from netmodels import access_link, aloha, bus
 from netmodels.cases import chain
+from netmodels.infrastructure.background_scans import BackgroundScans
+from netmodels.infrastructure.joining import JoiningConstants
 from netmodels.radio import delivery, errors, path_loss
 from netmodels.radio.budget import RadioLinks
 from netmodels.radio.errors import bit_error
@@ -26,6 +28,7 @@ from netmodels.rules.outage import Flapping
 from netmodels.rules.timing import Latency
 from netmodels.validation import propagation, rfcomms
 from netmodels.validation.aggregates import SaturationOfMcs
+from netmodels.validation.associations import AccessPointsOfLinux
 from netmodels.validation.chain import Chains, repaired
 from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
 from netmodels.validation.minstrel_ht import MinstrelOfLinux
@@ -206,6 +209,19 @@ class Repairs:
 
 
 # Group, how many of its comparisons it takes to see what is made wrong, and that.
+def longer_visits(monkeypatch):
+    """By a tick in eight."""
+    monkeypatch.setattr(JoiningConstants, "dwell_ns", lambda constants, channel: (
+        9 * constants.tick_ns))
+
+
+def exact_signals(monkeypatch):
+    """The mean of a signal is not rounded down."""
+    hear = BackgroundScans.hear
+    monkeypatch.setattr(BackgroundScans, "hear", lambda scans, now_ns, power_dbm: hear(
+        scans, now_ns, power_dbm - 1))
+
+
 TWINS = [
     (SaturationOfOfdm, 1, longer_symbols), (SaturationOf11b, 1, longer_preambles),
     (WaitingTimes, 1, slower_rates), (FiniteQueue, 1, slower_rates),
@@ -224,6 +240,7 @@ TWINS = [
     (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
     (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
     (MinstrelOfLinux, 1, slower_filter), (MinstrelOfNs3, 2, less_loss),
+    (AccessPointsOfLinux, 2, longer_visits), (AccessPointsOfLinux, 5, exact_signals),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups
         (Propagation, 27, less_indoor_loss), (SinglePair, 6, better_receivers),
         (RadioOfGazebo, 36, more_noise_in_gazebo))),
