@@ -2,7 +2,8 @@
 
 A file begins with a line of JSON: the SHA-256 of the machine code behind it, and the symbols that
 this needs from the process. Its name contains a hash of what the machine code depends on. It is in
-the user's cache, for this processor, or in ``SHIPPED``, with which a wheel comes.
+the user's cache, for this processor, or in ``SHIPPED``, with which a wheel comes and where the hash
+is that of the sources alone.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class AskOrders(NamedTuple):
 class ServiceEnd(StrEnum):
     """The end of a service. ``gone``: the load is not there (any more); ``loaded``: the robot has a
     load already; ``empty``: it has none for this station; ``away``: it was not within reach when
-    its turn came, or before the service ended."""
+    its turn came, or at the end of the service."""
 
     DONE = "done"
     GONE = "gone"

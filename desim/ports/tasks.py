@@ -1,8 +1,8 @@
 """The contract of a task: what a fleet is to do, when that is done, and how well it was done.
 
-A task stands on the side of the truth, with the monitor: it sees all, and no robot hears of it.
-What robots know of their task is its ``briefing``, which does not change in a run, and what it
-tells them on the spot: a load is there, a battery is empty. No network carries that.
+A task stands on the side of the truth, with the monitor: it sees all. Robots know its
+``briefing``, which does not change in a run, and what it tells them on the spot: a load is there, a
+battery is empty. No network carries that.
 """
 
 from __future__ import annotations
@@ -138,7 +138,8 @@ class TaskContext(Protocol):
         """[robots] ``robot.power.battery``, NaN likewise."""
 
     def hold(self, robot: str) -> None:
-        """Let the robot's drive fail for good: it brakes, and follows no command."""
+        """Block the robot's drive: it brakes, and follows no command. The end of a fault ``stuck``
+        frees it."""
 
     def record(self, kind: str, robot: str | None, a: int = 0, b: int = 0) -> None:
         """Write a trace row about ``robot``, or about none. All that metrics count must have a row,

@@ -1,4 +1,4 @@
-"""The associations of stations with access points: who hangs on whom, and who is on the way."""
+"""The associations of stations with access points, and their ways to them."""
 
 from __future__ import annotations
 

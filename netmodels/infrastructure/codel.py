@@ -70,7 +70,8 @@ class CoDel:
         return from_ns + round(self._interval_ns / sqrt(self._count))
 
     def _first(self, now_ns: int) -> tuple[Waiting | None, bool]:
-        """The packet at the head, which leaves, and whether packets wait for too long too long."""
+        """The packet at the head, which leaves, and whether waits have exceeded the target for
+        an interval."""
         if not self.waiting:
             self._above_ns = None
             return None, False

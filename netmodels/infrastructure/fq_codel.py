@@ -41,7 +41,7 @@ class _Flow(CoDel):
 class FqCodel:
     """Flows take turns by deficit round robin, those that have just begun first; each is a CoDel,
     which knows of its last drops when it begins again. Where there are too many packets, the flow
-    with the most bytes loses half of them from its head, 32 at most. No two flows share a
+    with the most bytes loses half of its packets from the head, 32 at most. No two flows share a
     queue, and nothing is marked instead of dropped."""
 
     def __init__(self, constants: FqCodelConstants) -> None:

@@ -39,7 +39,7 @@ class JoiningConstants(ports.Constants):
         "no airtime, and is heard wherever the signal is found)"))
 
     tick_ns: Period = Field("4 ms", le=10**7, description=(
-        "of the kernel, with which what it waits for in a scan ends, and an association begins "
+        "of the kernel's clock: waits of a scan end with one, and an association begins with one "
         "(Linux CONFIG_HZ=250)"))
     channels: tuple[int, ...] = Field(_CHANNELS, description=(
         "that a scan of all of them visits (cfg80211: world_regdom)"))
@@ -126,7 +126,7 @@ class ControlFrames:
 
 class Handshake:
     """Frames between a station and an access point, each sent when the one before has been
-    processed, the one that asks to be associated with the tick behind (mac80211:
+    processed, the one that asks to be associated at the next tick (mac80211:
     ieee80211_mgd_assoc). ``done(came)`` is called when the last one has been, or one is given up.
     """
 

@@ -9,9 +9,9 @@ from desim.middleware.tcp import Connection
 
 
 class RospyLink(RosLink):
-    """A link of rospy 1.15.15. Calls go on while the master does not list the publisher
-    (registration.py, run), and a connection that has opened ends for good with it (tcpros_base.py,
-    recv_buff, receive_loop).
+    """A link of rospy 1.15.15. It repeats requestTopic although the master no longer lists the
+    publisher (registration.py, run), and does not open a connection again that breaks
+    (tcpros_base.py, recv_buff, receive_loop).
 
     Where the publisher was not reached, rospy asks it once, later, whether it still publishes the
     topic (tcpros_pubsub.py, robust_connect_subscriber). If so, it reads from the old socket, to

@@ -14,7 +14,7 @@ from desim.ports import Place
 from desim.ports.tasks import Ground
 
 _MOST_BYTES = 50_000_000
-_CELL_M = 1.0  # of a map that is read without another one
+_CELL_M = 1.0  # the default cell of an imported map
 
 
 def goals_of(path: str, count: int, ground: Ground) -> tuple[Place, ...]:

@@ -14,11 +14,15 @@ from desim.units import NS_PER_S
 
 # Our choices, in the order of what they are for: points, clusters, tracks, teammates.
 _WITHIN_M = 5.0
-_GAP_M, _FEWEST, _SLACK_M = 0.3, 2, 0.15  # between two bodies; points of one; wider than it is
-_STEP_M, _LOST_NS = 0.6, NS_PER_S // 2  # of a body between two scans; a track without points
+_GAP_M = 0.3  # between two bodies
+_FEWEST = 2  # points of a body
+_SLACK_M = 0.15  # by which a cluster may be wider than a body
+_STEP_M = 0.6  # of a body between two scans
+_LOST_NS = NS_PER_S // 2  # after which a track without points ends
 _SMOOTH = 0.5  # share of the new velocity
 _MOVES_MPS = 0.15
-_FRESH_NS, _SAME_M = 3 * NS_PER_S // 2, 0.8  # a pose of a teammate; it and a track are one body
+_FRESH_NS = 3 * NS_PER_S // 2  # the age of a teammate's pose
+_SAME_M = 0.8  # between that pose and a track that is the same body
 
 
 @dataclass(eq=False)

@@ -14,7 +14,7 @@ from desim.robot.slam.settings import SlamSettings
 from desim.robot.transforms import motion_between
 
 # All of these are ours.
-_EVERY = 3  # node is matched with teammates' paths, each with its own
+_EVERY = 3  # every third node is matched with teammates' paths, all with the own one
 _SIGMA_M, _SIGMA_RAD = 0.4, 0.04  # of where it is expected
 _WITHIN_M = 1.5  # of that a closure is, at most
 _FIT = -1.0  # of a closure, at least: a third of the returns may meet nothing

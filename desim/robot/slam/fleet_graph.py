@@ -176,8 +176,7 @@ def weakest(information: np.ndarray) -> tuple[float, np.ndarray]:
 
 
 def honest(information: np.ndarray, odometry: float) -> np.ndarray:
-    """The ``information`` [3, 3] of a step, in whose weakest direction a bare corridor shows no
-    more than ``odometry``, the information of that."""
+    """The ``information`` [3, 3] of a step; along a bare corridor it is that of ``odometry``."""
     share, axis = weakest(information)
     if share >= WEAK:
         return information

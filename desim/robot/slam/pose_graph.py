@@ -79,7 +79,7 @@ class PoseGraph:
         return (self._whitened(np.s_[:])[0] ** 2).sum(axis=1)
 
     def optimize(self, steps: int, newest: int) -> None:
-        """Move the ``newest`` so many nodes by at most so many steps of Gauss-Newton; the others
+        """Move the newest ``newest`` nodes by at most ``steps`` steps of Gauss-Newton; the others
         stay where they are."""
         first = max(len(self.poses) - newest, 0)
         anchors = self._anchors.rows[self._anchors.rows[:, 0] >= first]

@@ -19,8 +19,8 @@ class Dispatcher(OrderStrategy):
 
     The same class runs on the robots and on that host. Every ``period`` a robot reports, and the
     host sends all robots their orders. ``hungarian`` gives waiting orders to robots without one, so
-    that the total way to the picks is least (Kuhn 1955). ``insertion`` puts each order where it
-    makes the ways of some robot least longer, as its next but one at most (cheapest insertion:
+    that the total way to the picks is least (Kuhn 1955). ``insertion`` puts each order where
+    it lengthens some robot's route least; a robot has two orders at most (cheapest insertion:
     Rosenkrantz, Stearns, Lewis 1977). Failsafe: a robot that hears nothing carries out the orders
     that it has; those of a robot that is silent for ``failsafe_after`` go to others, unless it has
     reported the load. If both come to the pick, the second finds the load gone.

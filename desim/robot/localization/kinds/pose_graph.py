@@ -27,7 +27,7 @@ _SETTLED_NS, _STALE_NS = 2 * NS_PER_S, 10 * NS_PER_S  # the age of a sighting th
 
 class GraphSlam(ScanMatching):
     """SLAM by a pose graph (Grisetti, Kuemmerle, Stachniss and Burgard 2010). Each processed scan
-    is a node: it is matched with the last thirty, and with older ones nearby (loop closures). The
+    is a node: it is matched with the last 15 to 29, and with older ones nearby (loop closures). The
     graph is solved, and the map drawn anew, every ``redraw_every``.
 
     With a ``team`` robots send each other their nodes, what they have sighted or closed, and each

@@ -18,8 +18,8 @@ _reciprocal = compiled_function(kernels.reciprocal)
 
 _SECTORS = 48  # directions, of each of which the nearest point counts (7.5 degrees; our choice)
 _BLOCKED_MPS = 0.02  # slower than this, with a path to follow, counts as blocked (our choice)
-# Of the wanted velocity, by chance: two robots face to face would wait for each other (our choice).
-_ASIDE = 1e-3
+# Noise on the wanted velocity: two robots face to face would wait for each other (our choice).
+_ASIDE_MPS = 1e-3
 
 
 class Orca:
@@ -84,7 +84,7 @@ class Orca:
         """Full speed towards the path, and a little aside."""
         away = np.array(context.carrot(self._params.lookahead_m)) - point
         along = context.limits.speed_mps * away / max(float(np.hypot(*away)), 1e-9)
-        return along + _ASIDE * self._random.standard_normal(2)
+        return along + _ASIDE_MPS * self._random.standard_normal(2)
 
     def _stoppable(self, context: LocalContext, turn_radps: float, velocity: np.ndarray) -> float:
         """The turn rate, not so fast that it would turn beyond the direction of ``velocity``: w^2 =
