@@ -13,7 +13,7 @@ from desim.middleware.contents import Pose
 from desim.ports.local_planners import BodyShape, Inflation, LocalArrays, MotionLimits, NearbyBody
 from desim.robot.navigation.footprint_cover import cover
 from desim.robot.navigation.global_costmap import GlobalCostmap
-from desim.robot.navigation.kernels import local_planner as kernels
+from desim.robot.navigation.kernels import dynamic_window as kernels
 from desim.robot.navigation.local_costmap import LocalCostmap
 from desim.robot.navigation.moving_bodies import MovingBodies
 from desim.robot.navigation.rest_of_path import RestOfPath

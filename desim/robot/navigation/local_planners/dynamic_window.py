@@ -7,7 +7,7 @@ import numpy as np
 from desim import ports
 from desim.ports.kernels import compiled_function
 from desim.ports.local_planners import LocalContext
-from desim.robot.navigation.kernels import local_planner as kernels
+from desim.robot.navigation.kernels import dynamic_window as kernels
 
 _steer = compiled_function(kernels.steer)
 
