@@ -62,7 +62,7 @@ WRONG = {
     "a sensor of the pose on another host": (
         "fleet: {types: {scout: {robot: {localization: {host: base}}}}}\nhosts: {base: {}}", [
             "2:54: fleet.types.scout.robot.localization.host: 'ground_truth' draws no map, so it "
-            "runs on the robot; allowed on another host: gmapping, scan_matching"]),
+            "runs on the robot; allowed on another host: gmapping, pose_graph, scan_matching"]),
     "scans that another host draws": (
         "robot: {localization: {model: gmapping, host: base}}\nhosts: {base: {}}\n"
         "coordination: {exchange: {model: submaps}}", [
