@@ -205,7 +205,7 @@ def desim(tmp_path, monkeypatch):
            ("raises", "return 1 / 0", "ZeroDivisionError: division by zero"),
            ("reason", "context.end(5)", "ModelError: a run ends for a reason, a text, not 5"),
            ("who", "context.record('x', 'nobody')",
-            "ModelError: a task's row is about a robot, not 'nobody'"),
+            "ModelError: a task's row is about a robot, or None, not 'nobody'"),
            ("row", "context.record('x', 'robot_0', 0.5)",
             "ModelError: a task's row has ints, not 0.5 and 0"))),
     ("t_args", TASK, EACH_SECOND + "def tick(self): pass", "task t_args:Plugin raised ModelError: "

@@ -95,7 +95,9 @@ def safest_velocity(planes, hard, first, count, speed, x, y):
         px, py, nx, ny = planes[i, 0], planes[i, 1], planes[i, 2], planes[i, 3]
         if (px - x) * nx + (py - y) * ny <= deep:
             continue
-        work[:hard] = planes[:hard]
+        for j in range(hard):  # a slice would need numba's library, for its errors
+            for k in range(4):
+                work[j, k] = planes[j, k]
         rows = hard
         for j in range(hard, i):  # where plane i is violated as much as plane j
             mx, my = planes[j, 2] - nx, planes[j, 3] - ny
