@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from desim import ports
 from desim.ports.delivery import AskOrders, Delivery, TransportOrder
 from desim.robot.coordination.order_desk import OrderDesk, OrderDeskParams, Report
@@ -11,7 +13,7 @@ from desim.units import NS_PER_S
 _STEP_NS = NS_PER_S // 2  # in which a robot looks whether it has arrived
 
 
-class OrderStrategy:
+class OrderStrategy(ABC):
     """On a robot: reports, and a porter that carries out orders. On a host without a body: a desk
     that each ``period`` assigns orders (``_assign``) and publishes those of all robots."""
 
@@ -61,6 +63,6 @@ class OrderStrategy:
         host.show("stations", self._desk.marks(host.task.stations))
         host.publish("orders", self._desk.lists())
 
+    @abstractmethod
     def _assign(self, host: ports.StrategyContext) -> None:
         """Give waiting orders to robots."""
-        raise NotImplementedError
