@@ -13,7 +13,7 @@ from desim.errors import did_you_mean
 from desim.middleware.graph import Graph
 from desim.middleware.topics import Topic
 from desim.monitor.monitor import Monitor, StopReason
-from desim.monitor.tasks.places import free_cells
+from desim.monitor.places import free_cells
 from desim.monitor.traffic import family
 from desim.monitor.truth import Truth
 from desim.network.scoped_rule import Scoped

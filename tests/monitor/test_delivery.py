@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from desim.errors import InputError, ModelError
+from desim.monitor.delivery.orders import from_file, poisson
 from desim.monitor.tasks.delivery import Deliveries
-from desim.monitor.tasks.orders import from_file, poisson
 from desim.ports import Place
 from desim.ports.delivery import AskOrders, Charge, Serve, Served, ServiceEnd, TransportOrder
 from desim.testing import TaskBench

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from desim.errors import InputError
+from desim.monitor.places import drawn, free_cells
 from desim.monitor.tasks.exploration import Exploration
 from desim.monitor.tasks.patrolling import Patrolling
-from desim.monitor.tasks.places import drawn, free_cells
 from desim.ports import GridSpec, Place
 from desim.ports.tasks import Ground, Patrol
 from desim.testing import TaskBench

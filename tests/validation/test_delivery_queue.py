@@ -39,5 +39,5 @@ def test_a_picker_that_serves_all_at_once_is_none(monkeypatch):
         context.after(self._lasts_ns(visit), lambda _: self._ended(visit, ServiceEnd.DONE))
 
     monkeypatch.setattr(delivery, "_ORDERS", 2000)
-    monkeypatch.setattr("desim.monitor.tasks.stations.Counter.join", lasts_at_once)
+    monkeypatch.setattr("desim.monitor.delivery.stations.ServiceQueue.join", lasts_at_once)
     assert len(failing()) >= 4

@@ -11,8 +11,9 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError, ModelError
-from desim.monitor.tasks.batteries import Batteries
-from desim.monitor.tasks.orders import (
+from desim.monitor.delivery.batteries import Batteries
+from desim.monitor.delivery.carrying import CarryingRobot
+from desim.monitor.delivery.orders import (
     Arrival,
     OrderRecord,
     from_file,
@@ -21,8 +22,8 @@ from desim.monitor.tasks.orders import (
     poisson,
     worst_s,
 )
-from desim.monitor.tasks.places import free_cells
-from desim.monitor.tasks.stations import Counter, RobotWork, Visit
+from desim.monitor.delivery.stations import ServiceQueue, Visit
+from desim.monitor.places import free_cells
 from desim.ports.delivery import (
     AskOrders,
     Delivery,
@@ -72,7 +73,7 @@ class Deliveries:
 
     def __init__(self, params: Params) -> None:
         self._params = params
-        self._jobs: list[OrderRecord] = []
+        self._orders: list[OrderRecord] = []
         self._all_arrived, self._done = False, 0
 
     def start(self, context: TaskContext) -> None:
@@ -82,9 +83,9 @@ class Deliveries:
         self._briefing = Delivery(stations, params.reach_m)
         _check_places(context, stations)
         self._arrivals = self._all_arrivals()
-        self._carriers = {name: RobotWork() for name in context.explorers}
+        self._carriers = {name: CarryingRobot() for name in context.explorers}
         self._batteries = Batteries(context)
-        self._counters = {one.name: Counter(one, self._lasts_ns, self._objection, self._ended)
+        self._queues = {one.name: ServiceQueue(one, self._lasts_ns, self._objection, self._ended)
                           for one in stations}
         self._draws = {one.name: context.stream("service", one.name) for one in stations}
         self._arriving = next(self._arrivals, None)
@@ -129,8 +130,8 @@ class Deliveries:
         self._await_next()
 
     def _arrive(self, pick: str, drop: str) -> None:
-        context, order = self._context, TransportOrder(len(self._jobs), pick, drop)
-        self._jobs.append(OrderRecord(order, context.now_ns))
+        context, order = self._context, TransportOrder(len(self._orders), pick, drop)
+        self._orders.append(OrderRecord(order, context.now_ns))
         context.record("order", None, order.number)
         for host in context.desks or context.explorers:
             context.notify(host, order)
@@ -139,15 +140,15 @@ class Deliveries:
 
     def on_act(self, context: TaskContext, host: str, content: object) -> None:
         if isinstance(content, AskOrders):
-            for job in self._jobs:
-                if not job.is_picked:
-                    context.notify(host, job.order)
-        elif isinstance(content, Serve) and content.station in self._counters \
+            for entry in self._orders:
+                if not entry.is_picked:
+                    context.notify(host, entry.order)
+        elif isinstance(content, Serve) and content.station in self._queues \
                 and host in self._carriers:
             station = self._briefing.at(content.station)
             if station.kind == "pick":
                 self._carriers[host].begin(context.now_ns)
-            self._counters[station.name].join(
+            self._queues[station.name].join(
                 context, Visit(host, station, content.order, context.now_ns))
         else:
             raise ModelError(f"{host} cannot do {content!r}; allowed: Serve at a station, by "
@@ -168,9 +169,9 @@ class Deliveries:
 
     def _waits(self, number: int | None, pick: str) -> bool:
         """Whether the load of this order waits at ``pick``."""
-        if number is None or not 0 <= number < len(self._jobs):
+        if number is None or not 0 <= number < len(self._orders):
             return False
-        return not self._jobs[number].is_picked and self._jobs[number].order.pick == pick
+        return not self._orders[number].is_picked and self._orders[number].order.pick == pick
 
     def _lasts_ns(self, visit: Visit) -> int:
         mean_ns = self._params.stations[visit.station.name].service_ns
@@ -194,44 +195,45 @@ class Deliveries:
             carrier.end(context.now_ns)
         context.notify(visit.robot, Served(visit.station.name, order, outcome))
 
-    def _picked(self, visit: Visit, carrier: RobotWork, travelled_m: float) -> None:
+    def _picked(self, visit: Visit, carrier: CarryingRobot, travelled_m: float) -> None:
         assert visit.order is not None
-        job = self._jobs[visit.order]
-        job.is_picked = True
-        carrier.take(job.order, travelled_m)
+        entry = self._orders[visit.order]
+        entry.is_picked = True
+        carrier.take(entry.order, travelled_m)
         self._context.record("order_picked", visit.robot, visit.order)
 
-    def _dropped(self, visit: Visit, carrier: RobotWork, travelled_m: float) -> None:
+    def _dropped(self, visit: Visit, carrier: CarryingRobot, travelled_m: float) -> None:
         assert carrier.load is not None
-        job, now_ns = self._jobs[carrier.load.number], self._context.now_ns
-        job.done_ns = now_ns
+        entry, now_ns = self._orders[carrier.load.number], self._context.now_ns
+        entry.done_ns = now_ns
         self._done += 1
         carrier.leave(travelled_m)
-        self._context.record("order_done", visit.robot, job.order.number, now_ns - job.arrived_ns)
-        if self._all_arrived and self._done == len(self._jobs):
+        self._context.record("order_done", visit.robot, entry.order.number,
+                             now_ns - entry.arrived_ns)
+        if self._all_arrived and self._done == len(self._orders):
             self._context.end("delivered")
 
-    def _charged(self, visit: Visit, carrier: RobotWork, travelled_m: float) -> None:
+    def _charged(self, visit: Visit, carrier: CarryingRobot, travelled_m: float) -> None:
         self._batteries.fill(self._context, visit.robot)
         self._context.record("charged", visit.robot)
 
     # ---------------------------------------------------------------------------------- results
 
     def measure(self) -> dict[str, float]:
-        return {"orders_done": self._done, "orders_open": len(self._jobs) - self._done}
+        return {"orders_done": self._done, "orders_open": len(self._orders) - self._done}
 
     def metrics(self) -> dict[str, object]:
         context, carriers = self._context, self._carriers
         now_ns = max(context.now_ns, 1)
         ways = dict(zip(context.robots, context.travelled_m().tolist(), strict=True))
         loaded_m = {name: one.way_m(ways[name]) for name, one in carriers.items()}
-        in_system_ns = [job.done_ns - job.arrived_ns for job in self._jobs
-                        if job.done_ns is not None]
+        in_system_ns = [entry.done_ns - entry.arrived_ns for entry in self._orders
+                        if entry.done_ns is not None]
         late_ns = [max(0, time_ns - self._params.due_ns) for time_ns in in_system_ns]
         return {
-            "orders": len(self._jobs), "orders_done": len(in_system_ns),
+            "orders": len(self._orders), "orders_done": len(in_system_ns),
             "orders_picked": sum(one.load is not None for one in carriers.values()),
-            "orders_waiting": sum(not job.is_picked for job in self._jobs),
+            "orders_waiting": sum(not entry.is_picked for entry in self._orders),
             "orders_per_hour": len(in_system_ns) * 3600 * NS_PER_S / now_ns,
             "time_in_system_s": mean_s(in_system_ns),
             "time_in_system_worst_s": worst_s(in_system_ns),
@@ -243,9 +245,9 @@ class Deliveries:
             "wasted_picks": sum(one.wasted for one in carriers.values()),
             "batteries_empty": self._batteries.empty,
             "station_utilization": {name: one.busy_until_ns(now_ns) / now_ns
-                                    for name, one in self._counters.items()},
+                                    for name, one in self._queues.items()},
             "station_wait_s": {name: one.waited_ns / one.begun / NS_PER_S if one.begun else None
-                               for name, one in self._counters.items()},
+                               for name, one in self._queues.items()},
             "orders_by_robot": {name: one.delivered for name, one in carriers.items()}}
 
 

@@ -7,8 +7,8 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
-from desim.monitor.tasks.moving_ai_goals import goals_of
-from desim.monitor.tasks.places import drawn, free_cells
+from desim.monitor.moving_ai_goals import goals_of
+from desim.monitor.places import drawn, free_cells
 from desim.ports.tasks import Journeys, TaskContext, TaskTraits
 from desim.units import LENGTH, NS_PER_S
 

@@ -15,7 +15,7 @@ from pydantic import Field
 
 from desim import plugins, ports
 from desim.errors import InputError
-from desim.monitor.tasks.places import drawn, free_cells
+from desim.monitor.places import drawn, free_cells
 from desim.ports.tasks import Patrol, TaskContext, TaskTraits
 from desim.scenario.schema.scenario import Scenario
 from desim.units import LENGTH, NS_PER_S, Length, Position

@@ -16,7 +16,7 @@ from desim.ports.delivery import (
     Station,
     TransportOrder,
 )
-from desim.robot.coordination.order_desk import OrderDesk, OrderDeskParams, Report
+from desim.robot.coordination.orders.desk import OrderDesk, OrderDeskParams, Report
 from desim.robot.coordination.strategies.auction import Auction
 from desim.robot.coordination.strategies.dispatcher import Dispatcher
 from desim.testing import check_strategy

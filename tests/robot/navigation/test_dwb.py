@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 
 from desim.middleware.contents import LaserScan
 from desim.robot.mapping.tiles import FREE
+from desim.robot.navigation.dwb.oscillation import Oscillation
+from desim.robot.navigation.dwb.velocity_samples import resampled, samples
 from desim.robot.navigation.kernels import dwb as kernels
 from desim.robot.navigation.local_planners import dwb
 from desim.robot.navigation.local_planners.dwb import Dwb
-from desim.robot.navigation.oscillation import Oscillation
-from desim.robot.navigation.velocity_samples import resampled, samples
 from desim.scenario.schema.fleet import BodyType
 from desim.scenario.schema.navigation import Navigation
 from desim.testing.local_planner_bench import LocalPlannerBench

@@ -4,8 +4,8 @@ import math
 
 from desim import ports
 from desim.ports.delivery import TransportOrder
-from desim.robot.coordination.order_desk import MOST_ORDERS, OrderDeskParams, way_m
-from desim.robot.coordination.order_strategy import OrderStrategy
+from desim.robot.coordination.orders.desk import MOST_ORDERS, OrderDeskParams, way_m
+from desim.robot.coordination.orders.order_strategy import OrderStrategy
 
 _MOST_CALLED = 10  # orders in one call, the oldest
 

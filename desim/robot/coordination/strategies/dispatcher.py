@@ -10,8 +10,8 @@ from scipy.optimize import linear_sum_assignment
 from desim import ports
 from desim.ports.delivery import TransportOrder
 from desim.robot.coordination.assignment import NO_WAY_M, finite_costs_m
-from desim.robot.coordination.order_desk import MOST_ORDERS, OrderDeskParams
-from desim.robot.coordination.order_strategy import OrderStrategy
+from desim.robot.coordination.orders.desk import MOST_ORDERS, OrderDeskParams
+from desim.robot.coordination.orders.order_strategy import OrderStrategy
 
 
 class Dispatcher(OrderStrategy):

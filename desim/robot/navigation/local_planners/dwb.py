@@ -10,9 +10,9 @@ from pydantic import Field
 from desim import ports
 from desim.ports.kernels import compiled_function
 from desim.ports.local_planners import LocalContext
+from desim.robot.navigation.dwb.oscillation import Oscillation
+from desim.robot.navigation.dwb.velocity_samples import resampled, samples
 from desim.robot.navigation.kernels import dwb as kernels
-from desim.robot.navigation.oscillation import Oscillation
-from desim.robot.navigation.velocity_samples import resampled, samples
 from desim.units import Angle, AngularSpeed, Length, Period, Speed, seconds
 
 _rate_all = compiled_function(kernels.rate_all)

@@ -6,8 +6,8 @@ from abc import ABC, abstractmethod
 
 from desim import ports
 from desim.ports.delivery import AskOrders, Delivery, TransportOrder
-from desim.robot.coordination.order_desk import OrderDesk, OrderDeskParams, Report
-from desim.robot.coordination.porter import Porter
+from desim.robot.coordination.orders.desk import OrderDesk, OrderDeskParams, Report
+from desim.robot.coordination.orders.porter import Porter
 from desim.units import NS_PER_S
 
 _STEP_NS = NS_PER_S // 2  # in which a robot looks whether it has arrived

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.ports.delivery import Station, TransportOrder
-from desim.robot.coordination.porter import Porter
+from desim.robot.coordination.orders.porter import Porter
 from desim.units import Duration, Period
 
 MOST_ORDERS = 2  # of a robot: the present one, and the next

@@ -1,12 +1,11 @@
-"""Stations, each with a queue of robots that are served one after another, and the loads of robots.
-"""
+"""The queue of robots at a station, which are served one after another."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
 
-from desim.ports.delivery import ServiceEnd, Station, TransportOrder
+from desim.ports.delivery import ServiceEnd, Station
 from desim.ports.tasks import TaskContext
 
 # Of a robot at a station: what speaks against serving it, None if nothing does.
@@ -20,7 +19,7 @@ class Visit:
         self.robot, self.station, self.order, self.since_ns = robot, station, order, since_ns
 
 
-class Counter:
+class ServiceQueue:
     """One station: first come, first served, one robot at a time.
 
     ``lasts_ns(visit)`` is asked when a service begins, ``objects(visit)`` then and at its end, and
@@ -66,41 +65,3 @@ class Counter:
         self.served += outcome is ServiceEnd.DONE
         self._ended(visit, outcome)
         self._next(context)
-
-
-class RobotWork:
-    """The work of a robot. It is busy from when it begins to wait at a pick until its load is off.
-    """
-
-    def __init__(self) -> None:
-        self.load: TransportOrder | None = None
-        self.busy_ns = self.delivered = self.wasted = 0
-        self.loaded_m, self._loaded_m = 0.0, 0.0  # so far; where its way stood when it was loaded
-        self._since_ns: int | None = None
-
-    def begin(self, now_ns: int) -> None:
-        """It is busy from now on."""
-        if self._since_ns is None:
-            self._since_ns = now_ns
-
-    def end(self, now_ns: int) -> None:
-        """It has nothing more to do."""
-        if self._since_ns is not None:
-            self.busy_ns, self._since_ns = self.busy_ns + now_ns - self._since_ns, None
-
-    def take(self, order: TransportOrder, travelled_m: float) -> None:
-        """It has a load now."""
-        self.load, self._loaded_m = order, travelled_m
-
-    def leave(self, travelled_m: float) -> None:
-        """It has no load any more."""
-        self.loaded_m, self.load = self.way_m(travelled_m), None
-        self.delivered += 1
-
-    def way_m(self, travelled_m: float) -> float:
-        """The way with a load so far."""
-        return self.loaded_m + (travelled_m - self._loaded_m if self.load else 0.0)
-
-    def busy_until_ns(self, now_ns: int) -> int:
-        """The time for which it has been busy so far."""
-        return self.busy_ns + (0 if self._since_ns is None else now_ns - self._since_ns)

@@ -1,0 +1,1 @@
+"""The parts of the task delivery: orders that arrive, stations, and batteries."""
