@@ -12,7 +12,7 @@ other host, b: the state).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from desim.ports.middleware import HostState
 
@@ -24,19 +24,21 @@ OnSees = Callable[[int, int, HostState], object]
 class Beliefs:
     """``informed`` is the end that has to learn, ``"subscriber"`` or ``"publisher"``.
     ``note(kind, host, a, b, c)`` writes a row; hosts are indices, ``ids`` their trace ids, ``name``
-    gives the id of a name. The functions in ``watchers`` are called with each change of ``sees``.
+    gives the id of a name. Hosts of different ``domains`` (one for each host; empty: all are in
+    one) have no matches. The functions in ``watchers`` are called with each change of ``sees``.
 
     ``true`` has the matches that exist, ``believed`` those that a host believes in, ``seen`` the
     state in which a believer sees another host; all are to be read only."""
 
     def __init__(self, informed: str, note: Callable[..., object], ids: list[int],
-                 name: Callable[[str], int]) -> None:
+                 name: Callable[[str], int], domains: Sequence[int] = ()) -> None:
         self.watchers: list[OnSees] = []
         self._note, self._ids, self._name = note, ids, name
         self._informed = 0 if informed == "subscriber" else 1
-        # By topic, subscribing and publishing hosts; all as dictionaries without values, because
-        # these keep their order.
-        self._ends: dict[str, tuple[dict[int, None], dict[int, None]]] = {}
+        self._domains = domains or [0] * len(ids)
+        # By domain and topic, subscribing and publishing hosts; all as dictionaries without values,
+        # because these keep their order.
+        self._ends: dict[tuple[int, str], tuple[dict[int, None], dict[int, None]]] = {}
         self.true: dict[Match, None] = {}
         self.believed: dict[Match, None] = {}
         self.seen: dict[tuple[int, int], HostState] = {}
@@ -82,7 +84,7 @@ class Beliefs:
         self.seen = {pair: state for pair, state in self.seen.items() if pair[0] != host}
 
     def _begins(self, side: int, host: int, topic: str) -> None:
-        ends = self._ends.setdefault(topic, ({}, {}))
+        ends = self._ends.setdefault((self._domains[host], topic), ({}, {}))
         ends[side][host] = None
         learns = side == self._informed
         self.true |= {(host, other, topic) if learns else (other, host, topic): None

@@ -66,7 +66,8 @@ class GraphContext:
         self.discovery_bytes: dict[str, int] = {}
         self.discovery_frames: dict[str, int] = {}
         self.beliefs = Beliefs(middleware.informed, self.record, list(self.host_ids),
-                               graph.names.id) if isinstance(middleware, Informs) else None
+                               graph.names.id, graph.domains) \
+            if isinstance(middleware, Informs) else None
         self._neighbours: Neighbours | None = None
         self.watchers: list[Callable[[int, bool], object]] = []
         self.changed = graph.changed

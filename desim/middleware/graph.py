@@ -37,7 +37,7 @@ from desim.middleware.message import Message
 from desim.middleware.routes import Routing
 from desim.middleware.topics import Latest, Topic
 from desim.ports import natural_key
-from desim.ports.middleware import Middleware
+from desim.ports.middleware import HasDomains, Middleware
 from desim.scenario.schema.sockets import Sockets
 
 if TYPE_CHECKING:
@@ -110,8 +110,12 @@ class Graph:
             host.last_arrival_ns = array("q", bytes(8 * len(self.hosts)))
         self._by_name = {host.name: host for host in self.hosts}
         trace.before_flush = self.catch_up
-        self.context = GraphContext(self, middleware)
+        # Hosts of different domains never hear of each other.
+        self.domains: Sequence[int] = [0] * len(self.hosts)
         with below("middleware"):
+            if isinstance(middleware, HasDomains):
+                self.domains = middleware.domains([host.name for host in self.hosts])
+            self.context = GraphContext(self, middleware)
             middleware.start(self.context)
 
     def host(self, name: str) -> Host:

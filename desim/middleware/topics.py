@@ -325,11 +325,11 @@ class Publisher:
         self._unmatched = None
 
     def _missed(self) -> list[int]:
-        """The hosts that listen and are no receivers."""
+        """The hosts of its domain that listen and are no receivers."""
         if self._unmatched is None:
-            own, receivers = self.host.index, self._receivers
-            self._unmatched = [host for host in self.topic.listening
-                               if host not in receivers and host != own]
+            own, receivers, domains = self.host.index, self._receivers, self.host.graph.domains
+            self._unmatched = [host for host in self.topic.listening if host not in receivers
+                               and host != own and domains[host] == domains[own]]
         return self._unmatched
 
     def close(self, reason: str) -> None:

@@ -327,6 +327,16 @@ class SharesLinks(Protocol):
 
 
 @runtime_checkable
+class HasDomains(Protocol):
+    """A middleware under which hosts of different domains never hear of each other, however near
+    they are. They are no readers of each other's messages."""
+
+    def domains(self, hosts: Sequence[str]) -> Sequence[int]:
+        """The domain of each of ``hosts``, known as soon as the middleware is made. Raises
+        ``InputError``, ``.domain: ...``, where there are no such hosts."""
+
+
+@runtime_checkable
 class Informs(Protocol):
     """A middleware whose hosts have to learn of each other before messages flow. desim holds their
     beliefs against the truth; the middleware reports them by ``MiddlewareContext.knows`` and

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from desim.errors import InputError, did_you_mean
 from desim.middleware.beliefs import Beliefs
 from desim.monitor.meters.reachability import Pair, linked_at
 from desim.ports import natural_key
-from desim.ports.middleware import HostState, Informs
+from desim.ports.middleware import HasDomains, HostState, Informs
 from desim.results.file_names import LINKS
 from desim.results.run import Run
 from desim.results.status import refuse_imported
@@ -24,6 +24,8 @@ from desim.units import DURATION, NS_PER_S
 
 KINDS = ("host_started", "host_stopped", "advertises", "subscribes", "believes", "sees")
 _NAMED = 8  # topics in an error
+
+Domains = Callable[[Sequence[str]], Sequence[int]]
 
 
 class PairBelief(NamedTuple):
@@ -141,7 +143,7 @@ def beliefs_at(run: Run, at_ns: int | None = None) -> BeliefSnapshot:
     nor repeated.
     """
     refuse_imported(run.path, run.manifest, "beliefs")
-    informed = _informed(run)
+    middleware = _middleware(run)
     end_ns = round(run.manifest["simulated_s"] * NS_PER_S)
     if at_ns is None:
         refuse_failed(run)
@@ -152,20 +154,23 @@ def beliefs_at(run: Run, at_ns: int | None = None) -> BeliefSnapshot:
     # Runs that failed, and those of earlier versions, have no links.
     linked = linked_at(run.table("links"), at_ns) if run.has(LINKS) else None
     with spools() as folder:
-        return folded(trace_of(run, folder / "trace", at_ns), at_ns, informed, linked)
+        return folded(trace_of(run, folder / "trace", at_ns), at_ns, middleware.informed, linked,
+                      middleware.domains if isinstance(middleware, HasDomains) else None)
 
 
-def folded(trace: Rows, at_ns: int, informed: str,
-           linked: Mapping[Pair, bool] | None = None) -> BeliefSnapshot:
+def folded(trace: Rows, at_ns: int, informed: str, linked: Mapping[Pair, bool] | None = None,
+           domains: Domains | None = None) -> BeliefSnapshot:
     """The beliefs after the rows up to ``at_ns``; ``informed`` as middlewares have it, ``linked``
-    for each pair whether frames get from one to the other then."""
+    for each pair whether frames get from one to the other then, ``domains`` that of each host
+    (None: all are in one)."""
     kinds = {Names().id(kind): kind for kind in KINDS}
     rows, names = trace
     rows = rows[np.isin(rows["kind"], list(kinds)) & (rows["t_ns"] <= at_ns)]
     started = rows["entity"][rows["kind"] == Names().id("host_started")]
     hosts = sorted((names[id_] for id_ in np.unique(started).tolist()), key=natural_key)
     place = {Names().id(name): i for i, name in enumerate(hosts)}
-    beliefs = Beliefs(informed, lambda *row: None, list(range(len(hosts))), lambda name: 0)
+    beliefs = Beliefs(informed, lambda *row: None, list(range(len(hosts))), lambda name: 0,
+                      () if domains is None else domains(hosts))
     up = [False] * len(hosts)
     for _, kind, entity, a, b, c in rows.tolist():
         kind, host = kinds[kind], place[entity]
@@ -203,7 +208,7 @@ def _views(hosts: list[str], beliefs: Beliefs) -> tuple[PairBelief, ...]:
                  for (believer, other), (known, missing, ghosts) in topics.items())
 
 
-def _informed(run: Run) -> str:
+def _middleware(run: Run) -> Informs:
     choice = run.scenario.middleware
     with nullcontext() if run.trust else plugins.installed_only():
         middleware = plugins.load("middleware", choice.model)(choice.params)
@@ -211,7 +216,7 @@ def _informed(run: Run) -> str:
         raise InputError(f"{run.path}: under middleware {choice.model!r} nobody believes anything: "
                          "everybody knows at once who is there; desim graph shows runs of a "
                          "middleware that has to find out (desim plugins lists them)")
-    return middleware.informed
+    return middleware
 
 
 def _count(number: int, what: str) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache
 
 from desim.engine.kernel import Phase, pair
 from desim.errors import InputError, host_index
+from desim.middleware.dds.domains import check_ports, domains_of
 from desim.middleware.dds.endpoints import Envelope
-from desim.middleware.dds.parameters import DdsParams
+from desim.middleware.dds.parameters import CYCLONE, DdsParams
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reader_proxy import ReaderProxy
 from desim.middleware.dds.remote import NOBODY, RemoteParticipant
@@ -55,8 +56,19 @@ class Dds:
             size_bytes, fragment_bytes, most, beats, LONG_TRAIN_BYTES))
         self.beat_chunk, self.ack_chunk = self.wire.heartbeats(1), self.wire.acknacks(1)
 
+    def domains(self, hosts: Sequence[str]) -> list[int]:
+        params = self.params
+        found = domains_of(hosts, params.domain, params.domains)
+        if params.discovery == "server" and len({*found}) > 1:
+            raise InputError(".domains: all hosts are clients of one discovery server, which is "
+                             "not modelled for several domains; allowed: one domain")
+        if params.preset not in CYCLONE:  # whose participants take ports that Linux chooses
+            check_ports(found, params.participants)
+        return found
+
     def start(self, context: MiddlewareContext) -> None:
         params, hosts = self.params, context.hosts
+        self._domains = self.domains(hosts)
         if params.server is not None:
             self.server = host_index("server", params.server, hosts)
         for name in params.leases:
@@ -188,7 +200,8 @@ class Dds:
             link.writer_proxy.joined()
 
     def announced(self, token: tuple[tuple[Guid, int], bool, int | None], receiver: int) -> None:
-        """An announcement has arrived at ``receiver``, for all of its participants or for one."""
+        """An announcement has arrived at ``receiver``, for all of its participants or for one. That
+        of another domain came to a port where nobody listens."""
         (guid, lease_ns), wants_response, number = token
         processes = self._processes[receiver]
         for me in processes if number is None else processes[number:number + 1]:
@@ -197,7 +210,8 @@ class Dds:
             remote = me.remotes.get(guid)
             if remote is not None and remote.direct:  # as nearly always
                 remote.received_ns = self.context.now_ns
-            elif me.awake and (self.server is None or self.server in (receiver, guid[0])):
+            elif me.awake and self._domains[receiver] == self._domains[guid[0]] and (
+                    self.server is None or self.server in (receiver, guid[0])):
                 me.announced(guid, lease_ns, wants_response)
 
     def received(self, to: dict[int, list[Envelope]], receiver: int, lost: Collection[int] = ()

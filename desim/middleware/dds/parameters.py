@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from desim import ports
 from desim.middleware.dds import wire
+from desim.middleware.dds.domains import MOST_DOMAIN
 from desim.units import DURATION, NS_PER_S, ByteSize, Duration, Pace
 
 
@@ -165,6 +166,9 @@ CYCLONEDDS: ports.Preset = {
 CYCLONE = ("cyclonedds", "cyclonedds_11_0")
 
 
+Domain = Annotated[int, Field(ge=0, le=MOST_DOMAIN)]
+
+
 class DdsParams(ports.Params):
     """Defaults are those of ``fastdds``; ``preset: cyclonedds`` changes them where it differs.
 
@@ -177,6 +181,13 @@ class DdsParams(ports.Params):
     discovery: Literal["simple", "server"] = Field("simple", description=(
         "everybody tells everybody, or all tell one server (Fast DDS Discovery Server)"))
     server: str | None = Field(None, description="the host of the server (none)")
+    domain: Domain = Field(0, description=(
+        "ROS_DOMAIN_ID of all hosts: those of another domain do not find each other, and drop each "
+        "other's announcements at the socket (0; 0 to 101 and 215 to 232 keep out of the ports "
+        "that Linux gives to others)"))
+    domains: dict[str, Domain] = Field({}, description=(
+        "of hosts by name, or by a pattern with * and ?, of which the first that fits counts "
+        "(none)"))
     participants: int = Field(1, ge=1, le=200, description=(
         "processes of each host that are ROS 2 nodes: the first has the fleet's topics, the others "
         "a node's own endpoints; those of one host find each other without frames (the server's "
