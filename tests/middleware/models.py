@@ -45,6 +45,7 @@ MODELS = {
     "cyclonedds": Model(Dds, params={"preset": "cyclonedds"}),
     "cyclonedds, served": Model(Dds, params={"preset": "cyclonedds", **_SERVED}),
     "zenoh": Model(Zenoh),
+    "zenoh, peers": Model(Zenoh, params={"mode": "peer"}),
     "zenoh, star": Model(Zenoh, ANY._replace(stops=(1, 2, 3)),
                          {"discovery": "connect", "connect": [HOSTS[0]]}),
 }

@@ -18,7 +18,7 @@ from desim.middleware.multimaster.sync import Sync
 from desim.middleware.ros1.ros1 import Ros1
 from desim.middleware.ros1.xmlrpc import XmlrpcThread
 from desim.middleware.udp.reassembly import Reassembly
-from desim.middleware.zenoh import link, router
+from desim.middleware.zenoh import link, link_state_flood
 from desim.middleware.zenoh import zenoh as zenoh_model
 from desim.middleware.zenoh.link_queue import LinkQueue
 from desim.validation import dds, multimaster, ros1, zenoh
@@ -59,8 +59,8 @@ def short_tokens(monkeypatch):
 
 def changes_together(monkeypatch):
     """A state that has changed several times meanwhile is passed on once, as it is now."""
-    whole = router.LinkStateNews.until
-    monkeypatch.setattr(router.LinkStateNews, "until", lambda news, state: tuple(
+    whole = link_state_flood.LinkStateNews.until
+    monkeypatch.setattr(link_state_flood.LinkStateNews, "until", lambda news, state: tuple(
         -(-part // max(whole(news, state)[0], 1)) for part in whole(news, state)))
 
 

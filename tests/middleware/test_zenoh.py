@@ -8,7 +8,7 @@ import pytest
 from graphs import MS, S, listener, silent, talker
 from zenoh_networks import conserved, control, link, mesh, net_of, partition, sees
 
-from desim.middleware.zenoh import router
+from desim.middleware.zenoh import link_state_flood
 from desim.middleware.zenoh.link import RouterLink
 from desim.middleware.zenoh.sizes import node_bytes, push_bytes, subscriber_bytes, token_bytes
 
@@ -223,7 +223,7 @@ def test_link_states_of_a_fleet_that_starts_cost_what_was_measured(monkeypatch, 
         return total
 
     assert said() == pytest.approx(measured_bytes, rel=0.15)
-    monkeypatch.setattr(router, "LOCATOR_BYTES", 10)
+    monkeypatch.setattr(link_state_flood, "LOCATOR_BYTES", 10)
     assert said() != pytest.approx(measured_bytes, rel=0.15)
 
 

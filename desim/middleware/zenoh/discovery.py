@@ -20,7 +20,8 @@ class Finder:
     Scouting never ends. A router dials each other one that answers, once for each hello
     (autoconnect_strategy "always"), one after another (orchestrator.rs awaits connect_peer). Of two
     routers that learn of each other by gossip the one of the higher index (zid) dials
-    ("greater-zid"). An ``endpoint`` is dialled again until there is a link, and when it is lost.
+    ("greater-zid"); a peer dials each one that it learns of so (measured). An ``endpoint`` is
+    dialled again until there is a link, and when it is lost.
     """
 
     def __init__(self, host: int, listens: bool, endpoints: list[int], context: MiddlewareContext,
@@ -72,10 +73,14 @@ class Finder:
 
     def gossiped(self, peer: int) -> None:
         """Take the gossip that ``peer`` is in the network."""
-        if self._params.gossip and self.listens and self._host > peer \
-                and peer in self._routers and self._routers[peer].finder.listens \
-                and not self._router.has_link(peer):
-            self._router.dial(peer)
+        router, wants = self._router, False
+        if self._params.mode == "peer":
+            wants = peer != self._host and not router.calls(peer)
+        elif self._params.gossip and self.listens and self._host > peer:
+            wants = self._routers[peer].finder.listens and not router.has_link(peer) \
+                if peer in self._routers else False
+        if wants:
+            router.dial(peer)
 
     # Scouting.
 

@@ -68,17 +68,20 @@ class ZenohParams(ports.Params):
     preset: Literal["zenoh", "rmw_zenoh", "rmw_zenoh_2024"] = Field("rmw_zenoh", description=(
         "the defaults of zenoh (DEFAULT_CONFIG.json5), of rmw_zenoh, or of rmw_zenoh as of October "
         "2024 (DEFAULT_RMW_ZENOH_ROUTER_CONFIG.json5)"))
+    mode: Literal["router", "peer"] = Field("router", description=(
+        "a router on each host, as with rmw_zenoh; or peers, zenoh's default: each links to all "
+        "others, of which it hears by discovery or gossip, and forwards nothing"))
     discovery: Literal["multicast", "connect"] = Field("multicast", description=(
-        "routers find each other by multicast scouting, or only by the endpoints of connect "
+        "they find each other by multicast scouting, or only by the endpoints of connect "
         "(rmw_zenoh comes with multicast off and no endpoints, and so finds no other router)"))
     connect: list[str] = Field([], description=(
-        "hosts whose routers all others connect to (zenoh connect/endpoints)"))
+        "hosts that all others connect to (zenoh connect/endpoints)"))
     routers: list[str] = Field([], description=(
         "hosts that have a router; the others keep one link to one of these. Empty: every host "
         "(rmw_zenoh)"))
     gossip: bool = Field(False, description=(
-        "routers connect to those that they hear of from others (zenoh scouting/gossip/autoconnect "
-        "of routers, which is empty by default)"))
+        "routers connect to those that they hear of from others, as peers always do (zenoh "
+        "scouting/gossip/autoconnect, which is empty for routers by default)"))
     lease_ns: Pace = Field("60 s", description=(
         "silence after which a link is closed (zenoh transport/link/tx/lease: 10 s; rmw_zenoh: "
         "60 s)"))

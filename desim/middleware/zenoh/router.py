@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from desim.middleware.zenoh.gossip import Gossip
 from desim.middleware.zenoh.link import SERVICE, RouterLink
 from desim.middleware.zenoh.link_queue import Parcel
+from desim.middleware.zenoh.link_state_flood import LinkStateFlood
 from desim.middleware.zenoh.registry import Declaration, DeclarationRegistry, Part
-from desim.middleware.zenoh.sizes import (
-    DECLARATIONS_BYTES,
-    IDENTITY_BYTES,
-    LOCATOR_BYTES,
-    NEIGHBOUR_BYTES,
-    STATE_BYTES,
-    STATES_BYTES,
-    STUB_BYTES,
-)
-from desim.middleware.zenoh.topology import LinkState, Topology, bits
+from desim.middleware.zenoh.sizes import DECLARATIONS_BYTES
+from desim.middleware.zenoh.topology import bits
 
 if TYPE_CHECKING:
     from desim.middleware.message import Message
@@ -29,30 +23,6 @@ if TYPE_CHECKING:
     from desim.ports.networks import Handle
 
 _NO_WAY = -1  # in place of a neighbour
-
-
-class LinkStateNews:
-    """The changes of a router's link state that are to be passed on. ``state``: the present one.
-    Before it, the router had changed ``serial`` times and named ``named`` routers. ``known``: by
-    peer, the number of changes that it knows already, and of the names in these."""
-
-    def __init__(self, state: LinkState, serial: int, named: int) -> None:
-        self.state, self.serial, self.named = state, serial, named
-        self.known: dict[int, tuple[int, int]] = {}
-
-    def add(self, before: LinkState, state: LinkState, knowing: Iterable[int]) -> None:
-        """The state changed from ``before`` to ``state``; the routers ``knowing`` know that."""
-        self.state = state
-        for peer in knowing:
-            changes, named = self.known.get(peer, (0, 0))
-            self.known[peer] = (changes + state.serial - before.serial,
-                                named + state.named - before.named)
-
-    def until(self, state: LinkState) -> tuple[int, int]:
-        """The number of changes up to ``state``, and of the names in these."""
-        if state.serial <= self.serial or state.life < self.state.life:
-            return 0, 0
-        return state.serial - self.serial, state.named - self.named
 
 
 class ZenohRouter:
@@ -70,18 +40,17 @@ class ZenohRouter:
         self.context, self.params, self.tcp = context, params, tcp
         self.constants = params.constants
         self.links: dict[int, RouterLink] = {}  # open ones, by peer
-        self.topology = Topology(host, len(context.hosts), life)
+        self.network = Gossip(self) if params.mode == "peer" else LinkStateFlood(self)
+        self.topology = self.network.topology
         self.finder = finder
         self.registry = DeclarationRegistry(host, life, context)
         self._most_hops = len(context.hosts)
         self._online = 1 << host  # as bits
-        self._news: dict[int, LinkStateNews] = {}  # by router
-        self._free_ns = 0  # when it has passed on what it was busy with
         self._ends: dict[RouterLink, None] = {}  # opening ones too
         self._held_back: list[list[Declaration]] = []  # of nodes, until it opens
         self._opened = False
         self._timers: dict[Callable[[], object], Handle] = {}
-        self._book(self._open, self.constants.open_wait_ns)
+        self.book(self._open, self.constants.open_wait_ns)
         if finder.listens:
             tcp.listen(host, SERVICE, self._called)
         finder.begin(self)
@@ -101,6 +70,11 @@ class ZenohRouter:
         return any(peer in (None, link.peer) and (life is None or link.life in (0, life))
                    for link in self._ends)
 
+    def calls(self, peer: int) -> bool:
+        """Whether it has an open link to ``peer``, or is opening one."""
+        return any(link.peer == peer and (link.up or link.connection.client == self.host)
+                   for link in self._ends)
+
     def dial(self, peer: int) -> None:
         link = RouterLink(self, peer)
         self._ends[link] = None
@@ -113,8 +87,16 @@ class ZenohRouter:
                        and other.connection.client == link.peer for other in self._beside(link))
 
     def linked(self, link: RouterLink) -> None:
-        """``link`` has opened. If two routers dialled each other, the second link is a spare. A
-        link beside one that has expired ends with it."""
+        """``link`` has opened."""
+        self._take(link)
+        # A peer opens as soon as it has found those that have answered it.
+        if self.params.mode == "peer" and not self._opened and all(end.up for end in self._ends):
+            self._timers.pop(self._open).cancel()
+            self._open()
+
+    def _take(self, link: RouterLink) -> None:
+        """Use a new link. If two routers dialled each other, the second one is a spare. One beside
+        one that has expired ends with it."""
         peer = link.peer
         others = [other for other in self._beside(link) if other.up]
         link.unread = any(other.expired for other in others)
@@ -129,9 +111,9 @@ class ZenohRouter:
         for other in others:
             other.close()
         self.registry.begins(peer, link.life)
-        self._relink(peer, True)
-        self._send_all_states(link)
-        self._topology_changed()
+        self.network.link(peer, True)
+        self.network.greet(link)
+        self.topology_changed()
         self.finder.linked(peer)
 
     def unlinked(self, link: RouterLink) -> None:
@@ -144,8 +126,8 @@ class ZenohRouter:
             self.links[link.peer] = spare
         elif self.links.get(link.peer) is link:
             del self.links[link.peer]
-            self._relink(link.peer, False)
-            self._topology_changed()
+            self.network.link(link.peer, False)
+            self.topology_changed()
         self.finder.unlinked(link.peer, link.up)
 
     def part(self, peer: int) -> None:
@@ -162,47 +144,11 @@ class ZenohRouter:
         self._ends[link] = None
         link.accept(connection)
 
-    # Link states.
-
-    def receive_states(self, link: RouterLink, states: dict[int, LinkState]) -> None:
-        known = self.topology.states
-        news = False
-        for router in [router for router, state in states.items()
-                       if known.get(router) is not state]:
-            before, state = known.get(router), states[router]
-            if self.topology.learn(router, state):
-                self._pass_on(router, before, state, link.peer)
-                news = True
-        if news:
-            self._topology_changed()
-
-    def _relink(self, peer: int, up: bool) -> None:
-        """An own link has opened or closed."""
-        topology, own = self.topology, self.host
-        before = topology.states[own]
-        topology.link(peer, up)
-        self._pass_on(own, before, topology.states[own], own)
-
-    def _pass_on(self, router: int, before: LinkState | None, state: LinkState,
-                 source: int) -> None:
-        """Pass a router's link state on with the next flood, but not to ``source`` and the router
-        itself, which know it. ``before`` is the earlier state (None: unknown; zenoh network.rs then
-        sends all changes). Each change is a message of its own."""
-        if before is None or before.life < state.life:
-            self.registry.begins(router, state.life)
-            self._news[router] = LinkStateNews(state, state.serial - 1,
-                                      state.named - state.links.bit_count())
-            return
-        if router not in self._news:
-            self._news[router] = LinkStateNews(state, before.serial, before.named)
-        self._news[router].add(before, state, {router: None, source: None})
-
-    def _topology_changed(self) -> None:
-        self._book(self._flood, max(self._free_ns - self.context.now_ns, 0))
-        self._book(self._spread_all, self.constants.trees_ns)
+    def topology_changed(self) -> None:
+        self.network.changed()
         self._review()
 
-    def _book(self, what: Callable[[], object], delay_ns: int) -> None:
+    def book(self, what: Callable[[], object], delay_ns: int) -> None:
         """Call ``what`` once after a delay, no matter how often it is booked meanwhile."""
         if what not in self._timers:
             self._timers[what] = self.context.at(self.context.now_ns + delay_ns, self.host,
@@ -211,67 +157,6 @@ class ZenohRouter:
     def _run_timer(self, what: Callable[[], object]) -> None:
         del self._timers[what]
         what()
-
-    def _flood(self) -> None:
-        """Pass the news on, each change as a message of its own. Other messages wait while that
-        takes time (zenoh: the lock of its tables)."""
-        news, self._news = self._news, {}
-        near = 1 << self.host | self.topology.states[self.host].links
-        states: dict[int, LinkState] = {}
-        known: dict[int, list[tuple[int, int]]] = {}  # by peer: changes and their bytes
-        changes = size_bytes = named = 0
-        for router, item in news.items():
-            states[router] = state = item.state
-            named |= state.links
-            more = item.until(state)
-            changes += more[0]
-            size_bytes += _changes_bytes(*more, near >> router & 1)
-            for peer, less in item.known.items():
-                known.setdefault(peer, []).append(
-                    (less[0], _changes_bytes(*less, near >> router & 1)))
-        messages = 0
-        for peer, link in self.links.items():
-            left, left_bytes = changes, size_bytes
-            for count, count_bytes in known.get(peer, ()):
-                left -= count
-                left_bytes -= count_bytes
-            for router, state in link.fresh.items():
-                count, names = news[router].until(state)
-                left -= count
-                left_bytes -= _changes_bytes(count, names, near >> router & 1)
-            link.fresh = {}
-            if left:
-                messages += left
-                self._send_states(link, states, left_bytes, left, named)
-        self._free_ns = self.context.now_ns + messages * self.constants.flood_ns
-
-    def _send_all_states(self, link: RouterLink) -> None:
-        """Send all link states over a new link, in one message."""
-        states = dict(self.topology.states)
-        link.fresh = {router: states[router] for router in self._news}
-        for item in self._news.values():
-            item.known.pop(link.peer, None)
-        near = 1 << self.host | self.topology.states[self.host].links
-        size_bytes, named = STATES_BYTES, 0
-        for router, state in states.items():
-            named |= state.links
-            size_bytes += (STATE_BYTES + LOCATOR_BYTES * (near >> router & 1)
-                           + NEIGHBOUR_BYTES * state.links.bit_count())
-        self._send_states(link, states, size_bytes, 1, named)
-
-    def _send_states(self, link: RouterLink, states: dict[int, LinkState], size_bytes: int,
-                     writes: int, named: int) -> None:
-        """Send ``states`` of ``size_bytes``. With them go those identities of routers among them
-        and their neighbours (``named``) that have not gone over the link yet."""
-        routers = 0
-        for router in states:
-            routers |= 1 << router
-        identities = (routers & ~link.named).bit_count()
-        stubs = named & ~(routers | link.named)
-        link.named |= routers | stubs
-        link.send("linkstate",
-                  size_bytes + IDENTITY_BYTES * identities + STUB_BYTES * stubs.bit_count(),
-                  lambda link, states: link.router.receive_states(link, states), states, writes)
 
     def _review(self) -> None:
         """Find the routers that are online now."""
@@ -310,7 +195,7 @@ class ZenohRouter:
         else:
             self._held_back.append(declarations)
 
-    def _spread_all(self) -> None:
+    def spread_all(self) -> None:
         self.spread(list(self.topology.reached()))
 
     def spread(self, routers: list[int], batches: int = 1) -> None:
@@ -376,10 +261,3 @@ class ZenohRouter:
             for parcel in link.line.parcels():
                 if parcel.publication is publication:
                     parcel.drop(reason)
-
-
-def _changes_bytes(changes: int, named: int, near: int) -> int:
-    """The bytes of ``changes`` changes that name ``named`` routers, each change in a message of its
-    own; ``near`` 1: with the address."""
-    return (changes * (STATES_BYTES + STATE_BYTES + near * LOCATOR_BYTES)
-            + named * NEIGHBOUR_BYTES)

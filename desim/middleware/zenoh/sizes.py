@@ -27,6 +27,8 @@ LOCATOR_BYTES = 21
 NEIGHBOUR_BYTES = 1
 STUB_BYTES = 22
 
+INTEREST_BYTES = 5  # of a peer, in the declarations of another one
+
 DECLARATIONS_BYTES = 7  # the head of a batch of declarations
 DECLARE_BYTES = 15  # one of them, beside its key
 

@@ -1,4 +1,4 @@
-"""The middleware ``zenoh``: a router on each host, as with rmw_zenoh."""
+"""The middleware ``zenoh``: a router on each host, as with rmw_zenoh, or a peer."""
 
 from __future__ import annotations
 
@@ -36,6 +36,8 @@ class Zenoh:
         self._tcp = Tcp(context, self._params.tcp)
         self._with_router = self._hosts("routers") or list(range(len(context.hosts)))
         self._endpoints = self._hosts("connect")
+        if self._params.mode == "peer" and self._params.routers:
+            raise InputError(".routers: peers have none; leave it out, or take mode router")
         if self._params.discovery == "connect" and not self._endpoints:
             raise InputError(".connect: discovery connect finds nobody without endpoints; name "
                              "hosts, or take discovery multicast")

@@ -1,6 +1,6 @@
 """Zenoh: routers that find each other, messages on a radio and under loss, cuts near the lease.
 
-The real side is a session in router mode with what a node of rmw_zenoh declares.
+The real side is a session in router mode, or a peer, with what a node of rmw_zenoh declares.
 """
 
 from __future__ import annotations
@@ -28,9 +28,11 @@ _LOSS_FROM_S = 4.0
 
 
 def software(timing: str) -> PeerSoftware:
-    """A router, and its model: where computing takes no time, it passes link states on at once."""
+    """A router or peer, and its model: where computing takes no time, it passes link states on at
+    once."""
+    own = {"preset": "zenoh", "mode": "peer"} if timing == "peer" else {"preset": timing}
     return PeerSoftware(timing, f"$DESIM_PYTHON zenoh_node.py {timing}", {
-        "model": "zenoh", "preset": timing, "tcp": {"constants": GUEST},
+        "model": "zenoh", **own, "tcp": {"constants": GUEST},
         "constants": {"scout_jitter": "0 ns", "flood": "0 ns"}})
 
 
@@ -79,6 +81,14 @@ ROWS = {
         leaving(4),
     ),
     "rmw_zenoh": (_cut(15), _cut(60), _cut(60, 0)),
+    "peer": (
+        *(PeerTalk(f"first 15 s of {hosts} hosts", lan(), fleet(hosts), 15)
+          for hosts in (2, 4, 8)),
+        PeerTalk("8 hosts at rest for 30 s", lan(), fleet(8), 45, since_s=15.03),
+        PeerTalk("1000 B at 20 Hz to three, radio", radio(5), talk(1000, 20, 3), 20, begin_s=4,
+                 since_s=4),
+        _cut(5), _cut(15), leaving(6),
+    ),
 }
 
 

@@ -1,9 +1,9 @@
-"""A router of Zenoh with the declarations of a node of rmw_zenoh.
+"""A router or peer of Zenoh with the declarations of a node of rmw_zenoh.
 
     zenoh_node.py TIMING NAME BEGIN WORD...
 
-TIMING: zenoh or rmw_zenoh. BEGIN: seconds until it talks. WORDs: see peer_words.py; of a topic
-with depth 0 a message without room blocks.
+TIMING: zenoh or rmw_zenoh, both of routers, or peer. BEGIN: seconds until it talks. WORDs: see
+peer_words.py; of a topic with depth 0 a message without room blocks.
 """
 
 import json
@@ -24,14 +24,16 @@ RMW = {"transport/link/tx/lease": 60000, "transport/link/tx/keep_alive": 2,
 timing, name, begin, *words = sys.argv[1:]
 config = zenoh.Config()
 for option, value in {
-        "mode": "router", "listen/endpoints": [f"tcp/{os.environ['DESIM_IP']}:7447"],
+        "mode": "peer" if timing == "peer" else "router",
+        "listen/endpoints": [f"tcp/{os.environ['DESIM_IP']}:7447"],
         "transport/shared_memory/enabled": False,  # all hosts are on one machine here
         "scouting/multicast/listen": True, "scouting/multicast/autoconnect": {
             "router": ["router"], "peer": ["router", "peer"], "client": ["router"]},
         **(RMW if timing == "rmw_zenoh" else {})}.items():
     config.insert_json5(option, json.dumps(value))
 session = zenoh.open(config)
-tokens, kept = session.liveliness(), []
+tokens = session.liveliness()
+kept: list[object] = []
 node = f"@ros2_lv/0/{str(session.zid()).rjust(32, '0')}/0"
 kept.append(tokens.declare_token(f"{node}/0/NN/%/%/node"))
 
