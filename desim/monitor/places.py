@@ -1,12 +1,15 @@
-"""Places for a patrol, drawn from the free space."""
+"""Places for tasks, given or drawn from the free space, and lines of sight between them."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from desim.errors import InputError
 from desim.ports import Place
 from desim.ports.tasks import Ground
+from desim.units import LENGTH
 
 _CANDIDATES = 32  # for each place
 
@@ -44,3 +47,30 @@ def drawn(cells_m: np.ndarray, count: int, generator: np.random.Generator) -> tu
         apart = np.hypot(*(some[:, None] - chosen).T).min(axis=0)
         chosen = np.append(chosen, some[[int(apart.argmax())]], axis=0)
     return tuple(Place(x_m, y_m) for x_m, y_m in chosen.tolist())
+
+
+def given(ground: Ground, places_m: Sequence[tuple[float, float]], key: str = "places"
+          ) -> tuple[Place, ...]:
+    """The places of the task's ``key``. Raises ``InputError`` for one that is in a wall, outside
+    the terrain, or there twice."""
+    grid = ground.grid
+    for i, (x_m, y_m) in enumerate(places_m):
+        column, row = grid.cell(x_m, y_m)
+        inside = 0 <= column < grid.width and 0 <= row < grid.height
+        at = f".{key}.{i}: {LENGTH.format(x_m)}, {LENGTH.format(y_m)} is"
+        if not inside or ground.solid[row, column]:
+            raise InputError(f"{at} {'inside a wall' if inside else 'outside the terrain'}")
+        if (x_m, y_m) in places_m[:i]:
+            raise InputError(f"{at} {key}.{places_m.index((x_m, y_m))} already; allowed: each "
+                             "place once")
+    return tuple(Place(*place) for place in places_m)
+
+
+def unobstructed(ground: Ground, one_m: np.ndarray, other_m: np.ndarray) -> bool:
+    """Whether no wall is on the line between two points [2], looked at every half cell."""
+    grid = ground.grid
+    steps = 2 + int(np.hypot(*(other_m - one_m)) / (0.5 * grid.resolution_m))
+    points_m = np.linspace(one_m, other_m, steps)
+    columns = ((points_m[:, 0] - grid.x_m) / grid.resolution_m).astype(int)
+    rows = ((points_m[:, 1] - grid.y_m) / grid.resolution_m).astype(int)
+    return not ground.solid[rows.clip(0, grid.height - 1), columns.clip(0, grid.width - 1)].any()

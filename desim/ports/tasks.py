@@ -52,6 +52,23 @@ class Journeys(NamedTuple):
     within_m: float
 
 
+class SweepingTool(NamedTuple):
+    """A briefing: the ground is to be passed over with a tool, a disc of ``width_m`` around a
+    robot's centre."""
+
+    width_m: float
+
+
+class Formation(NamedTuple):
+    """A briefing: ``leader`` drives to ``places`` in turn, and each robot of ``offsets`` keeps its
+    place beside it: forward and left of the leader, in m."""
+
+    leader: str
+    places: tuple[Place, ...]
+    offsets: Mapping[str, tuple[float, float]]
+    within_m: float
+
+
 class Knowledge(Protocol):
     """The numbers of cells of G that robots know. That of one robot may fall, that of the union of
     all robots never does."""

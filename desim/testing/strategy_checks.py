@@ -9,7 +9,9 @@ from itertools import count
 from desim import ports
 from desim.ports.arguments import check_choice
 from desim.ports.delivery import Charge, Delivery, Served, ServiceEnd, Station, TransportOrder
-from desim.ports.tasks import Journeys, Patrol
+from desim.ports.pursuit import Caught, Pursuit, RobotSeen
+from desim.ports.search import Victim, VictimSearch
+from desim.ports.tasks import Formation, Journeys, Patrol, SweepingTool
 from desim.robot.coordination.strategy_events import StrategyEvents
 from desim.robot.team import Team
 from desim.testing.advice import PluginClass, check_form, made, need
@@ -25,7 +27,15 @@ _STATIONS = Delivery((Station("shelf", "pick", ports.Place(4.0, 0.0)),
                       Station("dock", "drop", ports.Place(-8.0, 3.0)),
                       Station("plug", "charge", ports.Place(0.5, 0.0))), 2.0)
 _JOURNEYS = Journeys({"robot_1": _PATROL.places[:2], "robot_2": _PATROL.places[1:]}, 1.0)
-_BRIEFINGS: dict[type, object] = {Patrol: _PATROL, Delivery: _STATIONS, Journeys: _JOURNEYS}
+_FORMATION = Formation("robot_2", _PATROL.places, {"robot_1": (-2.0, 2.0)}, 0.5)
+_BRIEFINGS: dict[type, object] = {
+    Patrol: _PATROL, Delivery: _STATIONS, Journeys: _JOURNEYS, SweepingTool: SweepingTool(1.0),
+    VictimSearch: VictimSearch(3.0), Formation: _FORMATION,
+    Pursuit: Pursuit(("robot_2",), 8.0, 1.5)}
+_NEWS: dict[type, tuple[object, ...]] = {  # of tasks, what happens on the spot
+    VictimSearch: (Victim(3, ports.Place(4.0, 0.0)), Victim(0, ports.Place(-8.0, 3.0))),
+    Pursuit: (RobotSeen("robot_2", ports.Place(4.0, 0.0)),
+              RobotSeen("robot_10", ports.Place(-8.0, 3.0)), Caught("robot_2"))}
 _EARLY = [ports.Frontier(4.0, 0.0, 4.0, 12), ports.Frontier(0.0, 9.0, 11.0, 80),
           ports.Frontier(-30.0, 2.0, 45.0, 7)]
 _LATE = [ports.Frontier(5.0, 1.0, 5.5, 30), *_EARLY[1:]]  # somebody has explored the nearest
@@ -39,7 +49,8 @@ def check_strategy(cls: PluginClass[ports.Strategy], briefing: object = None,
     messages come late or twice, when teammates are lost and come back, when they answer at once,
     and when there is no frontier left. ``briefing`` of its task; where a ``Patrol`` is needed, one
     of three places, where a ``Delivery`` is, one of three stations, whose services end in every
-    way; journeys of two robots. What a run would refuse raises the ``ModelError`` of the run."""
+    way; and likewise for the briefings of all tasks that come with desim. What a run would refuse
+    raises the ``ModelError`` of the run."""
     check_form("strategy", cls, params)
     needs = ports.StrategyTraits.of(cls).needs
     if briefing is None:
@@ -110,6 +121,10 @@ class _Play:
             with _situation(f"a drive has ended: {end}"):
                 self._events.goal_ended(ports.Place(4.0, 0.0), end)
                 self._go_on(1)
+        for content in _NEWS.get(type(bench.task), ()):
+            with _situation(f"the task says {content}"):
+                self._events.notified(content)
+                self._go_on(2)
         if self._bench.task is _STATIONS:
             self._be_served()
         with _situation("no frontier is left"):

@@ -29,7 +29,8 @@ WRONG = {
         "2:9: fleet.siz: unknown key (did you mean 'size'?); allowed: size, robots, types, start"]),
     "unknown task": ("task: patroling", [
         "2:7: task.model: unknown task 'patroling' (did you mean 'patrolling'?); known: "
-        f"delivery, exploration, journeys, none, patrolling, {DOTTED}"]),
+        "coverage, delivery, exploration, formation, journeys, none, patrolling, pursuit, search, "
+        f"{DOTTED}"]),
     "no task": ("task: 5", ["2:7: task: must be a plug-in's name, or a mapping with model, got 5"]),
     "no places": ("task: {model: patrolling, places: [[1 m]]}", [
         "2:36: task.places.0: must be a list of 2, got a list of 1"]),

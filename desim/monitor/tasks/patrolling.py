@@ -14,11 +14,10 @@ import numpy as np
 from pydantic import Field
 
 from desim import plugins, ports
-from desim.errors import InputError
-from desim.monitor.places import drawn, free_cells
+from desim.monitor.places import drawn, free_cells, given
 from desim.ports.tasks import Patrol, TaskContext, TaskTraits
 from desim.scenario.schema.scenario import Scenario
-from desim.units import LENGTH, NS_PER_S, Length, Position
+from desim.units import NS_PER_S, Length, Position
 
 _SAMPLE_NS = NS_PER_S // 10
 
@@ -59,7 +58,7 @@ class Patrolling:
 
     def start(self, context: TaskContext) -> None:
         self._context, params = context, self._params
-        self._patrol = Patrol(self._given(context, params.places) if params.places else drawn(
+        self._patrol = Patrol(given(context.ground, params.places) if params.places else drawn(
             free_cells(context.ground, context.poses()[:, :2], params.clearance_m),
             params.drawn, context.stream("places")))
         count = len(self._patrol.places)
@@ -99,21 +98,6 @@ class Patrolling:
                                     if of_place_ns else None),
                 "places": count, "visits": sum(self._visits), "rounds": min(self._visits),
                 "visits_by_place": list(self._visits), "visits_by_robot": list(self._visits_of)}
-
-    def _given(self, context: TaskContext, places: tuple[tuple[float, float], ...]
-               ) -> tuple[ports.Place, ...]:
-        grid, solid = context.ground.grid, context.ground.solid
-        for i, (x_m, y_m) in enumerate(places):
-            column, row = grid.cell(x_m, y_m)
-            inside = 0 <= column < grid.width and 0 <= row < grid.height
-            if not inside or solid[row, column]:
-                raise InputError(f".places.{i}: {LENGTH.format(x_m)}, {LENGTH.format(y_m)} is "
-                                 f"{'inside a wall' if inside else 'outside the terrain'}")
-            if (x_m, y_m) in places[:i]:
-                raise InputError(f".places.{i}: {LENGTH.format(x_m)}, {LENGTH.format(y_m)} is "
-                                 f"places.{places.index((x_m, y_m))} already; allowed: each place "
-                                 "once")
-        return tuple(ports.Place(*place) for place in places)
 
     def _sample(self, context: TaskContext) -> None:
         away_m = context.poses()[self._robots, None, :2] - self._at_m

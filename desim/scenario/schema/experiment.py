@@ -30,8 +30,8 @@ class TaskChoice(PluginChoice):
     kind, name_key = "task", "model"
 
     model: str = Field("exploration", description=(
-        "a task plug-in: exploration, patrolling, none (the paper: exploration; without robots: "
-        "none)"))
+        "a task plug-in: exploration, patrolling, coverage, search, pursuit, formation, delivery, "
+        "journeys, none (the paper: exploration; without robots: none)"))
 
 
 class Stop(Params):

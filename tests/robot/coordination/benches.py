@@ -17,9 +17,10 @@ def frontiers_at(own, *points, cells=10):
 
 class Team:
     """A bench and a strategy for each of ``places`` (name to x, y; None: no body), all of which
-    know the frontiers ``points``. ``deaf`` holds names that no message leaves or reaches."""
+    know the frontiers ``points`` and the briefing ``task``. ``deaf`` holds names that no message
+    leaves or reaches."""
 
-    def __init__(self, make, places, points=()):
+    def __init__(self, make, places, points=(), task=None):
         self.benches, self.strategies, self.deaf, self._sent = {}, {}, set(), {}
         self.sent = []  # (source, topic, content)
         for name, place in places.items():
@@ -27,6 +28,7 @@ class Team:
                 [], name, tuple(other for other in places if other != name))
             bench.pose = None if place is None else ports.Pose2D(*map(float, place), 0.0)
             bench.has_body, bench.peers, bench.heard = place is not None, {}, {}
+            bench.task = task
             self._sent[name] = 0
             self.strategies[name] = make()
         self.know(*points)
