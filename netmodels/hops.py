@@ -21,11 +21,11 @@ HopPart = tuple[ports.TimePart, int, int]  # ns, and the host where they were sp
 
 class _Leg:
     """A frame of our own on the air: the function to call with its fate, the number of the medium's
-    frame that it carries, the receivers at which it is settled, and the packets that are lost, of a
-    broadcast by receiver."""
+    frame that it carries, its mark, the receivers at which it is settled, and the packets that are
+    lost, of a broadcast by receiver."""
 
-    def __init__(self, report: Report, carries: int) -> None:
-        self.report, self.carries = report, carries
+    def __init__(self, report: Report, carries: int, dscp: int) -> None:
+        self.report, self.carries, self.dscp = report, carries, dscp
         self.settled: list[int] = []
         self.lost: dict[int, str] = {}
         self.lacking: dict[int, dict[int, str]] = {}
@@ -103,6 +103,7 @@ class Hops:
         self._seen: np.ndarray | None = None
         self.at, self.stream = context.at, context.stream
         self.judge_transmission = context.judge_transmission and self._judge
+        self.dscp = context.dscp and self._dscp
         self.shared = context.shared
         with below(block) if block else nullcontext():
             model.start(self, hosts)
@@ -115,12 +116,13 @@ class Hops:
         """A frame has left its sender: the model on top says when those of the medium have."""
 
     def send(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-             broadcast: bool, report: Report, carries: int | None = None) -> None:
+             broadcast: bool, report: Report, carries: int | None = None, dscp: int = 0) -> None:
         """Send a frame, maybe one that ``carries`` the medium's frame of this number.
         ``report(frame, receivers, verdict, lost)`` is called once for a unicast frame, for a
         broadcast once for each fate, and for each receiver that lacks packets of a train."""
         self._last -= 1
-        self._open[self._last] = _Leg(report, self._last if carries is None else carries)
+        self._open[self._last] = _Leg(
+            report, self._last if carries is None else carries, dscp)
         frame = ports.Frame(self._last, source, receivers, size_bytes, segments, broadcast)
         if self._ledger is not None:
             self._ledger.begin(frame, self._context.now_ns)
@@ -133,6 +135,12 @@ class Hops:
         judge, leg = self._context.judge_transmission, self._open.get(packet.id)
         assert judge is not None
         return judge(packet if leg is None else packet._replace(id=leg.carries), receiver)
+
+    def _dscp(self, frame: ports.Frame) -> int:
+        """The mark with which a frame is sent here, or which a frame of the medium has."""
+        leg, of = self._open.get(frame.id), self._context.dscp
+        assert of is not None
+        return of(frame) if leg is None else leg.dscp
 
     def flow(self, frame: ports.Frame) -> Hashable:
         """The frames that are sent here between the same hosts are one flow."""

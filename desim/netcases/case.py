@@ -20,6 +20,7 @@ from desim.monitor.utilisation import busy_ns, utilisation
 from desim.netcases.setup_places import SetupPlaces
 from desim.netcases.sources import PacketSource, Source
 from desim.netcases.tcp_source import TcpSource, stack_on
+from desim.network.carrier import AnyCarrier
 from desim.network.medium import Medium
 from desim.ports.cases import Setup
 from desim.units import NS_PER_S, PERIOD
@@ -42,7 +43,8 @@ def play(setup: Setup, seed: int = 1, watch: Watch | None = None) -> Measures:
     | ``drop_rate``: lost by other reasons than a full queue, among those that were let in (None:
     broadcast) | ``attempts``: transmissions, where the model counts them | ``failure_rate``: the
     share of them that failed | ``delay_mean_ms``, ``_p50_``, ``_p95_``, ``_p99_``: from sending to
-    arriving | ``delay_error_ms``: standard error of the mean, of 20 batches | ``control_frames``,
+    arriving | ``delay_error_ms``: standard error of the mean, of 20 batches |
+    ``goodput_mbps_by_mark`` and so on: of flows with the same DSCP | ``control_frames``,
     ``control_bytes``: sent by the model's own protocols, where it counts them | ``utilisation``:
     the share of time that the medium was busy, mean and max over its hosts, ports or cables, where
     the model says it | ``goodput_share``: of the goodput of the setup that this one is compared
@@ -63,7 +65,8 @@ def _play(setup: Setup, seed: int, watch: Watch | None) -> Measures:
         watch(kernel, setup.duration_ns)
     medium = Medium("case", setup.model, setup.rules, kernel=kernel, names=names,
                     streams=Streams(seed), hosts=hosts,
-                    place=SetupPlaces(setup, hosts))
+                    place=SetupPlaces(setup, hosts), mark=_mark if any(
+                        flow.dscp for flow in setup.flows) else None)
     streams = Streams(seed)
     sources: list[Source] = []
     tcp = stack_on(medium, hosts, kernel, names, streams) if any(
@@ -87,6 +90,10 @@ def _play(setup: Setup, seed: int, watch: Watch | None) -> Measures:
     measured_ns = setup.duration_ns - setup.warm_up_ns
     return {**_measures(sources, counts, measured_ns / NS_PER_S),
             "utilisation": utilisation(medium, measured_ns, 0 if before_ns is None else before_ns)}
+
+
+def _mark(carrier: AnyCarrier, _: object) -> int:
+    return carrier.flow.dscp if isinstance(carrier, PacketSource) else 0
 
 
 def _check(setup: Setup) -> None:
@@ -139,10 +146,24 @@ def _measures(sources: list[Source], counts: dict[str, tuple[int, int]],
         "failure_rate": (None if failed is None or not (unicast and transmitted)
                          else _share(failed, transmitted or 0)),
         **_delays(sources),
+        **_by_mark(sources, megabits_per_s),
         "control_frames": control_frames,
         "control_bytes": control_bytes,
         "measured_s": seconds,
     }
+
+
+def _by_mark(sources: list[Source], megabits_per_s: float) -> dict[str, dict[str, float | None]]:
+    found: dict[str, dict[str, float | None]] = {
+        f"{name}_by_mark": {} for name in ("goodput_mbps", "delay_mean_ms", "delay_p95_ms")}
+    for mark in sorted({source.flow.dscp for source in sources}):
+        own = [source for source in sources if source.flow.dscp == mark]
+        delays = _delays(own)
+        found["goodput_mbps_by_mark"][str(mark)] = megabits_per_s * sum(
+            source.flow.payload_bytes * len(source.delays_ns) for source in own)
+        for name in "delay_mean_ms", "delay_p95_ms":
+            found[f"{name}_by_mark"][str(mark)] = delays[name]
+    return found
 
 
 def _share(part: float, whole: float) -> float | None:

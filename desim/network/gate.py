@@ -11,6 +11,7 @@ import numpy as np
 from desim.errors import ModelError, class_of
 from desim.network.answer_checks import check_packets, checked_delay, no_verdicts, undeclared
 from desim.network.carrier import Carrier
+from desim.network.marks import carried
 from desim.network.scoped_rule import Scoped, ScopedQueue
 from desim.network.terms import PLAIN, Terms
 from desim.ports import (
@@ -152,12 +153,8 @@ class Gate:
 
     def _topics(self, frame: Frame) -> tuple[str, ...]:
         """The topics of an open frame; none of a frame of the model's own."""
-        medium, number = self._medium, frame.id
-        if number in medium._broadcasts:
-            broadcast = medium._broadcasts[number]
-            return broadcast.carrier.topics(broadcast.token)
-        claim = medium._open.get(number)
-        return () if claim is None else claim[0].topics(claim[1])
+        found = carried(self._medium, frame)
+        return () if found is None else found[0].topics(found[1])
 
 
 class MediumView:

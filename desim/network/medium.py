@@ -28,6 +28,7 @@ from desim.network.departures import Departures
 from desim.network.flights import Flights
 from desim.network.gate import Gate, MediumView
 from desim.network.held_frames import HeldFrames
+from desim.network.marks import Mark, marks
 from desim.network.surroundings import Nowhere, Reachability, Surroundings
 from desim.network.terms import PLAIN, Claim, Terms
 from desim.ports import Deliver, Drop, Frame, NetworkModel, packet_sizes
@@ -49,22 +50,21 @@ class Medium(Account):
     """A network model with the rules in front of it. It is the model's ``ports.Context``.
 
     ``rules`` may be plain functions (``ports.RuleFunction``). ``hosts`` are all host names in index
-    order, ``attached`` the indices of those that have an interface to it. The account is that of
-    its frames and packets (``Account``, whose ``own`` it takes).
+    order, ``attached`` the indices of those that have an interface to it. ``mark``: of frames
+    (None: all are 0). The account is that of its frames (``Account``, whose ``own`` it takes).
 
-    A frame is open until its model has settled it, then on its way until it is delivered.
-    """
+    A frame is open until its model has settled it, then on its way until delivered."""
 
     __slots__ = ("name", "id", "model", "rules", "flights", "hosts", "attached", "frames",
                  "positions", "shared", "judge_transmission", "refuses", "_kernel", "_after",
                  "_send", "_begin", "_streams", "_place", "_open", "_broadcasts", "_awaited",
                  "_reasons", "_hosts", "_control", "_reachability", "_admit", "_passes",
-                 "_all_pass", "_send_many", "departures", "left", "held")
+                 "_all_pass", "_send_many", "departures", "left", "held", "dscp")
 
     def __init__(self, name: str, model: NetworkModel,
                  rules: Sequence[ports.Rule | ports.RuleFunction] = (), *, kernel: Kernel,
                  names: Names, streams: Streams, hosts: Sequence[str], own: int | None = None,
-                 place: Surroundings | None = None) -> None:
+                 place: Surroundings | None = None, mark: Mark | None = None) -> None:
         super().__init__(len(hosts), own)
         self.name, self.id = name, names.id(f"medium/{name}")
         self.model = model
@@ -96,6 +96,7 @@ class Medium(Account):
         self._admit, self._passes, self._all_pass = gate.admit, gate.open, gate.all_pass
         self._send_many = model.send_many if isinstance(model, ports.SendsMany) else none_of
         self.judge_transmission = gate.judge_transmission
+        self.dscp = marks(self, mark)
         self._reasons = gate.reasons.union(model.reasons)
         model.start(self, self.hosts)
         if isinstance(model, ports.Federate):
@@ -245,10 +246,9 @@ class Medium(Account):
     def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier[T],
              token: T) -> int | None:
         """Transmit one packet to one host without an event, if the model knows at once when (ns) it
-        will arrive and no rule has touched it. Returns that time, and does not notify the carrier.
-        None: the carrier will be notified of the frame's fate. It is for frames whose arrival
-        triggers nothing, such as acknowledgements, and counts them as delivered at once, even if
-        the receiver should stop while they are on their way."""
+        will arrive and no rule has touched it. Returns that time, and does not notify the carrier;
+        None: that will be notified of its fate. For frames whose arrival triggers nothing, as
+        acknowledgements: they count as delivered at once, even if their receiver stops."""
         return self.transmit(source, receivers, size_bytes, 1, False, carrier, token, True)
 
     def lets_pass(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int

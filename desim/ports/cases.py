@@ -27,9 +27,9 @@ class Flow(NamedTuple):
     There is one every ``every_ns``, on average (``poisson``) or exactly: from a random phase
     (``periodic``) or from the beginning (``zero``). Unicast flows may also be ``saturated``: two
     frames are in the network at any time. ``backlog``: frames sent at once at the beginning, in
-    addition. ``echo``: the receiver sends each frame back; it counts as arrived when it is back at
-    the sender. Unicast frames go over the hosts ``via`` in their order, each of which sends them
-    anew. The beginning is ``begin_ns``.
+    addition. ``dscp``: the mark of packets of UDP. ``echo``: the receiver sends each frame back; it
+    counts as arrived when it is back at the sender. Unicast frames go over the hosts ``via`` in
+    their order, each of which sends them anew. The beginning is ``begin_ns``.
 
     A flow over ``tcp`` has a connection of its own, which is opened again when it ends, from its
     source to its one receiver. It writes messages of ``payload_bytes`` into it: saturated, as many
@@ -48,6 +48,7 @@ class Flow(NamedTuple):
     echo: bool = False
     begin_ns: int = 0
     via: tuple[str, ...] = ()
+    dscp: int = 0
     protocol: Literal["udp", "tcp"] = "udp"
 
 

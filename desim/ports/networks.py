@@ -112,6 +112,11 @@ class Context(RuleContext, Protocol):
         on a packet (a frame of its own, with the number of the one that it is of) at a receiver; it
         may drop for their reasons. None: there is no such rule."""
 
+    @property
+    def dscp(self) -> Callable[[Frame], int] | None:
+        """The mark of a frame that is being sent now (differentiated services code point, RFC 2474,
+        0 to 63). None: no frame of this medium has one."""
+
     def at(self, time_ns: int, fn: Callable[[T], object], arg: T | None = None) -> Handle:
         """Call ``fn(arg)`` at ``time_ns`` in phase NETWORK."""
 

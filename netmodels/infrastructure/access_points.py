@@ -62,7 +62,7 @@ class WithAccessPoints:
         self.antennas = ports.Antennas(*map(np.concatenate, zip(
             context.antennas, table(access_points), strict=True)))
         self.at, self.stream, self.shared = context.at, context.stream, context.shared
-        self.flow, self.left = context.flow, context.left
+        self.flow, self.left, self.dscp = context.flow, context.left, context.dscp
         self.settle, self.settle_many = context.settle, context.settle_many
 
     judge_transmission = None  # rules judge frames from host to host

@@ -86,6 +86,9 @@ class Air:
                                      for one in self.radios for _ in hosts])
         self._times = AirTimes(ledgers, self._hosts, self.stations) if ledgers else None
         self._unaware = params.reception.constants.unaware
+        self._ranks = [one.params.access(standard).rank for one in self.radios]
+        self._contenders: dict[tuple[int, int], int] = {}  # beside stations: by station and rank
+        self._radio_of = self.stations.radios
         self._waiting: dict[tuple[int, int], QueuedFrame] = {}  # by station and place in its queue
         self._arrived: dict[tuple[int, int], QueuedFrame] = {}  # the last one that left each place
         self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
@@ -96,14 +99,17 @@ class Air:
         self._seen: list[np.ndarray] = []
 
     def send(self, number: int, frame: ports.Frame, size_bytes: int, last_bytes: int, rate: int,
-             rts: bool) -> int:
+             rts: bool, rank: int | None = None) -> int:
         """Queue a frame of the radio of that ``number``, of packets of so many bytes on the air.
-        Returns the number of its packets for which the queue had a place."""
+        Returns the number of its packets for which the queue had a place. ``rank``: of the access
+        category (None: the radio's)."""
         now_ns = self._context.now_ns
         if self._settled_ns != now_ns:
             self._settle(now_ns)
         first = number * self._hosts
         station = first + frame.source
+        if rank is not None and rank != self._ranks[number]:
+            station = self._contender(number, station, rank)
         position = self.stations.enqueue(
             now_ns, station, -1 if frame.broadcast else first + frame.receivers[0],
             size_bytes, rate, frame.segments, last_bytes, rts)
@@ -116,6 +122,17 @@ class Air:
         if self._times is not None:
             self._times.taken(station, position, now_ns)
         return fit
+
+    def _contender(self, number: int, station: int, rank: int) -> int:
+        """The one that sends packets of a category by a station's radio."""
+        key = station, rank
+        if key not in self._contenders:
+            radio, host = self.radios[number], station % self._hosts
+            self._contenders[key] = self.stations.contend(
+                station, radio.categories[rank], int(radio.context.stream(
+                    "backoff", radio.hosts[host], radio.categories[rank].name).integers(
+                        2 ** 64, dtype=np.uint64)))
+        return self._contenders[key]
 
     def catch_up(self) -> None:
         """Take all outcomes up to now."""
@@ -177,8 +194,8 @@ class Air:
         decided, learner, queued = [], self._learner, self._waiting
         for _, what, station, position, hearer, packet in stations.outcomes():
             if learner is not None and what == TRIED:
-                stations.choose(station, hearer, *learner.sent(station, hearer, position, packet,
-                                                               now_ns))
+                own = self._radio_of[station]
+                stations.choose(own, hearer, *learner.sent(own, hearer, position, packet, now_ns))
                 continue
             key = station, position
             # A sender whose acknowledgement was lost repeats a packet that has arrived.
@@ -219,7 +236,8 @@ class Air:
 
     def _settle_frame(self, what: int, station: int, waiting: QueuedFrame) -> None:
         """Settle a frame that has left its queue."""
-        frame, number = waiting.frame, station // self._hosts
+        frame, own = waiting.frame, self._radio_of[station]
+        number = own // self._hosts
         context = self.radios[number].context
         if not frame.broadcast:
             waiting.settle(context)
@@ -227,7 +245,7 @@ class Air:
             context.settle_many(frame, frame.receivers, _EXPIRED)
         else:
             first = number * self._hosts
-            finders = [finder - first for finder in self._links.finders(station)
+            finders = [finder - first for finder in self._links.finders(own)
                        if first <= finder < first + self._hosts]
             waiting.settle_broadcast(context, finders)
 
@@ -235,12 +253,12 @@ class Air:
         """Settle a broadcast of one packet; the first so many of ``hosts`` have received it."""
         self._waiting.pop((station, position)).settle_packet(
             self._context, list(hosts[:received]), list(hosts[received:]),
-            self._links.finders(station))
+            self._links.finders(self._radio_of[station]))
 
     def _concerns(self, waiting: QueuedFrame, station: int, position: int, what: int, hearer: int,
                   packet: int) -> bool:
         """Whether an outcome is one of this frame's own radio, and passes its rules."""
-        number = station // self._hosts
+        number = self._radio_of[station] // self._hosts
         if hearer >= 0 and hearer // self._hosts != number:
             return False  # a broadcast of another radio
         if what == HEARD or (what == RECEIVED and waiting.frame.broadcast
@@ -252,7 +270,8 @@ class Air:
                 packet: int) -> bool:
         """Whether rules let a packet pass that ``receiver`` has decoded, and it has to be noted:
         each one of a broadcast, and the last one of a train when it comes for the first time."""
-        frame, now_ns, number = waiting.frame, self._context.now_ns, station // self._hosts
+        frame, now_ns = waiting.frame, self._context.now_ns
+        number = self._radio_of[station] // self._hosts
         if what == RECEIVED and not frame.among((receiver,)):
             return True
         judge = self._judges[number]

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from desim.errors import InputError
-from netmodels.radio.standards import DELIMITER_BYTES, A, Access, G, Rate, Standard
+from netmodels.radio.standards import DELIMITER_BYTES, A, G, Rate, Standard
 
 # Bits of a subcarrier and code rate by MCS (tables 19-27, 21-30, 27-54).
 _CODINGS = tuple((bits, Fraction(code)) for bits, code in (
@@ -47,9 +47,6 @@ FORMATS = {
 }
 MOST_STREAMS = 4
 
-# By access category, of stations that are no access points (table 9-137, aCWmin 15).
-ACCESS = {"background": Access(7, 15, 1023), "best_effort": Access(3, 15, 1023),
-          "video": Access(2, 7, 15), "voice": Access(2, 3, 7)}
 
 
 def rate(name: str, mcs: int, width_mhz: int, streams: int, guard_ns: int) -> Rate | None:

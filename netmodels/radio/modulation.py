@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from dataclasses import replace
 
 from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
 from desim.units import Carrier, Period
+from netmodels.radio.access_categories import AccessCategory, categories
 from netmodels.radio.high_throughput import (
-    ACCESS,
     FORMATS,
     MOST_STREAMS,
     high_throughput,
@@ -20,7 +20,6 @@ from netmodels.radio.high_throughput import (
 )
 from netmodels.radio.standards import STANDARDS, Access, RadioName, Standard, chosen_rates
 
-AccessCategory = Literal["background", "best_effort", "video", "voice"]
 USUAL_HZ, USUAL_BPS = 20e6, 54_000_000
 
 
@@ -41,9 +40,11 @@ class Modulation(ports.Params):
     aggregation: bool = Field(True, description="of packets of 11n, 11ac, 11ax in one frame "
                                                 "(A-MPDU, which all cards do)")
 
+    qos: bool = Field(False, description=(
+        "11a, 11b, 11g with access categories (WMM), as later ones have them always (false: as "
+        "before 2005)"))
     access_category: AccessCategory = Field("best_effort", description=(
-        "of all that 11n, 11ac, 11ax stations send here: background, best_effort, video, voice "
-        "(best effort, as what is not marked)"))
+        "of what has no mark (dscp): background, best_effort, video, voice (best effort)"))
 
     @property
     def has_mcs(self) -> bool:
@@ -62,20 +63,25 @@ class Modulation(ports.Params):
         else:
             self._refuse()
             standard = STANDARDS[self.standard]
+            if self.qos:
+                standard = replace(standard, aifsn=3, qos_bytes=2)
         return standard.with_basic(self.standard, basic_rates_bps)
 
     def _refuse(self) -> None:
         for key, given in (("mcs", self.mcs is not None), ("streams", self.streams > 1),
                            ("width", self.width_hz != USUAL_HZ),
                            ("guard_interval", self.guard_interval_ns is not None),
-                           ("access_category", self.access_category != "best_effort")):
+                           ("access_category",
+                            not self.qos and self.access_category != "best_effort")):
             if given:
                 raise InputError(f".{key}: {self.standard} has none; allowed with "
                                  f"{', '.join(FORMATS)}")
 
     def access(self, standard: Standard) -> Access:
         """The stations' access to the medium."""
-        return ACCESS[self.access_category] if self.has_mcs else standard.access
+        if not standard.qos_bytes:
+            return standard.access
+        return next(one for one in categories(standard) if one.name == self.access_category)
 
     def rates_of(self, standard: Standard, rate_bps: int, broadcast_rate_bps: int | None
                  ) -> tuple[int, int]:

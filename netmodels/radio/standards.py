@@ -22,7 +22,7 @@ MSDU_BYTES = 2304  # the most that one packet carries (9.2.4.7.1), LLC included
 LLC_BYTES = 8  # logical link control and SNAP, in the place of Ethernet's header
 MAC_BYTES = 24 + 4  # header and check sequence of 802.11
 ACK_BYTES = CTS_BYTES = 14
-RTS_BYTES = 20
+RTS_BYTES = CF_END_BYTES = 20
 BLOCK_REQUEST_BYTES = 24  # (9.3.1.8)
 DELIMITER_BYTES = 4  # before each packet of an aggregate (9.7.1)
 MOST_BYTES = MSDU_BYTES - LLC_BYTES + ETHERNET_BYTES  # of a packet of the host, as that counts it
@@ -72,11 +72,15 @@ _OFDM = _ofdm(6, 9, 12, 18, 24, 36, 48, 54)
 
 class Access(NamedTuple):
     """A station's access to the medium: slots that it is idle behind SIFS before the station counts
-    its backoff (AIFSN; DIFS has 2), and the least and the largest contention window."""
+    its backoff (AIFSN; DIFS has 2), the least and the largest contention window, the TXOP limit (0:
+    one exchange), and the category's rank, the higher the more urgent, and name."""
 
     aifsn: int
     cw_min: int
     cw_max: int
+    txop_ns: int = 0
+    rank: int = 1
+    name: str = "best_effort"
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,7 @@ class Standard:
     last_channel: int
     extension_ns: int = 0  # silence behind OFDM frames (ERP: for the decoder)
     cw_max: int = 1023
+    slow: bool = False  # DSSS alone, or stations with it on the channel
     # Since 802.11n: slots of the wait before a backoff (AIFSN; DIFS has 2), bytes that QoS adds to
     # a packet and a delimiter to one that goes alone.
     aifsn: int = 2
@@ -193,7 +198,7 @@ def train_bytes(size_bytes: int, segments: int, more_bytes: int = 0) -> tuple[in
 A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
              channels_apart=4, band_hz=5e9, last_channel=196)
 B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2, 5.5, 11),
-             channels_apart=5, band_hz=2.407e9, last_channel=14)
+             channels_apart=5, band_hz=2.407e9, last_channel=14, slow=True)
 # Without an access point, and where stations of 802.11b may be: their slots.
 G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
              basic_mbps=(1, 2, 5.5, 11, 6, 12, 24), channels_apart=5,

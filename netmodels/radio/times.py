@@ -23,7 +23,7 @@ class AirTimes:
     def over(self, station: int, position: int, frame: Frame) -> None:
         """A frame leaves its place now."""
         first_ns, _, contended_ns, sent_ns, repeated_ns = self._stations.times(station)
-        ledger = self._ledgers[station // self._hosts]
+        ledger = self._ledgers[self._stations.radios[station] // self._hosts]
         waited_ns = first_ns - self._taken_ns.pop((station, position))
         if waited_ns < 0:  # it joined others: what was spent on them before it came is not its own
             contended_ns, repeated_ns, sent_ns = _without(-waited_ns, contended_ns, repeated_ns,

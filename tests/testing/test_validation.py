@@ -16,8 +16,9 @@ from netmodels import access_link, aloha, bus
 from netmodels.cases import chain
 from netmodels.infrastructure.background_scans import BackgroundScans
 from netmodels.infrastructure.joining import JoiningConstants
-from netmodels.radio import delivery, errors, path_loss
+from netmodels.radio import access_categories, delivery, errors, modulation, path_loss
 from netmodels.radio.budget import RadioLinks
+from netmodels.radio.dcf import radio as dcf_radio
 from netmodels.radio.errors import bit_error
 from netmodels.radio.minstrel import statistics as minstrel_statistics
 from netmodels.radio.presets import PRESETS
@@ -27,6 +28,7 @@ from netmodels.rules.loss import GilbertElliott
 from netmodels.rules.outage import Flapping
 from netmodels.rules.timing import Latency
 from netmodels.validation import propagation, rfcomms
+from netmodels.validation.access_categories import AccessCategories
 from netmodels.validation.aggregates import SaturationOfMcs
 from netmodels.validation.associations import AccessPointsOfLinux
 from netmodels.validation.chain import Chains, repaired
@@ -201,6 +203,14 @@ def no_pause(monkeypatch):
     monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "difs_first", False)
 
 
+def no_txop(monkeypatch):
+    """Each category sends one frame at a time."""
+    categories = access_categories.categories
+    for module in modulation, dcf_radio:
+        monkeypatch.setattr(module, "categories", lambda standard: tuple(
+            one._replace(txop_ns=0) for one in categories(standard)))
+
+
 class Repairs:
     """The second half of ``Chains``."""
 
@@ -239,6 +249,7 @@ TWINS = [
     (FallbackOfRates, 1, longer_symbols), (ManyPairs, 1, carrier_sense_of_the_standard),
     (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
     (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
+    (AccessCategories, 3, no_txop),
     (MinstrelOfLinux, 1, slower_filter), (MinstrelOfNs3, 2, less_loss),
     (AccessPointsOfLinux, 2, longer_visits), (AccessPointsOfLinux, 5, exact_signals),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups

@@ -15,6 +15,7 @@ from desim import ports
 from desim.units import BitRate, ByteSize, Level, Period
 from netmodels.ethernet import FULL_BYTES
 from netmodels.queues import refuse
+from netmodels.radio.access_categories import categories, rank_of
 from netmodels.radio.air import Air, Airs
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf.stations import Aggregation, Reception
@@ -207,6 +208,7 @@ class DcfRadio:
         self.params = params
         self.standard = standard or params.of_standard()
         qos_bytes = self.standard.qos_bytes
+        self.categories = categories(self.standard) if qos_bytes else ()
         self._more_bytes = qos_bytes + self.standard.alone_bytes, qos_bytes  # to one, and to all
         self.reach_m = self._reach_m(params.power_dbm)
         if params.channels:
@@ -218,6 +220,7 @@ class DcfRadio:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self.params = params = self.params.beside(context.obstacles)
         self.context, self.hosts = context, hosts
+        self._dscp = context.dscp if self.categories else None
         self.rate, self._broadcast_rate = params.rates()
         self.budget = params.budget(context, hosts, self._heard_dbm(),
                                     params.receiver().preamble_dbm)
@@ -267,6 +270,11 @@ class DcfRadio:
         return mean_delivery(power_dbm, self.standard, rate, psdu_bytes(FULL_BYTES, 1),
                              params.receiver(), params.fading)
 
+    @staticmethod
+    def _rank(dscp: int) -> int | None:
+        """The rank of a mark's category; None without a mark."""
+        return rank_of(dscp) if dscp else None
+
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long each of ``hosts`` was sending or its carrier sense was busy. The medium is
         not busy where it is merely reserved (802.11's NAV)."""
@@ -313,6 +321,7 @@ class DcfRadio:
         if not frame.broadcast:
             limit = self.params.rts_bytes
             rate, rts = self.rate, limit is not None and size_bytes > limit
-        fit = self._air.send(self._number, frame, size_bytes, last_bytes, rate, rts)
+        rank = None if self._dscp is None else self._rank(self._dscp(frame))
+        fit = self._air.send(self._number, frame, size_bytes, last_bytes, rate, rts, rank)
         if fit < frame.segments:
             refuse(self.context, frame, fit)

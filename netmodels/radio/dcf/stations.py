@@ -10,6 +10,7 @@ import numpy as np
 
 from desim.ports.kernels import compiled_function
 from netmodels.kernels import Addresses
+from netmodels.radio.dcf.contenders import contenders, no_events, with_another
 from netmodels.radio.dcf.kernels import machine as kernels
 from netmodels.radio.dcf.kernels import records, times
 from netmodels.radio.dcf.kernels.records import (
@@ -28,6 +29,7 @@ from netmodels.radio.errors import ErrorTable
 from netmodels.radio.standards import (
     ACK_BYTES,
     BLOCK_REQUEST_BYTES,
+    CF_END_BYTES,
     CTS_BYTES,
     DELIMITER_BYTES,
     RTS_BYTES,
@@ -79,8 +81,8 @@ Outcome = tuple[int, int, int, int, int, int]
 
 
 class Counts(NamedTuple):
-    """[stations] each: transmissions of data, those without a reply (of RTS too), packets given up.
-    """
+    """[stations] each, of all their contenders: transmissions of data, those without a reply (of
+    RTS too), packets given up."""
 
     transmitted: np.ndarray
     failures: np.ndarray
@@ -98,7 +100,8 @@ def _rate(standard: Standard, rate: int) -> tuple[float, ...]:
             standard.extension_ns, reply, standard.airtime_ns(ACK_BYTES, reply),
             standard.airtime_ns(RTS_BYTES, lowest), standard.airtime_ns(CTS_BYTES, lowest),
             standard.airtime_ns(standard.block_ack_bytes, reply),
-            standard.airtime_ns(BLOCK_REQUEST_BYTES, reply))
+            standard.airtime_ns(BLOCK_REQUEST_BYTES, reply),
+            standard.airtime_ns(CF_END_BYTES, lowest))
 
 
 def _limits(standard: Standard, aggregation: Aggregation | None) -> tuple[int, ...]:
@@ -140,6 +143,7 @@ class Stations:
                  access: Sequence[Access] | None = None) -> None:
         n, self._lifetime_ns = len(keys), lifetime_ns
         self._ended = np.empty(3 + n, np.int64)
+        self.radios = [*range(n)]  # of each contender: the station whose radio it uses
         self._enqueue = compiled_function(kernels.enqueue)
         self._foresee = compiled_function(kernels.foresee)
         self._end = compiled_function(kernels.ended_broadcast)
@@ -147,15 +151,8 @@ class Stations:
         self._next_ns: int | None = NEVER  # None: not foreseen yet
         self.fit = 0
         self._taken_ns = -1
-        first = np.zeros(n, records.STATION)
-        for field in "air_due", "contention_due", "answer_due":
-            first[field] = NEVER
-        first["index"], first["key"], first["receives_from"] = np.arange(n), keys, -1
         access = [standard.access] * n if access is None else access
-        for field, of_each in zip(("aifsn", "window", "least_bits", "largest"), zip(*(
-                (one.aifsn, one.cw_min, one.cw_min.bit_length(), one.cw_max)
-                for one in access), strict=True), strict=True):
-            first[field] = of_each
+        first = contenders(0, keys, access)
         setup = np.array([(
             standard.slot_ns, standard.sifs_ns, standard.eifs_ns - standard.difs_ns,
             reception.detection_ns, tries, reset_at,
@@ -167,7 +164,7 @@ class Stations:
             standard.qos_bytes > 0, 0)],
             records.SETUP)
         present = records.Dcf(
-            first, np.full(-(-n // records.BLOCK) * (1 + records.BLOCK), NEVER),
+            first, no_events(n),
             np.zeros((1 + n, 2), np.int64), np.zeros((n, limit), records.FRAME),
             np.zeros(0, records.LINK),
             np.array([_rate(standard, k) for k in range(len(standard.rates))], records.RATE),
@@ -183,6 +180,15 @@ class Stations:
                                       times=present.times.copy(),
                                       packets=present.packets.copy()))
 
+    def contend(self, radio: int, access: Access, key: int) -> int:
+        """Let another contender use the radio of a station, with an ``access`` and random numbers
+        of its own. Returns the number by which it sends."""
+        self._arrays = Addresses(*with_another(self._arrays.states, radio, access, key))
+        self.radios.append(radio)
+        self._ended = np.empty(3 + len(self.radios), np.int64)
+        self._next_ns = None
+        return len(self.radios) - 1
+
     def link(self, now_ns: int, first: np.ndarray, hearer: np.ndarray, mw: np.ndarray,
              delay_ns: np.ndarray | int = 0) -> None:
         """From now on station i is heard by ``hearer[first[i]:first[i + 1]]`` with ``mw``. The
@@ -197,7 +203,8 @@ class Stations:
             present = self._arrays.states[self._present]
         links, stations = present.links, present.stations
         links["station"], links["power_mw"], links["delay_ns"] = hearer, mw, delay_ns
-        stations["first_link"], stations["last_link"] = first[:-1], first[1:]
+        radio = stations["radio"]
+        stations["first_link"], stations["last_link"] = first[radio], first[radio + 1]
         kernels.relink(self._arrays.rows, self._present, now_ns)
         self._next_ns, self._taken_ns = None, -1
 
@@ -283,7 +290,8 @@ class Stations:
         kernels.advance(self._arrays.rows, self._present, now_ns)
         self._next_ns = None
         stations = self._arrays.states[self._present].stations
-        return Counts(*(stations[name].copy() for name in Counts._fields))
+        return Counts(*(np.bincount(stations["radio"], stations[name]).astype(np.int64)
+                        for name in Counts._fields))
 
     def busy_ns(self, now_ns: int) -> np.ndarray:
         """[stations] for how long each was sending or found the medium busy so far. It takes no

@@ -23,6 +23,7 @@ from netmodels.radio.dcf.kernels.records import (
     RATE,
     RECEIVED,
     REQUEST,
+    VOICE,
     WITH_RTS,
     a_dcf,
     a_setup,
@@ -41,33 +42,36 @@ _i8 = int64
 TRIES, GOT, FLYING, ARRIVED = 255, 256, 1024, 2048
 
 
-@inner(_i8(a_setup, from_dtype(RATE)))
-def most_bytes(setup, how):
+@inner(_i8(a_setup, from_dtype(RATE), _i8))
+def most_bytes(setup, how, most_ns):
     """The most that an aggregate may have at this rate: by its bytes, and by its time."""
-    symbols = (setup.most_ns - how.payload_ns - how.extension_ns) // how.symbol_ns
+    symbols = (most_ns - how.payload_ns - how.extension_ns) // how.symbol_ns
     return min(setup.most_bytes, (symbols * how.bits_per_symbol - 22) // 8)
 
 
-@inner(void(a_dcf, a_station))
-def compose(d, s):
+@inner(void(a_dcf, a_station, _i8))
+def compose(d, s, now_ns):
     """Decide what station s sends now: the present packet, or an aggregate that begins with it."""
     frame = d.frames[s.index, s.queue_head]
     s.data_ns = frame.last_ns if s.packet == frame.packets - 1 else frame.air_ns
     s.reply_ns, s.carried, s.guarded = frame.ack_ns, 0, frame.rts_ns > 0
     if frame.dest >= 0 and d.packets.shape[0] > 0:
-        aggregate(d, s, frame)
-    if d.choices.size > 0 and frame.dest >= 0 and d.choices[s.index, frame.dest] & WITH_RTS:
+        aggregate(d, s, frame, now_ns)
+    if d.choices.size > 0 and frame.dest >= 0 and d.choices[s.radio, frame.dest] & WITH_RTS:
         s.guarded = 1
 
 
-@inner(void(a_dcf, a_station, from_dtype(FRAME)))
-def aggregate(d, s, first):
+@inner(void(a_dcf, a_station, from_dtype(FRAME), _i8))
+def aggregate(d, s, first, now_ns):
     """Make an aggregate of the packets for the receiver of the ``first`` frame of station s's
     queue. One that is alone goes without, and has an acknowledgement of its own."""
     setup, how, packets = d.setup[0], d.rates[first.rate], d.packets
     mark_packets_changed(d, s)
-    most, window, padded, size_bytes, full = most_bytes(setup, how), 0, 0, 0, False
-    if d.choices.size > 0 and d.choices[s.index, first.dest] & ALONE:
+    most_ns = setup.most_ns
+    if s.txop_ends_ns > 0:
+        most_ns = min(most_ns, s.txop_ends_ns - now_ns - setup.sifs_ns - how.block_ack_ns)
+    most, window, padded, size_bytes, full = most_bytes(setup, how, most_ns), 0, 0, 0, False
+    if s.rank == VOICE or d.choices.size > 0 and d.choices[s.radio, first.dest] & ALONE:
         most = 0
     for k in range(s.queue_length):
         frame = d.frames[s.index, (s.queue_head + k) % packets.shape[1]]

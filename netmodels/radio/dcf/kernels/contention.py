@@ -6,14 +6,17 @@ import numpy as np
 
 from desim.ports.kernels import inner, types, uniform_half_open
 from netmodels.radio.dcf.kernels.records import (
+    AWAITING,
     IDLE,
     KINDS,
     NEVER,
     START,
+    a_dcf,
     a_setup,
     a_station,
     aifs_ns,
     all_due,
+    mark_changed,
     schedule,
 )
 
@@ -43,38 +46,71 @@ def plan_start(setup, due, s):
         schedule(due, s)
 
 
-@inner(void(a_setup, a_station, _i8))
-def start_slots(setup, s, now_ns):
-    """Set when slots begin to count on the idle medium: DIFS after the reservation, or EIFS after a
-    frame with errors, without regard to the reservation (802.11-2016, 10.3.2.3.7; in ns-3 EIFS
-    begins with the end of that frame, whether or not the medium is idle then)."""
-    if s.eifs_ends_ns == NEVER:
-        s.eifs_ends_ns = now_ns + setup.eifs_ns
-    s.slots_from_ns = max(max(now_ns, s.nav_ns), s.eifs_ends_ns) + aifs_ns(setup, s)
+@inner(void(a_dcf, a_station, a_station, _i8))
+def start_slots(d, radio, s, now_ns):
+    """Set when slots begin to count for contender s of a ``radio`` on the idle medium: DIFS after
+    the reservation, or EIFS after a frame with errors, without regard to the reservation
+    (802.11-2016, 10.3.2.3.7; in ns-3 EIFS begins with the end of that frame, whether or not the
+    medium is idle then). While one contender awaits a reply, those of other categories wait until
+    it has none."""
+    setup, holder = d.setup[0], d.stations[radio.holder]
+    if radio.eifs_ends_ns == NEVER:
+        radio.eifs_ends_ns = now_ns + setup.eifs_ns
+    from_ns = max(max(now_ns, radio.nav_ns), radio.eifs_ends_ns)
+    if holder.role == AWAITING and holder.index != s.index:
+        from_ns = max(from_ns, holder.contention_due // KINDS)
+    s.slots_from_ns = from_ns + aifs_ns(setup, s)
+
+
+@inner(void(a_dcf, a_station, _i8))
+def restart(d, radio, now_ns):
+    """All contenders of a ``radio`` count slots on the medium, which is idle now."""
+    start_slots(d, radio, radio, now_ns)
+    plan_start(d.setup[0], d.due, radio)
+    k = radio.next
+    while k >= 0:
+        s = d.stations[k]
+        mark_changed(d, s)
+        s.busy, s.nav_ns = 0, radio.nav_ns
+        start_slots(d, radio, s, now_ns)
+        plan_start(d.setup[0], d.due, s)
+        k = s.next
 
 
 @inner(void(a_setup, all_due, a_station, _i8))
-def sense_carrier(setup, due, s, now_ns):
-    """Station s senses the medium. If it has become busy, the backoff stops; only whole idle slots
-    count, by EDCA also the one that has begun (802.11-2016, 10.22.2.4: the counter goes down at the
+def stop_slots(setup, due, s, now_ns):
+    """The medium has become busy for contender s: the backoff stops. Only whole idle slots count,
+    by EDCA also the one that has begun (802.11-2016, 10.22.2.4: the counter goes down at the
     beginning of each), and a station that begins at this very instant does not notice. A station
     that was to begin without a backoff needs one now (10.3.4.2)."""
-    busy = s.on_air == 1 or s.receives_from >= 0 or (
+    s.busy = 1
+    due_ns, kind = s.contention_due // KINDS, s.contention_due % KINDS
+    if kind == START and due_ns == now_ns and s.role == IDLE:
+        return
+    if s.no_backoff == 1:
+        draw_backoff(s)
+    elif now_ns > s.slots_from_ns:
+        slots = (now_ns - s.slots_from_ns) // setup.slot_ns + setup.first_counts
+        s.slots_left = max(s.slots_left - slots, 0)
+    plan_start(setup, due, s)
+
+
+@inner(void(a_dcf, a_station, _i8))
+def sense_carrier(d, s, now_ns):
+    """Station s senses the medium, for all of its contenders."""
+    setup, due = d.setup[0], d.due
+    busy = s.on_air > 0 or s.receives_from >= 0 or (
         s.heard_mw >= setup.energy_mw and s.ignores_energy == 0)
     if busy and s.busy == 0:
-        s.busy = 1
         s.occupied_ns -= now_ns
-        due_ns, kind = s.contention_due // KINDS, s.contention_due % KINDS
-        if kind == START and due_ns == now_ns and s.role == IDLE:
-            return
-        if s.no_backoff == 1:
-            draw_backoff(s)
-        elif now_ns > s.slots_from_ns:
-            slots = (now_ns - s.slots_from_ns) // setup.slot_ns + setup.first_counts
-            s.slots_left = max(s.slots_left - slots, 0)
-        plan_start(setup, due, s)
+        stop_slots(setup, due, s, now_ns)
+        k = s.next
+        while k >= 0:
+            other = d.stations[k]
+            mark_changed(d, other)
+            stop_slots(setup, due, other, now_ns)
+            k = other.next
     elif s.busy == 1 and not busy:
         s.busy = 0
         s.occupied_ns += now_ns
-        start_slots(setup, s, now_ns)
-        plan_start(setup, due, s)
+        restart(d, s, now_ns)

@@ -10,38 +10,31 @@ from __future__ import annotations
 from desim.ports.kernels import inner, types
 from netmodels.radio.dcf.kernels.aggregates import (
     compose,
-    lapse,
     miss_block,
     receive_block,
     release,
     settle_block,
 )
-from netmodels.radio.dcf.kernels.contention import (
-    draw_backoff,
-    plan_start,
-    sense_carrier,
-    start_slots,
-)
-from netmodels.radio.dcf.kernels.queue import dequeue, end_packet, note, note_attempt
+from netmodels.radio.dcf.kernels.contention import sense_carrier, start_slots
+from netmodels.radio.dcf.kernels.queue import end_packet, note, note_attempt
 from netmodels.radio.dcf.kernels.reception import add_errors, arrive, is_intact
 from netmodels.radio.dcf.kernels.records import (
     ACK,
     ANSWER,
     AWAITING,
+    CF_END,
     CTS,
     DATA,
     DETECT,
     DONE,
-    DROPPED,
     END,
-    EXPIRED,
     HEADER,
     HEARD,
-    IDLE,
     KINDS,
     MISSED,
     NEVER,
-    RATE_BITS,
+    NEXT,
+    OTHER,
     RECEIVED,
     REQUEST,
     RTS,
@@ -49,13 +42,10 @@ from netmodels.radio.dcf.kernels.records import (
     START,
     TIMEOUT,
     a_dcf,
-    a_setup,
     a_station,
-    all_due,
     mark_changed,
     reset_window,
     schedule,
-    set_rate,
 )
 from netmodels.radio.dcf.kernels.times import (
     CONTENDED,
@@ -63,6 +53,16 @@ from netmodels.radio.dcf.kernels.times import (
     SENT,
     keep_times,
     stamp,
+)
+from netmodels.radio.dcf.kernels.turns import (
+    adapt,
+    answer,
+    collide_inside,
+    expire,
+    goes_on,
+    next_packet,
+    try_again,
+    widen,
 )
 
 boolean, int64, void = types.boolean, types.int64, types.void
@@ -74,12 +74,17 @@ _i8 = int64
 def transmit(d, s, now_ns):
     """Station s goes on the air, and loses the frame that it was receiving."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.receives_from = -1
+    radio = stations[s.radio]
     s.on_air, s.begun_ns = 1, now_ns
+    radio.receives_from = -1
+    radio.sent_ns += s.ends_ns - now_ns
+    if radio.index != s.index:
+        mark_changed(d, radio)
+        radio.on_air, radio.ends_ns = OTHER, s.ends_ns
     s.transmission += 1
     s.air_due = (now_ns + setup.detection_ns) * KINDS + DETECT
     schedule(due, s)
-    sense_carrier(setup, due, s, now_ns)
+    sense_carrier(d, radio, now_ns)
     for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
         mark_changed(d, r)
@@ -100,10 +105,15 @@ def send(d, s, now_ns, kind):
     if owner.index == s.index:
         stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
     after_ns = setup.sifs_ns + owner.reply_ns
-    s.kind, s.rate, s.reserve_ns = kind, frame.rts_rate, 0
-    s.dest = s.answer_to if kind in (CTS, ACK) else frame.dest
     how = d.rates[frame.rate]
-    if kind == RTS:
+    s.kind, s.reserve_ns = kind, 0
+    s.dest = s.answer_to if kind in (CTS, ACK) else frame.dest
+    if kind != CF_END:
+        s.rate = frame.rts_rate
+    if kind == CF_END:
+        s.rate, s.dest = d.rates[s.rate].header_rate, -1
+        airtime_ns = d.rates[s.rate].cf_end_ns
+    elif kind == RTS:
         airtime_ns = how.rts_ns
         s.reserve_ns = 2 * setup.sifs_ns + how.cts_ns + owner.data_ns + after_ns
     elif kind == CTS:
@@ -119,7 +129,8 @@ def send(d, s, now_ns, kind):
     else:
         airtime_ns, s.rate = owner.reply_ns, frame.ack_rate
     s.ends_ns = now_ns + airtime_ns
-    s.sent_ns += airtime_ns
+    if owner.txop_ends_ns > 0 and kind != CF_END:
+        s.reserve_ns = max(s.reserve_ns, owner.txop_ends_ns - s.ends_ns)
     transmit(d, s, now_ns)
 
 
@@ -146,7 +157,7 @@ def detect(d, s, now_ns):
                 r.nav_ns = max(r.nav_ns, r.announced_nav_ns)
             if r.strongest != s.index:
                 r.unaware_mw = 0.0
-        sense_carrier(setup, due, r, now_ns)
+        sense_carrier(d, r, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
@@ -165,15 +176,7 @@ def read_header(d, s, now_ns):
             r.unaware_mw = unaware_mw  # nothing has changed
             if not is_intact(r, s):
                 r.receives_from, r.ignores_energy = -1, 1
-                sense_carrier(setup, due, r, now_ns)
-
-
-@inner(void(a_setup, all_due, a_station, _i8))
-def next_packet(setup, due, s, now_ns):
-    """Prepare station s for its next packet: the present one has arrived, or was given up."""
-    s.role, s.tries, s.delivered, s.ready_ns = IDLE, 0, 0, now_ns
-    draw_backoff(s)
-    plan_start(setup, due, s)
+                sense_carrier(d, r, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
@@ -193,48 +196,38 @@ def succeed(d, s, now_ns):
         settle_block(d, s, now_ns)
     else:
         end_packet(d, s, now_ns)
-    next_packet(d.setup[0], d.due, s, now_ns)
+    if s.txop_ns == 0 or not goes_on(d, s, now_ns):
+        next_packet(d.setup[0], d.due, s, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
 def fail(d, s, now_ns):
-    """Station s got no reply. The window doubles up to its largest. It is reset by a success and by
-    the station's ``reset_at``-th failure in a row, but not where a packet is given up."""
-    setup = d.setup[0]
+    """Station s got no reply."""
     if s.kind == DATA:
         note_attempt(d, now_ns, s, 0)
     s.failures += 1
     s.tries += 1
-    s.failed_in_a_row += 1
-    s.window = min(2 * s.window + 1, s.largest)
-    if s.failed_in_a_row == setup.reset_at:
-        s.failed_in_a_row = 0
-        reset_window(s)
+    s.txop_ends_ns = 0
+    widen(d.setup[0], s)
     if s.busy == 0:
-        start_slots(setup, s, now_ns)
-    blocks = d.packets.shape[0] > 0
-    if blocks:
+        start_slots(d, d.stations[s.radio], s, now_ns)
+    if d.packets.shape[0] > 0:
         miss_block(d, s, now_ns)
-    if blocks or s.tries < setup.try_limit:
-        s.role = IDLE
-        draw_backoff(s)
-        plan_start(setup, d.due, s)
-        return
-    s.dropped += 1
-    stamp(d, s, now_ns, REPEATED)
-    if s.delivered == 0:  # else only the acknowledgements were lost
-        note(d, now_ns, DROPPED, s, d.frames[s.index, s.queue_head].dest)
-        keep_times(d, s)
-    end_packet(d, s, now_ns)
-    next_packet(setup, d.due, s, now_ns)
+    try_again(d, s, now_ns)
 
 
-@inner(void(a_setup, all_due, a_station, a_station, _i8, _i8))
-def answer(setup, due, r, peer, now_ns, kind):
-    """Station r will send ``kind`` to ``peer`` after a short interframe space."""
-    r.answer_to, r.reply_kind = peer.index, kind
-    r.answer_due = (now_ns + setup.sifs_ns) * KINDS + ANSWER
-    schedule(due, r)
+@inner(void(a_dcf, a_station, a_station, _i8))
+def take_reply(d, r, s, now_ns):
+    """Contender r gets the reply of station s, if it awaits that."""
+    mark_changed(d, r)
+    if r.role == AWAITING and s.kind == (CTS if r.kind == RTS else ACK):
+        r.contention_due = NEVER
+        schedule(d.due, r)  # the timeout is off, also where the queue is empty
+        if s.kind == CTS:
+            r.role = SENDING
+            answer(d.setup[0], d.due, r, s, now_ns, DATA)
+        else:
+            succeed(d, r, now_ns)
 
 
 @inner(void(a_dcf, a_station, a_station, _i8))
@@ -266,9 +259,11 @@ def acknowledge(d, r, s, now_ns):
 def receive(d, r, s, now_ns):
     """Station r has received station s's frame without errors."""
     setup, due = d.setup[0], d.due
-    if s.dest == -1:
+    if s.kind == CF_END:
+        r.nav_ns = now_ns
+    elif s.dest == -1:
         note(d, now_ns, RECEIVED, s, r.index)
-    elif s.dest != r.index:
+    elif s.dest != r.index and d.stations[s.dest].radio != r.index:
         set_nav(d, r, s, now_ns)
     elif s.kind == DATA and s.carried > 0:
         if receive_block(d, r, s, now_ns):
@@ -284,14 +279,8 @@ def receive(d, r, s, now_ns):
             answer(setup, due, r, s, now_ns, CTS)
     elif s.kind == REQUEST:
         answer(setup, due, r, s, now_ns, ACK)
-    elif r.role == AWAITING and s.kind == (CTS if r.kind == RTS else ACK):
-        r.contention_due = NEVER
-        schedule(due, r)  # the timeout is off, also where the queue is empty
-        if s.kind == CTS:
-            r.role = SENDING
-            answer(setup, due, r, s, now_ns, DATA)
-        else:
-            succeed(d, r, now_ns)
+    else:
+        take_reply(d, d.stations[s.dest], s, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
@@ -299,7 +288,9 @@ def end_transmission(d, s, now_ns):
     """Station s's transmission ends. A receiver that finds errors waits for EIFS, or until it
     decodes another frame. A station that awaits a reply has failed if this was none."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.on_air, s.air_due = 0, NEVER
+    radio = stations[s.radio]
+    s.on_air, radio.on_air, s.air_due = 0, 0, NEVER
+    mark_changed(d, radio)
     for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
         mark_changed(d, r)
@@ -317,48 +308,62 @@ def end_transmission(d, s, now_ns):
                 receive(d, r, s, now_ns)
             else:
                 r.eifs_ends_ns = now_ns + setup.eifs_ns if setup.eifs_at_end == 1 else NEVER
-                if s.dest == -1:
+                if s.dest == -1 and s.kind != CF_END:
                     note(d, now_ns, MISSED, s, r.index)
-            if r.role == AWAITING:
-                fail(d, r, now_ns)
-        sense_carrier(setup, due, r, now_ns)
+            holder = stations[r.holder]
+            if holder.role == AWAITING:
+                mark_changed(d, holder)
+                fail(d, holder, now_ns)
+        sense_carrier(d, r, now_ns)
     if s.kind == DATA and s.dest == -1:
         succeed(d, s, now_ns)
     elif s.kind == DATA or s.kind == RTS or s.kind == REQUEST:
         rate = s.rate if s.kind == RTS else d.frames[s.index, s.queue_head].ack_rate
         wait_ns = setup.sifs_ns + setup.slot_ns + d.rates[rate].payload_ns
         s.role, s.contention_due = AWAITING, (now_ns + wait_ns) * KINDS + TIMEOUT
+    elif s.kind == CF_END:
+        s.txop_ends_ns = 0
+        next_packet(setup, due, s, now_ns)
     schedule(due, s)
-    sense_carrier(setup, due, s, now_ns)
+    sense_carrier(d, radio, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
-def expire(d, s, now_ns):
-    """Drop what is left of the first frame of station s's queue, which has waited too long."""
+def begin(d, s, now_ns):
+    """Station s begins an exchange, which has the medium."""
     frame = d.frames[s.index, s.queue_head]
-    if d.packets.shape[0] > 0 and frame.dest >= 0:
-        lapse(d, s, now_ns)
-        s.tries, s.ready_ns = 0, now_ns
-        plan_start(d.setup[0], d.due, s)
+    adapt(d, s)
+    s.role, s.contention_due, s.no_backoff = SENDING, NEVER, 0
+    if s.asks == 1:
+        s.reply_ns = d.rates[frame.rate].block_ack_ns
+        send(d, s, now_ns, REQUEST)
+    else:
+        compose(d, s, now_ns)
+        send(d, s, now_ns, RTS if s.guarded == 1 else DATA)
+
+
+@inner(void(a_dcf, a_station, _i8))
+def start(d, s, now_ns):
+    """Station s has the medium, for an exchange or a TXOP."""
+    mark_changed(d, s)
+    frame = d.frames[s.index, s.queue_head]
+    if now_ns > frame.expires_ns and (s.packet == 0 or frame.dest >= 0):
+        expire(d, s, now_ns)
         return
-    s.packet += s.delivered  # only the acknowledgements were lost
-    if s.packet < frame.packets:
-        note(d, now_ns, EXPIRED, s, -1)
-        if s.packet > 0:  # the others have arrived, or some of them
-            stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
-            keep_times(d, s)
-    dequeue(d, s, now_ns)
-    s.tries, s.delivered, s.ready_ns = 0, 0, now_ns
-    plan_start(d.setup[0], d.due, s)
+    if s.txop_ns > 0:
+        s.txop_ends_ns = now_ns + s.txop_ns
+    d.stations[s.radio].holder = s.index
+    begin(d, s, now_ns)
 
 
 @inner(boolean(a_dcf, a_station, _i8))
 def reply_has_begun(d, s, now_ns):
     """Whether station s has received the header of a frame that may be the reply (802.11-2016,
     10.3.2.9)."""
-    if s.receives_from < 0:
+    radio = d.stations[s.radio]
+    if radio.receives_from < 0:
         return False
-    source = d.stations[s.receives_from]
+    source = d.stations[radio.receives_from]
     return source.begun_ns + d.rates[source.rate].payload_ns <= now_ns
 
 
@@ -377,22 +382,12 @@ def carry_out(d, s, now_ns, what):
         schedule(d.due, s)
         if s.reply_kind == ACK and d.setup[0].judged == 1 and d.packets.shape[0] > 0:
             release(d, d.stations[s.answer_to], s.index, now_ns)
-        send(d, s, now_ns, s.reply_kind)
-    elif what == START:
-        frame = d.frames[s.index, s.queue_head]
-        if now_ns > frame.expires_ns and (s.packet == 0 or frame.dest >= 0):
-            expire(d, s, now_ns)
+        if s.reply_kind == NEXT:
+            begin(d, s, now_ns)
         else:
-            if d.choices.size > 0 and frame.dest >= 0:
-                rate = d.choices[s.index, frame.dest] & RATE_BITS
-                set_rate(d.rates, frame, rate, frame.rts_ns > 0)
-            s.role, s.contention_due, s.no_backoff = SENDING, NEVER, 0
-            if s.asks == 1:
-                s.reply_ns = d.rates[frame.rate].block_ack_ns
-                send(d, s, now_ns, REQUEST)
-            else:
-                compose(d, s)
-                send(d, s, now_ns, RTS if s.guarded == 1 else DATA)
+            send(d, s, now_ns, s.reply_kind)
+    elif what == START:
+        start(d, d.stations[collide_inside(d, s, now_ns)], now_ns)
     else:
         s.contention_due = NEVER
         schedule(d.due, s)

@@ -11,10 +11,10 @@ from netmodels.radio.dcf.kernels.aggregates import clear_packets, judge_packet
 from netmodels.radio.dcf.kernels.contention import (
     draw_backoff,
     plan_start,
+    restart,
     sense_carrier,
-    start_slots,
 )
-from netmodels.radio.dcf.kernels.exchange import acknowledge, answer, carry_out
+from netmodels.radio.dcf.kernels.exchange import acknowledge, carry_out
 from netmodels.radio.dcf.kernels.reception import add_errors
 from netmodels.radio.dcf.kernels.records import (
     ACK,
@@ -38,6 +38,7 @@ from netmodels.radio.dcf.kernels.records import (
     station_due,
 )
 from netmodels.radio.dcf.kernels.times import begin_frame, copy_times
+from netmodels.radio.dcf.kernels.turns import answer
 
 boolean, int64, void = types.boolean, types.int64, types.void
 
@@ -50,8 +51,7 @@ def spoil(d, r, now_ns):
     """Lose a frame that station r had decoded."""
     r.eifs_ends_ns = NEVER
     if r.busy == 0:
-        start_slots(d.setup[0], r, now_ns)
-        plan_start(d.setup[0], d.due, r)
+        restart(d, r, now_ns)
 
 
 @inner(void(a_dcf, _i8))
@@ -90,7 +90,7 @@ def relink(rows, present, now_ns):
     """The links have changed: sum up anew what each station hears of those on the air. A station
     that no longer hears the frame that it was receiving has lost it."""
     d = arrays_at(rows[present])
-    stations, setup = d.stations, d.setup[0]
+    stations = d.stations
     for i in range(stations.size):
         mark_changed(d, stations[i])
         stations[i].heard_mw, stations[i].signals, stations[i].power_mw = 0.0, 0, 0.0
@@ -105,12 +105,15 @@ def relink(rows, present, now_ns):
                     r.power_mw = d.links[k].power_mw
     for i in range(stations.size):
         r = stations[i]
+        if r.radio != i:
+            continue
         if r.receives_from >= 0 and r.power_mw == 0.0:
             r.receives_from, r.eifs_ends_ns = -1, NEVER
-            if r.role == AWAITING and r.contention_due == NEVER:
-                r.contention_due = now_ns * KINDS + TIMEOUT
-                schedule(d.due, r)
-        sense_carrier(setup, d.due, r, now_ns)
+            s = stations[r.holder]
+            if s.role == AWAITING and s.contention_due == NEVER:
+                s.contention_due = now_ns * KINDS + TIMEOUT
+                schedule(d.due, s)
+        sense_carrier(d, r, now_ns)
 
 
 @lean(_i8(_rows, _i8))

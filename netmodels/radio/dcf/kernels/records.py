@@ -22,15 +22,23 @@ END, TIMEOUT, ANSWER, START, DETECT, HEADER, KINDS = 0, 1, 2, 3, 4, 5, 8
 
 BLOCK = 32  # stations whose next events have a common minimum
 
+OTHER = 2  # of ``on_air``: another contender with this radio is
 IDLE, SENDING, AWAITING = range(3)  # the role of a station: it awaits a reply
-RTS, CTS, DATA, ACK, REQUEST = range(5)  # ACK: of a block of packets, too; REQUEST: for that
+# ACK: of a block of packets, too; REQUEST: for that; CF_END: the rest of a TXOP is free.
+# NEXT: whatever a station begins its next exchange with.
+RTS, CTS, DATA, ACK, REQUEST, CF_END, NEXT = range(7)
 # Outcomes.
 RECEIVED, MISSED, DONE, DROPPED, EXPIRED, TRIED, HEARD, GIVEN_UP, LAPSED = range(9)
 # Of a choice, beside its rate: no aggregate; an RTS first.
 RATE_BITS, ALONE, WITH_RTS = 255, 256, 512
 
 
-STATION = np.dtype([  # 288 B, for the future is tried out on copies
+VOICE = 3  # the highest rank
+
+# A station is a radio and a contender for the air. One that sends in several access categories has
+# another contender for each further one: a record that sends, but hears nothing itself. What its
+# radio hears of the medium is copied into it.
+STATION = np.dtype([  # 309 B, for the future is tried out on copies
     ("key", "u8"),  # of its random numbers
     # Reception. All signals that it hears; the one that it receives, the log of the chance that
     # this has had no error yet, and until when its interference is accounted for. Until when the
@@ -84,6 +92,12 @@ STATION = np.dtype([  # 288 B, for the future is tried out on copies
     ("guarded", "i1"), ("asks", "i1"), ("taken", "i1"),
     # Its access: slots of AIFS behind SIFS, the bits of the least window, and the largest window.
     ("aifsn", "i1"), ("least_bits", "i1"), ("largest", "i2"),
+    # Its category's rank, from 0 for background to VOICE. Its TXOP limit (0: one exchange), and
+    # the end of the present TXOP (0: there is none).
+    ("rank", "i1"), ("txop_ns", "i4"), ("txop_ends_ns", "i8"),
+    # The station whose radio it uses, the next contender of that (-1: none), and, of a radio, the
+    # contender that has begun the last exchange.
+    ("radio", "i4"), ("next", "i4"), ("holder", "i4"),
 ])
 
 # A frame in a queue: until when it may begin, receiver (-1: all), number of packets, size of each
@@ -103,7 +117,7 @@ LINK = np.dtype([("station", "i4"), ("delay_ns", "i4"), ("power_mw", "f8")])
 RATE = np.dtype([("bps", "f8"), ("header_ns", "i8"), ("payload_ns", "i8"), ("header_rate", "i8"),
                  ("bits_per_symbol", "i8"), ("symbol_ns", "i8"), ("extension_ns", "i8"),
                  ("reply_rate", "i8"), ("ack_ns", "i8"), ("rts_ns", "i8"), ("cts_ns", "i8"),
-                 ("block_ack_ns", "i8"), ("request_ns", "i8")])
+                 ("block_ack_ns", "i8"), ("request_ns", "i8"), ("cf_end_ns", "i8")])
 
 OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("position", "i8"),
                     ("receiver", "i8"), ("packet", "i8")])

@@ -1,0 +1,30 @@
+"""Access categories of 802.11 (EDCA): how urgent a packet is, and what that changes."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from netmodels.radio.standards import Access, Standard
+
+AccessCategory = Literal["background", "best_effort", "video", "voice"]
+
+# By user priority (802.11-2016, table 10-1).
+_OF_PRIORITY = (1, 0, 0, 1, 2, 2, 3, 3)
+
+
+def categories(standard: Standard) -> tuple[Access, ...]:
+    """The access to the medium by rank, of stations that are no access points and of these (Linux,
+    ieee80211_set_wmm_default; 802.11-2012, table 8-105; ns-3). Where 802.11b may be, TXOP limits
+    are longer."""
+    least, slow = standard.cw_min, standard.slow
+    half, quarter = (least + 1) // 2 - 1, (least + 1) // 4 - 1
+    return (Access(7, least, standard.cw_max, 0, 0, "background"),
+            Access(3, least, standard.cw_max, 0, 1, "best_effort"),
+            Access(2, half, least, 6_016_000 if slow else 3_008_000, 2, "video"),
+            Access(2, quarter, half, 3_264_000 if slow else 1_504_000, 3, "voice"))
+
+
+def rank_of(dscp: int) -> int:
+    """The rank of the category of packets with this mark: the three highest bits are the user
+    priority (Linux, cfg80211_classify8021d)."""
+    return _OF_PRIORITY[dscp >> 3]
