@@ -21,6 +21,7 @@ from desim.middleware.beliefs import Beliefs
 from desim.middleware.datagrams import Datagram
 from desim.middleware.transports import Stream
 from desim.network.carrier import BEFORE_NS, BroadcastCarrier
+from desim.ports import TimePart
 from desim.ports.middleware import (
     Addressing,
     CarriesMessages,
@@ -193,6 +194,16 @@ class GraphContext:
 
     def socket(self, host: int, name: str) -> UdpSocket:
         return self._graph.hosts[host].sockets.named(name)
+
+    def block(self, host: int, node: str) -> None:
+        self._graph.hosts[host].sockets.block(node)
+
+    def unblock(self, host: int, node: str) -> None:
+        self._graph.hosts[host].sockets.unblock(node)
+
+    def waited(self, since_ns: int) -> None:
+        if self._graph.passages is not None:
+            self._graph.passages.waited(TimePart.SENDER, since_ns)
 
     def _count(self, kind: str, frames: int, size_bytes: int) -> None:
         """Count so many frames of one size."""

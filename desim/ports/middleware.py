@@ -234,6 +234,16 @@ class MiddlewareContext(Protocol):
         """The socket of ``host`` that all who know this ``name`` share, opened when it is first
         asked for and closed when the host stops."""
 
+    def block(self, host: int, node: str) -> None:
+        """A call of ``node`` waits: the node runs no callback until ``unblock`` has been called as
+        often. The time of a busy computer's callback goes on."""
+
+    def unblock(self, host: int, node: str) -> None:
+        """A call of ``node`` waits no more."""
+
+    def waited(self, since_ns: int) -> None:
+        """Note for the ledger that the frame that is sent next has waited at its sender."""
+
     @property
     def deliver(self) -> Callable[[Published, int, int, int], object]:
         """``deliver(message, receiver, first_ns, last_ns)``: it has arrived; its first and last

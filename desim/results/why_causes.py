@@ -15,7 +15,8 @@ _CUT = {"out_of_range": "out of reach", "out_of_reach": "out of reach", "no_path
         "receiver_not_associated": "no access point", "roamed": "no access point"}
 _LOSSES = {**_CUT, "retry_limit": "no acknowledgement", "queue_full": "full queue on the way"}
 _DROPS = {**_CUT, "outbox_full": "full outbox", "queue_full": "full queue",
-          "send_buffer_full": "full send buffer", "receive_buffer_full": "full receive buffer",
+          "send_buffer_full": "full send buffer", "history_full": "full history",
+          "receive_buffer_full": "full receive buffer",
           "reassembly_full": "full reassembly buffer"}
 _PARTS = {str(TimePart.SENDER): "held back by the sender",
           str(TimePart.CONTENTION): "busy channel"}

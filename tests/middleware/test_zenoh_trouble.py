@@ -1,7 +1,7 @@
 """Zenoh: the way round what is broken, and what becomes of messages meanwhile."""
 
 import pytest
-from graphs import MS, S, listener, silent, talker
+from graphs import MS, S, Words, listener, silent, talker
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from tcp_hosts import Losing
@@ -154,6 +154,28 @@ def test_a_stream_that_blocks_a_link_closes_it():
     full_s = 5 + 0.3  # the first is on its way, the second in the writer's hands, the third fills
     assert gone_s(queue=0) == [pytest.approx(full_s + 5)]
     assert gone_s(queue=1) == [pytest.approx(60.1, abs=0.1)], "nobody is blocked, the lease ends"
+
+
+@pytest.mark.parametrize(("queue", "wait_ns"), [(0, 5 * S), (1, 2 * MS)])
+def test_who_publishes_waits_as_long(queue, wait_ns):
+    """As above: the fourth message finds no room. One that blocks waits until the link is closed,
+    the others 1 ms for each of two batches; in between the node does nothing else."""
+    ticks = []
+
+    def begin(node):
+        node.advertise("/talk", queue=queue)
+
+        def tick(k):
+            ticks.append((node.now_ns, "tick"))
+            node.publish("/talk", Words(str(k), 100_000))
+
+        node.after(5 * S, lambda _: node.timer(10, tick, "zero"))
+        node.after(5 * S + 301 * MS, lambda _: ticks.append((node.now_ns, "other")))
+
+    net_of({"a": begin, "b": listener([])}, rules=[partition("5 s", "1 h")], lease="60 s",
+           wait_before_close="5 s").run(5 * S + 300 * MS + wait_ns + 10 * MS)
+    assert [what for _, what in ticks[:5]] == ["tick"] * 4 + ["other"]
+    assert ticks[4][0] == pytest.approx(5 * S + 300 * MS + wait_ns, abs=10)
 
 
 @settings(max_examples=12, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 from desim.engine.kernel import Phase, pair
 from desim.errors import InputError, host_index
+from desim.middleware.dds.blocked_calls import BlockedCalls
 from desim.middleware.dds.domains import check_ports, domains_of
 from desim.middleware.dds.endpoints import Envelope
 from desim.middleware.dds.parameters import CYCLONE, DdsParams
@@ -84,6 +85,7 @@ class Dds:
         self._lives = [0] * len(hosts)
         self._writers: list[dict[str, list[StatefulWriter]]] = [{} for _ in hosts]
         self._links: dict[tuple[int, int, str], list[ReaderProxy]] = {}
+        self._calls: dict[tuple[int, str], BlockedCalls] = {}
 
     def switched(self, host: int, up: bool) -> None:
         former, self._processes[host] = self._processes[host], ()
@@ -134,6 +136,10 @@ class Dds:
         writer, (host, _, topic) = StatefulWriter(self, offer), offer.publisher
         self._writers[host].setdefault(topic, []).append(writer)
         return writer
+
+    def calls(self, host: int, node: str) -> BlockedCalls:
+        """The calls of ``node`` that wait."""
+        return self._calls.setdefault((host, node), BlockedCalls(self, host, node))
 
     def changed(self, host: int, topic: str) -> None:
         """``host`` has matched a reader of ``topic``, or lost one."""

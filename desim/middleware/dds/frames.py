@@ -38,7 +38,7 @@ class Bundling(Carrier[BundleToken]):
         return (self._link.ends[2],)
 
     def first_sent(self, token: BundleToken, now_ns: int) -> int:
-        return token[0][0].message.born_ns
+        return token[0][0].first_ns
 
     def arrived(self, token: BundleToken, receiver: int) -> None:
         samples, first, beat = token

@@ -114,6 +114,17 @@ class DdsConstants(ports.Constants):
     data_message_bytes: ByteSize = Field("65324 B", ge=1000, le=65_400, description=(
         "of a sample in one UDP message at first, in whole fragments (fastdds: UDP messages up to "
         "65500 B; cyclonedds: ten fragments in 14720 B; measured)"))
+    max_samples: int | None = Field(5000, ge=1, description=(
+        "not acknowledged, from which on a call of a writer that keeps all (depth 0) waits "
+        "(fastdds: ResourceLimitsQosPolicy; cyclonedds null)"))
+    high_bytes: ByteSize | None = Field(None, description=(
+        "the same in bytes (fastdds null; cyclonedds WhcHigh 500 kB, which it begins at 30 kB and "
+        "keeps to for all reliable writers: not modelled)"))
+    low_bytes: ByteSize = Field("1 kB", description=(
+        "of those, at which such a call goes on (cyclonedds WhcLow)"))
+    max_blocking_time_ns: Duration = Field("100 ms", description=(
+        "after which such a call returns an error, and its message is lost (both; DDS "
+        "ReliabilityQosPolicy)"))
     high_water_bytes: ByteSize = Field("250.5 kB", description=(
         "not acknowledged, from which each heartbeat asks (cyclonedds: in the middle between "
         "WhcLow, 1 kB, and WhcHigh, 500 kB; those of fastdds ask anyway)"))
@@ -161,8 +172,8 @@ CYCLONEDDS: ports.Preset = {
         "discovery_nack_response": "0 ns", "initial_acknack": "10 ms",
         "initial_acknack_limit": None, "nack_delay": "100 ms", "nack_again": "100 ms",
         "nack_renewal": "3 s", "ack_again": "10 ms", "nack_suppression": "5 ms",
-        "nack_response": "0 ns", "repeated_message": "1456 B", "fragment": "1344 B",
-        "data_message": "13440 B"}}
+        "nack_response": "0 ns", "repeated_message": "1456 B", "max_samples": None,
+        "high": "500 kB", "fragment": "1344 B", "data_message": "13440 B"}}
 CYCLONE = ("cyclonedds", "cyclonedds_11_0")
 
 

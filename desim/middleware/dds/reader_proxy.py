@@ -63,9 +63,9 @@ class ReaderProxy(Carrier[DataToken]):
                  "_constants", "_from", "_from_id", "_receiver", "_to_id", "_to", "_udp", "_medium",
                  "_node", "_record_frame", "_depth", "_history", "_unacked_bytes",
                  "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_bundling", "_coming", "_requested", "_retransmission",
+                 "_beating", "_bundling", "coming", "_requested", "_retransmission",
                  "_retransmit_ns", "_announced", "_smooth", "_quick", "_steady", "_period_ns",
-                 "_piggyback", "_trains", "_long_trains")
+                 "_calls", "_piggyback", "_trains", "_long_trains")
 
     def __init__(self, dds: Dds, offer: Offer, writer: StatefulWriter, receiver: int,
                  guid: Guid, medium: Route) -> None:
@@ -80,7 +80,7 @@ class ReaderProxy(Carrier[DataToken]):
         self._to, self._node = (receiver,), offer.publisher.node
         self._udp, self._medium = context.socket(source, self.socket), medium
         self._record_frame = context.record_frame
-        self._depth, self._piggyback = writer.depth, writer.piggyback
+        self._depth, self._piggyback, self._calls = writer.depth, writer.piggyback, writer.calls
         self._history: deque[ReliableSample] = deque()
         self._unacked_bytes = self._last = self._beats = 0
         self._beat_ns: int = -dds.constants.heartbeat_asks_after_ns  # the first sample asks
@@ -97,7 +97,7 @@ class ReaderProxy(Carrier[DataToken]):
         self._retransmission: Handle | None = None
         self._retransmit_ns = 0
         self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
-        self._coming: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
+        self.coming: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
         self.writer_proxy = WriterProxy(self, dds, offer, receiver, medium)
         dds.linked(self)
 
@@ -105,12 +105,12 @@ class ReaderProxy(Carrier[DataToken]):
 
     def offer(self, message: Message, beats: tuple[bool, ...]) -> None:
         """Send a new sample, with heartbeats on those of its messages."""
-        history, constants, now_ns = self._history, self._constants, message.born_ns
-        if self._coming:
+        history, constants, now_ns = self._history, self._constants, self._kernel.now_ns
+        if self.coming:
             self.take_acknowledgements(now_ns)
         self._last = number = self._last + 1
         trains = (self._long_trains if self._quick else self._trains)(message.size_bytes, beats)
-        sample = ReliableSample(message, number, trains[-1].part.stop)
+        sample = ReliableSample(message, number, trains[-1].part.stop, now_ns)
         self.waiting += 1
         history.append(sample)
         self._unacked_bytes += message.size_bytes
@@ -160,6 +160,10 @@ class ReaderProxy(Carrier[DataToken]):
         self.take_acknowledgements(self._kernel.now_ns)
         return len(self._history)
 
+    def unacknowledged_bytes(self) -> int:
+        self.take_acknowledgements(self._kernel.now_ns)
+        return self._unacked_bytes
+
     def first(self) -> int:
         """The number of the first sample that the writer still has."""
         return self._history[0].number if self._history else self._last + 1
@@ -173,6 +177,8 @@ class ReaderProxy(Carrier[DataToken]):
         now_ns = self._kernel.now_ns
         self.take_acknowledgements(now_ns)
         self._acknowledge(now_ns, base)
+        if self._calls.waits:
+            self._calls.acknowledged_at(now_ns)
         if missing:
             self._quick = False
             delay_ns = self._constants.nack_response_ns
@@ -187,13 +193,15 @@ class ReaderProxy(Carrier[DataToken]):
     def acknowledged_at(self, due_ns: int, base: int) -> None:
         """An acknowledgement of all before ``base`` will arrive at ``due_ns``."""
         if self._closed is None:
-            self._coming.append((due_ns, base))
+            self.coming.append((due_ns, base))
+            if self._calls.waits:
+                self._calls.acknowledged_at(due_ns)
             if base > self._last and due_ns < self._timer.deadline_ns and not self._steady:
                 self._timer.deadline_ns = NEVER
 
     def take_acknowledgements(self, now_ns: int) -> None:
         """Apply the acknowledgements that have arrived before ``now_ns``."""
-        coming = self._coming
+        coming = self.coming
         while coming and coming[0][0] < now_ns:
             self._acknowledge(*coming.popleft())
 
@@ -323,14 +331,14 @@ class ReaderProxy(Carrier[DataToken]):
         if not (sample.kept or sample.flying or sample.state):
             sample.state = DONE
             self.waiting -= 1
-            self._context.drop(sample.message, self._receiver, reason, sample.message.born_ns,
+            self._context.drop(sample.message, self._receiver, reason, sample.first_ns,
                              sample.sent_ns)
 
     def topics(self, token: DataToken) -> tuple[str, ...]:
         return (self.ends[2],)
 
     def first_sent(self, token: DataToken, now_ns: int) -> int:
-        return token[0].message.born_ns
+        return token[0].first_ns
 
     def arrived(self, token: DataToken, receiver: int) -> None:
         sample, train, first, beat = token

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim.middleware.dds.blocked_calls import HeldCall
 from desim.middleware.dds.heartbeat_piggyback import Always, WhenFull
 from desim.middleware.dds.reader_proxy import ReaderProxy
 from desim.middleware.dds.writer_proxy import DIRECTED
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
 
 
 class StatefulWriter(LinkedTransport[ReaderProxy]):
-    """One writer, with a link for each host whose reader it has matched. It keeps ``depth`` samples
-    (0: all)."""
+    """One writer, with a link for each host whose reader it has matched. It keeps ``depth``
+    samples; 0: all that are not acknowledged, as many as its resources allow. Then a call waits for
+    room."""
 
     def __init__(self, dds: Dds, offer: Offer) -> None:
         super().__init__(self._link_to_reader, dds.context.drop)
@@ -25,6 +27,10 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
         self._host, self._topic = offer.publisher.host, offer.publisher.topic
         params, constants = dds.params, dds.constants
         self.depth = offer.queue if params.depth is None else params.depth
+        # KEEP_ALL: the samples that may wait for acknowledgements, or their bytes; 0: any number.
+        self._most_samples = 0 if self.depth else constants.max_samples or 0
+        self._high_bytes = 0 if self.depth else constants.high_bytes or 0
+        self.calls = dds.calls(self._host, offer.publisher.node)
         self._written = 0
         self.piggyback: Always | WhenFull = Always()
         if constants.heartbeat_rides != "always":
@@ -56,6 +62,8 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
         self._closed = [link for link in (*self._closed, *(
             link for receiver, link in old.items() if links.get(receiver) is not link))
             if link.waiting]
+        if self.calls.waits:
+            self.calls.go_on()
         if new:
             context.at(context.now_ns + self._dds.constants.initial_heartbeat_ns, self._host,
                        self._send_first_heartbeats, {receiver: links[receiver] for receiver in new})
@@ -93,6 +101,15 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
             link.writer_proxy.heartbeat(first, last, DIRECTED)
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
+        if only is None and self._links and (self.calls.waits or not self.has_room()):
+            self.calls.hold(HeldCall(self, message, [*self._links]))
+        else:
+            self._send(message, only)
+        if only is None:
+            for receiver in self._unrouted:
+                self._drop(message, receiver, "no_route")
+
+    def _send(self, message: Message, only: list[int] | None) -> None:
         links = self._links
         to = links.values() if only is None else [links[receiver] for receiver in only]
         if to:
@@ -100,19 +117,48 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
             self._written += only is None
             for link in to:
                 link.offer(message, beats)
-        if only is None:
-            for receiver in self._unrouted:
-                self._drop(message, receiver, "no_route")
+
+    # Calls that wait.
+
+    def has_room(self, waited: bool = False) -> bool:
+        """Whether the history takes one more sample; of a limit of bytes, for a call that has
+        ``waited`` only below the lower mark."""
+        if self._most_samples:
+            return max((link.unacknowledged() for link in self._links.values()),
+                       default=0) < self._most_samples
+        if self._high_bytes:
+            most = self._dds.constants.low_bytes if waited else self._high_bytes
+            return all(link.unacknowledged_bytes() <= most for link in self._links.values())
+        return True
+
+    def write(self, message: Message, receivers: list[int], since_ns: int) -> None:
+        """Send a message that has waited since then to those of ``receivers`` that are still
+        matched."""
+        self._written += 1
+        self._dds.context.waited(since_ns)
+        self._send(message, [receiver for receiver in receivers if receiver in self._links])
+        for receiver in receivers:
+            if receiver not in self._links:
+                self._drop(message, receiver, "link_closed")
+
+    def acknowledgements_ns(self) -> list[int]:
+        """The instants at which acknowledgements will arrive, as far as that is known."""
+        return [due_ns for link in self._links.values() for due_ns, _ in link.coming]
+
+    def close(self, reason: str) -> None:
+        self.calls.drop(self, reason)
+        super().close(reason)
 
     # Whether its history is full, with ``coming`` samples more.
 
     def _many_written(self, coming: int) -> bool:
         """It keeps acknowledged samples, too."""
-        return 0 < self.depth <= self._written + coming
+        return 0 < (self.depth or self._most_samples) <= self._written + coming
 
     def _many_wait(self, coming: int) -> bool:
         waiting = max((link.unacknowledged() for link in self._links.values()), default=0)
-        return 0 < self.depth <= waiting + coming
+        return 0 < (self.depth or self._most_samples) <= waiting + coming
 
     def waiting(self) -> int:
-        return super().waiting() + sum(link.waiting for link in self._closed)
+        return (super().waiting() + sum(link.waiting for link in self._closed)
+                + self.calls.held(self))

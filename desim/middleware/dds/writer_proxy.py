@@ -31,10 +31,10 @@ class ReliableSample:
     ``again``: for each fragment that was repeated, the end and the length of the pause before it is
     repeated once more."""
 
-    __slots__ = ("message", "number", "parts", "kept", "flying", "state", "lacks", "sent_ns",
-                 "again")
+    __slots__ = ("message", "number", "parts", "kept", "flying", "state", "lacks", "first_ns",
+                 "sent_ns", "again")
 
-    def __init__(self, message: Message, number: int, parts: int) -> None:
+    def __init__(self, message: Message, number: int, parts: int, now_ns: int) -> None:
         self.message = message
         self.number = number
         self.parts = parts  # fragments
@@ -42,7 +42,7 @@ class ReliableSample:
         self.flying = 0
         self.state = OPEN
         self.lacks: dict[int, None] = {}
-        self.sent_ns = message.born_ns
+        self.first_ns = self.sent_ns = now_ns
         self.again: dict[int, tuple[int, int]] | None = None
 
 
@@ -159,7 +159,7 @@ class WriterProxy(Carrier[Acknack]):
         link = self._link
         link.waiting -= 1
         self._next = sample.number + 1
-        self._context.deliver(sample.message, self._host, sample.message.born_ns, sample.sent_ns)
+        self._context.deliver(sample.message, self._host, sample.first_ns, sample.sent_ns)
 
     def _advance(self, first: int) -> None:
         """Pass over all before ``first``: the writer has nothing older."""
@@ -294,7 +294,7 @@ class WriterProxy(Carrier[Acknack]):
         for sample in self._held.values():
             sample.state = DONE
             self._link.waiting -= 1
-            self._context.drop(sample.message, self._host, reason, sample.message.born_ns,
+            self._context.drop(sample.message, self._host, reason, sample.first_ns,
                              sample.sent_ns)
         self._held.clear()
         if self._timer is not None:

@@ -1,4 +1,4 @@
-"""The UDP sockets of one host, and the nodes that wait for room in their send buffers."""
+"""The UDP sockets of one host, and the nodes that wait for room there or in the middleware."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class HostSockets:
         return self._blocked[node][0] if node in self._blocked else None
 
     def block(self, node: str | None) -> None:
-        """One more train of ``node`` waits."""
+        """One more train of ``node`` waits, or call of it in the middleware."""
         if node is not None:
             now_ns = self.host.graph.kernel.now_ns
             if node not in self._blocked:
@@ -53,8 +53,8 @@ class HostSockets:
             self._blocked[node] = since_ns, trains + 1
 
     def unblock(self, node: str | None) -> None:
-        """A train of ``node`` waits no more."""
-        if node is None:
+        """One of these waits no more."""
+        if node not in self._blocked:  # nobody, or its host has stopped
             return
         since_ns, trains = self._blocked[node]
         self._blocked[node] = since_ns, trains - 1

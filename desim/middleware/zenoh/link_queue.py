@@ -43,8 +43,9 @@ class Parcel:
 
 class LinkQueue:
     """The messages that wait at a link. While the socket takes nothing, one batch is being written
-    and further batches fill. A message that fits into none either waits, blocks its publisher, and
-    closes the link if there is no progress for too long; or it is dropped after a moment."""
+    and further batches fill. A message that fits into none blocks the node that publishes it. It
+    waits, and closes the link if there is no progress for too long; or it is dropped after a moment
+    (zenoh pipeline.rs, push_network_message: the caller waits in both cases)."""
 
     def __init__(self, link: RouterLink) -> None:
         self._link = link
@@ -95,7 +96,8 @@ class LinkQueue:
             parcel.drop(reason)
         self._writing.clear()
         self._filling.clear()
-        self._waiting.clear()
+        while self._waiting:
+            self._unblock(self._waiting.popleft())
         if self._closer is not None:
             self._closer.cancel()
             self._closer = None
@@ -143,7 +145,7 @@ class LinkQueue:
             if self._writing and not self._fits(size_bytes):
                 return
             self._moved_ns = self._context.now_ns
-            self._waiting.popleft()
+            self._unblock(self._waiting.popleft())
             if self._writing:
                 self._fill(parcel, size_bytes)
             else:
@@ -155,6 +157,8 @@ class LinkQueue:
     def _wait(self, parcel: Parcel, size_bytes: int) -> None:
         context, constants = self._context, self._constants
         self._waiting.append(parcel)
+        if parcel.publication.source == self._host:
+            context.block(self._host, parcel.publication.node)
         if not parcel.publication.blocks:
             batches = -(-size_bytes // constants.batch_bytes)
             patience_ns = min(batches * constants.wait_before_drop_ns,
@@ -170,7 +174,13 @@ class LinkQueue:
         """Drop a parcel that is still waiting."""
         if parcel in self._waiting:
             self._waiting.remove(parcel)
+            self._unblock(parcel)
             parcel.drop("congested")
+
+    def _unblock(self, parcel: Parcel) -> None:
+        """``parcel`` waits no more."""
+        if parcel.publication.source == self._host:
+            self._context.unblock(self._host, parcel.publication.node)
 
     def _stuck(self, _: object) -> None:
         self._closer = None

@@ -12,12 +12,12 @@ from desim.ports.middleware import MiddlewareContext, Offer, TransportKind
 
 class ZenohPublication:
     """A ``Transport``. ``blocks``: where a link has no room a message waits until there is some
-    (congestion control "block"), else it is soon dropped ("drop"). rmw_zenoh blocks for what is
-    reliable and keeps all, which is a stream without a limit (queue 0)."""
+    (congestion control "block"), else it is soon dropped ("drop"); ``node`` waits with it.
+    rmw_zenoh blocks for what is reliable and keeps all: a stream without a limit (queue 0)."""
 
     def __init__(self, offer: Offer, context: MiddlewareContext,
                  router: Callable[[int], ZenohRouter]) -> None:
-        self.source = offer.publisher.host
+        self.source, self.node = offer.publisher.host, offer.publisher.node
         self.blocks = offer.transport == TransportKind.STREAM and offer.queue == 0
         self._context = context
         self._router = router

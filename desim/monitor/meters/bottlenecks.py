@@ -29,7 +29,8 @@ WINDOW_NS = 5 * NS_PER_S
 _GIVES_IN = 0.9
 _LOST = 0.1
 # Drops of frames by media, and of messages by links and sockets.
-_FULL = ("queue_full", "outbox_full", "send_buffer_full", "receive_buffer_full", "reassembly_full")
+_FULL = ("queue_full", "outbox_full", "send_buffer_full", "history_full", "receive_buffer_full",
+         "reassembly_full")
 
 
 class _Load(NamedTuple):
