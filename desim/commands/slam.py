@@ -44,7 +44,10 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
              metavar="TOPIC", show_default=False, help="of the laser scans, where a recording has "
                                                        "several")] = None,
          particles: Annotated[int | None, typer.Option(
-             min=1, max=1000, show_default="30", help="of gmapping")] = None,
+             min=1, max=1000, show_default="30", help="of gmapping, at most")] = None,
+         least_particles: Annotated[int | None, typer.Option(
+             min=1, max=1000, show_default="8", help="where they agree; 1000: no fewer than at most"
+         )] = None,
          resolution: Annotated[float, typer.Option(min=0.02, max=2.0,
                                                    help="width of a cell in m")] = 0.05,
          seed: Annotated[int, typer.Option(min=0, help="seed of all random numbers")] = 1,
@@ -70,12 +73,13 @@ def slam(log: Annotated[Path, typer.Argument(metavar="LOG", show_default=False, 
         found = _read(log, topic)
         if true is not None:  # a wrong file is refused before the work
             errors_of(found.times_s, found.odometry, true)
-        if particles is not None and localization != "gmapping":
-            raise InputError(f"--particles {particles}: {localization} has none; allowed with "
-                             "gmapping")
         chosen = SlamSettings(resolution_m=resolution, laser=found.laser)
-        if particles is not None:
-            chosen = replace(chosen, particles=particles)
+        for option, number in ("--particles", particles), ("--least-particles", least_particles):
+            if number is not None and localization != "gmapping":
+                raise InputError(f"{option} {number}: {localization} has none; allowed with "
+                                 "gmapping")
+        chosen = replace(chosen, particles=particles or chosen.particles,
+                         least_particles=least_particles or chosen.least_particles)
         play = _player(localization, settings, chosen, seed)
         for warning in found.warnings:
             say(f"warning: {warning}", err=True)

@@ -74,6 +74,8 @@ def test_the_text_has_them_too(folder):
      "--set drift: unknown key; it has no parameters\n"),
     (["--localization", "scan_matching", "--particles", "50"],
      "--particles 50: scan_matching has none; allowed with gmapping\n"),
+    (["--localization", "scan_matching", "--least-particles", "1"],
+     "--least-particles 1: scan_matching has none; allowed with gmapping\n"),
     (["--to", "map.txt"], "--to: map.txt does not end like a picture; allowed: .png, .pdf, .svg"),
     (["--particles", "0"], "Invalid value for '--particles'")])
 def test_a_wrong_option_is_refused(folder, words, message):

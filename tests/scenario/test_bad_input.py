@@ -294,7 +294,8 @@ WRONG = {
     "localization of a type": (
         "fleet: {types: {scout: {robot: {localization: {model: gmapping, particle: 5}}}}}", [
             "2:65: fleet.types.scout.robot.localization.particle: unknown key (did you mean "
-            "'particles'?); allowed: model, host, map_period, redraw_every, particles"]),
+            "'particles'?); allowed: model, host, map_period, redraw_every, particles, "
+            "least_particles"]),
     "a word in a list": ("measure: {on: [collison]}", [
         "2:16: measure.on.0: 'collison' is not allowed (did you mean 'collision'?); allowed: "
         "explored_10pct, collision, recovery, partition"]),

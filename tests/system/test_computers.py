@@ -11,7 +11,7 @@ from desim.monitor.summary import robots_table, samples_table, summarize
 from desim.units import NS_PER_S
 
 SHORT = "stop.elapsed=20 s"
-SLAM = "robot.localization=gmapping"
+SLAM = "robot.localization={model: gmapping, least_particles: 30}"
 # A beam of a particle as in openslam's gmapping, rounded, and some more.
 COSTS = ("computers={model: table, callbacks: {slam: {odom: {fixed: 20 us, per: {beams: 27 us}}}, "
          "move_base: {any: {fixed: 1 ms}}, explore: {tick: {fixed: 5 ms}}}, "

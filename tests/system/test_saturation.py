@@ -110,7 +110,8 @@ def test_memory_is_in_the_terminal_s_table_where_it_is_measured():
 
 def test_the_terminal_s_table_names_hosts_beside_robots():
     """A base whose SLAM does not fit dies again and again."""
-    found = summary("robot.localization={model: gmapping, host: base}", "computers=measured",
+    found = summary("robot.localization={model: gmapping, least_particles: 30, host: base}",
+                    "computers=measured",
                     "hosts={base: {computer: {memory: 60 MB, respawn_delay: 2 s}}}")
     rows = _processors(found)
     assert ("", f"{found['hosts']['base']['killed']['robot_0/slam']} killed",

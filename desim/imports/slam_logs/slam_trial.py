@@ -52,7 +52,7 @@ def play(slam: ParticleSlam, log: LaserLog, clock: Callable[[], float],
                     for step in slam.history)
     path = whole_path(slam.path(), log, processed, slam.locate,
                       lambda k: done(scans + k, 2 * scans))
-    return SlamTrial(online, path, processed, resampled, np.array(cpu_s), len(slam.poses),
+    return SlamTrial(online, path, processed, resampled, np.array(cpu_s), slam.particles,
                      slam.map())
 
 

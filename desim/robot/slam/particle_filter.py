@@ -18,6 +18,7 @@ from desim.robot.slam.kernels.alignment import Fit, align
 from desim.robot.slam.kernels.particles import MotionPrior, ancestors, normalize, propose
 from desim.robot.slam.kernels.points import Beams, points_of, thinned, without_bodies
 from desim.robot.slam.kernels.search import search
+from desim.robot.slam.particle_number import wanted_particles
 from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.shared_maps import SharedMaps
 from desim.robot.transforms import compose, motion_between, motion_to
@@ -85,7 +86,7 @@ class ParticleSlam:
 
     def __init__(self, settings: SlamSettings, key: int, spread: float) -> None:
         self._settings, self._key, self._spread = settings, np.uint64(key), spread
-        count, cell_m = settings.particles, settings.resolution_m
+        count, cell_m = settings.fewest, settings.resolution_m
         laser = settings.laser
         self._beams = Beams(laser.angle_min_rad, laser.increment_rad, laser.shortest_m,
                             laser.longest_m, *laser.mount)
@@ -104,6 +105,11 @@ class ParticleSlam:
         self._metres = self._radians = 0.0
         self._readings = 0
         self.sigma_m = 0.0  # of the odometry of the last processed scan, along the robot
+
+    @property
+    def particles(self) -> int:
+        """Their number, at most."""
+        return self._settings.particles
 
     def update(self, odometry: np.ndarray, ranges: np.ndarray) -> bool:
         """Take in a scan (ranges [beams] in m) and the odometry [3] of its instant: x m, y m, yaw
@@ -159,6 +165,7 @@ class ParticleSlam:
         start = self._roughly(start, expected[self.best], wide, fewer, kept)
         correction = motion_between(expected[self.best], start)
         poses, gained = compose(expected, correction), np.empty(len(expected))
+        self._roots = np.zeros((len(expected), 6))
         far = math.hypot(correction[0], correction[1]) > self._fit.reach_m
         prior = MotionPrior(sigmas, wide, settings.noise.strayed, far)
         step = len(self.history)
@@ -172,8 +179,9 @@ class ParticleSlam:
         if self.path_weights[likeliest] > self.path_weights[self.best] + _DECISIVE:
             self.best = likeliest
         effective = normalize(self.weights * _WEIGHT_EXPONENT, self._shares)
-        if effective < settings.resample_threshold * len(poses):
-            self._resample(step)
+        wanted = wanted_particles(poses, self.best, settings.fewest, settings.particles)
+        if wanted != len(poses) or effective < settings.resample_threshold * len(poses):
+            self._resample(step, wanted)
 
     def locate(self, expected: np.ndarray, motion: np.ndarray, ranges: np.ndarray) -> np.ndarray:
         """The most likely pose [3] of a scan on the map of the best particle, which stays as it is.
@@ -201,7 +209,7 @@ class ParticleSlam:
         _, fewer, _, kept = self._points(ranges)
         pose, root = np.empty(3), np.zeros(6)
         window = _WINDOW_SIGMAS * np.array((max(sigmas[0], sigmas[1]), sigmas[2]))
-        search(self.best, expected, sigmas, window, expected, self._coarse, fewer, kept,
+        search(self.best, expected, sigmas, window, self._coarse, fewer, kept,
                self.maps.arrays, self._fit, self._settings.noise.strayed, pose)
         for fit in (self._rough, self._fit):
             scan, _ = align(self.best, pose, expected, _ANYWHERE, fewer, kept, self.maps.arrays,
@@ -250,22 +258,23 @@ class ParticleSlam:
         place_m, _, heading_rad = (_WINDOW_SIGMAS * sigmas).tolist()
         window = np.array((_within(place_m, *_WINDOW_M), _within(heading_rad, *_WINDOW_RAD)))
         best = np.empty(3)
-        search(self.best, expected, sigmas, window, expected, self._coarse, points, count,
+        search(self.best, expected, sigmas, window, self._coarse, points, count,
                self.maps.arrays, self._fit, self._settings.noise.strayed, best)
         return best
 
-    def _resample(self, step: int) -> None:
+    def _resample(self, step: int, wanted: int) -> None:
         """Draw new particles from the present ones, in proportion to their weights. The best one
         always survives."""
-        chosen = np.empty(len(self.poses), np.int64)
+        chosen = np.empty(wanted, np.int64)
         # The normal numbers take the counters 2 k and 2 k + 1 of uniform ones, from 0 up.
-        ancestors(self._shares, ~self._key, np.uint64(step), chosen)
-        chosen[self.best] = self.best
+        ancestors(self._shares, ~self._key, np.uint64(step), np.empty(len(self.poses), np.int64),
+                  chosen)
+        place = min(self.best, wanted - 1)
+        chosen[place], self.best = self.best, place
         self.maps.follow(chosen)
         self.poses, self._lineage = self.poses[chosen], chosen
         self.path_weights = self.path_weights[chosen]
-        self.weights[:] = 0.0
-        self._shares[:] = 1.0 / len(chosen)
+        self.weights, self._shares = np.zeros(wanted), np.full(wanted, 1.0 / wanted)
 
     @property
     def pose(self) -> np.ndarray:

@@ -53,6 +53,8 @@ class OdometryNoise:
 class SlamSettings:
     """The settings of a particle filter for SLAM.
 
+    There are ``particles`` at most, and ``least_particles`` where they agree on the pose; without
+    bounds apart, always ``particles``, as in gmapping.
     A scan is processed after ``linear_update_m`` or ``angular_update_rad`` of motion. Particles are
     resampled when the effective sample size falls below ``resample_threshold`` of their number (the
     defaults of gmapping: 1.0 m, 0.5 rad, 0.5, 30 particles). ``resolution_m`` is the width of a
@@ -61,6 +63,7 @@ class SlamSettings:
     """
 
     particles: int = 30
+    least_particles: int = 8
     resolution_m: float = 0.05
     linear_update_m: float = 1.0
     angular_update_rad: float = 0.5
@@ -68,3 +71,8 @@ class SlamSettings:
     noise: OdometryNoise = OdometryNoise()
     laser: LaserGeometry = SICK_LMS291
     bodies_m: float = 0.0
+
+    @property
+    def fewest(self) -> int:
+        """Particles at least: never more than at most."""
+        return min(self.least_particles, self.particles)

@@ -97,9 +97,12 @@ class SharedMaps:
                                         means=_longer(maps.means, capacity))
 
     def follow(self, ancestors: np.ndarray) -> None:
-        """Give each particle the map of its ancestor ([particles] int64)."""
+        """Give each particle the map of its ancestor ([particles from now on] int64)."""
         maps = self.arrays
-        resample(ancestors, maps, np.empty_like(maps.visit_tiles), np.empty_like(maps.hit_tiles))
+        visit_tiles, hit_tiles = (np.empty((len(ancestors), maps.visit_tiles.shape[1]), np.int32)
+                                  for _ in range(2))
+        resample(ancestors, maps, visit_tiles, hit_tiles)
+        self.arrays = maps._replace(visit_tiles=visit_tiles, hit_tiles=hit_tiles)
 
     def counts(self, particle: int) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
         """A particle's visits and returns [rows, columns], and the place (m, m) of the corner of

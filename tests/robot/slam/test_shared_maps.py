@@ -34,11 +34,14 @@ def cells(maps, particle):
             for r, c in zip(rows, columns, strict=True)}
 
 
-poses = st.tuples(st.floats(-15, 15), st.floats(-15, 15), st.floats(-4, 4))
+# The laser is never on the border of cells, where rounding decides.
+metres = st.integers(-1500, 1500).map(lambda hundredths: 0.01 * hundredths + 0.0037)
+poses = st.tuples(metres, metres, st.floats(-4, 4))
 additions = st.tuples(st.just("add"), st.lists(poses, min_size=PARTICLES, max_size=PARTICLES),
                       st.integers(0, 9))
+# The number of particles changes, too; of the poses above, as many count as there are particles.
 resamplings = st.tuples(st.just("follow"), st.lists(st.integers(0, PARTICLES - 1),
-                                                    min_size=PARTICLES, max_size=PARTICLES))
+                                                    min_size=1, max_size=PARTICLES))
 
 
 @settings(max_examples=30)
@@ -50,12 +53,14 @@ def test_shared_tiles_are_equal_to_full_copies(actions):
     for action in actions:
         if action[0] == "add":
             _, places, seed = action
+            places = places[:len(stories)]
             add(shared, places, seed)
             for story, pose in zip(stories, places, strict=True):
                 story.append((pose, seed))
         else:
-            shared.follow(np.array(action[1]))
-            stories = [list(stories[k]) for k in action[1]]
+            chosen = [k % len(stories) for k in action[1]]
+            shared.follow(np.array(chosen))
+            stories = [list(stories[k]) for k in chosen]
     for particle, story in enumerate(stories):
         alone = SharedMaps(1, RESOLUTION_M)
         for pose, seed in story:

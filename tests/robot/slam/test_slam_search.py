@@ -64,7 +64,7 @@ def plain(expected, window, odometry=1.0):
 
 def found(expected, window):
     best = np.empty(3)
-    search(0, expected, SIGMAS, np.array(window), expected, 1, POINTS, len(POINTS), room().arrays,
+    search(0, expected, SIGMAS, np.array(window), 1, POINTS, len(POINTS), room().arrays,
            FIT, STRAYED, best)
     return best
 

@@ -56,7 +56,7 @@ class GraphSlam(ScanMatching):
     def start(self, context: LocalizationContext) -> None:
         """Make the filter, and join the team where there is one."""
         super().start(context)
-        self._closures = ClosureFinder(self._fleet, settings_of(context, 1))
+        self._closures = ClosureFinder(self._fleet, settings_of(context))
         if context.start is not None and self._params.team != "nothing":
             self._team = context.team
         if self._team:

@@ -29,7 +29,6 @@ class ScanMatching:
     """
 
     traits = LocalizationTraits(draws_map=True)
-    particles = 1
     new_filter = staticmethod(scan_matching)
 
     class Params(ports.Params):
@@ -50,8 +49,7 @@ class ScanMatching:
     def start(self, context: LocalizationContext) -> None:
         """Make the filter."""
         self._start = context.start
-        self.filter = self.new_filter(settings_of(context, self.particles),
-                                      context.key("particles"))
+        self.filter = self.new_filter(self._settings(context), context.key("particles"))
         context.every(self._redraw_every_ns, self._redraw)
 
     def on_odometry(self, context: LocalizationContext, odometry: Pose2D,
@@ -64,8 +62,8 @@ class ScanMatching:
             is_due = self.filter.advance(scan.odometry, self._readings)
             self._readings = 0
             if is_due:
-                context.worked(scans=1, particles=self.particles,
-                               beams=self.particles * len(scan.ranges))
+                particles = len(self.filter.poses)
+                context.worked(scans=1, particles=particles, beams=particles * len(scan.ranges))
                 pose = self._process(context, scan)
                 self._processed = scan.odometry, pose
                 context.draw(scan, pose)
@@ -73,6 +71,10 @@ class ScanMatching:
             return odometry
         before, pose = self._processed
         return moved(pose, motion_to(before, odometry))
+
+    def _settings(self, context: LocalizationContext) -> SlamSettings:
+        """Those of the filter."""
+        return settings_of(context)
 
     def _process(self, context: LocalizationContext, scan: ScanWithOdometry) -> Pose2D:
         """Process a scan that is due. Returns its pose."""
@@ -95,11 +97,11 @@ class ScanMatching:
             context.redraw(self._in_map(self.filter.path()))
 
 
-def settings_of(context: LocalizationContext, particles: int) -> SlamSettings:
+def settings_of(context: LocalizationContext) -> SlamSettings:
     """The settings of a filter for a robot's laser, odometry and map."""
     laser, mapping = context.laser, context.map
     return SlamSettings(
-        particles=particles, resolution_m=mapping.resolution_m,
+        resolution_m=mapping.resolution_m,
         linear_update_m=mapping.linear_update_m, angular_update_rad=mapping.angular_update_rad,
         noise=_noise(context.odometry_errors),
         laser=laser._replace(longest_m=min(laser.longest_m, mapping.usable_range_m)),

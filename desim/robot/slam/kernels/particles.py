@@ -107,31 +107,53 @@ def normalize(weights, shares):
     return 1.0 / squares
 
 
-@lean("void(f8[::1], u8, u8, i8[::1])")
-def ancestors(shares, key, counter, chosen):
+@lean("i8(f8[:,::1], i8, f8, f8, f8[:,::1])")
+def occupied_bins(poses, centre, bin_m, bin_rad, bins):
+    """The number of different bins of poses [particles, 3] that particles are in. The pose of
+    particle ``centre`` is in the middle of one. ``bins`` [particles, 3]: to work in."""
+    count = 0
+    for k in range(len(poses)):
+        turn = poses[k, 2] - poses[centre, 2]
+        turn -= 2.0 * np.pi * np.floor(turn / (2.0 * np.pi) + 0.5)
+        bins[count, 0] = np.floor((poses[k, 0] - poses[centre, 0]) / bin_m + 0.5)
+        bins[count, 1] = np.floor((poses[k, 1] - poses[centre, 1]) / bin_m + 0.5)
+        bins[count, 2] = np.floor(turn / bin_rad + 0.5)
+        other = 0
+        while (bins[other, 0] != bins[count, 0] or bins[other, 1] != bins[count, 1]
+               or bins[other, 2] != bins[count, 2]):
+            other += 1
+        if other == count:
+            count += 1
+    return count
+
+
+@lean("void(f8[::1], u8, u8, i8[::1], i8[::1])")
+def ancestors(shares, key, counter, copies, chosen):
     """Systematic resampling (Carpenter, Clifford and Fearnhead 1999) by one uniform number.
 
-    ``chosen`` [particles], out: the ancestor of each. A particle that survives keeps its index, so
-    that its map stays where it is.
+    ``shares``, ``copies`` [particles before]; ``copies``: to work in | ``chosen`` [particles
+    after], out: the ancestor of each. A particle that survives keeps its index, if there is one
+    still, so that its map stays where it is.
     """
-    count = len(shares)
-    chosen[:] = 0
-    at, reached = uniform(key, counter), 0.0
-    for k in range(count):
-        reached += shares[k] * count
-        while at < reached:  # copies of k so far
-            chosen[k] += 1
+    wanted = len(chosen)
+    copies[:] = 0
+    at, reached, made = uniform(key, counter), 0.0, 0
+    for k in range(len(shares)):
+        reached += shares[k] * wanted
+        while at < reached:
+            copies[k] += 1
+            made += 1
             at += 1.0
-    copies = 0
-    for k in range(count):
-        copies += chosen[k]
-    chosen[0] += count - copies  # rounding at the last border
+    copies[0] += wanted - made  # rounding at the last border
+    for k in range(wanted):
+        chosen[k] = -1
+        if k < len(shares) and copies[k] > 0:
+            copies[k] -= 1
+            chosen[k] = k
     spare = 0
-    for k in range(count):
-        if chosen[k] == 0:
-            while chosen[spare] <= 1:
+    for k in range(wanted):
+        if chosen[k] < 0:
+            while copies[spare] == 0:
                 spare += 1
-            chosen[spare] -= 1
-            chosen[k] = -1 - spare  # marked, as counts are still read
-    for k in range(count):
-        chosen[k] = -1 - chosen[k] if chosen[k] < 0 else k
+            copies[spare] -= 1
+            chosen[k] = spare

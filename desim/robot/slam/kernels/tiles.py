@@ -114,27 +114,26 @@ def own_hits(particle, tile, maps):
 
 @lean(types.void(types.int64[::1], MAPS, _i4x2, _i4x2))
 def resample(ancestors, maps, visit_tiles, hit_tiles):
-    """Give particle k the map of particle ``ancestors[k]``; all tiles are shared at first.
+    """Write tables in which particle k has the map of particle ``ancestors[k]``; all tiles are
+    shared at first.
 
-    ``visit_tiles``, ``hit_tiles`` [particles, tiles]: to work in. A particle that is its own
-    ancestor is not touched.
+    ``ancestors`` [particles after] | ``visit_tiles``, ``hit_tiles`` [particles after, tiles], out.
     """
-    for k in range(len(ancestors)):
-        if ancestors[k] != k:
-            for t in range(visit_tiles.shape[1]):
-                visit_tiles[k, t] = maps.visit_tiles[ancestors[k], t]
-                hit_tiles[k, t] = maps.hit_tiles[ancestors[k], t]
+    before, after = len(maps.visit_tiles), len(ancestors)
+    for k in range(after):
+        for t in range(visit_tiles.shape[1]):
+            visit_tiles[k, t] = maps.visit_tiles[ancestors[k], t]
+            hit_tiles[k, t] = maps.hit_tiles[ancestors[k], t]
+            if ancestors[k] != k:
                 if visit_tiles[k, t] != 0:
                     maps.visit_stock.refs[visit_tiles[k, t]] += 1
                 if hit_tiles[k, t] != 0:
                     maps.hit_stock.refs[hit_tiles[k, t]] += 1
-    for k in range(len(ancestors)):
-        if ancestors[k] != k:
+    for k in range(before):
+        if k >= after or ancestors[k] != k:
             for t in range(visit_tiles.shape[1]):
                 release(maps.visit_tiles[k, t], maps.visit_stock)
                 release(maps.hit_tiles[k, t], maps.hit_stock)
-                maps.visit_tiles[k, t] = visit_tiles[k, t]
-                maps.hit_tiles[k, t] = hit_tiles[k, t]
 
 
 @inner(types.void(_i8, types.float64[::1], _f8, _f8, _f8x2, _i8, MAPS))
