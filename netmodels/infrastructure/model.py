@@ -20,6 +20,7 @@ from netmodels.infrastructure.fq_codel import FqCodel
 from netmodels.infrastructure.outlets import AirOutlet
 from netmodels.infrastructure.packet_queue import PacketQueue, PlainQueue
 from netmodels.infrastructure.settings import Settings
+from netmodels.infrastructure.station_queues import StationQueues
 from netmodels.infrastructure.trips import Trip, TripTimes
 from netmodels.infrastructure.ways import Ways
 from netmodels.radio.dcf.radio import DcfRadio
@@ -38,8 +39,9 @@ class Infrastructure:
 
     Access points are stations of the same radio (``netmodels.radio.dcf``), each on its channel; who
     is on another one hears nothing of it. A train goes on from an access point when all of it has
-    come. Each station, access points too, has a queue in front of its radio, ``fq_codel`` or first
-    in first out, which takes in 5 ms of airtime (Linux: airtime queue limits).
+    come. Each station, access points too, has queues in front of its radio: an ``fq_codel`` for
+    each receiver, of which the radio takes in 5 to 12 ms of airtime (Linux: airtime queue limits),
+    or one that is first in first out.
 
     A broadcast goes up as a unicast frame, and down from each access point that has stations at the
     lowest basic rate, not acknowledged and not repeated.
@@ -108,7 +110,7 @@ class Infrastructure:
     def _queue(self) -> PacketQueue:
         if self._settings.queue == "fifo":
             return PlainQueue(self._params.queue)
-        return FqCodel(self._settings.fq_codel)
+        return StationQueues(lambda: FqCodel(self._settings.fq_codel))
 
     def send(self, frame: ports.Frame) -> None:
         source, access_point = frame.source, None

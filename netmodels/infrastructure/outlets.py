@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from functools import partial
 
 from desim import ports
 from desim.units import airtime_ns
 from netmodels.hops import Hops
-from netmodels.infrastructure.packet_queue import Dropped, PacketQueue, Waiting
+from netmodels.infrastructure.packet_queue import Dropped, PacketQueue, Receivers, Waiting
 from netmodels.infrastructure.trips import Trip
 
-# What a radio has taken in and not sent yet, as airtime at the medium's rate (Linux:
-# IEEE80211_DEFAULT_AQL_TXQ_LIMIT_L of include/net/cfg80211.h, 5000 us).
-RADIO_NS = 5_000_000
+# What a radio has taken in for a station and not sent yet, as airtime at the medium's rate: with
+# less than ``BUSY_NS`` for all, and with more (Linux: IEEE80211_DEFAULT_AQL_TXQ_LIMIT_H, _L and
+# IEEE80211_AQL_THRESHOLD of include/net/cfg80211.h; ieee80211_txq_airtime_check).
+RADIO_NS, BUSY_RADIO_NS, BUSY_NS = 12_000_000, 5_000_000, 24_000_000
 # What an access point keeps for a station that sleeps; the oldest is dropped (Linux:
 # STA_MAX_TX_BUFFER of net/mac80211/sta_info.h).
 KEPT_PACKETS = 64
@@ -60,8 +61,9 @@ class _Train:
 
 
 class AirOutlet:
-    """The packets that wait at a station for its radio, which takes in those for ``RADIO_NS``, at
-    most three quarters of its queue's ``places``, and consecutive ones of a trip as one train."""
+    """The packets that wait at a station for its radio, which takes in at most three quarters of
+    its queue's ``places``, and consecutive ones of a trip as one train. Where stations have queues
+    of their own, the airtime of what it takes in for each is limited, but for broadcasts."""
 
     def __init__(self, station: int, queue: PacketQueue, air: Hops, rate_bps: int, ack_ns: int,
                  places: int) -> None:
@@ -73,6 +75,7 @@ class AirOutlet:
         # of those behind that one.
         self._inside: deque[_Train] = deque()
         self._packets = self._inside_ns = 0  # in those, and the airtime of those without a fate
+        self._inside_for: Counter[Receivers] = Counter()  # that airtime by station
         self._serving = False
         self._paused = False
         self._when_empty: Callable[[None], object] | None = None
@@ -84,7 +87,7 @@ class AirOutlet:
         now_ns = self._air.now_ns
         dropped = self._queue.push(now_ns, [
             Waiting(hop, number, size_bytes, now_ns)
-            for number, size_bytes in enumerate(hop.sizes)])
+            for number, size_bytes in enumerate(hop.sizes)], self._packets)
         self._serve()
         _lose(dropped)
 
@@ -134,9 +137,9 @@ class AirOutlet:
         now_ns = self._air.now_ns
         trains: list[_Train] = []
         dropped: list[Dropped] = []
-        while not self._paused and self._inside_ns < RADIO_NS and self._packets < self._most:
+        while not self._paused and self._packets < self._most:
             waiting = (self._awake.popleft() if self._awake
-                       else self._queue.pop(now_ns, dropped))
+                       else self._queue.pop(now_ns, dropped, self._takes))
             if waiting is None:
                 break
             if self._sleeps(waiting.hop):
@@ -153,6 +156,7 @@ class AirOutlet:
             train.air_ns += air_ns
             self._packets += 1
             self._inside_ns += air_ns
+            self._inside_for[waiting.hop.receivers] += air_ns
         self._inside.extend(trains)
         for train in trains:
             hop = train.hop
@@ -160,6 +164,12 @@ class AirOutlet:
                            hop.broadcast, partial(self._sent, train), hop.trip.frame.id)
         _lose(dropped)
         return bool(trains)
+
+    def _takes(self, receivers: Receivers) -> bool:
+        """Whether the radio takes in more for a station."""
+        own_ns = self._inside_for[receivers]
+        return len(receivers) > 1 or own_ns < BUSY_RADIO_NS or (
+            self._inside_ns < BUSY_NS and own_ns < RADIO_NS)
 
     def _sent(self, train: _Train, leg: ports.Frame, receivers: Sequence[int],
               verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
@@ -170,6 +180,7 @@ class AirOutlet:
         train.left -= len(receivers)
         if not train.left:
             self._inside_ns -= train.air_ns
+            self._inside_for[train.hop.receivers] -= train.air_ns
             while self._inside and not self._inside[0].left:
                 self._packets -= len(self._inside.popleft().packets)
             self._serve()

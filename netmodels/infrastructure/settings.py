@@ -23,8 +23,8 @@ class Settings(ports.Params):
     wires: Switch.Params = Field(Switch.Params(), description=(
         "between access points and wired hosts (a switch with its own defaults)"))
     queue: Literal["fq_codel", "fifo"] = Field("fq_codel", description=(
-        "in front of the radio of each access point and station: flows in turn, which lose what "
-        "waits too long, or all in order, up to the radio's queue (Linux)"))
+        "in front of the radio of each access point and station: by receiver flows in turn, which "
+        "lose what waits too long, or all in order, up to the radio's queue (Linux)"))
     fq_codel: FqCodelConstants = Field(FqCodelConstants(), description=(
         "of queue: fq_codel (Linux)"))
     multicast: Literal["flood", "snooping", "unicast"] = Field("flood", description=(

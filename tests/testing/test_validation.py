@@ -29,6 +29,7 @@ from netmodels.rules.outage import Flapping
 from netmodels.rules.timing import Latency
 from netmodels.validation import propagation, rfcomms
 from netmodels.validation.access_categories import AccessCategories
+from netmodels.validation.access_points import AccessPointsOfNs3
 from netmodels.validation.aggregates import SaturationOfMcs
 from netmodels.validation.associations import AccessPointsOfLinux
 from netmodels.validation.chain import Chains, repaired
@@ -251,6 +252,7 @@ TWINS = [
     (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
     (AccessCategories, 3, no_txop),
     (MinstrelOfLinux, 1, slower_filter), (MinstrelOfNs3, 2, less_loss),
+    (AccessPointsOfNs3, 3, no_requests),
     (AccessPointsOfLinux, 2, longer_visits), (AccessPointsOfLinux, 5, exact_signals),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups
         (Propagation, 27, less_indoor_loss), (SinglePair, 6, better_receivers),

@@ -1,0 +1,87 @@
+"""Access points of 802.11n, ac and ax, saturated and under load, against ns-3.
+
+Stations and access point have equal powers everywhere. Block acknowledgements were agreed on
+before, addresses were known, and ns-3's queues have no limit. Beacons take no airtime here: ns-3's
+come before all that waits, behind an idle medium of PIFS, ours contend as data do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
+from desim.units import NS_PER_S
+from netmodels.cases.traffic import SAME_POWER, numbered, udp_bytes
+from netmodels.radio.radio import Radio
+from netmodels.validation.tolerance import within
+
+_PAYLOAD_BYTES = 1000
+_SERVER = "server"
+# Packets of each flow that are on the way at any time: two aggregates.
+_BACKLOG = 128
+_ALONE_S, _CONTENDING_S = 5, 30
+
+
+class Row(NamedTuple):
+    """Mb/s of payload in all, and the share of data and of requests for block acknowledgements
+    that got no reply."""
+
+    goodput_mbps: float
+    failures: float
+
+
+# By standard, MCS, MHz and whether packets are aggregated: who sends, and stations. Means of four
+# runs of 8 s, at 80 MHz of 5 s, one where nobody contends.
+SATURATED: dict[tuple[str, int, int, bool], dict[tuple[str, int], Row]] = {
+    ("11n", 7, 20, True): {
+        ("up", 1): Row(58.366, 0), ("up", 5): Row(47.893, .2685), ("up", 10): Row(42.032, .3749),
+        ("down", 1): Row(58.376, 0), ("down", 5): Row(58.365, 0), ("down", 10): Row(58.385, 0)},
+    ("11n", 7, 20, False): {
+        ("up", 1): Row(24.755, 0), ("up", 5): Row(25.381, .2648), ("up", 10): Row(24.141, .3745),
+        ("down", 1): Row(24.775, 0), ("down", 5): Row(24.762, 0), ("down", 10): Row(24.742, 0)},
+}
+
+
+class AccessPointsOfNs3:
+    """Stations under an access point, as in ns-3: goodput within 3 %, failures within 0.02."""
+
+    source = "ns-3.44, ApWifiMac and StaWifiMac, best effort, every pair at -50 dBm"
+
+    def checks(self, play: Play) -> Iterator[Check]:
+        for (standard, mcs, mhz, aggregation), rows in SATURATED.items():
+            for (direction, stations), row in rows.items():
+                found = play(_network(standard, mcs, mhz, aggregation, _flows(direction, stations),
+                                      _ALONE_S if direction == "down" else _CONTENDING_S))
+                alone = "" if aggregation else "no aggregates, "
+                what = f"{standard}, MCS {mcs}, {mhz} MHz, {alone}{stations} stations, {direction}"
+                yield from _compared(what, found, row)
+
+
+def _compared(what: str, found: Mapping[str, float], row: Row) -> Iterator[Check]:
+    yield within(0.03, f"{what}: goodput", found["goodput_mbps"], row.goodput_mbps, "Mb/s")
+    yield Check(f"{what}: failures", found["failure_rate"], row.failures, 0.02)
+
+
+def _flows(direction: str, stations: int) -> list[Flow]:
+    """Saturated flows from all stations to a server behind the access point, or from that to all.
+    """
+    hosts = numbered("station", stations)
+    pairs = [(host, _SERVER) if direction == "up" else (_SERVER, host) for host in hosts]
+    return [Flow(source, (receiver,), udp_bytes(_PAYLOAD_BYTES), _PAYLOAD_BYTES, backlog=_BACKLOG)
+            for source, receiver in pairs]
+
+
+def _network(standard: str, mcs: int, mhz: int, aggregation: bool, flows: list[Flow],
+             seconds: int) -> Setup:
+    """Their network. Cables take no time, and nothing is lost in queues."""
+    radio = Radio.build(Radio.Params.model_validate({
+        "preset": "ns3_3_44", "standard": standard, "channel": 36, "mcs": mcs,
+        "width": f"{mhz} MHz", "aggregation": aggregation, "path_loss": SAME_POWER, "queue": 10_000,
+        "access_points": [{"at": ["0 m", "0 m"], "channel": 36, "height": "0.5 m"}],
+        "infrastructure": {
+            "wired": [_SERVER], "wires": {"rate": "100 Gb/s", "propagation": "0 ns"},
+            "queue": "fifo", "constants": {"beacon_frame": None}}}))
+    hosts = {host for flow in flows for host in (flow.source, *flow.receivers)}
+    places = {host: NOWHERE if host == _SERVER else (0.0, 0.0) for host in sorted(hosts)}
+    return Setup(radio, places, flows, (1 + seconds) * NS_PER_S, NS_PER_S)
