@@ -145,7 +145,7 @@ def visit(particle, pose, mount_x, mount_y, lines, drawn, maps):
     from_x = (x + c * mount_x - s * mount_y) * per_m - maps.left * SIDE
     from_y = (y + s * mount_x + c * mount_y) * per_m - maps.low * SIDE
     columns, visits, refs = maps.columns, maps.visits, maps.visit_stock.refs
-    last, index = -1, np.int32(0)
+    last, index, own = -1, np.int32(0), np.uint64(0)
     for k in range(drawn):
         along_x = (x + c * lines[k, X] - s * lines[k, Y]) * per_m - maps.left * SIDE - from_x
         along_y = (y + s * lines[k, X] + c * lines[k, Y]) * per_m - maps.low * SIDE - from_y
@@ -160,9 +160,10 @@ def visit(particle, pose, mount_x, mount_y, lines, drawn, maps):
                 last, index = tile, maps.visit_tiles[particle, tile]
                 if index == 0 or refs[index] != 1:
                     index = own_visits(particle, tile, maps)
-            cell = ((row & 7) << 3) | (column & 7)
-            if visits[index, cell] < MOST:
-                visits[index, cell] += 1
+                own = np.uint64(index)
+            cell = np.uint64(((row & 7) << 3) | (column & 7))  # an index that may be negative costs
+            if visits[own, cell] < MOST:
+                visits[own, cell] += np.int16(1)
             at_x += step_x
             at_y += step_y
 
