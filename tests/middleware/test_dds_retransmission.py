@@ -119,7 +119,7 @@ def test_trains_are_long_where_samples_arrive_soon_until_one_is_lost(rate, laten
 
 def crowded(until_s, **params):
     """Three hosts say 3 MB to each other within 7.5 s, over 250 kb/s with a queue of 8 s; their
-    sockets take it all."""
+    sockets and histories take it all."""
     heard = []
     says = [(2 * S + k * 150 * MS, str(k)) for k in range(50)]
     nodes = {host: {"t": talker(says, f"/{host}", queue=0, size_bytes=20_000),
@@ -127,7 +127,7 @@ def crowded(until_s, **params):
                                        for other in "abc" if other != node.host.name]}
              for host in "abc"}
     link = AccessLink(AccessLink.Params(rate="250 kb/s", latency="5 ms", queue="256 kB"))
-    net = Net(nodes, link, middleware=dds(lease="1 h", **params),
+    net = Net(nodes, link, middleware=dds(lease="1 h", high=None, **params),
               sockets=Sockets(send_buffer="1 GB")).run(until_s * S)
     return net, len(heard)
 

@@ -10,6 +10,7 @@ from desim.errors import InputError, host_index
 from desim.middleware.dds.blocked_calls import BlockedCalls
 from desim.middleware.dds.domains import check_ports, domains_of
 from desim.middleware.dds.endpoints import Envelope
+from desim.middleware.dds.outbox import Outbox
 from desim.middleware.dds.parameters import CYCLONE, DdsParams
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reader_proxy import ReaderProxy
@@ -86,6 +87,9 @@ class Dds:
         self._writers: list[dict[str, list[StatefulWriter]]] = [{} for _ in hosts]
         self._links: dict[tuple[int, int, str], list[ReaderProxy]] = {}
         self._calls: dict[tuple[int, str], BlockedCalls] = {}
+        # Of hosts with several participants.
+        self.outboxes = [Outbox(context, host) for host in range(len(hosts))] \
+            if params.participants > 1 else []
 
     def switched(self, host: int, up: bool) -> None:
         former, self._processes[host] = self._processes[host], ()
@@ -205,9 +209,12 @@ class Dds:
         for link in self._links.get((remote.host, me.host, topic), ()):
             link.writer_proxy.joined()
 
-    def announced(self, token: tuple[tuple[Guid, int], bool, int | None], receiver: int) -> None:
+    def announced(self, token: tuple[tuple[Guid, int], bool, int | None], receiver: int,
+                  lost: Collection[int] = ()) -> None:
         """An announcement has arrived at ``receiver``, for all of its participants or for one. That
         of another domain came to a port where nobody listens."""
+        if lost:
+            return
         (guid, lease_ns), wants_response, number = token
         processes = self._processes[receiver]
         for me in processes if number is None else processes[number:number + 1]:
@@ -223,13 +230,19 @@ class Dds:
     def received(self, to: dict[int, list[Envelope]], receiver: int, lost: Collection[int] = ()
                  ) -> None:
         """A message of a participant has arrived at ``receiver``, or a train of messages without
-        the packets ``lost``. One from an unknown participant or for a former life is not read. Of
-        several heartbeats or acknowledgements in one train any stands for all."""
-        for sender, guid, handler, content in to[receiver]:
-            me = self.on(receiver, guid[2])
-            if me is None or me.guid != guid:
-                continue
-            remote = me.remotes.get(sender)
-            if remote is not None and remote.direct:
-                remote.received_ns = self.context.now_ns
-                handler(me.endpoints, remote, lost, *content)
+        the packets ``lost``."""
+        for envelope in to[receiver]:
+            self.take(envelope, receiver, lost)
+
+    def take(self, envelope: Envelope, receiver: int, lost: Collection[int]) -> None:
+        """The same for one of its participants. A message from an unknown participant or for a
+        former life is not read. Of several heartbeats or acknowledgements in one train any stands
+        for all."""
+        sender, guid, handler, content = envelope
+        me = self.on(receiver, guid[2])
+        if me is None or me.guid != guid:
+            return
+        remote = me.remotes.get(sender)
+        if remote is not None and remote.direct:
+            remote.received_ns = self.context.now_ns
+            handler(me.endpoints, remote, lost, *content)

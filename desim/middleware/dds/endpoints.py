@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.endpoint_repairs import TRAIN, SharedRepairs, SingleRepairs
+from desim.middleware.dds.outbox import LOOPBACK_NS, Posted
 from desim.middleware.dds.remote import RemoteParticipant
 from desim.middleware.dds.wire import Guid, Item, ItemKind, Mail
 from desim.middleware.timers import NEVER
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 # Until a reader asks again for endpoints that are on their way: NackDelay of Cyclone DDS. Fast DDS
 # asks at each heartbeat, but its sender blocks while a buffer is full, which is not modelled.
 ASK_AGAIN_NS = 100_000_000
-LOOPBACK_NS = 10_000  # from a participant to another one of its host (ours)
 
 # A message between two participants: sender, receiver, handler and content. ``handler(endpoints,
 # remote, lost, *content)`` reads it; ``lost`` are the packets of its train that did not arrive.
@@ -170,6 +170,12 @@ class Endpoints:
         """Send messages in one train: by multicast if that is usual and there are several remotes.
         """
         chunk, me, dds = wire.together(chunks), self._me, self._me.dds
+        if dds.outboxes and not self._multicast:
+            post = dds.outboxes[me.host].post
+            for remote in remotes:
+                post(kind, remote.host, Posted(chunk, dds.take, (
+                    me.guid, remote.guid, handler, content(remote))))
+            return
         for group in [remotes] if self._multicast else [[remote] for remote in remotes]:
             to: dict[int, list[Envelope]] = {}
             for remote in group:

@@ -10,7 +10,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds.discovery_server import DiscoveryServer
-from desim.middleware.dds.endpoints import LOOPBACK_NS, Endpoints
+from desim.middleware.dds.endpoints import Endpoints
+from desim.middleware.dds.outbox import LOOPBACK_NS, Posted
 from desim.middleware.dds.remote import RemoteParticipant
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk, Guid, Item, ItemKind
 from desim.middleware.timers import Lifetime
@@ -136,6 +137,11 @@ class Participant:
         multicast = number is None
         token = self._announcement, multicast or calls, number
         away = [host for host in hosts if host != self.host]
+        if self.dds.outboxes and not multicast:
+            for host in away:
+                self.dds.outboxes[self.host].post(
+                    "spdp", host, Posted(chunk, self.dds.announced, token))
+            away = []
         if self.dds.params.participants > 1 and (multicast or len(away) < len(hosts)):
             self.after(LOOPBACK_NS, partial(self.dds.announced, token), self.host)
         if away:

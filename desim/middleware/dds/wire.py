@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cache
 from typing import NamedTuple, TypeVar
 
 UDP_BYTES = 14 + 4 + 20 + 8  # Ethernet, its check sequence, IP, UDP
@@ -126,8 +127,10 @@ def whole(messages: Iterable[M], lost: Collection[int]) -> list[M]:
     return out
 
 
-def together(chunks: Iterable[Chunk]) -> Chunk:
+def together(chunks: Sequence[Chunk]) -> Chunk:
     """These messages as one train."""
+    if len(chunks) == 1:
+        return chunks[0]
     sizes, packets = zip(*chunks, strict=True)
     return Chunk(sum(sizes), sum(packets))
 
@@ -254,6 +257,7 @@ class RtpsDialect:
         to = 0 if self.apart else TO_BYTES
         return self.udp(HEADER_BYTES + to + times * (TIME_BYTES + self.announcement_bytes))
 
+    @cache  # noqa: B019 - there are three dialects
     def _control(self, submessages: int, each_bytes: int, more_bytes: int = 0) -> Chunk:
         """So many heartbeats or acknowledgements for one participant."""
         head = HEADER_BYTES + TO_BYTES

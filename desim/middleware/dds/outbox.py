@@ -1,0 +1,73 @@
+"""The messages of discovery that all participants of one host send in one instant.
+
+Those to one host leave as trains: computed one by one, 25 participants would cost 25 times as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from typing import TYPE_CHECKING, NamedTuple
+
+from desim.middleware.dds.wire import Chunk, together
+
+if TYPE_CHECKING:
+    from desim.ports.middleware import MiddlewareContext
+
+MOST_PACKETS = 64  # of a train (ours)
+LOOPBACK_NS = 10_000  # from a participant to another one of its host (ours)
+
+
+class Posted(NamedTuple):
+    """A message, or several that stand for each other, and who takes it at the other end:
+    ``arrived(what, receiver, lost)``, with the numbers of its packets that are lost."""
+
+    chunk: Chunk
+    arrived: Callable[..., object]
+    what: object
+
+
+class Outbox:
+    """The outbox of ``host``."""
+
+    def __init__(self, context: MiddlewareContext, host: int) -> None:
+        self._context, self._host = context, host
+        self._posted: dict[tuple[str, int], list[Posted]] = {}  # by kind and receiving host
+
+    def post(self, kind: str, to: int, posted: Posted) -> None:
+        """Send a message at the end of this instant."""
+        if not self._posted:
+            self._context.at(self._context.now_ns, self._host, self._flush)
+        self._posted.setdefault((kind, to), []).append(posted)
+
+    def _flush(self, _: object) -> None:
+        posted, self._posted = self._posted, {}
+        for (kind, to), messages in posted.items():
+            if to == self._host:
+                self._context.at(self._context.now_ns + LOOPBACK_NS, to, self._loop_back, messages)
+                continue
+            train: list[Posted] = []
+            packets = 0
+            for message in messages:
+                if train and packets + message.chunk.packets > MOST_PACKETS:
+                    self._send(kind, to, train)
+                    train, packets = [], 0
+                train.append(message)
+                packets += message.chunk.packets
+            self._send(kind, to, train)
+
+    def _loop_back(self, messages: list[Posted]) -> None:
+        _arrived(messages, self._host)
+
+    def _send(self, kind: str, to: int, train: list[Posted]) -> None:
+        size_bytes, packets = together([message.chunk for message in train])
+        self._context.send(kind, self._host, [to], size_bytes, _arrived, train, segments=packets,
+                           in_part=_arrived)
+
+
+def _arrived(train: list[Posted], receiver: int, lost: Collection[int] = ()) -> None:
+    first = 0
+    for (_, packets), arrived, what in train:
+        own = [number - first for number in lost if first <= number < first + packets]
+        if len(own) < packets:
+            arrived(what, receiver, own)
+        first += packets
