@@ -32,6 +32,7 @@ from desim.world.led_bodies import LedBodies
 from desim.world.obstacles import Matter, crossing, toll
 from desim.world.outlines import Outlines
 from desim.world.path_doubts import path_doubts
+from desim.world.people import Crowd
 from desim.world.scene import Scene
 
 
@@ -56,6 +57,9 @@ class Plane:
         self._types = [spec.body for spec in specs]
         self._planes_m = [plane_m for spec in specs for plane_m in spec.planes_m]
         self._radii_m = np.array([spec.body.radius_m for spec in specs])
+        self._crowd = Crowd(environment.people, self.terrain, np.array(
+            [(spec.x_m, spec.y_m, spec.body.radius_m) for spec in specs]).reshape(-1, 3), streams)
+        self._discs = np.concatenate([self._movers.discs, self._crowd.discs])
         self._obstacles: Obstacles | None = None
         self._epoch = 0
         led = any(spec.path is not None for spec in specs)
@@ -73,11 +77,11 @@ class Plane:
         self._period = (NS_PER_S / rate_hz).as_integer_ratio()
         self._next_ns = self._period[0] // self._period[1]
         self._contacts: list[tuple[int, int]] = []
-        self._lively = bool(environment.doors or environment.moving_obstacles)
+        self._lively = bool(environment.doors or len(self._discs))
         self._walks = any(kind.walks for kind in self._odometers)
         self._snapshot: Snapshot | None = None
         self._walls, self._tops_m = self._standing_walls()
-        self._bodies.surround(self._walls, self._tops_m, self._movers.discs)
+        self._bodies.surround(self._walls, self._tops_m, self._discs)
         self._scene = self._present_scene()
 
     def doubts(self) -> tuple[str, ...]:
@@ -102,7 +106,7 @@ class Plane:
         return [[made[kind] for kind in own] for own in kinds]
 
     def _present_scene(self) -> Scene:
-        return Scene(self._walls, self._tops_m, len(self.terrain.lines), self._movers.discs,
+        return Scene(self._walls, self._tops_m, len(self.terrain.lines), self._discs,
                      tuple(kind.reckoned for kind in self._odometers))
 
     def _keys(self, streams: RandomStreams, sensor: str) -> np.ndarray:
@@ -156,12 +160,15 @@ class Plane:
 
     def _move_scenery(self, then_ns: int, dt_s: float) -> None:
         robots = np.column_stack([self._bodies.poses[:, :2], self._radii_m])
-        self._movers.advance(dt_s, robots, self._doors.lines[self._doors.closed])
-        if self._doors.advance(then_ns, np.concatenate([robots, self._movers.discs])):
+        closed = self._doors.lines[self._doors.closed]
+        self._movers.advance(dt_s, robots, closed)
+        self._crowd.advance(dt_s, np.concatenate([robots, self._movers.discs]), closed)
+        self._discs = np.concatenate([self._movers.discs, self._crowd.discs])
+        if self._doors.advance(then_ns, np.concatenate([robots, self._discs])):
             self._epoch += 1
             self._obstacles = None
             self._walls, self._tops_m = self._standing_walls()
-        self._bodies.surround(self._walls, self._tops_m, self._movers.discs)
+        self._bodies.surround(self._walls, self._tops_m, self._discs)
 
     def _standing_walls(self) -> tuple[np.ndarray, np.ndarray]:
         """The lines of the terrain and of closed doors, and their heights."""
@@ -222,8 +229,8 @@ class Plane:
                                           tick)
 
     def moving_obstacles(self) -> np.ndarray:
-        """[obstacles, 3] x m, y m, radius m as of the last tick."""
-        return self._movers.discs
+        """[obstacles, 3] x m, y m, radius m as of the last tick, people last."""
+        return self._discs
 
     def contacts(self) -> list[tuple[int, int]]:
         """Collision episodes that began since the last call: (robot, other robot or -1 for wall,

@@ -11,18 +11,18 @@ from desim import ports
 from desim.errors import InputError
 from desim.monitor.places import free_cells
 from desim.ports.tasks import SweepingTool, TaskContext, TaskTraits
-from desim.units import LENGTH, NS_PER_S, Length, Ratio
+from desim.units import LENGTH, NS_PER_S, Length
 
 _SAMPLE_NS = NS_PER_S // 10
+_SHARE = 0.95  # of the ground, with which it is done
 
 
 class Sweeping:
-    """Cover the ground: a robot's tool is a disc around its centre. Done when ``share`` of the
-    ground that tools can get to is covered. Robots know the map."""
+    """Cover the ground: a robot's tool is a disc around its centre. Done when 95 % of the ground
+    that tools can get to is covered. Robots know the map."""
 
     class Params(ports.Params):
         width_m: Length = Field("1 m", gt=0, description="the diameter of a robot's tool")
-        share: Ratio = Field("95 %", gt=0, description="covered ground with which the task is done")
 
     leads = ("coverage_time_s", "covered")
     traits = TaskTraits(gives=SweepingTool, quantities=("covered",))
@@ -88,7 +88,7 @@ class Sweeping:
             self._own_cells[robot] += first
             self._under[robot] = cells
         self._last_m = at_m
-        if self._done_ns is None and self.measure()["covered"] >= self._params.share:
+        if self._done_ns is None and self.measure()["covered"] >= _SHARE:
             self._done_ns = context.now_ns
             context.record("covered", None, self._covered)
             context.end("covered")

@@ -1,4 +1,4 @@
-"""The environment family: terrain, doors, moving obstacles."""
+"""The environment family: terrain, doors, moving obstacles, people."""
 
 from __future__ import annotations
 
@@ -92,6 +92,17 @@ class MovingObstacle(Params):
     radius_m: Length = Field("0.3 m", gt=0)
 
 
+class People(Params):
+    """A group of people who walk along way points, there and back, or round and round where the
+    last is the first (the social force model: Helbing and Molnar 1995)."""
+
+    count: int = Field(ge=1, le=2000)
+    path_m: tuple[tuple[Position, Position], ...] = Field(min_length=2)
+    width_m: Length = Field("2 m", description="of the way: each keeps to a line within it")
+    gives_way: bool = Field(True, description=(
+        "to robots, as to people; false: they stop when they would touch one"))
+
+
 class Environment(Params):
     """The surroundings of the fleet."""
 
@@ -101,3 +112,4 @@ class Environment(Params):
         "a maze, office or warehouse by seed and size"))
     doors: tuple[Door, ...] = ()
     moving_obstacles: tuple[MovingObstacle, ...] = ()
+    people: tuple[People, ...] = ()

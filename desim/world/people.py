@@ -1,0 +1,160 @@
+"""People who walk along ways by the social force model (Helbing and Molnar 1995)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from desim.compiler.kernel import compiled_function
+from desim.errors import InputError
+from desim.ports.worlds import RandomStreams
+from desim.scenario.schema.environment import People
+from desim.units import LENGTH
+from desim.world.geometry import TOUCH_M, point_distance
+from desim.world.kernels import people as kernels
+from desim.world.obstacles import crossing
+from desim.world.terrain import Terrain
+from desim.world.wall_index import TileIndex, tile_index
+
+RADIUS_M = 0.25  # half the breadth of shoulders (Weidmann 1993: 0.46 m and some)
+WANTED_MPS, SPREAD_MPS = 1.34, 0.26  # of people's speeds, mean and standard deviation (the paper)
+_SLOWEST_MPS = 0.4
+_TILE_M = 8.0
+_APART_M = 0.35  # at the start; bodies are less deep than broad
+_TRIES = 200  # for a place where nobody stands
+
+
+class Crowd:
+    """All people of a scenario; none starts in a robot of ``robots`` [k, 3] x, y, radius in m."""
+
+    def __init__(self, groups: Sequence[People], terrain: Terrain, robots: np.ndarray,
+                 streams: RandomStreams) -> None:
+        self._terrain = terrain
+        self._people = _walkers([_group(i, group, terrain, robots, streams("people", i))
+                                 for i, group in enumerate(groups)])
+        self._last_m: np.ndarray | None = None
+
+    @property
+    def discs(self) -> np.ndarray:
+        """[n, 3] x, y, radius in m, a new array."""
+        places = self._people.places
+        return np.column_stack((places, np.full(len(places), RADIUS_M)))
+
+    def advance(self, dt_s: float, others: np.ndarray, doors: np.ndarray) -> None:
+        """Walk on for ``dt_s`` among ``others`` [k, 3] x, y, radius, robots and moving obstacles,
+        and closed ``doors`` [d, 4]."""
+        if not len(self._people.places):
+            return
+        before_m, self._last_m = self._last_m, others[:, :2]
+        velocities = np.zeros((len(others), 2)) if before_m is None else \
+            (others[:, :2] - before_m) / dt_s
+        walls = self._terrain.walls
+        barrier = kernels.Barrier(np.concatenate([walls, doors]), len(walls), self._tiles)
+        self._walk(self._people, np.column_stack((others, velocities)), barrier, dt_s)
+
+
+    @cached_property
+    def _walk(self) -> Callable[..., None]:
+        return compiled_function(kernels.walk)
+
+    @cached_property
+    def _tiles(self) -> TileIndex:
+        return tile_index(self._terrain.walls, self._terrain.bounds, _TILE_M, kernels.REACH_M)
+
+
+class _Group:
+    """A group at its start: ``points`` [p, 2] and ``normals`` of its way, and of each person
+    ``places``, ``offsets``, ``target``, ``step``."""
+
+    def __init__(self, points: np.ndarray, group: People, speeds_mps: np.ndarray) -> None:
+        self.points, self.normals = points, _normals(points)
+        self.closed = len(points) > 2 and bool((points[0] == points[-1]).all())
+        self.yields, self.speeds_mps = group.gives_way, speeds_mps
+        self.places: list[np.ndarray] = []
+        self.offsets: list[float] = []
+        self.target: list[int] = []
+        self.step: list[int] = []
+
+
+def _group(i: int, group: People, terrain: Terrain, robots: np.ndarray,
+           draws: np.random.Generator) -> _Group:
+    """People at random places of their way, in random directions unless it is a ring. Raises
+    ``InputError`` for a way that is not free, and for more people than it has room for."""
+    what, points = f"environment.people.{i}", np.array(group.path_m, dtype=np.float64)
+    steps_m = np.hypot(*np.diff(points, axis=0).T)
+    if not (steps_m > 0.0).all():
+        raise InputError(f"{what}.path: the same way point twice in a row")
+    half_m = group.width_m / 2.0
+    found = _Group(points, group, np.clip(
+        draws.normal(WANTED_MPS, SPREAD_MPS, group.count), _SLOWEST_MPS, None))
+    for side_m in dict.fromkeys((-half_m, 0.0, half_m)):
+        _check_free(what, found.points + side_m * found.normals, terrain, group.width_m)
+    ends_m = np.cumsum(steps_m)
+    for _ in range(group.count):
+        for _ in range(_TRIES):
+            at_m, offset_m = draws.uniform(0.0, ends_m[-1]), draws.uniform(-half_m, half_m)
+            leg = int(np.searchsorted(ends_m, at_m))
+            share = 1.0 - (ends_m[leg] - at_m) / steps_m[leg]
+            lines = found.points + offset_m * found.normals
+            place = lines[leg] + share * (lines[leg + 1] - lines[leg])
+            taken = np.array([*((*other, _APART_M - RADIUS_M) for other in found.places), *robots])
+            if not len(taken) or (np.hypot(*(taken[:, :2] - place).T)
+                                  >= taken[:, 2] + RADIUS_M).all():
+                break
+        else:
+            raise InputError(f"{what}.count: no room for {group.count} people; "
+                             f"{len(found.places)} have a place")
+        back = not found.closed and bool(draws.integers(2))
+        found.places.append(place)
+        found.offsets.append(offset_m)
+        found.target.append(leg if back else leg + 1)
+        found.step.append(-1 if back else 1)
+    return found
+
+
+def _check_free(what: str, points: np.ndarray, terrain: Terrain, width_m: float) -> None:
+    legs = np.concatenate([points[:-1], points[1:]], axis=1)
+    clear_m = min(terrain.clearance(points, RADIUS_M).min(),
+                  point_distance(terrain.walls.reshape(-1, 2), legs).min(initial=np.inf))
+    if clear_m < RADIUS_M - TOUCH_M or len(crossing(terrain.walls, legs)):
+        raise InputError(f"{what}.path: with a width of {LENGTH.format(width_m)} it crosses a wall "
+                         f"or leaves the terrain, or comes closer to a wall than {RADIUS_M:g} m")
+
+
+def _normals(points: np.ndarray) -> np.ndarray:
+    """[p, 2] unit vectors to the left of the way at each point: halfway between its legs."""
+    ways = np.diff(points, axis=0)
+    ways /= np.hypot(*ways.T)[:, None]
+    closed = len(points) > 2 and (points[0] == points[-1]).all()
+    before = np.concatenate([ways[-1:] if closed else ways[:1], ways])
+    after = np.concatenate([ways, ways[:1] if closed else ways[-1:]])
+    mean = before + after
+    length = np.hypot(*mean.T)[:, None]
+    mean = np.where(length > 1e-9, mean / np.maximum(length, 1e-9), after)
+    return np.column_stack((-mean[:, 1], mean[:, 0]))
+
+
+def _walkers(groups: Sequence[_Group]) -> kernels.Walkers:
+    """The arrays of all groups."""
+    counts = [len(group.places) for group in groups]
+    firsts = np.cumsum([0, *(len(group.points) for group in groups)])
+
+    def each(values: Sequence[object], dtype: type) -> np.ndarray:
+        return np.repeat(np.array(values, dtype=dtype), counts)
+
+    def joined(lists: list[np.ndarray], shape: tuple[int, ...], dtype: type = float) -> np.ndarray:
+        return np.ascontiguousarray(np.concatenate([np.zeros(shape, dtype), *lists]), dtype=dtype)
+
+    first, last = each(firsts[:-1].tolist(), np.int64), each((firsts[1:] - 1).tolist(), np.int64)
+    places = joined([np.array(group.places) for group in groups], (0, 2))
+    return kernels.Walkers(
+        places, np.zeros_like(places), joined([group.speeds_mps for group in groups], (0,)),
+        RADIUS_M, joined([np.array(group.offsets) for group in groups], (0,)),
+        first + joined([np.array(group.target) for group in groups], (0,), np.int64),
+        joined([np.array(group.step) for group in groups], (0,), np.int64), first, last,
+        each([group.closed for group in groups], bool),
+        each([group.yields for group in groups], bool),
+        joined([group.points for group in groups], (0, 2)),
+        joined([group.normals for group in groups], (0, 2)))
