@@ -11,9 +11,10 @@ from desim import ports
 from desim.errors import InputError, did_you_mean
 from desim.monitor.places import drawn, free_cells, given
 from desim.ports.tasks import Formation, TaskContext, TaskTraits
-from desim.units import NS_PER_S, Length, Position
+from desim.units import NS_PER_S, Position
 
 _SAMPLE_NS = NS_PER_S // 10
+_WITHIN_M = 0.5  # of a place the leader has been there, of its own a follower is in formation
 _DRAWN, _CLEARANCE_M = 4, 2.0  # places, and their distance from walls
 _SPACING_M = 2.0  # of a wedge: each pair is so far behind and beside the one before
 
@@ -27,9 +28,6 @@ class KeepFormation:
             None, min_length=1, description="x, y of each (null: four, drawn from the free space)")
         offsets: dict[str, tuple[Position, Position]] | None = Field(None, description=(
             "robot to its place, ahead of the leader and to its left (null: a wedge of 2 m)"))
-        within_m: Length = Field("0.5 m", gt=0, description=(
-            "so near to a place the leader has been there, and so near to its own a follower is in "
-            "formation"))
 
     leads = ("formation_error_m", "formation_time_s")
     traits = TaskTraits(gives=Formation, quantities=("formation_error_m",))
@@ -49,7 +47,7 @@ class KeepFormation:
         places = given(context.ground, params.places) if params.places else drawn(
             free_cells(context.ground, context.poses()[:1, :2], _CLEARANCE_M), _DRAWN,
             context.stream("places"))
-        self._formation = Formation(leader, places, offsets, params.within_m)
+        self._formation = Formation(leader, places, offsets, _WITHIN_M)
         self._robots = [context.robots.index(name) for name in (leader, *offsets)]
         self._reached, self._samples, self._in_place = 0, 0, 0
         self._sum_m, self._worst_m = 0.0, 0.0
@@ -70,7 +68,7 @@ class KeepFormation:
 
     def metrics(self) -> dict[str, object]:
         """``formation_error_m``: distance of a follower from its place, mean over followers and
-        time; ``in_formation``: the share of both within ``task.within``."""
+        time; ``in_formation``: the share of both within 0.5 m."""
         count = self._samples * (len(self._robots) - 1)
         return {"formation_error_m": self._sum_m / count if count else None,
                 "formation_error_worst_m": self._worst_m if count else None,
@@ -91,12 +89,12 @@ class KeepFormation:
     def _sample(self, context: TaskContext) -> None:
         errors_m, places = self._errors_m(), self._formation.places
         self._samples += 1
-        self._in_place += int((errors_m <= self._params.within_m).sum())
+        self._in_place += int((errors_m <= _WITHIN_M).sum())
         self._sum_m += float(errors_m.sum())
         self._worst_m = max(self._worst_m, *errors_m.tolist(), 0.0)
         leader_m = context.poses()[self._robots[0], :2]
         if self._reached < len(places) and \
-                np.hypot(*(leader_m - places[self._reached])) <= self._params.within_m:
+                np.hypot(*(leader_m - places[self._reached])) <= _WITHIN_M:
             context.record("place_reached", self._formation.leader, self._reached)
             self._reached += 1
             if self._reached == len(places):

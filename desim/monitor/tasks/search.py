@@ -13,6 +13,7 @@ from desim.ports.tasks import TaskContext, TaskTraits
 from desim.units import NS_PER_S, Length, Position
 
 _SAMPLE_NS = NS_PER_S // 5
+_DRAWN = 5
 
 
 class Searching:
@@ -22,8 +23,7 @@ class Searching:
 
     class Params(ports.Params):
         places: tuple[tuple[Position, Position], ...] | None = Field(
-            None, min_length=1, description="x, y of each victim (null: drawn from the free space)")
-        drawn: int = Field(5, ge=1, le=10_000, description="so many are drawn where none are given")
+            None, min_length=1, description="x, y of each (null: five, drawn from the free space)")
         sees_m: Length = Field("3 m", gt=0, description=(
             "a robot sees a victim up to so far (a camera that recognises a person)"))
 
@@ -36,7 +36,7 @@ class Searching:
     def start(self, context: TaskContext) -> None:
         self._context, params = context, self._params
         self._victims = given(context.ground, params.places) if params.places else drawn(
-            free_cells(context.ground, context.poses()[:, :2], context.radius_m), params.drawn,
+            free_cells(context.ground, context.poses()[:, :2], context.radius_m), _DRAWN,
             context.stream("victims"))
         self._robots = [context.robots.index(name) for name in context.explorers]
         self._sees = np.zeros((len(self._robots), len(self._victims)), bool)  # so far
