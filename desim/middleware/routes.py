@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from desim.middleware.graph import Graph
     from desim.middleware.host import Host
     from desim.middleware.link_states import LinkStates
+    from desim.network.carrier import AnyCarrier
     from desim.network.medium import Medium
 
 Choice = int | None  # of media, by its number; None: all media, by preference
@@ -26,11 +27,12 @@ Choice = int | None  # of media, by its number; None: all media, by preference
 
 class TopicMedia(NamedTuple):
     """The media of the topics that ``pattern`` names (``is_topic``), in order of preference; none:
-    all. ``inside``: the medium that they take within a host, by its index."""
+    all. ``inside``: the medium that they take within a host, by its index. ``dscp``: their mark."""
 
     pattern: str
     media: tuple[Medium, ...]
     inside: dict[int, Medium]
+    dscp: int
 
 
 class Routing:
@@ -53,10 +55,11 @@ class Routing:
         return bool(self._forwards) or self.link_states is not None
 
     def choose(self, pattern: str, media: Sequence[Medium],
-               inside: dict[int, Medium] | None = None) -> None:
+               inside: dict[int, Medium] | None = None, dscp: int = 0) -> None:
         """Topics that match ``pattern``, and no earlier one, take ``media`` only, where there are
-        any; within a host they take the medium ``inside`` it, by its index."""
-        self._choices.append(TopicMedia(pattern, tuple(media), inside or {}))
+        any; within a host they take the medium ``inside`` it, by its index. Their packets are
+        marked ``dscp``."""
+        self._choices.append(TopicMedia(pattern, tuple(media), inside or {}, dscp))
 
     def forward(self, host: str, media: Sequence[Medium]) -> None:
         """``host`` passes on frames from one of these media to another."""
@@ -113,6 +116,12 @@ class Routing:
         return self._path(None, source, receiver) if paths else ()
 
     # The choice of media and paths.
+
+    def mark(self, carrier: AnyCarrier, token: object) -> int:
+        """The mark of a frame: the highest of its topics'; none for what carries no message."""
+        chosen = map(self._choice, carrier.topics(token))
+        return max((self._choices[choice].dscp for choice in chosen if choice is not None),
+                   default=0)
 
     def _choice(self, topic: str) -> Choice:
         if topic not in self._chosen:

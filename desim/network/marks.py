@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.network.carrier import AnyCarrier
 from desim.ports import Frame
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
     from desim.network.medium import Medium
 
 # Called with a frame's carrier and token: its mark, 0 to 63.
-Mark = Callable[[AnyCarrier, Any], int]
+Mark = Callable[[AnyCarrier, object], int]
 
 
-def carried(medium: Medium, frame: Frame) -> tuple[AnyCarrier, Any] | None:
+def carried(medium: Medium, frame: Frame) -> tuple[AnyCarrier, object] | None:
     """The carrier and the token of an open frame; None of a frame of the model's own."""
     number = frame.id
     if number in medium._broadcasts:

@@ -40,7 +40,7 @@ def _topics(scenario: Scenario, _: Folder) -> Found:
     known = tuple(media(scenario))
     for pattern, choice in scenario.topics.items():
         path: Path = ("topics", pattern, "medium")
-        if not choice.media:
+        if not choice.media and not choice.dscp:
             yield path, f"must name at least one medium; allowed: {', '.join(known)}"
         for i, name in enumerate(choice.media):
             if name not in known:

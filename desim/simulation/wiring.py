@@ -94,10 +94,14 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
                   computers=computers, sockets=scenario.network.sockets)
     new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
 
+    mark = graph.routes.mark if any(
+        choice.dscp for choice in scenario.topics.values()) else None
+
     def made(name: str, choice: MediumChoice) -> Medium:
         model = model_of(plugins.load(choice.kind, choice.plugin), choice.params)
         return new_medium(name, model, _rules(choice), kernel=kernel, names=trace.names,
-                          streams=streams, hosts=[*hosts, *others], own=len(hosts), place=place)
+                          streams=streams, hosts=[*hosts, *others], own=len(hosts), place=place,
+                          mark=mark)
 
     inside: dict[str, dict[int, Medium]] = {}  # by name and host
     for name, choice in scenario.network.media.items():
@@ -150,14 +154,14 @@ def _route(graph: Graph, scenario: Scenario, inside: dict[str, dict[int, Medium]
     that forward, and past interfaces without a carrier."""
     media, routes = {medium.name: medium for medium in graph.media}, graph.routes
     shares = isinstance(graph.middleware, SharesLinks) and graph.middleware.shares_links
-    if shares and any(name in media for choice in scenario.topics.values()
-                      for name in choice.media):
+    if shares and any(choice.dscp or any(name in media for name in choice.media)
+                      for choice in scenario.topics.values()):
         raise InputError(f"topics: {plugins.bare(scenario.middleware.model)} carries all topics "
-                         "between two hosts over one link; none can choose its medium")
+                         "between two hosts over one link; none can choose its medium or mark")
     for pattern, choice in scenario.topics.items():
         within = [inside[name] for name in choice.media if name in inside]
         routes.choose(pattern, [media[name] for name in choice.media if name in media],
-                      within[0] if within else None)
+                      within[0] if within else None, choice.dscp)
     for name, host in scenario.hosts.items():
         if host.forwards:
             routes.forward(name, [media[medium] for medium in host.forwards])

@@ -80,6 +80,7 @@ class Infrastructure:
         check_channels(self._access_points, self._radio.standard)
         count, names = len(hosts), (*hosts, *names_of(self._access_points, hosts))
         self._context, self._names = context, names
+        self._dscp = context.dscp if self._radio.categories else None
         site = WithAccessPoints(context, self._access_points)
         air_ledger = wire_ledger = None
         if times is not None:
@@ -94,7 +95,7 @@ class Infrastructure:
         standard = self._radio.standard
         ack_ns = standard.sifs_ns + standard.airtime_ns(ACK_BYTES, 0) + standard.slot_ns
         rate_bps = round(1e6 * standard.rates[self._radio.rate].mbps)
-        outlets = [AirOutlet(station, self._queue(), self._air, rate_bps, ack_ns,
+        outlets = [AirOutlet(station, self._queue, self._air, rate_bps, ack_ns,
                              self._radio.params.queue) for station in range(len(names))]
         self._channels = {count + k: one.channel for k, one in enumerate(self._access_points)}
         self.associations = Associations(
@@ -120,7 +121,8 @@ class Infrastructure:
             if access_point is None:
                 self._context.settle_many(frame, frame.receivers, _NOT_ASSOCIATED)
                 return
-        trip = Trip(frame, self._context.flow(frame), self._context.now_ns)
+        dscp = 0 if self._dscp is None else self._dscp(frame)
+        trip = Trip(frame, self._context.flow(frame), self._context.now_ns, dscp)
         if access_point is None:
             there(trip, source)
         else:

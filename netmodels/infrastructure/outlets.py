@@ -11,6 +11,7 @@ from desim.units import airtime_ns
 from netmodels.hops import Hops
 from netmodels.infrastructure.packet_queue import Dropped, PacketQueue, Receivers, Waiting
 from netmodels.infrastructure.trips import Trip
+from netmodels.radio.access_categories import rank_of
 
 # What a radio has taken in for a station and not sent yet, as airtime at the medium's rate: with
 # less than ``BUSY_NS`` for all, and with more (Linux: IEEE80211_DEFAULT_AQL_TXQ_LIMIT_H, _L and
@@ -60,34 +61,52 @@ class _Train:
         return hop is self.hop and not hop.broadcast
 
 
-class AirOutlet:
-    """The packets that wait at a station for its radio, which takes in at most three quarters of
-    its queue's ``places``, and consecutive ones of a trip as one train. Where stations have queues
-    of their own, the airtime of what it takes in for each is limited, but for broadcasts."""
+class _Lane:
+    """The packets of one access category at a station. ``awake``: what was kept for a station that
+    slept, and goes first now."""
 
-    def __init__(self, station: int, queue: PacketQueue, air: Hops, rate_bps: int, ack_ns: int,
-                 places: int) -> None:
-        """``ack_ns``: from a frame's arrival until its acknowledgement is there, at most."""
-        self._station, self._queue, self._air = station, queue, air
-        self._rate_bps, self._ack_ns = rate_bps, ack_ns
-        self._most = places - places // 4  # packets; the other places are for management frames
+    def __init__(self, queue: PacketQueue) -> None:
+        self.queue = queue
+        self.awake: deque[Waiting] = deque()
         # Trains that the radio has taken in, from the oldest without a fate on: it keeps the places
         # of those behind that one.
-        self._inside: deque[_Train] = deque()
-        self._packets = self._inside_ns = 0  # in those, and the airtime of those without a fate
-        self._inside_for: Counter[Receivers] = Counter()  # that airtime by station
+        self.inside: deque[_Train] = deque()
+        self.packets = 0  # in those
+        self.inside_for: Counter[Receivers] = Counter()  # airtime without a fate by station
+
+    def over(self, train: _Train) -> None:
+        """A train has its fate everywhere."""
+        self.inside_for[train.hop.receivers] -= train.air_ns
+        while self.inside and not self.inside[0].left:
+            self.packets -= len(self.inside.popleft().packets)
+
+
+class AirOutlet:
+    """The packets that wait at a station for its radio, in a queue for each access category, of
+    which that takes in at most three quarters of its queue's ``places``, and consecutive ones of a
+    trip as one train. Where stations have queues of their own, the airtime of what it takes in for
+    each is limited, but for broadcasts."""
+
+    def __init__(self, station: int, queue: Callable[[], PacketQueue], air: Hops, rate_bps: int,
+                 ack_ns: int, places: int) -> None:
+        """``ack_ns``: from a frame's arrival until its acknowledgement is there, at most."""
+        self._station, self._new_queue, self._air = station, queue, air
+        self._rate_bps, self._ack_ns = rate_bps, ack_ns
+        self._most = places - places // 4  # packets; the other places are for management frames
+        self._lanes: dict[int, _Lane] = {}  # by the rank of their category
+        self._inside_ns = 0  # airtime of what the radio has taken in, without a fate
         self._serving = False
         self._paused = False
         self._when_empty: Callable[[None], object] | None = None
         self._asleep: dict[int, deque[Waiting]] = {}  # by station: what is kept for it
-        self._awake: deque[Waiting] = deque()  # what was kept, and goes first now
 
     def take(self, hop: AirHop) -> None:
         """Let the packets of a hop wait for the radio."""
         now_ns = self._air.now_ns
-        dropped = self._queue.push(now_ns, [
+        lane = self._lane(hop)
+        dropped = lane.queue.push(now_ns, [
             Waiting(hop, number, size_bytes, now_ns)
-            for number, size_bytes in enumerate(hop.sizes)], self._packets)
+            for number, size_bytes in enumerate(hop.sizes)], lane.packets)
         self._serve()
         _lose(dropped)
 
@@ -112,34 +131,42 @@ class AirOutlet:
 
     def release(self, dest: int) -> None:
         """Let the packets that were kept for a station go."""
-        self._awake.extend(self._asleep.pop(dest, ()))
+        for waiting in self._asleep.pop(dest, ()):
+            self._lane(waiting.hop).awake.append(waiting)
         self._serve()
 
     def flush(self, dest: int | None, reason: str) -> None:
         """Drop what waits or is kept for one station alone (None: all that there is)."""
-        kept = [self._asleep.pop(one) for one in list(self._asleep) if dest in (None, one)]
-        self._awake, awake = deque(), self._awake
-        self._awake.extend(waiting for waiting in awake if not waiting.only_for(dest))
-        gone = [*(waiting for those in kept for waiting in those),
-                *(waiting for waiting in awake if waiting.only_for(dest)),
-                *self._queue.take_out(dest)]
+        gone = [waiting for one in list(self._asleep) if dest in (None, one)
+                for waiting in self._asleep.pop(one)]
+        for lane in self._lanes.values():
+            lane.awake, awake = deque(), lane.awake
+            for waiting in awake:
+                (gone if waiting.only_for(dest) else lane.awake).append(waiting)
+            gone += lane.queue.take_out(dest)
         _lose([(waiting, reason) for waiting in gone])
+
+    def _lane(self, hop: AirHop) -> _Lane:
+        rank = rank_of(hop.trip.dscp)
+        if rank not in self._lanes:
+            self._lanes[rank] = _Lane(self._new_queue())
+        return self._lanes[rank]
 
     def _serve(self) -> None:
         if not self._serving:  # a packet that the radio refuses is back at once
             self._serving = True
-            while self._send_next():
+            while sum(self._send_next(lane) for lane in list(self._lanes.values())):
                 pass
             self._serving = False
 
-    def _send_next(self) -> bool:
+    def _send_next(self, lane: _Lane) -> bool:
         """Let the radio take in what it may. Returns whether that was anything."""
         now_ns = self._air.now_ns
         trains: list[_Train] = []
         dropped: list[Dropped] = []
-        while not self._paused and self._packets < self._most:
-            waiting = (self._awake.popleft() if self._awake
-                       else self._queue.pop(now_ns, dropped, self._takes))
+        while not self._paused and lane.packets < self._most:
+            waiting = (lane.awake.popleft() if lane.awake
+                       else lane.queue.pop(now_ns, dropped, partial(self._takes, lane)))
             if waiting is None:
                 break
             if self._sleeps(waiting.hop):
@@ -154,24 +181,25 @@ class AirOutlet:
             train.packets.append(waiting.number)
             train.size_bytes += waiting.size_bytes
             train.air_ns += air_ns
-            self._packets += 1
+            lane.packets += 1
             self._inside_ns += air_ns
-            self._inside_for[waiting.hop.receivers] += air_ns
-        self._inside.extend(trains)
+            lane.inside_for[waiting.hop.receivers] += air_ns
+        lane.inside.extend(trains)
         for train in trains:
             hop = train.hop
             self._air.send(self._station, hop.receivers, train.size_bytes, len(train.packets),
-                           hop.broadcast, partial(self._sent, train), hop.trip.frame.id)
+                           hop.broadcast, partial(self._sent, lane, train), hop.trip.frame.id,
+                           hop.trip.dscp)
         _lose(dropped)
         return bool(trains)
 
-    def _takes(self, receivers: Receivers) -> bool:
+    def _takes(self, lane: _Lane, receivers: Receivers) -> bool:
         """Whether the radio takes in more for a station."""
-        own_ns = self._inside_for[receivers]
+        own_ns = lane.inside_for[receivers]
         return len(receivers) > 1 or own_ns < BUSY_RADIO_NS or (
             self._inside_ns < BUSY_NS and own_ns < RADIO_NS)
 
-    def _sent(self, train: _Train, leg: ports.Frame, receivers: Sequence[int],
+    def _sent(self, lane: _Lane, train: _Train, leg: ports.Frame, receivers: Sequence[int],
               verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:
         packets = train.packets
         gone = {packets[number]: reason for number, reason in lost.items()}
@@ -180,9 +208,7 @@ class AirOutlet:
         train.left -= len(receivers)
         if not train.left:
             self._inside_ns -= train.air_ns
-            self._inside_for[train.hop.receivers] -= train.air_ns
-            while self._inside and not self._inside[0].left:
-                self._packets -= len(self._inside.popleft().packets)
+            lane.over(train)
             self._serve()
         hop = train.hop
         if gone and self._sleeps(hop):  # it could not hear them: they wait for it as the others

@@ -13,12 +13,13 @@ QUEUED = frozenset({"queue_full", "codel"})  # reasons of queues
 
 class Trip(Journey):
     """A frame of the medium on its way, or a copy of a broadcast on a part of it. ``flow``: what
-    queues take it for. ``gone``: packets that are lost, by reason, the last of them at the station
-    ``lost_at``. ``parts``: of its time up to ``since_ns``, where there is a ledger."""
+    queues take it for; ``dscp``: its mark. ``gone``: packets that are lost, by reason, the last of
+    them at the station ``lost_at``. ``parts``: of its time up to ``since_ns``, where there is a
+    ledger."""
 
-    def __init__(self, frame: ports.Frame, flow: Hashable, since_ns: int) -> None:
+    def __init__(self, frame: ports.Frame, flow: Hashable, since_ns: int, dscp: int = 0) -> None:
         super().__init__(frame)
-        self.flow, self.since_ns = flow, since_ns
+        self.flow, self.since_ns, self.dscp = flow, since_ns, dscp
         self.parts: list[HopPart] = []
         self.gone: dict[str, list[int]] = {}
         self.lost_at = frame.source
@@ -33,7 +34,7 @@ class Trip(Journey):
 
     def copy(self) -> Trip:
         """Another one that goes on from here."""
-        other = Trip(self.frame, self.flow, self.since_ns)
+        other = Trip(self.frame, self.flow, self.since_ns, self.dscp)
         other.left, other.parts, other.lost_at = self.left, [*self.parts], self.lost_at
         other.gone = {reason: [*packets] for reason, packets in self.gone.items()}
         return other

@@ -542,8 +542,8 @@ def test_validate_fails_where_a_comparison_does(monkeypatch):
 def test_validate_knows_its_groups():
     said = desim_("validate", "--only", "wating", code=2)
     assert said.startswith("--only: there is no group 'wating' (did you mean 'waiting'?); known: "
-                           "access_categories, aloha, associations, broadcast, bursts, bus, chain, "
-                           "chains, collisions, ")
+                           "access_categories, access_points, aloha, associations, broadcast, "
+                           "bursts, bus, chain, chains, collisions, ")
 
 
 def test_too_little_address_space_is_an_error_and_no_wait(hello):

@@ -153,9 +153,9 @@ WRONG = {
          "2:85: topics.tf.medium: must name at least one medium; allowed: lan"]),
     "patterns of topics": ("topics: {'a b': {medium: lan}, odom: {}}", [
         "2:10: topics.a b: 'a b' is not allowed; allowed: text that matches "
-        "^/?[A-Za-z0-9_*?]+(/[A-Za-z0-9_*?]+)*$",
-        "2:32: topics.odom: the key 'medium' is missing: the medium of their messages, or several "
-        "in order of preference: no other is taken"]),
+        "^/?[A-Za-z0-9_*?]+(/[A-Za-z0-9_*?]+)*$"]),
+    "marks of topics": ("topics: {odom: {}, cmd: {dscp: 64}}", [
+        "2:32: topics.cmd.dscp: must be at most 63, got 64"]),
     "media to forward between": (
         "network: {media: {lan: {model: switch, hosts: [workstation, robot_0]}, air: {model: disk, "
         "range: 9 m}}}\nhosts: {a: {forwards: [lan, air]}, b: {forwards: [ari, air]}, "

@@ -174,7 +174,7 @@ def test_a_pattern_without_a_topic_is_a_warning():
 
 def test_zenoh_has_one_link_for_all_topics():
     with pytest.raises(InputError, match="topics: zenoh carries all topics between two hosts over "
-                                         "one link; none can choose its medium"):
+                                         "one link; none can choose its medium or mark"):
         built(HELLO, "middleware=zenoh", "topics={scan: {medium: lan}}")
 
 

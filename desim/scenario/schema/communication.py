@@ -178,8 +178,12 @@ class Background(Params):
 class TopicChoice(Params):
     """The network of some topics."""
 
-    medium: Annotated[str | tuple[str, ...], BY_SHAPE] = Field(description=(
-        "the medium of their messages, or several in order of preference: no other is taken"))
+    medium: Annotated[str | tuple[str, ...], BY_SHAPE] = Field((), description=(
+        "the medium of their messages, or several in order of preference: no other is taken (all, "
+        "by metric)"))
+    dscp: int = Field(0, ge=0, le=63, description=(
+        "the mark of their packets, by which radios with QoS choose an access category: 8 (CS1) "
+        "background, 34 (AF41) or 46 (EF) video, 48 (CS6) voice (0: best effort, as ROS sends)"))
 
     @property
     def media(self) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from netmodels.radio.dcf.kernels.records import (
     IDLE,
     KINDS,
     NEVER,
+    OTHER,
     START,
     a_dcf,
     a_setup,
@@ -77,19 +78,20 @@ def restart(d, radio, now_ns):
         k = s.next
 
 
-@inner(void(a_setup, all_due, a_station, _i8))
-def stop_slots(setup, due, s, now_ns):
+@inner(void(a_setup, all_due, a_station, _i8, _i8))
+def stop_slots(setup, due, s, now_ns, inside):
     """The medium has become busy for contender s: the backoff stops. Only whole idle slots count,
     by EDCA also the one that has begun (802.11-2016, 10.22.2.4: the counter goes down at the
     beginning of each), and a station that begins at this very instant does not notice. A station
-    that was to begin without a backoff needs one now (10.3.4.2)."""
+    that was to begin without a backoff needs one now (10.3.4.2). ``inside`` 1: another contender
+    with its radio begins, which it knows at once."""
     s.busy = 1
     due_ns, kind = s.contention_due // KINDS, s.contention_due % KINDS
     if kind == START and due_ns == now_ns and s.role == IDLE:
         return
     if s.no_backoff == 1:
         draw_backoff(s)
-    elif now_ns > s.slots_from_ns:
+    elif now_ns + inside > s.slots_from_ns:
         slots = (now_ns - s.slots_from_ns) // setup.slot_ns + setup.first_counts
         s.slots_left = max(s.slots_left - slots, 0)
     plan_start(setup, due, s)
@@ -103,12 +105,12 @@ def sense_carrier(d, s, now_ns):
         s.heard_mw >= setup.energy_mw and s.ignores_energy == 0)
     if busy and s.busy == 0:
         s.occupied_ns -= now_ns
-        stop_slots(setup, due, s, now_ns)
+        stop_slots(setup, due, s, now_ns, 1 if s.on_air == OTHER else 0)
         k = s.next
         while k >= 0:
             other = d.stations[k]
             mark_changed(d, other)
-            stop_slots(setup, due, other, now_ns)
+            stop_slots(setup, due, other, now_ns, 1 if s.on_air > 0 else 0)
             k = other.next
     elif s.busy == 1 and not busy:
         s.busy = 0

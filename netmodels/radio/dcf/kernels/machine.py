@@ -28,6 +28,7 @@ from netmodels.radio.dcf.kernels.records import (
     RECEIVED,
     TIMEOUT,
     a_dcf,
+    a_setup,
     a_station,
     aifs_ns,
     arrays_at,
@@ -172,6 +173,18 @@ def waiting_packets(d, s):
     return packets
 
 
+@inner(_i8(a_setup, a_station, _i8))
+def pause_ns(setup, s, now_ns):
+    """The time that a packet waits which comes while the medium is idle, as ns-3 counts it: AIFS,
+    with QoS until the next slot begins."""
+    if setup.pauses == 0:
+        return 0
+    if setup.first_counts == 0:
+        return aifs_ns(setup, s)
+    idle_ns = now_ns - s.slots_from_ns
+    return setup.slot_ns - idle_ns % setup.slot_ns if idle_ns > 0 else 0
+
+
 @lean(types.UniTuple(_i8, 2)(_rows, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8, _i8))
 def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, last_bytes, rate, rts):
     """Give station i a frame to send, after all events before now. Returns its position in the
@@ -199,8 +212,8 @@ def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, las
             draw_backoff(s)
         elif s.busy == 0 and (
                 s.slots_left == 0 or now_ns >= s.slots_from_ns + s.slots_left * setup.slot_ns):
-            pause_ns = aifs_ns(setup, s) if setup.pauses == 1 else 0
-            s.ready_ns, s.slots_left, s.no_backoff = now_ns + pause_ns, 0, setup.pauses == 0
+            s.ready_ns, s.slots_left = now_ns + pause_ns(setup, s, now_ns), 0
+            s.no_backoff = setup.pauses == 0
         plan_start(setup, d.due, s)
     return position, fit
 
