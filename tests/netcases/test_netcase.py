@@ -81,7 +81,8 @@ def test_all_measures_of_an_idle_line():
         "failure_rate": None, "delay_mean_ms": 1.0, "delay_error_ms": None, "delay_p50_ms": 1.0,
         "delay_p95_ms": 1.0, "delay_p99_ms": 1.0, "control_frames": None, "control_bytes": None,
         "utilisation": {"mean": pytest.approx(0.05), "max": pytest.approx(0.1)},
-        "goodput_share": None, "measured_s": 1.0}
+        "goodput_share": None, "measured_s": 1.0, "delay_mean_ms_by_mark": {"0": 1.0},
+        "delay_p95_ms_by_mark": {"0": 1.0}, "goodput_mbps_by_mark": {"0": pytest.approx(0.08)}}
 
 
 def test_a_flow_may_begin_later_and_a_setup_be_compared_with_another_one():
