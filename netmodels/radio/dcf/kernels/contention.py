@@ -12,11 +12,12 @@ from netmodels.radio.dcf.kernels.records import (
     NEVER,
     OTHER,
     START,
-    a_dcf,
     a_setup,
     a_station,
     aifs_ns,
     all_due,
+    all_stations,
+    all_touched,
     mark_changed,
     schedule,
 )
@@ -47,34 +48,35 @@ def plan_start(setup, due, s):
         schedule(due, s)
 
 
-@inner(void(a_dcf, a_station, a_station, _i8))
-def start_slots(d, radio, s, now_ns):
+@inner(void(a_setup, all_stations, a_station, a_station, _i8))
+def start_slots(setup, stations, radio, s, now_ns):
     """Set when slots begin to count for contender s of a ``radio`` on the idle medium: DIFS after
     the reservation, or EIFS after a frame with errors, without regard to the reservation
     (802.11-2016, 10.3.2.3.7; in ns-3 EIFS begins with the end of that frame, whether or not the
     medium is idle then). While one contender awaits a reply, those of other categories wait until
     it has none."""
-    setup, holder = d.setup[0], d.stations[radio.holder]
     if radio.eifs_ends_ns == NEVER:
         radio.eifs_ends_ns = now_ns + setup.eifs_ns
     from_ns = max(max(now_ns, radio.nav_ns), radio.eifs_ends_ns)
-    if holder.role == AWAITING and holder.index != s.index:
-        from_ns = max(from_ns, holder.contention_due // KINDS)
+    if radio.holder != s.index:
+        holder = stations[radio.holder]
+        if holder.role == AWAITING:
+            from_ns = max(from_ns, holder.contention_due // KINDS)
     s.slots_from_ns = from_ns + aifs_ns(setup, s)
 
 
-@inner(void(a_dcf, a_station, _i8))
-def restart(d, radio, now_ns):
+@inner(void(a_setup, all_due, all_stations, all_touched, a_station, _i8))
+def restart(setup, due, stations, touched, radio, now_ns):
     """All contenders of a ``radio`` count slots on the medium, which is idle now."""
-    start_slots(d, radio, radio, now_ns)
-    plan_start(d.setup[0], d.due, radio)
+    start_slots(setup, stations, radio, radio, now_ns)
+    plan_start(setup, due, radio)
     k = radio.next
     while k >= 0:
-        s = d.stations[k]
-        mark_changed(d, s)
+        s = stations[k]
+        mark_changed(touched, s)
         s.busy, s.nav_ns = 0, radio.nav_ns
-        start_slots(d, radio, s, now_ns)
-        plan_start(d.setup[0], d.due, s)
+        start_slots(setup, stations, radio, s, now_ns)
+        plan_start(setup, due, s)
         k = s.next
 
 
@@ -97,10 +99,9 @@ def stop_slots(setup, due, s, now_ns, inside):
     plan_start(setup, due, s)
 
 
-@inner(void(a_dcf, a_station, _i8))
-def sense_carrier(d, s, now_ns):
+@inner(void(a_setup, all_due, all_stations, all_touched, a_station, _i8))
+def sense_carrier(setup, due, stations, touched, s, now_ns):
     """Station s senses the medium, for all of its contenders."""
-    setup, due = d.setup[0], d.due
     busy = s.on_air > 0 or s.receives_from >= 0 or (
         s.heard_mw >= setup.energy_mw and s.ignores_energy == 0)
     if busy and s.busy == 0:
@@ -108,11 +109,11 @@ def sense_carrier(d, s, now_ns):
         stop_slots(setup, due, s, now_ns, 1 if s.on_air == OTHER else 0)
         k = s.next
         while k >= 0:
-            other = d.stations[k]
-            mark_changed(d, other)
+            other = stations[k]
+            mark_changed(touched, other)
             stop_slots(setup, due, other, now_ns, 1 if s.on_air > 0 else 0)
             k = other.next
     elif s.busy == 1 and not busy:
         s.busy = 0
         s.occupied_ns += now_ns
-        restart(d, s, now_ns)
+        restart(setup, due, stations, touched, s, now_ns)

@@ -79,15 +79,15 @@ def transmit(d, s, now_ns):
     radio.receives_from = -1
     radio.sent_ns += s.ends_ns - now_ns
     if radio.index != s.index:
-        mark_changed(d, radio)
+        mark_changed(d.touched, radio)
         radio.on_air, radio.ends_ns = OTHER, s.ends_ns
     s.transmission += 1
     s.air_due = (now_ns + setup.detection_ns) * KINDS + DETECT
     schedule(due, s)
-    sense_carrier(d, radio, now_ns)
+    sense_carrier(setup, due, stations, d.touched, radio, now_ns)
     for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
-        mark_changed(d, r)
+        mark_changed(d.touched, r)
         if r.receives_from >= 0:
             add_errors(setup, d.rates, d.table, r, stations[r.receives_from], now_ns)
         elif setup.unaware == 1:
@@ -146,7 +146,7 @@ def detect(d, s, now_ns):
         r, power_mw = stations[links[k].station], links[k].power_mw
         if power_mw < setup.signal_mw and r.heard_mw < setup.energy_mw:
             continue  # to it this is noise
-        mark_changed(d, r)
+        mark_changed(d.touched, r)
         r.ignores_energy = 0
         others_mw = setup.noise_mw + max(r.heard_mw - power_mw, 0.0)
         found = power_mw >= setup.signal_mw and power_mw >= setup.capture_ratio * others_mw
@@ -157,7 +157,7 @@ def detect(d, s, now_ns):
                 r.nav_ns = max(r.nav_ns, r.announced_nav_ns)
             if r.strongest != s.index:
                 r.unaware_mw = 0.0
-        sense_carrier(d, r, now_ns)
+        sense_carrier(setup, due, stations, d.touched, r, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
@@ -170,13 +170,13 @@ def read_header(d, s, now_ns):
     for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
         if r.receives_from == s.index:
-            mark_changed(d, r)
+            mark_changed(d.touched, r)
             unaware_mw = r.unaware_mw
             add_errors(setup, d.rates, d.table, r, s, now_ns)
             r.unaware_mw = unaware_mw  # nothing has changed
             if not is_intact(r, s):
                 r.receives_from, r.ignores_energy = -1, 1
-                sense_carrier(d, r, now_ns)
+                sense_carrier(setup, due, stations, d.touched, r, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
@@ -210,7 +210,7 @@ def fail(d, s, now_ns):
     s.txop_ends_ns = 0
     widen(d.setup[0], s)
     if s.busy == 0:
-        start_slots(d, d.stations[s.radio], s, now_ns)
+        start_slots(d.setup[0], d.stations, d.stations[s.radio], s, now_ns)
     if d.packets.shape[0] > 0:
         miss_block(d, s, now_ns)
     try_again(d, s, now_ns)
@@ -219,7 +219,7 @@ def fail(d, s, now_ns):
 @inner(void(a_dcf, a_station, a_station, _i8))
 def take_reply(d, r, s, now_ns):
     """Contender r gets the reply of station s, if it awaits that."""
-    mark_changed(d, r)
+    mark_changed(d.touched, r)
     if r.role == AWAITING and s.kind == (CTS if r.kind == RTS else ACK):
         r.contention_due = NEVER
         schedule(d.due, r)  # the timeout is off, also where the queue is empty
@@ -290,10 +290,10 @@ def end_transmission(d, s, now_ns):
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
     radio = stations[s.radio]
     s.on_air, radio.on_air, s.air_due = 0, 0, NEVER
-    mark_changed(d, radio)
+    mark_changed(d.touched, radio)
     for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
-        mark_changed(d, r)
+        mark_changed(d.touched, r)
         if r.receives_from >= 0:
             add_errors(setup, d.rates, d.table, r, stations[r.receives_from], now_ns)
         else:
@@ -312,9 +312,9 @@ def end_transmission(d, s, now_ns):
                     note(d, now_ns, MISSED, s, r.index)
             holder = stations[r.holder]
             if holder.role == AWAITING:
-                mark_changed(d, holder)
+                mark_changed(d.touched, holder)
                 fail(d, holder, now_ns)
-        sense_carrier(d, r, now_ns)
+        sense_carrier(setup, due, stations, d.touched, r, now_ns)
     if s.kind == DATA and s.dest == -1:
         succeed(d, s, now_ns)
     elif s.kind == DATA or s.kind == RTS or s.kind == REQUEST:
@@ -325,7 +325,7 @@ def end_transmission(d, s, now_ns):
         s.txop_ends_ns = 0
         next_packet(setup, due, s, now_ns)
     schedule(due, s)
-    sense_carrier(d, radio, now_ns)
+    sense_carrier(setup, due, stations, d.touched, radio, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8))
@@ -345,7 +345,7 @@ def begin(d, s, now_ns):
 @inner(void(a_dcf, a_station, _i8))
 def start(d, s, now_ns):
     """Station s has the medium, for an exchange or a TXOP."""
-    mark_changed(d, s)
+    mark_changed(d.touched, s)
     frame = d.frames[s.index, s.queue_head]
     if now_ns > frame.expires_ns and (s.packet == 0 or frame.dest >= 0):
         expire(d, s, now_ns)
@@ -370,7 +370,7 @@ def reply_has_begun(d, s, now_ns):
 @inner(void(a_dcf, a_station, _i8, _i8))
 def carry_out(d, s, now_ns, what):
     """Carry out the event ``what`` of station s, there and at the stations that hear it."""
-    mark_changed(d, s)
+    mark_changed(d.touched, s)
     if what == END:
         end_transmission(d, s, now_ns)
     elif what == DETECT:

@@ -52,7 +52,7 @@ def spoil(d, r, now_ns):
     """Lose a frame that station r had decoded."""
     r.eifs_ends_ns = NEVER
     if r.busy == 0:
-        restart(d, r, now_ns)
+        restart(d.setup[0], d.due, d.stations, d.touched, r, now_ns)
 
 
 @inner(void(a_dcf, _i8))
@@ -93,7 +93,7 @@ def relink(rows, present, now_ns):
     d = arrays_at(rows[present])
     stations = d.stations
     for i in range(stations.size):
-        mark_changed(d, stations[i])
+        mark_changed(d.touched, stations[i])
         stations[i].heard_mw, stations[i].signals, stations[i].power_mw = 0.0, 0, 0.0
         stations[i].unaware_mw = 0.0
     for i in range(stations.size):
@@ -114,7 +114,7 @@ def relink(rows, present, now_ns):
             if s.role == AWAITING and s.contention_due == NEVER:
                 s.contention_due = now_ns * KINDS + TIMEOUT
                 schedule(d.due, s)
-        sense_carrier(d, r, now_ns)
+        sense_carrier(d.setup[0], d.due, stations, d.touched, r, now_ns)
 
 
 @lean(_i8(_rows, _i8))
@@ -192,7 +192,7 @@ def enqueue(rows, present, now_ns, expires_ns, i, dest, packets, size_bytes, las
     d = arrays_at(rows[present])
     run(d, now_ns - 1)
     s, limit, setup = d.stations[i], d.frames.shape[1], d.setup[0]
-    mark_changed(d, s)
+    mark_changed(d.touched, s)
     fit = min(packets, limit + s.packet - waiting_packets(d, s))
     if fit <= 0:
         return 0, 0
@@ -225,8 +225,8 @@ def judge(rows, present, now_ns, i, position, packet, lost):
     d = arrays_at(rows[present])
     s = d.stations[i]
     r, first = d.stations[s.dest], s.delivered == 0
-    mark_changed(d, s)
-    mark_changed(d, r)
+    mark_changed(d.touched, s)
+    mark_changed(d.touched, r)
     if s.carried > 0:
         judge_packet(d, s, now_ns, position, packet, lost)
         if s.delivered == 0 and s.taken > 0:
@@ -245,5 +245,5 @@ def judge(rows, present, now_ns, i, position, packet, lost):
 def miss(rows, present, now_ns, i):
     """Lose a broadcast that station i has just decoded."""
     d = arrays_at(rows[present])
-    mark_changed(d, d.stations[i])
+    mark_changed(d.touched, d.stations[i])
     spoil(d, d.stations[i], now_ns)

@@ -174,8 +174,9 @@ class Dcf(NamedTuple):
 _i8, _f8 = int64, float64
 a_station, a_setup = from_dtype(STATION), from_dtype(SETUP)
 _rate, _frame = from_dtype(RATE), from_dtype(FRAME)
-all_due, all_rates, a_table = _i8[::1], _rate[::1], _f8[:, ::1]
-a_dcf = types.NamedTuple((a_station[::1], all_due, _i8[:, ::1], _frame[:, ::1],
+all_due, all_touched, all_rates, a_table = _i8[::1], _i8[:, ::1], _rate[::1], _f8[:, ::1]
+all_stations = a_station[::1]
+a_dcf = types.NamedTuple((all_stations, all_due, all_touched, _frame[:, ::1],
                          from_dtype(LINK)[::1], all_rates, a_table, a_setup[::1],
                          from_dtype(OUTCOME)[::1], int16[:, ::1], _i8[:, ::1],
                          types.uint16[:, ::1]), Dcf)
@@ -219,10 +220,9 @@ def set_rate(rates, frame, rate, rts):
     frame.rts_ns = how.rts_ns if rts == 1 else 0
 
 
-@inner(void(a_dcf, a_station))
-def mark_changed(d, s):
+@inner(void(all_touched, a_station))
+def mark_changed(touched, s):
     """Remember that station s may have changed."""
-    touched = d.touched
     if touched[1 + s.index, 1] == 0:
         touched[1 + s.index, 1] = 1
         touched[0, 0] += 1
@@ -232,7 +232,7 @@ def mark_changed(d, s):
 @inner(void(a_dcf, a_station))
 def mark_packets_changed(d, s):
     """Remember that the states of station s's packets may have changed, too."""
-    mark_changed(d, s)
+    mark_changed(d.touched, s)
     d.touched[1 + s.index, 1] = 2
 
 

@@ -99,7 +99,7 @@ def collide_inside(d, s, now_ns):
     while k >= 0:
         other = d.stations[k]
         if other.contention_due == due and k != first:
-            mark_changed(d, other)
+            mark_changed(d.touched, other)
             other.contention_due = NEVER
             schedule(d.due, other)
             other.slots_from_ns = now_ns + aifs_ns(d.setup[0], other)
