@@ -49,17 +49,23 @@ def drawn(cells_m: np.ndarray, count: int, generator: np.random.Generator) -> tu
     return tuple(Place(x_m, y_m) for x_m, y_m in chosen.tolist())
 
 
+def trouble_at(ground: Ground, x_m: float, y_m: float) -> str | None:
+    """The words for why nothing can be at a place, None if it is free."""
+    column, row = ground.grid.cell(x_m, y_m)
+    if not (0 <= column < ground.grid.width and 0 <= row < ground.grid.height):
+        return "outside the terrain"
+    return "inside a wall" if ground.solid[row, column] else None
+
+
 def given(ground: Ground, places_m: Sequence[tuple[float, float]], key: str = "places"
           ) -> tuple[Place, ...]:
     """The places of the task's ``key``. Raises ``InputError`` for one that is in a wall, outside
     the terrain, or there twice."""
-    grid = ground.grid
     for i, (x_m, y_m) in enumerate(places_m):
-        column, row = grid.cell(x_m, y_m)
-        inside = 0 <= column < grid.width and 0 <= row < grid.height
         at = f".{key}.{i}: {LENGTH.format(x_m)}, {LENGTH.format(y_m)} is"
-        if not inside or ground.solid[row, column]:
-            raise InputError(f"{at} {'inside a wall' if inside else 'outside the terrain'}")
+        trouble = trouble_at(ground, x_m, y_m)
+        if trouble:
+            raise InputError(f"{at} {trouble}")
         if (x_m, y_m) in places_m[:i]:
             raise InputError(f"{at} {key}.{places_m.index((x_m, y_m))} already; allowed: each "
                              "place once")

@@ -49,7 +49,7 @@ def weidmann_mps(density):
 
 @pytest.mark.parametrize("density", [0.25, 0.5, 1.0, 1.5, 2.0])
 def test_speed_by_density(density):
-    """The model as published is 0.2 to 0.33 m/s slower (docs/validation.md)."""
+    """The model as published is 0.18 to 0.31 m/s slower (docs/validation.md)."""
     assert speed_mps(density) == pytest.approx(weidmann_mps(density), abs=0.35)
 
 

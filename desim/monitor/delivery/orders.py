@@ -10,7 +10,7 @@ import numpy as np
 from desim.errors import InputError, did_you_mean
 from desim.ports.delivery import TransportOrder
 from desim.ports.files import CsvTable
-from desim.units import DURATION, NS_PER_S, seconds
+from desim.units import DURATION
 
 Arrival = tuple[int, str, str]  # the time in ns, the stations of pick and drop
 _COLUMNS = {"time": "time", "pick": "pick", "drop": "drop"}
@@ -74,13 +74,3 @@ def _time_ns(cell: str) -> int:
         cell = f"{float(cell)!r} s"
     time_ns: int = DURATION.parse(cell)
     return time_ns
-
-
-def mean_s(times_ns: Sequence[int]) -> float | None:
-    """Their mean in s, None without any."""
-    return sum(times_ns) / len(times_ns) / NS_PER_S if times_ns else None
-
-
-def worst_s(times_ns: Sequence[int]) -> float | None:
-    """The longest, in s."""
-    return seconds(max(times_ns)) if times_ns else None

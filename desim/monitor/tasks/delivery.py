@@ -18,12 +18,11 @@ from desim.monitor.delivery.orders import (
     OrderRecord,
     from_file,
     listed,
-    mean_s,
     poisson,
-    worst_s,
 )
 from desim.monitor.delivery.stations import ServiceQueue, Visit
-from desim.monitor.places import free_cells
+from desim.monitor.places import free_cells, trouble_at
+from desim.monitor.times import mean_s, worst_s
 from desim.ports.delivery import (
     AskOrders,
     Delivery,
@@ -253,16 +252,15 @@ class Deliveries:
 
 def _check_places(context: TaskContext, stations: tuple[Station, ...]) -> None:
     """Raises ``InputError`` for stations in walls, and for those to which no robot gets."""
-    grid, solid = context.ground.grid, context.ground.solid
+    grid = context.ground.grid
     robots = [context.robots.index(name) for name in context.explorers]
     cells_m = free_cells(context.ground, context.poses()[robots, :2], context.radius_m)
     for station in stations:
         x_m, y_m = station.place
-        column, row = grid.cell(x_m, y_m)
-        inside = 0 <= column < grid.width and 0 <= row < grid.height
         at = f".stations.{station.name}.at: {LENGTH.format(x_m)}, {LENGTH.format(y_m)} is"
-        if not inside or solid[row, column]:
-            raise InputError(f"{at} {'inside a wall' if inside else 'outside the terrain'}")
+        trouble = trouble_at(context.ground, x_m, y_m)
+        if trouble:
+            raise InputError(f"{at} {trouble}")
         if not (np.hypot(*(cells_m - (x_m, y_m)).T) <= 2 * grid.resolution_m).any():
             raise InputError(f"{at} where no robot gets: no way of {2 * context.radius_m:.2f} m "
                              "leads there from where they start")

@@ -8,6 +8,7 @@ from pydantic import Field
 from desim import ports
 from desim.errors import ModelError
 from desim.monitor.places import drawn, free_cells, given, unobstructed
+from desim.monitor.times import mean_s
 from desim.ports.search import KnowVictim, Victim, VictimSearch
 from desim.ports.tasks import TaskContext, TaskTraits
 from desim.units import NS_PER_S, Length, Position
@@ -73,8 +74,8 @@ class Searching:
         delays_ns = [time_ns - self._seen_ns[number] for number, time_ns in reported_ns.items()]
         whole = len(reported_ns) == len(self._victims)
         return {"victims": len(self._victims), **self.measure(),
-                "seen_mean_s": _mean_s([t - began_ns for t in self._seen_ns.values()]),
-                "report_delay_s": _mean_s(delays_ns),
+                "seen_mean_s": mean_s([t - began_ns for t in self._seen_ns.values()]),
+                "report_delay_s": mean_s(delays_ns),
                 "report_worst_s": (max(reported_ns.values()) - began_ns) / NS_PER_S
                 if whole else None}
 
@@ -92,7 +93,3 @@ class Searching:
                 context.notify(name, Victim(number, self._victims[number]))
                 if not context.desks:
                     self._report(number)
-
-
-def _mean_s(times_ns: list[int]) -> float | None:
-    return sum(times_ns) / len(times_ns) / NS_PER_S if times_ns else None
