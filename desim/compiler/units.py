@@ -82,8 +82,10 @@ class Unit:
         self._library.add_ir_module(entries)
         symbols = {symbol_of(kernel) for kernel in kernels}
         for function in self._library.get_defined_functions():
-            if function.name not in symbols:
-                function.linkage = "linkonce_odr"  # gone where it was inlined everywhere
+            if function.name.startswith("NRT_"):  # memory, of what is linked after this, too
+                function.linkage = "linkonce_odr"
+            elif function.name not in symbols:
+                function.linkage = "internal"  # gone where inlined, and its unused arguments
         self._library.finalize()
         module = self._library._final_module
         wanted = [each.name for each in (*module.functions, *module.global_variables)
