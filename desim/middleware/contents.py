@@ -77,8 +77,7 @@ class Filler(NamedTuple):
     size_bytes: int
 
 
-@dataclass(frozen=True, slots=True)
-class LaserScan:
+class LaserScan(NamedTuple):
     """One sweep. ``ranges`` [beams] float32 m; a beam that met nothing reads ``range_max_m``.
     Beam i points to ``angle_min_rad + i * angle_increment_rad`` from the robot's heading;
     (``x_m``, ``y_m``) is the laser's place on the robot, ahead and to the left of its middle.
@@ -111,14 +110,16 @@ class Pose(NamedTuple):
         return ODOMETRY_BYTES
 
 
-@dataclass(slots=True)  # frozen, it would take twice as long to make
-class Twist:
+class Twist(NamedTuple):
     """The velocity that a controller wants."""
 
     forward_mps: float
     left_mps: float
     turn_radps: float
-    size_bytes: ClassVar[int] = TWIST_BYTES
+
+    @property
+    def size_bytes(self) -> int:
+        return TWIST_BYTES
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +171,9 @@ class Empty:
     """std_msgs/Empty: something happened."""
 
     size_bytes: ClassVar[int] = 0
+
+
+EMPTY = Empty()  # all are equal
 
 
 @dataclass(frozen=True, slots=True)

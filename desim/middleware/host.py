@@ -45,6 +45,8 @@ class Host:
     None where callbacks take no time, as on a host without a ``computer``: its work costs nothing.
     """
 
+    # See ``Node``. Here the quantities are thrown away, without a call of a Python function.
+    worked: Callable[..., None] = dict  # type: ignore[assignment] # the result, too
     computer: Computer | None = None
     memory: HostMemory | None = None
     programs: Collection[str] = ()  # that have run on its computer

@@ -14,9 +14,12 @@ if TYPE_CHECKING:
 class Message:
     """A message of a node. ``seq`` counts the messages of its host; ``number`` counts the messages
     between hosts of the whole run (0: it never left its host) and is in no digest. ``unread`` is
-    the content as it was published, to be passed on."""
+    the content as it was published, to be passed on. ``content`` is the same; if that is ``Lazy``,
+    the message has to be a ``LazyMessage``."""
 
     __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "unread")
+
+    content: Any
 
     def __init__(self, origin: Host, about: Topic, seq: int, size_bytes: int, born_ns: int,
                  content: Content) -> None:
@@ -44,9 +47,18 @@ class Message:
         """Absolute name."""
         return self.about.name
 
+
+# One place with two names, as a property would be a call.
+Message.content = Message.unread  # type: ignore[misc] # the descriptor of the slot
+
+
+class LazyMessage(Message):
+    """A message whose content is computed when it is first read."""
+
+    __slots__ = ()
+
+    unread: Lazy
+
     @property
-    def content(self) -> Any:
-        content = self.unread
-        if type(content) is not Lazy:
-            return content
-        return content.value if content.compute is None else content.read()
+    def content(self) -> object:
+        return self.unread.read()

@@ -28,16 +28,19 @@ class Node:
     A node is in the ``namespace`` of its host, or of another one for which it works, as with ``ns``
     in a launch file: ``scan`` is ``/robot_3/scan`` in ``robot_3``, wherever the node runs. Its
     random numbers and its trace rows are of the namespace, too. ``name`` is unique on the host.
+    ``worked(**quantities)`` adds to the work of the present callback, by the names of
+    ``ports.computers.QUANTITIES``: where computers get busy, its time depends on that.
     """
 
-    __slots__ = ("host", "namespace", "name", "_named", "_id", "_graph", "_publishers", "_tickers",
-                 "_alive", "_subscriptions", "_held")
+    __slots__ = ("host", "namespace", "name", "worked", "_named", "_id", "_graph", "_publishers",
+                 "_tickers", "_alive", "_subscriptions", "_held")
 
     def __init__(self, host: Host, name: str, namespace: str | None = None) -> None:
         self.host = host
         self.namespace = namespace or host.name
         self.name = name if self.namespace == host.name else f"{namespace}/{name}"
         self._named = "host", self.namespace, name  # of its random numbers
+        self.worked = host.worked
         self._graph = host.graph
         self._id = host.graph.names.id(self.namespace)
         self._publishers: dict[str, Publisher] = {}
@@ -146,13 +149,6 @@ class Node:
               name: str = "timer") -> Handle:
         """Call ``callback(arg)`` once, ``delay_ns`` from now. Cost models know it by ``name``."""
         return self.host.after(self.name, name, delay_ns, self._run, (callback, arg))
-
-    def worked(self, **quantities: int) -> None:
-        """Add to the work of the present callback, by the names of ``ports.computers.QUANTITIES``.
-        Where computers get busy, its time depends on that."""
-        calling = self.host.calling
-        if calling is not None:
-            calling.worked(quantities)
 
     def kept(self) -> Mapping[str, int]:
         """The quantities that the node keeps in memory now, besides messages, by the names of

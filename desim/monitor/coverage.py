@@ -17,7 +17,6 @@ import numpy as np
 from desim.compiler.kernel import compiled_function
 from desim.monitor import kernels
 from desim.ports.tasks import Ground
-from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.mapping.tiles import FREE, OCCUPIED, raster, tiles_of
 
 _recount = compiled_function(kernels.recount)
@@ -52,20 +51,14 @@ class Coverage:
         self._counts = np.zeros((len(robots) + 1, len(self._inside)), np.int32)
         self._totals = np.zeros(len(robots) + 1, np.int64)
 
-    def observer(self, i: int) -> Callable[[RobotMap, np.ndarray], None]:
-        """The function that robot ``i``'s map calls when tiles of it have changed."""
-        def learn(robot_map: RobotMap, tiles: np.ndarray) -> None:
-            self.update(i, robot_map.fused, tiles)
-
-        return learn
-
     def restart(self, i: int) -> None:
         """Robot ``i`` knows nothing (any more)."""
         self.known[i] = self._counts[i] = self._totals[i] = 0
         self._changed(i)
 
     def update(self, i: int, fused: np.ndarray, tiles: np.ndarray) -> None:
-        """Count again ``tiles`` (int32 indices) of ``fused`` (int16 [tiles, 1024])."""
+        """Count again ``tiles`` (int32 indices) of robot ``i``'s map, ``fused`` (int16
+        [tiles, 1024])."""
         totals = _recount(fused, self._inside, tiles, i, self._union, self._counts, self._totals)
         self.known[i] = totals >> 32
         self.union_known = totals & 0xFFFFFFFF

@@ -66,9 +66,9 @@ class GrowingMap:
         self._since = np.full((len(robot_map.tiles), (TILE >> halved) ** 2), NEVER, np.uint16)
         robot_map.observers.append(self._learned)
 
-    def _learned(self, robot_map: RobotMap, tiles: np.ndarray) -> None:
+    def _learned(self, tiles: np.ndarray) -> None:
         since = (self._kernel.now_ns - self._started_ns) // TENTH_NS
-        _note_known(robot_map.fused, tiles, self._halved, min(since, NEVER - 1), self._since)
+        _note_known(self._map.fused, tiles, self._halved, min(since, NEVER - 1), self._since)
 
     def growth(self) -> MapGrowth:
         """The growth until now."""

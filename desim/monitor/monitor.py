@@ -175,7 +175,7 @@ class Monitor:
         for meter in self.meters:
             meter.watch(robot, robot_map, now_ns)
         if robot_map is not None:
-            robot_map.observers.append(self.coverage.observer(i))
+            robot_map.observers.append(partial(self.coverage.update, i, robot_map.fused))
 
     def _parted(self, parts: int) -> None:
         self.truth.trace.row(self._kernel.now_ns, self._kind["partition"], self._entity, parts)

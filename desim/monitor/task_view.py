@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,9 +36,7 @@ class TaskView:
         self.desks = tuple(sorted((name for name, host in truth.scenario.hosts.items()
                                    if host.strategy is not None), key=natural_key))
 
-    @property
-    def now_ns(self) -> int:
-        return self._kernel.now_ns
+    now_ns = property(attrgetter("_kernel.now_ns"))
 
     @property
     def started_ns(self) -> int:

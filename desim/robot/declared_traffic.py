@@ -86,4 +86,4 @@ class CopyPublisher(Node):
             self.timer(rate_hz, partial(self._publish_all, publisher), "zero")
 
     def _publish_all(self, publisher: BatchPublisher, _: int) -> None:
-        publisher.publish(lambda _: None)
+        publisher.publish(lambda _: Filler(publisher.size_bytes))

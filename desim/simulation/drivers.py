@@ -18,6 +18,7 @@ from desim.middleware.contents import (
     ODOMETRY_BYTES,
     Bump,
     LaserScan,
+    Lazy,
     Pose,
     SonarReadings,
     laser_scan_bytes,
@@ -126,22 +127,24 @@ class Driver(Node):
         ``kinds_of_lasers``; beams are cast when a node reads the scan."""
         if kind in self._scans:
             laser, (sensors, publisher) = self._scans[kind]
-            publisher.publish(partial(self._scan, laser, sensors, snapshot,
-                                      self.host.clock_ns(snapshot.time_ns), tick))
+            publisher.publish(partial(
+                Lazy, publisher.size_bytes, partial(self._scan, laser, sensors, snapshot,
+                                                    self.host.clock_ns(snapshot.time_ns), tick)))
 
     def sense_sonar(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish reading number ``tick`` of every sonar of a kind, by its index in
         ``kinds_of_sonars``."""
         if kind in self._sonars:
             sonar, (sensors, publisher) = self._sonars[kind]
-            publisher.publish(partial(self._sonar, sonar, sensors, snapshot, tick))
+            publisher.publish(partial(Lazy, publisher.size_bytes,
+                                      partial(self._sonar, sonar, sensors, snapshot, tick)))
 
     def sense_pose(self, kind: int, snapshot: Snapshot, tick: int) -> None:
         """Publish reading number ``tick`` of all odometers of a rate, by the index of the rate in
         the equipment of the fleet, and the true poses of these robots."""
         if kind in self._poses:
             sensors, publisher = self._poses[kind]
-            publisher.publish(partial(self._pose, sensors, snapshot,
+            publisher.publish(partial(self._pose, sensors, snapshot, snapshot.poses.tolist(),
                                       self.host.clock_ns(snapshot.time_ns), tick))
 
     def _scan(self, laser: Laser, sensors: tuple[Sensor, ...], snapshot: Snapshot, stamp_ns: int,
@@ -149,9 +152,9 @@ class Driver(Node):
         robot, number = sensors[i]
         ranges = self._world.scan(snapshot, self._alone[robot], tick, number)[0].view()
         ranges.flags.writeable = False  # all that read the message share it
-        return LaserScan(stamp_ns, ranges, laser.angle_min_rad,
-                         laser.increment_rad, laser.max_range_m, laser.x_m, laser.y_m,
-                         laser.height_m <= self._lowest_m[robot])
+        return _new(LaserScan, (stamp_ns, ranges, laser.angle_min_rad, laser.increment_rad,
+                                laser.max_range_m, laser.x_m, laser.y_m,
+                                laser.height_m <= self._lowest_m[robot]))
 
     def _sonar(self, sonar: Sonar, sensors: tuple[Sensor, ...], snapshot: Snapshot, tick: int,
                i: int) -> SonarReadings:
@@ -164,15 +167,13 @@ class Driver(Node):
                                    cone.x_m, cone.y_m))
         return SonarReadings(tuple(scans))
 
-    def _pose(self, sensors: tuple[Sensor, ...], snapshot: Snapshot, stamp_ns: int, tick: int,
-              i: int) -> Pose:
-        """Of each robot its odometer's, then its true one."""
+    def _pose(self, sensors: tuple[Sensor, ...], snapshot: Snapshot, poses: list[list[float]],
+              stamp_ns: int, tick: int, i: int) -> Pose:
+        """Of each robot its odometer's, then its true one, of ``poses``."""
         robot, is_true = sensors[i]
         if is_true:
-            x_m, y_m, yaw_rad = snapshot.poses[robot].tolist()
-        else:
-            x_m, y_m, yaw_rad = map(float, self._world.odometry(snapshot, robot, tick))
-        return _new(Pose, (stamp_ns, x_m, y_m, yaw_rad))
+            return _new(Pose, (stamp_ns, *poses[robot]))
+        return _new(Pose, (stamp_ns, *map(float, self._world.odometry(snapshot, robot, tick))))
 
     def bump(self, robot: int) -> None:
         """Publish that ``robot`` has come into contact with something, if it has a bumper here."""

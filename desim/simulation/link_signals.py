@@ -24,14 +24,15 @@ class LinkSignals:
         self._predicting = {medium for medium in graph.media
                             if isinstance(medium.model, HearsAntennas | PredictsSignal)}
 
-    def of(self, receiver: str, message: Message) -> Power | None:
-        """The power at which ``receiver`` has received ``message``, which it reads now. It is that
-        between the places of now, whenever it is computed. None if other hosts have forwarded the
-        message, or if the network model has no signals."""
-        if not self._predicting:
-            return None
+    def at(self, receiver: str) -> Callable[[Message], Power | None] | None:
+        """A function that returns the power at which ``receiver`` has received a message, which it
+        reads now. It is that between the places of now, whenever it is computed. None if other
+        hosts have forwarded the message. None instead of the function: no network model has
+        signals."""
+        return partial(self._of, self._graph.host(receiver).index) if self._predicting else None
+
+    def _of(self, to: int, message: Message) -> Power | None:
         graph, from_ = self._graph, message.origin
-        to = graph.host(receiver).index
         medium = graph.routes.at_present(from_, to, message.topic)
         if not isinstance(medium, Medium) or medium not in self._predicting:
             return None

@@ -253,7 +253,7 @@ class Simulation:
         names = tuple(plan.name for plan in self.plan
                       if plan.name != own and (plan.name in self._explorers or plan.strategy))
         return Team(names, self.scenario.coordination.lost_after_ns,
-                    partial(self._signals.of, own), self._common_frame)
+                    self._signals.at(own), self._common_frame)
 
     @cached_property
     def _common_frame(self) -> bool:

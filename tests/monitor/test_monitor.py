@@ -82,7 +82,7 @@ class Fleet:
             robot_map.fused[0, :cells] = FREE
             robot_map.fused[0, cells:] = 0
             for observer in robot_map.observers:
-                observer(robot_map, np.array([0], np.int32))
+                observer(np.array([0], np.int32))
 
         self.at(time_s, now)
 
@@ -154,7 +154,7 @@ def test_whose_knowledge_ends_the_run(by, end_s):
     def other_half() -> None:
         robot_map = fleet.maps["robot_1"]
         robot_map.fused[0, 500:520] = FREE
-        robot_map.observers[0](robot_map, np.array([0], np.int32))
+        robot_map.observers[0](np.array([0], np.int32))
 
     fleet.at(2.0, other_half)
     fleet.learn(4.0, "robot_0", 512)

@@ -56,13 +56,11 @@ class Mind(Node):
         self.works, self._begin = [], begin
         self.team = Team(team, S, lambda message: lambda: -50.0, common_frame)
         queries = MapQueries(costmap(drawn(*ROOM)), ExplorationParams(), 0.4, 8.0)
+        self.worked = lambda **quantities: self.works.append(quantities)
         self.context = HostContext(self, self.team, queries, body, TaskLink("briefing"))
 
     def start(self):
         self._begin(self.context)
-
-    def worked(self, **quantities):
-        self.works.append(quantities)
 
 
 def alone(body=None, begin=lambda context: None, **options):

@@ -118,10 +118,10 @@ class Tuning(NearestFrontier):
 
 class Peeping(NearestFrontier):
     """A leak: drives to the frontier that is farthest from where the robot truly is. The
-    monitor watches the robot's map; a look into its closure goes all the way to the truth."""
+    monitor watches the robot's map; a look at its observer goes all the way to the truth."""
 
     def choose(self, context):
-        coverage = context._queries.costmap.robot_map.observers[0].__closure__[1].cell_contents
+        coverage = context._queries.costmap.robot_map.observers[0].func.__self__
         monitor = coverage._changed.__self__
         x_m, y_m, _ = monitor.truth.poses()[monitor.truth.robots.index(context.name)]
         return max(context.frontiers(), default=None, key=lambda one: np.nan_to_num(

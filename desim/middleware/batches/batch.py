@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Kernel, Phase, pair
-from desim.middleware.contents import Content
-from desim.middleware.message import Message
+from desim.middleware.contents import Content, Lazy
+from desim.middleware.message import LazyMessage, Message
 from desim.network.carrier import Carrier
 from desim.network.medium import UNKNOWN_NS
 
@@ -95,10 +95,11 @@ class Member(Carrier[Batch]):
         m = self.message_index
         message = batch.messages[m]
         if message is None:
-            publisher = self.publisher
-            message = batch.messages[m] = Message(
+            publisher, content = self.publisher, batch.content(self._number)
+            kind = LazyMessage if type(content) is Lazy else Message
+            message = batch.messages[m] = kind(
                 publisher.host, publisher.topic, batch.seq + m, self._batches.size_bytes,
-                batch.born_ns, batch.content(self._number))
+                batch.born_ns, content)
             message.number = batch.number + m
         return message
 

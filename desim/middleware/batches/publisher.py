@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from desim.engine.kernel import Phase
 from desim.middleware.batches.batch import Batch, Member
 from desim.middleware.batches.way import BatchWay
-from desim.middleware.contents import Content, Lazy
+from desim.middleware.contents import Content
 from desim.middleware.transports import stream_frame
 
 if TYPE_CHECKING:
@@ -40,11 +39,10 @@ class BatchPublisher:
         self.last: Batch | None = None
         self._graph.batches.append(self)
 
-    def publish(self, read: Callable[[int], object]) -> None:
-        """Publish one message of each publisher that has subscribers; ``read(k)`` computes the
-        content of publisher k's. (Messages that a callback holds back until its time is over go
-        one by one.)"""
-        content = partial(Lazy, self.size_bytes, read)
+    def publish(self, content: Callable[[int], Content]) -> None:
+        """Publish one message of each publisher that has subscribers; ``content(k)`` is the content
+        of publisher k's, and is asked for when somebody reads the message. (Messages that a
+        callback holds back until its time is over go one by one.)"""
         if self.host.calling is not None or not self._publish(content):
             self.release()
             for number, publisher in enumerate(self._publishers):

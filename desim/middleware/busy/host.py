@@ -112,6 +112,11 @@ class BusyHost(Host):
                 subscription.put(message)
         return True
 
+    def worked(self, **quantities: int) -> None:
+        """See ``Node.worked``."""
+        if self.calling is not None:
+            self.calling.worked(quantities)
+
     def wake(self, executor: Executor) -> None:
         """Let ``executor`` take its next turn in phase CONTROL, after those that came before."""
         self._awake.append(executor)

@@ -25,14 +25,15 @@ class Exploration:
     def start(self, context: TaskContext) -> None:
         knowledge = context.knowledge
         self._context = context
-        self._explored, self._enough = (
-            Reached(knowledge.cells_for(share), len(context.explorers))
-            for share in (EXPLORED, context.stop_explored))
+        reached = {share: Reached(knowledge.cells_for(share), len(context.explorers))
+                   for share in (EXPLORED, context.stop_explored)}
+        self._explored, self._enough = reached[EXPLORED], reached[context.stop_explored]
+        self._reached = tuple(reached.values())  # the two, or the one that is both
 
     def on_knowledge(self, context: TaskContext, explorer: int) -> None:
         known, union_known = context.knowledge.known[explorer], context.knowledge.union_known
         now_ns = context.now_ns
-        for reached in (self._explored, self._enough):
+        for reached in self._reached:
             reached.update(explorer, known, union_known, now_ns)
         if self._enough.first_ns.get(context.stop_by) is not None:
             context.end(DONE)

@@ -183,12 +183,12 @@ class Explore(Node):
         if self._pose.message is None or not self._mapped:
             return
         self._shown.clear()
-        self._events.tick(self.now_ns, self._costmap.robot_map.version)
+        now_ns = self.now_ns
+        self._events.tick(now_ns, self._costmap.robot_map.version)
         target = self._target
         if target is None:
             changed = self._costmap.robot_map.version != self._checked
-            if (changed and self.now_ns >= self._idle_until_ns) \
-                    or self._blacklist.has_expired(self.now_ns):
+            if (changed and now_ns >= self._idle_until_ns) or self._blacklist.has_expired(now_ns):
                 self._choose()
         elif self._is_obsolete(target):
             self._target = None
@@ -257,9 +257,7 @@ class Explore(Node):
         is cheap as long as nothing has changed nearby."""
         costmap = self._costmap
         reach = math.ceil(self._radius_m / costmap.spec.resolution_m) + 1
-        corners = (target.cell + reach * (dr * costmap.across + dc)
-                   for dr in (-1, 1) for dc in (-1, 1))
-        if not any(costmap.changed_at(corner, self._checked) for corner in corners):
+        if not costmap.changed_near(target.cell, reach, self._checked):
             return False
         costmap.update()
         self._checked = costmap.seen

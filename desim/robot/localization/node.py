@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from desim.engine.trace import bits
-from desim.middleware.contents import Empty, LaserScan, Pose
+from desim.middleware.contents import EMPTY, LaserScan, Pose
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -147,7 +147,7 @@ class LocalizationNode(Node):
 
     def _announce_map(self) -> None:
         """Publish that the map has changed."""
-        self.publish("map", Empty())
+        self.publish("map", EMPTY)
 
     def _companions(self, stamp_ns: int) -> Iterator[LaserScan]:
         """The scans of the same instant of the lasers beside the first."""

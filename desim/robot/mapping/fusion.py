@@ -84,7 +84,7 @@ class ChoosingMap(RobotMap):
         self.tile_version[changed] = self.version
         self.row_version[tiles] = np.where(rows, self.version, self.row_version[tiles])
         for observer in self.observers:
-            observer(self, changed)
+            observer(changed)
         return True
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from desim.middleware.contents import Empty, occupancy_grid_bytes
+from desim.middleware.contents import EMPTY, occupancy_grid_bytes
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -43,4 +43,4 @@ class MapReceiver(Node):
         received: WholeMap = message.content
         self.worked(cells=received.cells)
         if self.robot_map.replace_own(received.layer):
-            self.publish("map", Empty())
+            self.publish("map", EMPTY)

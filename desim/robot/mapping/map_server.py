@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from desim.middleware.contents import Empty
+from desim.middleware.contents import EMPTY
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -34,7 +34,7 @@ class MapServer(Node):
         self.advertise("map")
         self.subscribe("costmap", self._on_costmap)
         self._map.receive([(_SOURCE, 0, self._terrain)])
-        self._ticker = self.timer(1, lambda _: self.publish("map", Empty()), name="map")
+        self._ticker = self.timer(1, lambda _: self.publish("map", EMPTY), name="map")
 
     def _on_costmap(self, _: Message) -> None:
         self._ticker.cancel()

@@ -8,7 +8,7 @@ between two poses. The ranges of a scan that is not taken are never computed.
 
 from __future__ import annotations
 
-from desim.middleware.contents import Empty, LaserScan, Pose
+from desim.middleware.contents import EMPTY, LaserScan, Pose
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -90,4 +90,4 @@ class Mapping(Node):
         self.robot_map.integrate_scan(pose.x_m, pose.y_m, pose.yaw_rad, scan,
                                    self._mapping.usable_range_m)
         if self.robot_map.version != version:
-            self.publish("map", Empty())
+            self.publish("map", EMPTY)

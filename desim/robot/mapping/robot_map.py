@@ -75,7 +75,7 @@ class RobotMap:
     ``version`` counts the changes of knowledge: cells that became free, occupied or unknown. More
     evidence for the same state is no change. ``tile_version`` [tiles] has the version of each
     tile's last change, ``row_version`` [tiles, 32] that of each of its rows of cells. All
-    ``observers`` are called as ``observer(robot_map, changed_tiles)`` after a change, all
+    ``observers`` are called as ``observer(changed_tiles)`` after a change, all
     ``scan_observers`` as ``observer(pose, scan, usable_range_m)`` after each of the robot's own
     scans, all ``redraw_observers`` as ``observer(poses)`` after the own layer was drawn anew.
     ``padding``: the number of additional cells that the map has in messages.
@@ -90,7 +90,7 @@ class RobotMap:
         self.version = 0
         self.tile_version = np.zeros(len(self.tiles), np.int64)
         self.row_version = np.zeros((len(self.tiles), TILE), np.int32)
-        self.observers: list[Callable[[RobotMap, np.ndarray], None]] = []
+        self.observers: list[Callable[[np.ndarray], object]] = []
         self.scan_observers: list[Callable[[Pose2D, LaserScan, float], None]] = []
         self.redraw_observers: list[Callable[[list[Pose2D]], None]] = []
         self.own = Layer(pool, self.tiles)
@@ -174,5 +174,5 @@ class RobotMap:
             if self.observers:
                 changed = self.sum.changed[:count].copy()
                 for observer in self.observers:
-                    observer(self, changed)
+                    observer(changed)
         return count > 0

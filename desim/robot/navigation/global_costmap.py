@@ -7,12 +7,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from desim.compiler.kernel import compiled_function
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.navigation.kernels import global_costmap as kernels
 from desim.robot.navigation.kernels.global_costmap import FRAME, INSCRIBED, LETHAL, UNKNOWN
 from desim.robot.navigation.scan_points import Directions, PlacedScan, seen_from
 
 __all__ = ["INSCRIBED", "LETHAL", "UNKNOWN", "GlobalCostmap", "inflated_cost"]
+
+_classify = compiled_function(kernels.classify)
+_inflate = compiled_function(kernels.inflate)
+_see = compiled_function(kernels.see)
+_nearest_free = compiled_function(kernels.nearest_free)
+_dearest = compiled_function(kernels.dearest)
+_count_frontier_cells = compiled_function(kernels.count_frontier_cells)
 
 # A beam clears and its hit marks up to these distances (costmap_2d, raytrace_range and
 # obstacle_range: its defaults, and the published explore_costmap.yaml).
@@ -66,10 +74,9 @@ class GlobalCostmap:
         robot_map = self.robot_map
         if robot_map.version == self.seen:
             return
-        count = kernels.classify(robot_map.fused, robot_map.tile_version, robot_map.row_version,
-                                 self.seen, robot_map.tiles_x, self._reach, self.values,
-                                 self._boxes)
-        kernels.inflate(self._boxes, count, self._stencil, self._reach, self.values)
+        count = _classify(robot_map.fused, robot_map.tile_version, robot_map.row_version, self.seen,
+                          robot_map.tiles_x, self._reach, self.values, self._boxes)
+        _inflate(self._boxes, count, self._stencil, self._reach, self.values)
         self.seen = robot_map.version
         self.edition += 1
 
@@ -82,22 +89,27 @@ class GlobalCostmap:
             ranges, beams, longest_m = scan.ranges, self._beams.of(scan), scan.range_max_m
         else:
             (ranges, beams), longest_m = seen_from(scans, self._beams), math.inf
-        kernels.see(ranges, beams, pose, float(np.float32(longest_m)),
-                    (CLEAR_M, MARK_M, self._radius_m), self.frame, self.flat)
+        _see(ranges, beams, pose, float(np.float32(longest_m)),
+             (CLEAR_M, MARK_M, self._radius_m), self.frame, self.flat)
         row, column = divmod(self.cell(*pose[:2]), self.across)
         width = math.ceil(CLEAR_M / self.spec.resolution_m) + 1 + self._reach
         self._boxes[0] = (max(row - width, 1), min(row + width, self.spec.height) + 1,
                           max(column - width, 1), min(column + width, self.spec.width) + 1)
-        kernels.inflate(self._boxes, 1, self._stencil, self._reach, self.values)
+        _inflate(self._boxes, 1, self._stencil, self._reach, self.values)
         self.edition += 1
 
-    def changed_at(self, cell: int, since: int) -> bool:
-        """Whether the map changed in the tile of ``cell`` after its version ``since``."""
+    def changed_near(self, cell: int, reach: int, since: int) -> bool:
+        """Whether the map changed after its version ``since`` in a tile of the square of ``reach``
+        cells around ``cell``."""
         row, column = divmod(cell, self.across)
-        row = min(max(row, 1), self.spec.height)
-        column = min(max(column, 1), self.spec.width)
-        tile = (row - 1 >> 5) * self.robot_map.tiles_x + (column - 1 >> 5)
-        return bool(self.robot_map.tile_version[tile] > since)
+        width, height = self.spec.width, self.spec.height
+        tiles_x, changed = self.robot_map.tiles_x, self.robot_map.tile_version
+        columns = range(max(column - reach, 1) - 1 >> 5, (min(column + reach, width) - 1 >> 5) + 1)
+        for across in range(max(row - reach, 1) - 1 >> 5, (min(row + reach, height) - 1 >> 5) + 1):
+            for along in columns:
+                if changed[across * tiles_x + along] > since:
+                    return True
+        return False
 
     def cell(self, x_m: float, y_m: float) -> int:
         """The cell of a point, or the nearest one to a point outside of the map."""
@@ -114,15 +126,14 @@ class GlobalCostmap:
 
     def free_near(self, x_m: float, y_m: float, reach_m: float) -> int:
         """The nearest cell on which the robot's centre may be, at most ``reach_m`` away, or -1."""
-        return kernels.nearest_free(self.flat, self.across, self.cell(x_m, y_m),
-                                    int(reach_m / self.spec.resolution_m))
+        return _nearest_free(self.flat, self.across, self.cell(x_m, y_m),
+                             int(reach_m / self.spec.resolution_m))
 
     def clear_line(self, a_m: tuple[float, float], b_m: tuple[float, float]) -> bool:
         """Whether the robot's centre may go straight from one point to another."""
-        return kernels.dearest(self.flat, self.across, self.cell(*a_m),
-                               self.cell(*b_m)) < INSCRIBED
+        return _dearest(self.flat, self.across, self.cell(*a_m), self.cell(*b_m)) < INSCRIBED
 
     def count_frontier_cells(self, cell: int, reach: int, highest: int) -> int:
         """The number of cells beside the unknown, of cost ``highest`` or less, in the square of
         ``reach`` cells around a cell."""
-        return kernels.count_frontier_cells(self.flat, self.across, cell, reach, highest)
+        return _count_frontier_cells(self.flat, self.across, cell, reach, highest)

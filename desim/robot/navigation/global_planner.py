@@ -8,10 +8,15 @@ from weakref import ReferenceType, ref
 
 import numpy as np
 
+from desim.compiler.kernel import compiled_function
 from desim.ports import Frontier
 from desim.robot.navigation.global_costmap import INSCRIBED, GlobalCostmap
 from desim.robot.navigation.kernels import global_planner as kernels
 from desim.robot.navigation.kernels.global_planner import BUCKETS
+
+_spread = compiled_function(kernels.spread)
+_trace_back = compiled_function(kernels.trace_back)
+_straighten = compiled_function(kernels.straighten)
 
 # Search radius for a free cell to start from, for a robot too near to an obstacle; maze_8: same.
 START_REACH_M = 1.0
@@ -87,11 +92,11 @@ class GlobalPlanner:
         if arrays.search.distance[goal] == kernels.FAR:
             return None
         spec = costmap.spec
-        count = kernels.trace_back(costmap.flat, costmap.across, _WALKING, arrays.search.distance,
-                                   goal, arrays.way)
-        count = kernels.straighten(costmap.flat, costmap.across, arrays.way, count,
-                                   int(_LONGEST_LEG_M / spec.resolution_m), spec.resolution_m,
-                                   spec.x_m, spec.y_m, arrays.points)
+        count = _trace_back(costmap.flat, costmap.across, _WALKING, arrays.search.distance, goal,
+                            arrays.way)
+        count = _straighten(costmap.flat, costmap.across, arrays.way, count,
+                            int(_LONGEST_LEG_M / spec.resolution_m), spec.resolution_m, spec.x_m,
+                            spec.y_m, arrays.points)
         return arrays.points[:count].copy()
 
     def lengths_m(self, from_m: tuple[float, float], places: Sequence[tuple[float, float]],
@@ -165,7 +170,7 @@ class GlobalPlanner:
                 discs: np.ndarray) -> int:
         """Run ``kernels.spread``. Returns the number of clusters found."""
         arrays, costmap = self._arrays, self.costmap
-        count, settled = kernels.spread(
+        count, settled = _spread(
             costmap.flat, costmap.across, toll, start, goals, limit, smallest,
             int(_INWARD_M / costmap.spec.resolution_m), discs, arrays.search)
         arrays.last = (ref(costmap), costmap.edition, start, settled) if toll is _WALKING else None
@@ -184,8 +189,8 @@ class GlobalPlanner:
         """The frontier of a cluster just found, and the cell to drive to: the last one on the path
         to ``cell`` that is outside of the margins of obstacles, if that is near."""
         costmap, arrays = self.costmap, self._arrays
-        length = kernels.trace_back(costmap.flat, costmap.across, toll, arrays.search.distance,
-                                    cell, arrays.way)
+        length = _trace_back(costmap.flat, costmap.across, toll, arrays.search.distance, cell,
+                             arrays.way)
         near = arrays.way[:min(length, int(_STAND_OFF_M / costmap.spec.resolution_m) + 1)]
         costs = costmap.flat[near]
         at_ease = costs <= _AT_EASE

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from desim.engine.trace import bits
-from desim.middleware.contents import Empty, Goal, GoalResult, Pose, Twist
+from desim.middleware.contents import EMPTY, Goal, GoalResult, Pose
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -62,7 +62,7 @@ class MoveBase(Node):
         self._arriving = False  # the goal is reached when the present turn is complete
 
     def start(self) -> None:
-        self._velocity = self.advertise("cmd_vel")
+        self._send = self.advertise("cmd_vel").publish
         self.advertise("goal_result")
         self.advertise("costmap", latch=True)
         self._scans = [self.latest(topic) for topic in self._robot.lasers_by_topic]
@@ -96,7 +96,8 @@ class MoveBase(Node):
             self._finish(goal, False)
             return
         pose = message.content
-        if self._plan(goal, pose) and self._reached(goal, pose.x_m, pose.y_m):
+        if self._plan(goal, pose) and math.hypot(
+                goal.x_m - pose.x_m, goal.y_m - pose.y_m) <= self._local.goal_tolerance_m:
             self._arriving = True  # the robot is there already: it turns once to see what is around
             self._begin_spin(pose)
 
@@ -114,7 +115,7 @@ class MoveBase(Node):
         """Take the newest scan of each laser, and of the sonar, into the local costmap."""
         if not self._mapped and self._map.message is not None:
             self._mapped = True
-            self.publish("costmap", Empty())
+            self.publish("costmap", EMPTY)
         pose = self._pose.message
         scans = [] if self._goal is None or pose is None else self._seen(pose.content)
         if scans:
@@ -147,7 +148,7 @@ class MoveBase(Node):
         now_ns, message = self.now_ns, self._pose.message
         pose = message.content if message is not None and self._senses(message) else None
         if pose is None or now_ns - pose.stamp_ns > self._navigation.transform_tolerance_ns:
-            self._drive(0.0, 0.0)
+            self._send(self._local.command(0.0, 0.0))
             return
         here = self._local.extrapolate(pose, max(now_ns, pose.stamp_ns))  # it may be yet to come
         self._local.position = here
@@ -157,7 +158,7 @@ class MoveBase(Node):
             turn_radps = self._spin.turn_radps(here[2], now_ns)
             # As rotate_recovery, it does not turn where its footprint would meet something.
             if turn_radps is not None and self._local.can_turn(self._spin.left_rad):
-                self._drive(0.0, turn_radps)
+                self._send(self._local.command(0.0, turn_radps))
                 return
             self._spin = None
             self._patience.restart(now_ns)
@@ -191,15 +192,14 @@ class MoveBase(Node):
 
     def _approach(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
         x_m, y_m, _ = here
-        if self._reached(goal, x_m, y_m):
+        if math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._local.goal_tolerance_m:
             self._finish(goal, True)
             return
         speed_mps, turn_radps, togo_m, is_blocked = self._steering.steer(self._local)
-        self._patience.note(now_ns, x_m, y_m, togo_m, is_blocked)
-        if self._patience.is_over(now_ns):
+        if self._patience.note(now_ns, x_m, y_m, togo_m, is_blocked):
             self._recover(goal, pose, here, now_ns)
             return
-        self._drive(speed_mps, turn_radps)
+        self._send(self._local.command(speed_mps, turn_radps))
         if self._patience.insists and is_blocked:
             self._plan(goal, pose)
 
@@ -208,7 +208,7 @@ class MoveBase(Node):
         if not self._plan(goal, pose) and self._patience.is_over(now_ns):
             self._recover(goal, pose, here, now_ns)
         else:
-            self._drive(0.0, 0.0)
+            self._send(self._local.command(0.0, 0.0))
 
     def _recover(self, goal: Goal, pose: Pose, here: Position, now_ns: int,
                  wanted: Recovery | None = None) -> None:
@@ -234,12 +234,12 @@ class MoveBase(Node):
             if path is not None:
                 self._follow(path)
                 self._retreat_until_ns = now_ns + _RETREAT_NS
-        self._drive(0.0, 0.0)
+        self._send(self._local.command(0.0, 0.0))
 
     def _retreat(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
         speed_mps, turn_radps, togo_m, _ = self._steering.steer(self._local)
         if togo_m > self._body.radius_m and now_ns < self._retreat_until_ns:
-            self._drive(speed_mps, turn_radps)
+            self._send(self._local.command(speed_mps, turn_radps))
             return
         self._retreat_until_ns = 0
         self._patience.restart(now_ns)
@@ -282,18 +282,11 @@ class MoveBase(Node):
         self._costmap.see(scans)
         return self._planner.plan(*way)
 
-    def _reached(self, goal: Goal, x_m: float, y_m: float) -> bool:
-        return math.hypot(goal.x_m - x_m, goal.y_m - y_m) <= self._navigation.goal_tolerance_m
-
-    def _drive(self, speed_mps: float, turn_radps: float) -> None:
-        self._local.command(speed_mps, turn_radps)
-        self._velocity.publish(Twist(speed_mps, 0.0, turn_radps))
-
     def _halt(self) -> None:
         """Stop, and send no more velocities until the next goal."""
         self._goal = None
         self.display("plan", _NOWHERE)
-        self._drive(0.0, 0.0)
+        self._send(self._local.command(0.0, 0.0))
 
     def _finish(self, goal: Goal, reached: bool) -> None:
         self.record("goal_reached" if reached else "goal_aborted", bits(goal.x_m), bits(goal.y_m))

@@ -39,13 +39,13 @@ class GoalPatience(Protocol):
     def restart(self, now_ns: int) -> None:
         """Note that a recovery begins or ends."""
 
-    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
+    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> bool:
         """Note where the robot is, with ``togo_m`` of the path to go; ``blocked``: no velocity is
-        clear.
+        clear. Returns whether it is time for a recovery.
         """
 
     def is_over(self, now_ns: int) -> bool:
-        """Whether it is time for a recovery."""
+        """Whether it is time for a recovery, as ``note`` says it."""
 
     def next(self, wanted: Recovery | None = None) -> Recovery | None:
         """The next recovery, or ``wanted`` instead of it; None: the goal is given up."""
@@ -86,11 +86,12 @@ class ProgressPatience:
         self._least_m = math.inf
         self._since_ns = now_ns
 
-    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
+    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> bool:
         if togo_m < self._least_m - _PROGRESS_M:
             if self._least_m < math.inf:
                 self._since_ns = now_ns
             self._least_m = togo_m
+        return now_ns - self._since_ns > self._constants.stuck_after_ns
 
     def is_over(self, now_ns: int) -> bool:
         return now_ns - self._since_ns > self._constants.stuck_after_ns
@@ -145,7 +146,7 @@ class MoveBasePatience:
     def restart(self, now_ns: int) -> None:
         self._path_ns = self._moved_ns = now_ns
 
-    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> None:
+    def note(self, now_ns: int, x_m: float, y_m: float, togo_m: float, blocked: bool) -> bool:
         self._blocked = blocked
         if math.hypot(x_m - self._place_m[0], y_m - self._place_m[1]) \
                 >= self._constants.oscillation_distance_m:
@@ -156,6 +157,7 @@ class MoveBasePatience:
         else:
             self._clear_ns = now_ns
             self._helped(_Cause.CONTROLLING)
+        return self.is_over(now_ns)
 
     def is_over(self, now_ns: int) -> bool:
         cause = self._what_is_over(now_ns)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from functools import partial
 
 from desim.engine.trace import bits
 from desim.errors import ModelError, class_of
-from desim.middleware.contents import Empty, LaserScan
+from desim.middleware.contents import EMPTY, LaserScan
 from desim.middleware.host import Host
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest
+from desim.middleware.topics import Latest, Publisher
 from desim.ports import Pose2D
 from desim.ports.arguments import check_contribution, check_frame
 from desim.ports.computers import Keeps
@@ -47,15 +47,16 @@ class MapSharing(Node):
         self._sharing = sharing
         self._keeper = sharing if isinstance(sharing, Keeps) else None
         self._pose: Latest  # where maps are shared
+        self._map: Publisher  # there, too
         self._context: MapContext  # there, too
         own = (host.name,) if isinstance(sharing, PlansWithMerged) else ()
-        self._sources = frozenset((*peers, *own))  # of contributions
+        self._sources = {name: self._graph.host(name) for name in (*peers, *own)}
 
     def start(self) -> None:
         sharing = self._sharing
         if sharing is None:
             return
-        self.advertise("map")
+        self._map = self.advertise("map")
         self.advertise("peers")
         self._pose = self.latest("pose")
         self._context = context = MapContext(self)
@@ -88,10 +89,22 @@ class MapSharing(Node):
 
     def take_in(self, contributions: Iterable[Contribution]) -> None:
         """See ``SharingContext.take_in``."""
+        try:
+            each = iter(contributions)
+        except TypeError:
+            raise ModelError(f"a robot takes in a list of Contributions, not {contributions!r}"
+                             ) from None
         team, now_ns, before = self.team, self.now_ns, len(self.team.peers)
+        true_ns, sources = self._graph.kernel.now_ns, self._sources
         updates: list[tuple[str, int, LayerSnapshot]] = []
-        for contribution in self._checked(contributions):
+        for contribution in each:
+            check_contribution(contribution, sources)
             source, version, pose, evidence = contribution
+            clock_ns = sources[source].clock_ns(true_ns)
+            if version > clock_ns + _AHEAD_NS:
+                raise ModelError(f"the version {version} is to come: the clock of {source} shows "
+                                 f"{clock_ns} ns; wanted: what it showed when pose and evidence "
+                                 "were taken")
             if pose is not None:
                 team.note_pose(source, *pose, version, now_ns)
             if evidence is None:
@@ -103,26 +116,9 @@ class MapSharing(Node):
                 raise ModelError(f"evidence comes from a context, from own() or drawn(), not "
                                  f"{evidence!r}")
         if len(team.peers) > before:
-            self.publish("peers", Empty())
+            self.publish("peers", EMPTY)
         if updates and self.robot_map.receive(updates):
-            self.publish("map", Empty())
-
-    def _checked(self, contributions: Iterable[Contribution]) -> Iterator[Contribution]:
-        """``contributions``, each of them checked."""
-        try:
-            each = iter(contributions)
-        except TypeError:
-            raise ModelError(f"a robot takes in a list of Contributions, not {contributions!r}"
-                             ) from None
-        now_ns = self._graph.kernel.now_ns
-        for one in each:
-            check_contribution(one, self._sources)
-            clock_ns = self._graph.host(one.source).clock_ns(now_ns)
-            if one.version > clock_ns + _AHEAD_NS:
-                raise ModelError(f"the version {one.version} is to come: the clock of {one.source} "
-                                 f"shows {clock_ns} ns; wanted: what it showed when pose and "
-                                 "evidence were taken")
-            yield one
+            self._map.publish(EMPTY)
 
     def place(self, source: str, frame: Pose2D | None) -> None:
         """See ``SharingContext.place``."""

@@ -103,7 +103,7 @@ def test_a_repetition_changes_nothing_and_says_so(talk):
     pool, updates, _ = talk
     robot_map = RobotMap(SPEC, pool)
     heard = []
-    robot_map.observers.append(lambda _, changed: heard.append(changed.tolist()))
+    robot_map.observers.append(lambda changed: heard.append(changed.tolist()))
     for update in updates:
         robot_map.receive([update])
     version, before = robot_map.version, len(heard)
@@ -118,7 +118,7 @@ def test_updates_at_once_give_the_same_sum_and_one_change(talk):
     see(at_once, (CENTRE, scan([3.0, 3.0])))
     see(one_by_one, (CENTRE, scan([3.0, 3.0])))
     before, version = states(at_once.fused), at_once.version
-    at_once.observers.append(lambda _, changed: heard.append(changed.tolist()))
+    at_once.observers.append(lambda changed: heard.append(changed.tolist()))
     for update in as_it_came:
         one_by_one.receive([update])
     changed = at_once.receive(as_it_came)
@@ -134,7 +134,7 @@ def test_updates_at_once_give_the_same_sum_and_one_change(talk):
 @given(st.lists(readings, min_size=1, max_size=8))
 def test_observers_hear_exactly_the_tiles_where_cells_became_something_else(seen):
     robot_map, log, expected = RobotMap(SPEC, TilePool()), [], []
-    robot_map.observers.append(lambda who, changed: log.append((who.version, sorted(changed))))
+    robot_map.observers.append(lambda changed: log.append((robot_map.version, sorted(changed))))
     for reading in seen:
         before = states(robot_map.fused)
         see(robot_map, reading)

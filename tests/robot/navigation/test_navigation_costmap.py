@@ -89,16 +89,16 @@ def test_incremental_is_recomputed_and_both_follow_the_distance(maps):
         assert np.array_equal(made.values[1:-1, 1:-1], by_distance(cells))
 
 
-@given(changing_maps())
-def test_changed_at_knows_the_tiles_that_changed(maps):
+@given(changing_maps(), st.integers(0, 40))
+def test_changed_near_knows_the_tiles_that_changed(maps, reach):
     robot_map = Drawn(maps[0])
     made = costmap(robot_map)
     robot_map.know(maps[-1])
     height, width = maps[0].shape
     for row, column in np.argwhere(maps[0] != maps[-1])[:20]:
-        assert made.changed_at((int(row) + 1) * made.across + int(column) + 1, made.seen)
+        assert made.changed_near((int(row) + 1) * made.across + int(column) + 1, reach, made.seen)
     made.update()
-    assert not any(made.changed_at(made.cell(x, y), made.seen)
+    assert not any(made.changed_near(made.cell(x, y), reach, made.seen)
                    for x in np.arange(0, width * 0.2) for y in np.arange(0, height * 0.2))
 
 

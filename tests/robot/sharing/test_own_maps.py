@@ -134,7 +134,7 @@ def test_what_is_known_of_the_others_is_live():
 
 def test_what_comes_between_two_mergings_is_merged_at_once():
     fleet, merged_ns = Fleet(exchange(), [set(), set(range(0, 60, 3)), set(range(60))]), []
-    fleet.maps["robot_1"].observers.append(lambda *_: merged_ns.append(fleet.kernel.now_ns))
+    fleet.maps["robot_1"].observers.append(lambda _: merged_ns.append(fleet.kernel.now_ns))
     fleet.run(66)
     assert len(merged_ns) >= 12
     assert {(time_ns - merged_ns[0]) * MERGING_HZ % S for time_ns in merged_ns} == {0}

@@ -11,6 +11,9 @@ from desim.robot.sharing.map_message import MapFormat, MapUpdate, MapUpdateParam
 from desim.robot.sharing.rates import MERGING_HZ, REFRESH_PERIODS
 from desim.units import NS_PER_S, Pace
 
+_new = tuple.__new__  # a named tuple at half the price
+_SIZE = MapUpdate._fields.index("size_bytes")  # what comes before it makes a Contribution
+
 
 class OwnMaps:
     """Sends this robot's own evidence to the others every ``period`` if it changed, or when its
@@ -78,7 +81,6 @@ class OwnMaps:
 
     def _merge(self, context: SharingContext) -> None:
         """Take in all updates that have arrived since the last time."""
-        updates: list[MapUpdate] = [message.content for message in self._updates.news()]
-        if updates:
-            context.take_in(Contribution(update.source, update.version, update.pose, update.layer)
-                            for update in updates)
+        news = self._updates.news()
+        if news:
+            context.take_in([_new(Contribution, message.content[:_SIZE]) for message in news])
