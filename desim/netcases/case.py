@@ -22,7 +22,7 @@ from desim.netcases.sources import PacketSource, Source
 from desim.netcases.tcp_source import TcpSource, stack_on
 from desim.network.carrier import AnyCarrier
 from desim.network.medium import Medium
-from desim.ports.cases import Setup
+from desim.ports.cases import Flow, Setup
 from desim.units import NS_PER_S, PERIOD
 
 Watch = Callable[[Kernel, int], None]
@@ -104,6 +104,21 @@ def _check(setup: Setup) -> None:
         if flow.arrivals != "saturated" and flow.every_ns < 1:
             raise InputError(f"{flow.source} would send a frame every {flow.every_ns} ns; at most "
                              "one each ns")
+        if flow.train > 1:
+            _check_train(flow)
+
+
+def _check_train(flow: Flow) -> None:
+    """Raises ``InputError`` for trains that cannot be."""
+    if flow.broadcast or flow.via or flow.echo or flow.protocol == "tcp":
+        raise InputError(f"{flow.source} would send trains of {flow.train} packets; allowed: of "
+                         "unicast packets of UDP that go one way, without via")
+    sizes = ports.packet_sizes(flow.train * flow.size_bytes, flow.train)
+    if sizes[0] != sizes[-1]:
+        raise InputError(f"{flow.source} would send trains of {flow.train} packets of "
+                         f"{flow.size_bytes} B, which are cut into packets of {sizes[0]} and "
+                         f"{sizes[-1]} B; allowed: as many or as long ones as are cut into equal "
+                         "packets")
 
 
 def _counted(model: ports.NetworkModel) -> dict[str, tuple[int, int]]:

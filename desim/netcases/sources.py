@@ -17,6 +17,7 @@ from desim.ports.cases import Flow
 from desim.units import PERIOD
 
 _DRAWN = 1024  # gaps at a time
+_PATIENCE_NS = 10_000_000  # of a saturated source whose packets a full queue has dropped
 
 
 class Source(ABC):
@@ -37,7 +38,7 @@ class Source(ABC):
 
     def begin(self, stream: np.random.Generator) -> None:
         after, flow = self._kernel.after, self.flow
-        for _ in range(flow.backlog + 2 * self._saturated):
+        for _ in range(-(-(flow.backlog + 2 * self._saturated) // flow.train)):
             after(flow.begin_ns, Phase.CONTROL, self._entity, self._send)
         if not self._saturated:
             self._gaps = _gaps(flow, stream)
@@ -51,11 +52,11 @@ class Source(ABC):
     def _send(self, _: object) -> None:
         """Send the next packet or message."""
 
-    def _count(self, sent_ns: int) -> None:
-        """Count an arrival now, of a frame that was sent at ``sent_ns``."""
+    def _count(self, sent_ns: int, packets: int = 1) -> None:
+        """Count an arrival now, of packets that were sent at ``sent_ns``."""
         now_ns = self._kernel.now_ns
-        self.arrivals_ns.append(now_ns)
-        self.delays_ns.append(now_ns - sent_ns)
+        self.arrivals_ns.extend([now_ns] * packets)
+        self.delays_ns.extend([now_ns - sent_ns] * packets)
 
 
 class PacketSource(Source, BroadcastCarrier[int]):
@@ -65,7 +66,7 @@ class PacketSource(Source, BroadcastCarrier[int]):
     def __init__(self, flow: Flow, hosts: tuple[str, ...], kernel: Kernel, entity: int,
                  medium: Medium) -> None:
         super().__init__(flow, hosts, kernel, entity)
-        self._medium = medium
+        self._medium, self._held_back = medium, 0
         legs = tuple(map(hosts.index, (flow.source, *flow.via, *flow.receivers)))
         self._receivers = legs[1:2] if flow.via else tuple(sorted(legs[1:]))
         # By receiver, the host to which the frame goes on from there.
@@ -74,23 +75,41 @@ class PacketSource(Source, BroadcastCarrier[int]):
 
     def _send(self, _: object) -> None:
         flow = self.flow
-        self.sent += 1
-        self._medium.transmit(self._host, self._receivers, flow.size_bytes, 1, flow.broadcast,
-                              self, self._kernel.now_ns)
+        self.sent += flow.train
+        self._medium.transmit(self._host, self._receivers, flow.train * flow.size_bytes, flow.train,
+                              flow.broadcast, self, self._kernel.now_ns)
 
     def arrived(self, sent_ns: int, receiver: int) -> None:
         if receiver in self._next_host:
             self._medium.transmit(receiver, (self._next_host[receiver],), self.flow.size_bytes, 1,
                                   False, self, sent_ns)
             return
-        self._count(sent_ns)
+        self._count(sent_ns, self.flow.train)
+        if self._saturated:
+            self._send(None)
+
+    def arrived_in_part(self, sent_ns: int, receiver: int, lost: dict[int, str]) -> None:
+        self.losses.update(lost.values())
+        self._count(sent_ns, self.flow.train - len(lost))
         if self._saturated:
             self._send(None)
 
     def lost(self, sent_ns: int, receiver: int, reason: str) -> None:
-        self.losses[reason] += 1
-        if self._saturated and sent_ns < self._kernel.now_ns:  # else refused: so it would be again
+        self.losses[reason] += self.flow.train
+        if not self._saturated or sent_ns == self._kernel.now_ns:
+            return  # refused: so it would be again
+        if not reason.endswith("queue_full"):
             self._send(None)
+            return
+        self._held_back += 1
+        if self._held_back == 1:
+            self._kernel.after(_PATIENCE_NS, Phase.CONTROL, self._entity, self._try_again)
+
+    def _try_again(self, _: object) -> None:
+        self._held_back -= 1
+        if self._held_back:
+            self._kernel.after(_PATIENCE_NS, Phase.CONTROL, self._entity, self._try_again)
+        self._send(None)
 
     def missed(self, sent_ns: int, receivers: Collection[int], reason: str,
                medium: Medium) -> None:

@@ -26,8 +26,11 @@ class Flow(NamedTuple):
 
     There is one every ``every_ns``, on average (``poisson``) or exactly: from a random phase
     (``periodic``) or from the beginning (``zero``). Unicast flows may also be ``saturated``: two
-    frames are in the network at any time. ``backlog``: frames sent at once at the beginning, in
-    addition. ``dscp``: the mark of packets of UDP. ``echo``: the receiver sends each frame back; it
+    frames are in the network at any time. What a full queue drops on the way, such a flow sends
+    anew 10 ms later, one at a time; what is refused at once, never. ``backlog``: frames sent at
+    once at the beginning, in addition. ``train``: so many go together, as one frame of so many
+    packets, whose delay they all have; saturated, as many trains as ``backlog`` and two frames
+    fill. ``dscp``: the mark of packets of UDP. ``echo``: the receiver sends each frame back; it
     counts as arrived when it is back at the sender. Unicast frames go over the hosts ``via`` in
     their order, each of which sends them anew. The beginning is ``begin_ns``.
 
@@ -44,6 +47,7 @@ class Flow(NamedTuple):
     arrivals: Arrivals = "saturated"
     every_ns: int = 0
     backlog: int = 0
+    train: int = 1
     broadcast: bool = False
     echo: bool = False
     begin_ns: int = 0

@@ -56,6 +56,12 @@ class _Train:
         self.packets: list[int] = []
         self.size_bytes = self.air_ns = 0
 
+    def add(self, packets: Waiting, air_ns: int) -> None:
+        """Let packets go with it."""
+        self.packets.extend(range(packets.number, packets.number + packets.packets))
+        self.size_bytes += packets.size_bytes
+        self.air_ns += air_ns
+
     def takes(self, hop: AirHop) -> bool:
         """Whether a packet of this hop may follow: broadcasts go one by one."""
         return hop is self.hop and not hop.broadcast
@@ -95,7 +101,7 @@ class AirOutlet:
         self._most = places - places // 4  # packets; the other places are for management frames
         self._lanes: dict[int, _Lane] = {}  # by the rank of their category
         self._inside_ns = 0  # airtime of what the radio has taken in, without a fate
-        self._serving = False
+        self._serving = self._booked = False
         self._paused = False
         self._when_empty: Callable[[None], object] | None = None
         self._asleep: dict[int, deque[Waiting]] = {}  # by station: what is kept for it
@@ -104,9 +110,8 @@ class AirOutlet:
         """Let the packets of a hop wait for the radio."""
         now_ns = self._air.now_ns
         lane = self._lane(hop)
-        dropped = lane.queue.push(now_ns, [
-            Waiting(hop, number, size_bytes, now_ns)
-            for number, size_bytes in enumerate(hop.sizes)], lane.packets)
+        dropped = lane.queue.push(now_ns, Waiting(
+            hop, 0, hop.trip.size_bytes(), now_ns, len(hop.sizes)), lane.packets)
         self._serve()
         _lose(dropped)
 
@@ -153,37 +158,50 @@ class AirOutlet:
         return self._lanes[rank]
 
     def _serve(self) -> None:
-        if not self._serving:  # a packet that the radio refuses is back at once
-            self._serving = True
-            while sum(self._send_next(lane) for lane in list(self._lanes.values())):
-                pass
-            self._serving = False
+        """Let the radio take in what it may."""
+        if self._serving:  # a packet that the radio refuses is back at once
+            self._serve_soon()
+            return
+        self._serving = True
+        for lane in list(self._lanes.values()):
+            self._send_next(lane)
+        self._serving = False
 
-    def _send_next(self, lane: _Lane) -> bool:
-        """Let the radio take in what it may. Returns whether that was anything."""
+    def _serve_soon(self) -> None:
+        """Serve once for all that happens in this instant: a radio is done with many packets at
+        once."""
+        if not self._booked:
+            self._booked = True
+            self._air.at(self._air.now_ns, self._serve_booked)
+
+    def _serve_booked(self, _: None) -> None:
+        self._booked = False
+        self._serve()
+
+    def _send_next(self, lane: _Lane) -> None:
         now_ns = self._air.now_ns
         trains: list[_Train] = []
         dropped: list[Dropped] = []
+        takes = partial(self._takes, lane)
         while not self._paused and lane.packets < self._most:
             waiting = (lane.awake.popleft() if lane.awake
-                       else lane.queue.pop(now_ns, dropped, partial(self._takes, lane)))
+                       else lane.queue.pop(now_ns, dropped, takes, self._most - lane.packets))
             if waiting is None:
                 break
             if self._sleeps(waiting.hop):
                 kept = self._asleep[waiting.hop.receivers[0]]
-                kept.append(waiting)
-                if len(kept) > KEPT_PACKETS:
+                kept.extend(waiting.singly())
+                while len(kept) > KEPT_PACKETS:
                     dropped.append((kept.popleft(), "queue_full"))
                 continue
-            if not trains or not trains[-1].takes(waiting.hop):
-                trains.append(_Train(waiting.hop))
-            train, air_ns = trains[-1], airtime_ns(waiting.size_bytes, self._rate_bps)
-            train.packets.append(waiting.number)
-            train.size_bytes += waiting.size_bytes
-            train.air_ns += air_ns
-            lane.packets += 1
-            self._inside_ns += air_ns
-            lane.inside_for[waiting.hop.receivers] += air_ns
+            for packets in waiting.singly() if waiting.hop.broadcast else (waiting,):
+                if not trains or not trains[-1].takes(packets.hop):
+                    trains.append(_Train(packets.hop))
+                air_ns = self._air_ns(packets)
+                trains[-1].add(packets, air_ns)
+                lane.packets += packets.packets
+                self._inside_ns += air_ns
+                lane.inside_for[packets.hop.receivers] += air_ns
         lane.inside.extend(trains)
         for train in trains:
             hop = train.hop
@@ -191,7 +209,13 @@ class AirOutlet:
                            hop.broadcast, partial(self._sent, lane, train), hop.trip.frame.id,
                            hop.trip.dscp)
         _lose(dropped)
-        return bool(trains)
+
+    def _air_ns(self, packets: Waiting) -> int:
+        """The airtime of packets, of which none is longer than the one before."""
+        sizes, last = packets.hop.sizes, packets.number + packets.packets - 1
+        if sizes[packets.number] == sizes[last]:
+            return packets.packets * airtime_ns(sizes[last], self._rate_bps)
+        return sum(airtime_ns(size, self._rate_bps) for size in sizes[packets.number:last + 1])
 
     def _takes(self, lane: _Lane, receivers: Receivers) -> bool:
         """Whether the radio takes in more for a station."""
@@ -209,7 +233,7 @@ class AirOutlet:
         if not train.left:
             self._inside_ns -= train.air_ns
             lane.over(train)
-            self._serve()
+            self._serve_soon()
         hop = train.hop
         if gone and self._sleeps(hop):  # it could not hear them: they wait for it as the others
             self._asleep[receivers[0]].extendleft(
@@ -232,4 +256,5 @@ class AirOutlet:
 
 def _lose(dropped: Sequence[Dropped]) -> None:
     for waiting, reason in dropped:
-        waiting.hop.settle(waiting.hop.receivers, (waiting.number,), {waiting.number: reason}, None)
+        packets = range(waiting.number, waiting.number + waiting.packets)
+        waiting.hop.settle(waiting.hop.receivers, packets, dict.fromkeys(packets, reason), None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
@@ -14,12 +14,26 @@ Receivers = tuple[int, ...]
 
 
 class Waiting(NamedTuple):
-    """A packet that waits: its hop, its number there, its size, and since when."""
+    """A packet that waits: its hop, its number there, its size, and since when; or so many
+    ``packets`` of one hop, from that number on, of ``size_bytes`` in all."""
 
     hop: AirHop
     number: int
     size_bytes: int
     since_ns: int
+    packets: int = 1
+
+    def part(self, first: int, count: int) -> Waiting:
+        """``count`` of its packets, from the ``first`` one on, counted from 0."""
+        if count == self.packets:
+            return self
+        number = self.number + first
+        return Waiting(self.hop, number, sum(self.hop.sizes[number:number + count]), self.since_ns,
+                       count)
+
+    def singly(self) -> list[Waiting]:
+        """Its packets, each for itself."""
+        return [self.part(number, 1) for number in range(self.packets)]
 
     def only_for(self, dest: int | None) -> bool:
         """Whether it is for this station alone (None: any)."""
@@ -32,14 +46,15 @@ Dropped = tuple[Waiting, str]  # and the reason
 class PacketQueue(Protocol):
     """The packets that wait for a radio."""
 
-    def push(self, now_ns: int, packets: Sequence[Waiting], inside: int) -> list[Dropped]:
+    def push(self, now_ns: int, packets: Waiting, inside: int) -> list[Dropped]:
         """Let packets of one hop wait, while others are ``inside`` the radio. Returns those that
         are dropped for it, of any hop."""
 
-    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool]
-            ) -> Waiting | None:
-        """The packet that is sent next, which leaves; None: nobody waits for whom the radio
-        ``takes`` in more. Those that are dropped on that occasion are added to ``dropped``."""
+    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool],
+            most: int) -> Waiting | None:
+        """The packets of a hop that are sent next, which leave, at ``most`` so many; None: nobody
+        waits for whom the radio ``takes`` in more. Those that are dropped on that occasion are
+        added to ``dropped``."""
 
     def take_out(self, dest: int | None) -> list[Waiting]:
         """All packets for this station alone (None: all), which leave."""
@@ -52,17 +67,29 @@ class PlainQueue:
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self._waiting: deque[Waiting] = deque()
+        self._packets = 0
 
-    def push(self, now_ns: int, packets: Sequence[Waiting], inside: int) -> list[Dropped]:
-        free = max(self._limit - inside - len(self._waiting), 0)
-        self._waiting.extend(packets[:free])
-        return [(packet, "queue_full") for packet in packets[free:]]
+    def push(self, now_ns: int, packets: Waiting, inside: int) -> list[Dropped]:
+        count = packets.packets
+        fit = max(min(self._limit - inside - self._packets, count), 0)
+        if fit:
+            self._packets += fit
+            self._waiting.append(packets.part(0, fit))
+        return [(packets.part(fit, count - fit), "queue_full")] if fit < count else []
 
-    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool]
-            ) -> Waiting | None:
-        return self._waiting.popleft() if self._waiting else None
+    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool],
+            most: int) -> Waiting | None:
+        if not self._waiting:
+            return None
+        first = self._waiting.popleft()
+        if first.packets > most:
+            self._waiting.appendleft(first.part(most, first.packets - most))
+            first = first.part(0, most)
+        self._packets -= first.packets
+        return first
 
     def take_out(self, dest: int | None) -> list[Waiting]:
-        gone = [packet for packet in self._waiting if packet.only_for(dest)]
-        self._waiting = deque(packet for packet in self._waiting if not packet.only_for(dest))
+        gone = [packets for packets in self._waiting if packets.only_for(dest)]
+        self._waiting = deque(packets for packets in self._waiting if not packets.only_for(dest))
+        self._packets -= sum(packets.packets for packets in gone)
         return gone

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from netmodels.infrastructure.fq_codel import FqCodel
 from netmodels.infrastructure.packet_queue import Dropped, Receivers, Waiting
@@ -19,16 +19,16 @@ class StationQueues:
         self._queues: dict[Receivers, FqCodel] = {}
         self._turns: deque[Receivers] = deque()
 
-    def push(self, now_ns: int, packets: Sequence[Waiting], inside: int) -> list[Dropped]:
-        receivers = packets[0].hop.receivers
+    def push(self, now_ns: int, packets: Waiting, inside: int) -> list[Dropped]:
+        receivers = packets.hop.receivers
         if receivers not in self._queues:
             self._queues[receivers] = self._new_queue()
         if receivers not in self._turns:
             self._turns.append(receivers)
-        return self._queues[receivers].push(now_ns, packets)
+        return self._queues[receivers].push(now_ns, packets.singly())
 
-    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool]
-            ) -> Waiting | None:
+    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool],
+            most: int) -> Waiting | None:
         for _ in range(len(self._turns)):
             receivers = self._turns[0]
             if takes(receivers):

@@ -113,7 +113,7 @@ class Budget:
     def between_dbm(self, sender: np.ndarray, receiver: np.ndarray, places: np.ndarray,
                     obstacles: ports.Obstacles) -> np.ndarray:
         """[k] dBm of ``sender`` [k] at ``receiver`` [k], indices of ``places`` [hosts, 2] m,
-        whatever their channels; -inf where one has no place."""
+        whatever their channels; -inf where one has no place and the loss depends on that."""
         height_m = self.antennas.height_m
         apart, above_m = places[sender] - places[receiver], height_m[sender] - height_m[receiver]
         loss_db = self.path_loss.loss_db(np.sqrt((apart ** 2).sum(axis=1) + above_m ** 2))
@@ -123,8 +123,8 @@ class Budget:
             loss_db = loss_db + _walls_db(
                 self.walls, places[sender], places[receiver], obstacles,
                 heights_m=np.column_stack([height_m[sender], height_m[receiver]]))
-        return np.where(np.isfinite(apart).all(axis=1), self.sent_dbm[sender]
-                        + self.antennas.gain_db[receiver] - loss_db, -np.inf)
+        return np.where(np.isnan(loss_db), -np.inf, self.sent_dbm[sender]
+                        + self.antennas.gain_db[receiver] - loss_db)
 
     def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray, obstacles: ports.Obstacles,
                      heights_m: np.ndarray | None = None) -> np.ndarray:

@@ -18,8 +18,8 @@ from netmodels.validation.tolerance import within
 
 _PAYLOAD_BYTES = 1000
 _SERVER = "server"
-# Packets of each flow that are on the way at any time: two aggregates.
-_BACKLOG = 128
+# Packets of each flow that are on the way at any time, more than two aggregates, in two trains.
+_BACKLOG, _TRAIN = 128, 65
 _ALONE_S, _CONTENDING_S = 3, 30  # that are measured; at 80 MHz a quarter of the latter
 
 
@@ -79,8 +79,8 @@ def _flows(direction: str, stations: int) -> list[Flow]:
     up = [(host, _SERVER) for host in hosts]
     down = [(_SERVER, host) for host in hosts]
     pairs = {"up": up, "down": down, "both": up + down}[direction]
-    return [Flow(source, (receiver,), udp_bytes(_PAYLOAD_BYTES), _PAYLOAD_BYTES, backlog=_BACKLOG)
-            for source, receiver in pairs]
+    return [Flow(source, (receiver,), udp_bytes(_PAYLOAD_BYTES), _PAYLOAD_BYTES, backlog=_BACKLOG,
+                 train=_TRAIN) for source, receiver in pairs]
 
 
 def _network(standard: str, mcs: int, mhz: int, aggregation: bool, flows: list[Flow],
@@ -93,6 +93,5 @@ def _network(standard: str, mcs: int, mhz: int, aggregation: bool, flows: list[F
         "infrastructure": {
             "wired": [_SERVER], "wires": {"rate": "100 Gb/s", "propagation": "0 ns"},
             "queue": "fifo", "constants": {"beacon_frame": None}}}))
-    places = {host: NOWHERE if host == _SERVER else (0.0, 0.0)
-              for flow in flows for host in (flow.source, *flow.receivers)}
+    places = {host: NOWHERE for flow in flows for host in (flow.source, *flow.receivers)}
     return Setup(radio, places, flows, (1 + seconds) * NS_PER_S, NS_PER_S)

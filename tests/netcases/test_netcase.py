@@ -122,6 +122,28 @@ def test_a_backlog_is_there_at_once():
     assert (found["frames"], found["delivered"], found["delay_mean_ms"]) == (5, 5, 3.0)
 
 
+def test_a_train_is_counted_in_packets():
+    """Two trains of four packets, 1 ms each; all of one have the delay of the last."""
+    found = play(link_setup(Flow("a", ("b",), 125, 100, "zero", 10 * S, train=4, backlog=1)))
+    assert (found["frames"], found["delivered"], found["delay_mean_ms"]) == (8, 8, 6.0)
+    assert found["goodput_mbps"] == pytest.approx(8 * 8e-4)
+    lossy = play(link_setup(Flow("a", ("b",), 125, 100, "zero", 10 * S, train=8), queue_packets=2))
+    assert (lossy["delivered"], lossy["lost"]) == (3, {"queue_full": 5})
+
+
+@pytest.mark.parametrize(("flow", "message"), [
+    (Flow("a", ("b",), 1000, 900, train=2),
+     "a would send trains of 2 packets of 1000 B, which are cut into packets of 1518 and 482 B; "
+     "allowed: as many or as long ones as are cut into equal packets"),
+    (Flow("a", ("b",), 125, 100, "zero", S, broadcast=True, train=4),
+     "a would send trains of 4 packets; allowed: of unicast packets of UDP that go one way, "
+     "without via")])
+def test_trains_that_cannot_be(flow, message):
+    with pytest.raises(InputError) as caught:
+        play(link_setup(flow))
+    assert str(caught.value) == message
+
+
 def test_an_echo_takes_the_way_twice():
     found = play(link_setup(Flow("a", ("b",), 125, 100, "zero", 100 * MS, echo=True)))
     assert (found["delivered"], found["delay_mean_ms"]) == (10, 2.0)
