@@ -49,13 +49,13 @@ class Seen(NamedTuple):
 
 
 class Encounter(NamedTuple):
-    """The body of ``sighting``, seen from one's own node ``own``, is ``source``, which was at
-    ``offset`` [3] of its node ``theirs``."""
+    """The body of ``sighting``, seen from one's own node ``own``, is ``source``, which was at this
+    ``share`` of its way from node ``theirs`` to the next."""
 
     own: int
     source: str
     theirs: int
-    offset: np.ndarray
+    share: float
     sighting: Sighting
 
 
@@ -101,11 +101,11 @@ class FleetGraph:
 
     def meet(self, name: str, meeting: Encounter) -> None:
         """Tie a node of ``name`` to that of a teammate that it has seen."""
-        sighting = meeting.sighting
-        self.graph.tie(self.tracks[name].nodes[meeting.own],
-                       self.tracks[meeting.source].nodes[meeting.theirs],
-                       np.array((sighting.x_m, sighting.y_m, 0.0)), sighting.information,
-                       meeting.offset, _DRIFT_M)
+        sighting, track = meeting.sighting, self.tracks[meeting.source]
+        before, after = track.nodes[meeting.theirs:meeting.theirs + 2]
+        self.graph.tie(self.tracks[name].nodes[meeting.own], before,
+                       np.array((sighting.x_m, sighting.y_m, 0.0)), sighting.information, _DRIFT_M,
+                       (after, meeting.share))
 
     def path(self, name: str) -> np.ndarray:
         """[n, 3] the poses of the nodes of ``name``."""
@@ -143,30 +143,30 @@ class FleetGraph:
         stamp_ns = track.stamps_ns[seen.own]
         place = compose(self.path(name)[seen.own],
                         np.array((seen.sighting.x_m, seen.sighting.y_m, 0.0)))
-        found: list[tuple[float, str, int, np.ndarray]] = []
+        found: list[tuple[float, str, int, float]] = []
         for other in team:
             at = self._at(other, stamp_ns)
             if at is not None:
-                node, offset = at
-                there = compose(self.path(other)[node], offset)
-                found.append((math.dist(there[:2], place[:2]), other, node, offset))
-        found.sort(key=lambda one: one[:2])
+                node, share = at
+                before, after = self.graph.poses[self.tracks[other].nodes[node:node + 2], :2]
+                found.append((math.dist(before + share * (after - before), place[:2]), other,
+                              node, share))
+        found.sort()
         if not found or found[0][0] > _GATE_M or (
                 len(found) > 1 and found[1][0] < _CLEAR * found[0][0]):
             return None
-        _, source, node, offset = found[0]
-        return Encounter(seen.own, source, node, offset, seen.sighting)
+        _, source, node, share = found[0]
+        return Encounter(seen.own, source, node, share, seen.sighting)
 
-    def _at(self, name: str, stamp_ns: int) -> tuple[int, np.ndarray] | None:
-        """The last node of ``name`` until ``stamp_ns``, and where it was then as seen from there:
-        a part of the way to the next node. None where that node is not known."""
+    def _at(self, name: str, stamp_ns: int) -> tuple[int, float] | None:
+        """The last node of ``name`` until ``stamp_ns``, and the share of the time from there to the
+        next node. None where that node is not known."""
         track = self.tracks.get(name)
         k = 0 if track is None else bisect_right(track.stamps_ns, stamp_ns)
         if track is None or not 0 < k < len(track.nodes):
             return None
         before, after = track.stamps_ns[k - 1:k + 1]
-        poses = self.graph.poses[track.nodes[k - 1:k + 1]]
-        return k - 1, (stamp_ns - before) / (after - before) * motion_between(poses[0], poses[1])
+        return k - 1, (stamp_ns - before) / (after - before)
 
 
 def weakest(information: np.ndarray) -> tuple[float, np.ndarray]:

@@ -42,13 +42,14 @@ class Table:
 class PoseGraph:
     """Poses of nodes (``poses`` [n, 3] x m, y m, yaw rad), tied to each other.
 
-    A tie says where a point at ``offset`` [3] of node j lies as seen from node i: ``motion`` [3],
-    with the ``information`` [3, 3] on it along i's axes, zeros for what is not known.
+    A tie says where node j lies as seen from node i: ``motion`` [3], with the ``information``
+    [3, 3] on it along i's axes, zeros for what is not known. One with a ``share`` is about the
+    place at that share of the straight way from node j to j's next one.
     """
 
     def __init__(self) -> None:
         self._poses, self._anchors = Table(3), Table(4)
-        self._ties = Table(2 + 3 + 3 + 9 + 1)  # i, j, offset, motion, root, drift
+        self._ties = Table(4 + 3 + 9 + 1)  # i, j, j's next, share, motion, root, drift
 
     @property
     def poses(self) -> np.ndarray:
@@ -65,14 +66,15 @@ class PoseGraph:
         self._anchors.add(np.array((node, *self.poses[node])))
 
     def tie(self, i: int, j: int, motion: np.ndarray, information: np.ndarray,
-            offset: np.ndarray | None = None, drift_m: float = math.inf) -> None:
-        """Tie node ``j`` to node ``i``. A tie that may be wrong has a ``drift_m``, the standard
-        deviation of the place as it was known without it: by that its chi squared is measured, as
-        a loop that closes is far off at first, however well it closes."""
+            drift_m: float = math.inf, way: tuple[int, float] | None = None) -> None:
+        """Tie node ``j`` to node ``i``; with a ``way``, j's next node and a share, a place between
+        these two. A tie that may be wrong has a ``drift_m``, the standard deviation of the place
+        as it was known without it: by that its chi squared is measured, as a loop that closes is
+        far off at first, however well it closes."""
         values, axes = np.linalg.eigh(information)
         root = np.sqrt(np.maximum(values, 0.0))[:, None] * axes.T
-        self._ties.add(np.concatenate(((i, j), np.zeros(3) if offset is None else offset, motion,
-                                       root.ravel(), (drift_m,))))
+        after, share = way or (j, 0.0)
+        self._ties.add(np.concatenate(((i, j, after, share), motion, root.ravel(), (drift_m,))))
 
     def residuals(self) -> np.ndarray:
         """[ties] chi squared of each tie at the present poses."""
@@ -100,41 +102,41 @@ class PoseGraph:
                 break
 
     def _whitened(self, which: np.ndarray | slice) -> tuple[
-            np.ndarray, tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray], np.ndarray]:
+            np.ndarray, tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray]:
         """Of these ties: errors [n, 3] in standard deviations, their derivatives [n, 3, 3] by the
-        poses of both ends, the numbers [n] of these, and chi squared [n] by ``drift_m``."""
+        poses of three nodes, the numbers [n] of these (-1: none), and chi squared [n] by
+        ``drift_m``."""
         ties = self._ties.rows[which]
-        i, j = ties[:, 0].astype(np.int64), ties[:, 1].astype(np.int64)
-        offset, motion, root = ties[:, 2:5], ties[:, 5:8], ties[:, 8:17].reshape(-1, 3, 3)
-        one, two = self.poses[i], self.poses[j]
-        c, s = np.cos(two[:, 2]), np.sin(two[:, 2])
-        arm_x, arm_y = c * offset[:, 0] - s * offset[:, 1], s * offset[:, 0] + c * offset[:, 1]
-        end = two + np.stack((arm_x, arm_y, offset[:, 2]), axis=1)
+        i, j, after = ties[:, :3].astype(np.int64).T
+        share, motion, root = ties[:, 3:4], ties[:, 4:7], ties[:, 7:16].reshape(-1, 3, 3)
+        one, end = self.poses[i], self.poses[j]
+        end[:, :2] += share * (self.poses[after, :2] - end[:, :2])
         seen = motion_between(one, end)
         error = seen - motion
         error[:, 2] = wrapped(error[:, 2])
-        by_one, by_two = np.zeros((len(ties), 3, 3)), np.zeros((len(ties), 3, 3))
+        by_one, by_end = np.zeros((len(ties), 3, 3)), np.zeros((len(ties), 3, 3))
         c, s = np.cos(one[:, 2]), np.sin(one[:, 2])
-        by_two[:, 0, 0], by_two[:, 0, 1], by_two[:, 1, 0], by_two[:, 1, 1] = c, s, -s, c
-        by_one[:, :2, :2] = -by_two[:, :2, :2]
+        by_end[:, 0, 0], by_end[:, 0, 1], by_end[:, 1, 0], by_end[:, 1, 1] = c, s, -s, c
+        by_one[:, :2, :2] = -by_end[:, :2, :2]
         by_one[:, 0, 2], by_one[:, 1, 2] = seen[:, 1], -seen[:, 0]
-        by_two[:, 0, 2], by_two[:, 1, 2] = -c * arm_y + s * arm_x, s * arm_y + c * arm_x
-        by_one[:, 2, 2], by_two[:, 2, 2] = -1.0, 1.0
+        by_one[:, 2, 2], by_end[:, 2, 2] = -1.0, 1.0
         turned_m = np.where(np.abs(root[:, :, 2]).max(axis=1) > 0.0, error[:, 2] / _RAD_PER_M, 0.0)
-        strayed = (error[:, 0] ** 2 + error[:, 1] ** 2 + turned_m ** 2) / ties[:, 17] ** 2
-        return (np.einsum("kab,kb->ka", root, error), (root @ by_one, root @ by_two), (i, j),
-                strayed)
+        strayed = (error[:, 0] ** 2 + error[:, 1] ** 2 + turned_m ** 2) / ties[:, 16] ** 2
+        by_one, by_end, part = root @ by_one, root @ by_end, share[:, :, None]
+        return (np.einsum("kab,kb->ka", root, error),
+                (by_one, (1.0 - part) * by_end, part * by_end),
+                (i, j, np.where(share[:, 0] > 0.0, after, -1)), strayed)
 
 
 def _solved(blocks: tuple[np.ndarray, ...], ends: tuple[np.ndarray, ...], errors: np.ndarray,
             count: int) -> np.ndarray:
     """[count, 3] the least squares solution for ``errors`` [n, 3], whose derivatives by node
-    ``ends[k]`` are ``blocks[k]``. The first two of ``blocks`` are of the same errors, the third of
-    those after them; nodes below 0 do not move."""
+    ``ends[k]`` are ``blocks[k]``. The first three of ``blocks`` are of the same errors, the fourth
+    of those after them; nodes below 0 do not move."""
     from scipy.sparse import csr_array  # slow to import, and few runs need it
     from scipy.sparse.linalg import splu
     values, lines, columns, many = [], [], [], len(ends[0])
-    for block, end, begin in zip(blocks, ends, (0, 0, many), strict=True):
+    for block, end, begin in zip(blocks, ends, (0, 0, 0, many), strict=True):
         moves = np.flatnonzero(end >= 0)
         values.append(block[moves].ravel())
         lines.append(np.repeat(3 * (begin + moves)[:, None] + np.arange(3), 3, axis=1).ravel())

@@ -67,7 +67,14 @@ def test_a_sighting_is_of_who_was_there_then():
     body, = sightings.sightings(scan(4.0, 1.0), LASER, 2.0 * RADIUS)
     met = known.met("a", Seen(0, body), ("b", "c"))
     assert (met.source, met.theirs) == ("b", 0)
-    assert met.offset == pytest.approx(0.0)
+    assert met.share == 0.0
+
+
+def test_a_body_that_another_one_hides_in_part_is_not_placed():
+    near, far = scan(3.0, 0.0), scan(6.0, 0.4)
+    found = sightings.sightings(np.minimum(near, far), LASER, 2.0 * RADIUS)
+    assert [one.x_m for one in found] == pytest.approx([3.0], abs=0.05)
+    assert len(sightings.sightings(np.minimum(near, scan(6.0, 2.0)), LASER, 2.0 * RADIUS)) == 2
 
 
 @pytest.mark.parametrize("places", [
