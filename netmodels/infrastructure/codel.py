@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from math import sqrt
 
-from netmodels.infrastructure.packet_queue import Dropped, Waiting
+from netmodels.infrastructure.packet_queue import Dropped, Waiting, take_first
 
 # Drops that ended so many intervals ago do not count in the rate of the next ones (RFC 8289, 5.4).
 _RECENT_INTERVALS = 16
@@ -15,7 +15,8 @@ class CoDel:
     """A queue of packets in order. When packets have waited for ``target_ns`` or more during
     ``interval_ns``, one is dropped from its head, and then more, the n-th after another ``interval
     / sqrt(n)``, until one has waited for less or no more than ``spare_bytes`` are left (RFC 8289,
-    section 5). ``waiting`` and their ``bytes`` may be looked at."""
+    section 5). ``waiting`` and their ``bytes`` may be looked at. Packets of one hop wait and leave
+    together where each by itself would do the same."""
 
     def __init__(self, target_ns: int, interval_ns: int, spare_bytes: int) -> None:
         self._target_ns, self._interval_ns = target_ns, interval_ns
@@ -27,19 +28,25 @@ class CoDel:
         self._drop_next_ns = 0
         self._count = self._last_count = 0
 
-    def push(self, packet: Waiting) -> None:
-        """Let a packet wait."""
-        self.waiting.append(packet)
-        self.bytes += packet.size_bytes
+    def push(self, packets: Waiting) -> None:
+        """Let packets wait."""
+        self.waiting.append(packets)
+        self.bytes += packets.size_bytes
 
-    def take_first(self) -> Waiting:
-        """Take the packet at the head, whatever it has waited for."""
-        packet = self.waiting.popleft()
-        self.bytes -= packet.size_bytes
-        return packet
+    def take_first(self, most: int = 1) -> Waiting:
+        """Take the packet at the head, whatever it has waited for; or at ``most`` so many."""
+        packets = take_first(self.waiting, most)
+        self.bytes -= packets.size_bytes
+        return packets
 
-    def pop(self, now_ns: int, dropped: list[Dropped]) -> Waiting | None:
-        """The packet that leaves; those that are dropped before it are added to ``dropped``."""
+    def pop(self, now_ns: int, dropped: list[Dropped], most: int = 1) -> Waiting | None:
+        """The packet that leaves, or at ``most`` so many of one hop; those that are dropped before
+        it are added to ``dropped``."""
+        if most > 1 and not (self._above_ns is not None and now_ns >= self._above_ns):
+            # None of this hop is dropped, and the last one counts.
+            first = self._first(now_ns, most)
+            self._dropping = False
+            return first[0]
         packet, late = self._first(now_ns)
         if self._dropping:
             self._dropping = late
@@ -69,13 +76,13 @@ class CoDel:
         """The control law."""
         return from_ns + round(self._interval_ns / sqrt(self._count))
 
-    def _first(self, now_ns: int) -> tuple[Waiting | None, bool]:
-        """The packet at the head, which leaves, and whether waits have exceeded the target for
-        an interval."""
+    def _first(self, now_ns: int, most: int = 1) -> tuple[Waiting | None, bool]:
+        """The packets at the head, which leave, and whether waits have exceeded the target for an
+        interval."""
         if not self.waiting:
             self._above_ns = None
             return None, False
-        packet = self.take_first()
+        packet = self.take_first(most)
         if now_ns - packet.since_ns < self._target_ns or self.bytes <= self._spare_bytes:
             self._above_ns = None
             return packet, False

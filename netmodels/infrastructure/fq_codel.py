@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 
 from pydantic import Field
 
@@ -54,7 +54,7 @@ class FqCodel:
     def push(self, now_ns: int, packets: Sequence[Waiting]) -> list[Dropped]:
         constants = self._constants
         dropped: list[Dropped] = []
-        for packet in packets:
+        for packet in self._within_limits(packets):
             name = packet.hop.trip.flow, packet.hop.receivers
             flow = self._flows.get(name)
             if flow is None:
@@ -64,12 +64,14 @@ class FqCodel:
                 flow.has_turns, flow.deficit_bytes = True, constants.quantum_bytes
                 self._new.append(name)
             flow.push(packet)
-            self._count(1, packet.size_bytes)
+            self._count(packet.packets, packet.size_bytes)
             if self._packets > constants.limit or self._bytes > constants.memory_bytes:
                 dropped += self._thin_out()
         return dropped
 
-    def pop(self, now_ns: int, dropped: list[Dropped]) -> Waiting | None:
+    def pop(self, now_ns: int, dropped: list[Dropped],
+            takes: Callable[[int], int] = lambda size_bytes: 1) -> Waiting | None:
+        """``takes``: of packets of so many bytes, how many may leave together."""
         while self._new or self._old:
             turns = self._new or self._old
             name = turns[0]
@@ -78,38 +80,67 @@ class FqCodel:
                 flow.deficit_bytes += self._constants.quantum_bytes
                 self._old.append(turns.popleft())
                 continue
-            before = len(dropped)
-            packet = flow.pop(now_ns, dropped)
+            before, most = len(dropped), 1
+            if flow.waiting and len(self._new) + len(self._old) == 1:
+                most = takes(flow.waiting[0].longest_bytes)
+            packets = flow.pop(now_ns, dropped, most)
             for gone, _ in dropped[before:]:
                 self._count(-1, -gone.size_bytes)
-            if packet is None:
+            if packets is None:
                 turns.popleft()
                 if turns is self._new and self._old:
                     self._old.append(name)  # so that it is not new again at once
                 else:
                     flow.has_turns = False
                 continue
-            self._count(-1, -packet.size_bytes)
-            flow.deficit_bytes -= packet.size_bytes
-            return packet
+            self._count(-packets.packets, -packets.size_bytes)
+            if packets.packets > 1:
+                self._take_turns(flow, packets)
+            else:
+                flow.deficit_bytes -= packets.size_bytes
+            return packets
         return None
 
     def take_out(self, dest: int | None) -> list[Waiting]:
         gone = []
         for flow in self._flows.values():
             for _ in range(len(flow.waiting)):
-                packet = flow.take_first()
-                if packet.only_for(dest):
-                    gone.append(packet)
-                    self._count(-1, -packet.size_bytes)
+                packets = flow.take_first(flow.waiting[0].packets)
+                if packets.only_for(dest):
+                    gone.append(packets)
+                    self._count(-packets.packets, -packets.size_bytes)
                 else:
-                    flow.push(packet)
+                    flow.push(packets)
         return gone
+
+    def _take_turns(self, flow: _Flow, packets: Waiting) -> None:
+        """Let the only flow that has turns send packets, and take the next turn whenever one is
+        over before the last of them."""
+        quantum, first = self._constants.quantum_bytes, packets.number
+        deficit, sizes = flow.deficit_bytes, packets.hop.sizes[first:first + packets.packets]
+        for size_bytes in sizes[:-1]:
+            deficit -= size_bytes
+            if deficit <= 0:
+                deficit += quantum * (-deficit // quantum + 1)  # turns until it is above 0
+                self._old.extend(self._new)
+                self._new.clear()
+        flow.deficit_bytes = deficit - sizes[-1]
+
+    def _within_limits(self, packets: Sequence[Waiting]) -> Iterator[Waiting]:
+        """The packets one by one where there may be too many, else as they come."""
+        constants = self._constants
+        for some in packets:
+            if (self._packets + some.packets <= constants.limit
+                    and self._bytes + some.size_bytes <= constants.memory_bytes):
+                yield some
+            else:
+                yield from some.singly()
 
     def _thin_out(self) -> list[Dropped]:
         fattest = max(self._flows.values(), key=lambda flow: flow.bytes)
+        waiting = sum(packets.packets for packets in fattest.waiting)
         dropped: list[Dropped] = []
-        for _ in range(max(min(len(fattest.waiting) // 2, _BATCH), 1)):
+        for _ in range(max(min(waiting // 2, _BATCH), 1)):
             packet = fattest.take_first()
             self._count(-1, -packet.size_bytes)
             dropped.append((packet, "queue_full"))

@@ -185,7 +185,7 @@ class AirOutlet:
         takes = partial(self._takes, lane)
         while not self._paused and lane.packets < self._most:
             waiting = (lane.awake.popleft() if lane.awake
-                       else lane.queue.pop(now_ns, dropped, takes, self._most - lane.packets))
+                       else lane.queue.pop(now_ns, dropped, takes))
             if waiting is None:
                 break
             if self._sleeps(waiting.hop):
@@ -217,11 +217,18 @@ class AirOutlet:
             return packets.packets * airtime_ns(sizes[last], self._rate_bps)
         return sum(airtime_ns(size, self._rate_bps) for size in sizes[packets.number:last + 1])
 
-    def _takes(self, lane: _Lane, receivers: Receivers) -> bool:
-        """Whether the radio takes in more for a station."""
+    def _takes(self, lane: _Lane, receivers: Receivers | None, size_bytes: int) -> int:
+        """How many packets of so many bytes the radio takes in for a station."""
+        places = self._most - lane.packets
+        if receivers is None or len(receivers) > 1:
+            return places
         own_ns = lane.inside_for[receivers]
-        return len(receivers) > 1 or own_ns < BUSY_RADIO_NS or (
-            self._inside_ns < BUSY_NS and own_ns < RADIO_NS)
+        free_ns = max(BUSY_RADIO_NS - own_ns, min(BUSY_NS - self._inside_ns, RADIO_NS - own_ns))
+        if free_ns <= 0:
+            return 0
+        if not size_bytes:
+            return places
+        return min(places, -(-free_ns // airtime_ns(size_bytes, self._rate_bps)))
 
     def _sent(self, lane: _Lane, train: _Train, leg: ports.Frame, receivers: Sequence[int],
               verdict: ports.Deliver | ports.Drop, lost: dict[int, str]) -> None:

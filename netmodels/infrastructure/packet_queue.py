@@ -31,6 +31,11 @@ class Waiting(NamedTuple):
         return Waiting(self.hop, number, sum(self.hop.sizes[number:number + count]), self.since_ns,
                        count)
 
+    @property
+    def longest_bytes(self) -> int:
+        """The size of its first packet; none is longer."""
+        return self.size_bytes if self.packets == 1 else self.hop.sizes[self.number]
+
     def singly(self) -> list[Waiting]:
         """Its packets, each for itself."""
         return [self.part(number, 1) for number in range(self.packets)]
@@ -42,6 +47,19 @@ class Waiting(NamedTuple):
 
 Dropped = tuple[Waiting, str]  # and the reason
 
+# How many packets of so many bytes a radio takes in for a station (None: for whomever); of 0 B: how
+# many it has places for.
+Takes = Callable[[Receivers | None, int], int]
+
+
+def take_first(waiting: deque[Waiting], most: int) -> Waiting:
+    """Take out the first packets of what waits, at ``most`` so many of one hop."""
+    first = waiting.popleft()
+    if first.packets > most:
+        waiting.appendleft(first.part(most, first.packets - most))
+        first = first.part(0, most)
+    return first
+
 
 class PacketQueue(Protocol):
     """The packets that wait for a radio."""
@@ -50,10 +68,9 @@ class PacketQueue(Protocol):
         """Let packets of one hop wait, while others are ``inside`` the radio. Returns those that
         are dropped for it, of any hop."""
 
-    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool],
-            most: int) -> Waiting | None:
-        """The packets of a hop that are sent next, which leave, at ``most`` so many; None: nobody
-        waits for whom the radio ``takes`` in more. Those that are dropped on that occasion are
+    def pop(self, now_ns: int, dropped: list[Dropped], takes: Takes) -> Waiting | None:
+        """The packets of a hop that are sent next, which leave, as many as the radio ``takes`` in;
+        None: nobody waits for whom it takes in more. Those that are dropped on that occasion are
         added to ``dropped``."""
 
     def take_out(self, dest: int | None) -> list[Waiting]:
@@ -77,14 +94,10 @@ class PlainQueue:
             self._waiting.append(packets.part(0, fit))
         return [(packets.part(fit, count - fit), "queue_full")] if fit < count else []
 
-    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool],
-            most: int) -> Waiting | None:
+    def pop(self, now_ns: int, dropped: list[Dropped], takes: Takes) -> Waiting | None:
         if not self._waiting:
             return None
-        first = self._waiting.popleft()
-        if first.packets > most:
-            self._waiting.appendleft(first.part(most, first.packets - most))
-            first = first.part(0, most)
+        first = take_first(self._waiting, takes(None, 0))
         self._packets -= first.packets
         return first
 

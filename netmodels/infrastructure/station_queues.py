@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 
 from netmodels.infrastructure.fq_codel import FqCodel
-from netmodels.infrastructure.packet_queue import Dropped, Receivers, Waiting
+from netmodels.infrastructure.packet_queue import Dropped, Receivers, Takes, Waiting
 
 
 class StationQueues:
@@ -25,16 +26,15 @@ class StationQueues:
             self._queues[receivers] = self._new_queue()
         if receivers not in self._turns:
             self._turns.append(receivers)
-        return self._queues[receivers].push(now_ns, packets.singly())
+        return self._queues[receivers].push(now_ns, (packets,))
 
-    def pop(self, now_ns: int, dropped: list[Dropped], takes: Callable[[Receivers], bool],
-            most: int) -> Waiting | None:
+    def pop(self, now_ns: int, dropped: list[Dropped], takes: Takes) -> Waiting | None:
         for _ in range(len(self._turns)):
             receivers = self._turns[0]
-            if takes(receivers):
-                packet = self._queues[receivers].pop(now_ns, dropped)
-                if packet is not None:
-                    return packet
+            if takes(receivers, 0):
+                packets = self._queues[receivers].pop(now_ns, dropped, partial(takes, receivers))
+                if packets is not None:
+                    return packets
                 self._turns.popleft()
             else:
                 self._turns.rotate(-1)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from desim.netcases.case import play
 from desim.ports.cases import NOWHERE, Flow, Setup
 from netmodels.cases.traffic import SAME_POWER
+from netmodels.infrastructure.fq_codel import FqCodel, FqCodelConstants
 from netmodels.infrastructure.packet_queue import PlainQueue, Waiting
 from netmodels.radio.radio import Radio
 
@@ -82,7 +83,7 @@ def test_runs_of_packets_wait_as_single_ones_would(steps, limit):
         assert [(one.number, one.packets, why) for one, why in refused] == (
             [(fit, count - fit, "queue_full")] if fit < count else [])
         single += [(hop, packet, number) for packet in range(fit)]
-        while takes and (run := queue.pop(number, [], bool, takes)):
+        while takes and (run := queue.pop(number, [], lambda *_, most=takes: most)):
             taken, single = single[:run.packets], single[run.packets:]
             assert taken == [(run.hop, packet, run.since_ns) for packet in range(
                 run.number, run.number + run.packets)]
@@ -90,4 +91,41 @@ def test_runs_of_packets_wait_as_single_ones_would(steps, limit):
             takes, inside = takes - run.packets, (inside + run.packets) % 5
     assert [(one.hop, one.number + k, one.since_ns) for one in queue.take_out(None)
             for k in range(one.packets)] == single
-    assert queue.pop(0, [], bool, 9) is None
+    assert queue.pop(0, [], lambda *_: 9) is None
+
+
+_MS = st.integers(0, 40)
+_STEPS = st.lists(st.tuples(st.sampled_from("aab"), st.integers(0, 8), st.integers(0, 7), _MS),
+                  max_size=60)
+
+
+@given(_STEPS, st.sampled_from(["0 B", "1514 B"]))
+def test_runs_wait_for_their_turns_and_drops_as_single_packets_would(steps, spare):
+    """Two flows of 1 to 8 packets and a rest, which a radio takes in by up to 7, in short queues."""
+    constants = FqCodelConstants(target="5 ms", interval="20 ms", limit=25, spare=spare)
+    together, singly = FqCodel(constants), FqCodel(constants)
+    now_ms = 0
+    for number, (flow, count, most, wait_ms) in enumerate(steps):
+        now_ms += wait_ms
+        now_ns = now_ms * 10**6
+        sizes = (1500,) * (count - 1) + (number % 1500 + 1,)
+        hop = SimpleNamespace(trip=SimpleNamespace(flow=flow), receivers=(1,), broadcast=False,
+                              sizes=sizes)
+        run = Waiting(hop, 0, sum(sizes), now_ns, count)
+        dropped, alone = [], []
+        if count:
+            dropped += together.push(now_ns, [run])
+            alone += singly.push(now_ns, run.singly())
+        left, right = [], []
+        while len(left) < most and (some := together.pop(
+                now_ns, dropped, lambda _, free=most - len(left): free)):
+            left += some.singly()
+        right = [one for _ in range(most) if (one := singly.pop(now_ns, alone))]
+        assert left == right
+        assert [(one, why) for some, why in dropped for one in some.singly()] == alone
+    for name in singly._flows:
+        ours, theirs = together._flows[name], singly._flows[name]
+        assert (ours.deficit_bytes, ours.bytes, ours._above_ns, ours._dropping) == (
+            theirs.deficit_bytes, theirs.bytes, theirs._above_ns, theirs._dropping)
+    assert (together._new, together._old, together._packets, together._bytes) == (
+        singly._new, singly._old, singly._packets, singly._bytes)
