@@ -218,7 +218,7 @@ class AirOutlet:
         return sum(airtime_ns(size, self._rate_bps) for size in sizes[packets.number:last + 1])
 
     def _takes(self, lane: _Lane, receivers: Receivers | None, size_bytes: int) -> int:
-        """How many packets of so many bytes the radio takes in for a station."""
+        """The number of packets of so many bytes that the radio takes in for a station."""
         places = self._most - lane.packets
         if receivers is None or len(receivers) > 1:
             return places
