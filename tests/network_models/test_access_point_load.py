@@ -101,7 +101,7 @@ _STEPS = st.lists(st.tuples(st.sampled_from("aab"), st.integers(0, 8), st.intege
 
 @given(_STEPS, st.sampled_from(["0 B", "1514 B"]))
 def test_runs_wait_for_their_turns_and_drops_as_single_packets_would(steps, spare):
-    """Two flows of 1 to 8 packets and a rest, which a radio takes in by up to 7, in short queues."""
+    """Two flows in a short queue, of which a radio takes in up to 7 packets at a time."""
     constants = FqCodelConstants(target="5 ms", interval="20 ms", limit=25, spare=spare)
     together, singly = FqCodel(constants), FqCodel(constants)
     now_ms = 0
@@ -116,9 +116,9 @@ def test_runs_wait_for_their_turns_and_drops_as_single_packets_would(steps, spar
         if count:
             dropped += together.push(now_ns, [run])
             alone += singly.push(now_ns, run.singly())
-        left, right = [], []
+        left = []
         while len(left) < most and (some := together.pop(
-                now_ns, dropped, lambda _, free=most - len(left): free)):
+                now_ns, dropped, lambda _, most=most, left=left: most - len(left))):
             left += some.singly()
         right = [one for _ in range(most) if (one := singly.pop(now_ns, alone))]
         assert left == right
