@@ -10,7 +10,7 @@ from desim import plugins
 from desim.errors import InputError
 from desim.ports import RecordedPaths, StrategyTraits
 from desim.ports.sharing import SharingTraits
-from desim.ports.tasks import TaskTraits
+from desim.ports.tasks import GivesMap, TaskTraits
 from desim.scenario.names import robot_names
 from desim.scenario.robot_types import type_names, types_by_name
 from desim.scenario.schema.scenario import Scenario
@@ -99,7 +99,7 @@ def coordinators(scenario: Scenario, _: Folder) -> Found:
     """Map sharing that gives a host without a body no map, or none at all."""
     exchange = scenario.coordination.exchange
     names = [name for name, host in scenario.hosts.items() if host.strategy is not None]
-    if not names:
+    if not names or _task_gives_map(scenario):
         return
     path: Path
     if exchange is None:
@@ -111,6 +111,13 @@ def coordinators(scenario: Scenario, _: Folder) -> Found:
         return
     yield path, (f"{why}; {', '.join(names)}, with a strategy and without a body, would get no "
                  f"map; allowed with a coordinator: {', '.join(_without_body())}")
+
+
+def _task_gives_map(scenario: Scenario) -> bool:
+    """Whether all hosts with a strategy start with the map of the terrain."""
+    task = _loaded("task", scenario.task.model)
+    return task is not None and isinstance(
+        one := task(scenario.task.params), GivesMap) and one.gives_map()
 
 
 def _without_body() -> list[str]:

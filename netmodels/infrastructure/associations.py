@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import partial
 
-import numpy as np
-
 from desim import ports
 from netmodels.hops import Hops
 from netmodels.infrastructure.background_scans import BackgroundScans
@@ -57,7 +55,6 @@ class Associations:
         self._roaming, self._ack_ns = settings.roaming, ack_ns
         self._stations = {host: _Station(BackgroundScans(settings.roaming)) for host in hosts}
         self._known: dict[int, int] = {}  # to the wires: where a station hangs
-        self._powers: dict[int, tuple[np.ndarray, int, np.ndarray]] = {}
         self.control = ControlFrames(air)
         self.power_save = PowerSave(self.control, settings.constants, outlets, self._rests_at
                                     ) if settings.power_save else None
@@ -67,13 +64,16 @@ class Associations:
     def begin(self) -> None:
         """Begin, where stations are associated from the start on with whom they hear best."""
         if self._settings.associated:
+            budget = self._radio.budget
+            powers_dbm = budget.powers_dbm(budget.losses(
+                self._air.positions(self._air.now_ns), self._air.obstacles))
             for host, station in self._stations.items():
-                best = self._best(host)
-                if best is not None:
+                best = max(self._channels, key=lambda one: (powers_dbm[one, host], -one))
+                if powers_dbm[best, host] >= self._found_dbm:
                     station.access_point = self._known[host] = best
                     station.scanned_ns = 0
-                    station.scans.begin(0, self._is_weak(best, host))
-                    self._radio.budget.channels[host] = self._channels[best]
+                    station.scans.begin(0, powers_dbm[best, host] < self._roaming.threshold_dbm)
+                    budget.channels[host] = self._channels[best]
                     self._is_active(host)
         for access_point in self._channels:
             phase = self._air.stream("beacons", self._names[access_point]).random()
@@ -118,20 +118,20 @@ class Associations:
     def _beacon(self, access_point: int) -> None:
         air = self._air
         air.at(air.now_ns + self._constants.beacon_ns, self._beacon, access_point)
-        powers_dbm = self._powers_dbm(access_point)
         size_bytes = self._constants.beacon_frame_bytes
         if size_bytes is not None:
             if self._hosts:
                 self.control.send(access_point, self._hosts, size_bytes, True,
                                   partial(self._passed, access_point))
         else:
-            found = powers_dbm >= self._found_dbm
-            for host, heard in zip(self._hosts, found.tolist(), strict=True):
-                self._note(access_point, host, heard)
+            for host in self._hosts:
+                self._note(access_point, host,
+                           self._power_dbm(access_point, host) >= self._found_dbm)
         if self.power_save is not None:
             self.power_save.beacon(access_point)
-        for host, power_dbm in zip(self._hosts, powers_dbm.tolist(), strict=True):
-            self._watch(access_point, host, power_dbm)
+        powers_dbm = self._radio.powers_dbm()[access_point].tolist()
+        for host in self._hosts:
+            self._watch(access_point, host, powers_dbm[host])
 
     def _passed(self, access_point: int, _: ports.Frame, receivers: Sequence[int],
                 verdict: ports.Deliver | ports.Drop, __: dict[int, str]) -> None:
@@ -346,25 +346,8 @@ class Associations:
     def _found_dbm(self) -> float:
         return self._radio.budget.found_dbm
 
-    def _best(self, host: int) -> int | None:
-        """The access point with the strongest signal that can be found at a station."""
-        power_dbm, best = max((self._power_dbm(one, host), -one) for one in self._channels)
-        return -best if power_dbm >= self._found_dbm else None
-
     def _is_weak(self, access_point: int, host: int) -> bool:
         return self._power_dbm(access_point, host) < self._roaming.threshold_dbm
 
     def _power_dbm(self, access_point: int, host: int) -> float:
-        return float(self._powers_dbm(access_point)[self._hosts.index(host)])
-
-    def _powers_dbm(self, access_point: int) -> np.ndarray:
-        """[hosts] of an access point, at each of the stations."""
-        air = self._air
-        places, obstacles = air.positions(air.now_ns), air.obstacles
-        seen = self._powers.get(access_point)
-        if seen is None or seen[0] is not places or seen[1] != obstacles.epoch:
-            hosts = np.array(self._hosts, np.int64)
-            seen = places, obstacles.epoch, self._radio.budget.between_dbm(
-                np.full(len(hosts), access_point), hosts, places, obstacles)
-            self._powers[access_point] = seen
-        return seen[2]
+        return float(self._radio.powers_dbm()[access_point, host])

@@ -10,7 +10,7 @@ import numpy as np
 
 from desim import ports
 from desim.errors import InputError, ModelError
-from netmodels.radio.budget import RadioLinks
+from netmodels.radio.budget import PairLosses, RadioLinks
 from netmodels.radio.dcf.stations import EXPIRED, HEARD, NEVER, RECEIVED, TRIED, Stations
 from netmodels.radio.errors import error_table
 from netmodels.radio.fates import QueuedFrame
@@ -92,6 +92,9 @@ class Air:
         self._waiting: dict[tuple[int, int], QueuedFrame] = {}  # by station and place in its queue
         self._arrived: dict[tuple[int, int], QueuedFrame] = {}  # the last one that left each place
         self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
+        self._losses: PairLosses
+        self._powers_of: PairLosses | None = None  # those whose powers are known
+        self._powers_dbm: np.ndarray
         self._mean: RadioLinks  # the links without fading, and with it
         self._links: RadioLinks
         self._alone = len(self.radios) == 1
@@ -145,10 +148,19 @@ class Air:
         settlement of a frame."""
         self.catch_up()
         self._budget.channels[number * self._hosts + host] = channel
-        self._epoch = -1
         self._update_links(self._context.now_ns)
+        self._mean = self._budget.on_channels(self._losses)
+        self._link(self._context.now_ns)
         if not self._wake_booked:
             self._book_wake()
+
+    def powers_dbm(self, number: int) -> np.ndarray:
+        """``Budget.powers_dbm`` of the hosts of the radio of that ``number``, without fading."""
+        self.catch_up()
+        if self._powers_of is not self._losses:
+            self._powers_of, self._powers_dbm = self._losses, self._budget.powers_dbm(self._losses)
+        own = slice(number * self._hosts, (number + 1) * self._hosts)
+        return self._powers_dbm[own, own]
 
     def _book_wake(self) -> None:
         """Foresee the next outcome once for all that is sent in this instant, also by senders whose
@@ -220,9 +232,15 @@ class Air:
         if obstacles.epoch != self._epoch or (
                 places is not self._places and now_ns >= self._updated_ns + self._update_ns):
             self._updated_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
-            self._mean = self._budget.links(places, obstacles)
+            self._losses = self._budget.losses(places, obstacles)
+            self._mean = self._budget.on_channels(self._losses)
         elif fades is None or now_ns < fades.until_ns:
             return
+        self._link(now_ns)
+
+    def _link(self, now_ns: int) -> None:
+        """Let the stations have the links of now, with fading."""
+        fades = self._fades
         self._links = links = self._mean if fades is None else fades.links(self._mean, now_ns)
         self.stations.link(now_ns, links.first, links.hearer, links.mw,
                            links.delays_ns(self._places) if self._unaware else 0)

@@ -52,6 +52,14 @@ class RadioLinks(NamedTuple):
         return np.nan_to_num(np.rint(apart_m / _LIGHT_M_PER_NS)).astype(np.int32)
 
 
+class PairLosses(NamedTuple):
+    """The losses between pairs of stations: ``one`` and ``other`` [k] indices, ``loss_db`` [k]."""
+
+    one: np.ndarray
+    other: np.ndarray
+    loss_db: np.ndarray
+
+
 @dataclass(frozen=True)
 class Budget:
     """The parameters of a link budget. A frame is heard (as interference) from ``heard_dbm`` on and
@@ -83,6 +91,11 @@ class Budget:
         """The links between hosts at ``places`` [hosts, 2] m. A host without a place hears nobody,
         and nobody hears it, unless the loss does not depend on places. Hosts that are too far away
         cost nothing."""
+        return self.on_channels(self.losses(places, obstacles))
+
+    def losses(self, places: np.ndarray, obstacles: ports.Obstacles) -> PairLosses:
+        """The losses between hosts at ``places`` [hosts, 2] m that can hear each other, on
+        whatever channels they are."""
         best_db = self.shadows.best_db if self.shadows else 0.0
         one, other = self._pairs(places, best_db)
         height_m, gain_db = self.antennas.height_m, self.antennas.gain_db
@@ -91,9 +104,8 @@ class Budget:
             np.sqrt(np.einsum("ij,ij->i", apart, apart) + above_m ** 2))
         best_dbm = np.maximum(self.sent_dbm[one] + gain_db[other],
                               self.sent_dbm[other] + gain_db[one])
-        near = np.flatnonzero((self.channels[one] == self.channels[other])
-                              & (best_dbm + best_db - loss_db > self.heard_dbm))
-        one, other, loss_db = one[near], other[near], loss_db[near]  # NaN is not near
+        near = np.flatnonzero(best_dbm + best_db - loss_db > self.heard_dbm)  # NaN is not near
+        one, other, loss_db = one[near], other[near], loss_db[near]
         if self.shadows is not None:
             loss_db += self.shadows.loss_db(places, one, other)
         if self.walls is not None:
@@ -101,7 +113,21 @@ class Budget:
             most_db = best_dbm[near] - self.heard_dbm - loss_db + _SLACK_DB
             loss_db += _walls_db(self.walls, places[one], places[other], obstacles, most_db,
                                  np.column_stack([height_m[one], height_m[other]]))
-        return self._sorted(one, other, loss_db, len(places))
+        return PairLosses(one, other, loss_db)
+
+    def on_channels(self, losses: PairLosses) -> RadioLinks:
+        """The links of ``losses`` between hosts that are on one channel now."""
+        one, other, loss_db = losses
+        hosts = len(self.channels)
+        source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
+        dbm = (self.sent_dbm[source] + self.antennas.gain_db[hearer]
+               - np.concatenate([loss_db, loss_db]))
+        heard = np.flatnonzero((dbm > self.heard_dbm)
+                               & (self.channels[source] == self.channels[hearer]))
+        source, hearer, dbm = source[heard], hearer[heard], dbm[heard]
+        order = np.argsort(source * hosts + hearer)
+        source, hearer, dbm = source[order], hearer[order], dbm[order]
+        return RadioLinks.of(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm, hosts)
 
     def link_dbm(self, sender: int, receiver: int, ends_m: np.ndarray,
                  obstacles: ports.Obstacles) -> np.ndarray:
@@ -110,21 +136,14 @@ class Budget:
         return self.received_dbm(ends_m[0], ends_m[1:], obstacles, heights_m) + (
             self.sent_dbm[sender] + self.antennas.gain_db[receiver] - self.power_dbm)
 
-    def between_dbm(self, sender: np.ndarray, receiver: np.ndarray, places: np.ndarray,
-                    obstacles: ports.Obstacles) -> np.ndarray:
-        """[k] dBm of ``sender`` [k] at ``receiver`` [k], indices of ``places`` [hosts, 2] m,
-        whatever their channels; -inf where one has no place and the loss depends on that."""
-        height_m = self.antennas.height_m
-        apart, above_m = places[sender] - places[receiver], height_m[sender] - height_m[receiver]
-        loss_db = self.path_loss.loss_db(np.sqrt((apart ** 2).sum(axis=1) + above_m ** 2))
-        if self.shadows is not None:
-            loss_db = loss_db + self.shadows.loss_db(places, sender, receiver)
-        if self.walls is not None:
-            loss_db = loss_db + _walls_db(
-                self.walls, places[sender], places[receiver], obstacles,
-                heights_m=np.column_stack([height_m[sender], height_m[receiver]]))
-        return np.where(np.isnan(loss_db), -np.inf, self.sent_dbm[sender]
-                        + self.antennas.gain_db[receiver] - loss_db)
+    def powers_dbm(self, losses: PairLosses) -> np.ndarray:
+        """[hosts, hosts] dBm of each host at each other one, on whatever channels they are; -inf
+        where it cannot be heard, and at the host itself."""
+        one, other, loss_db = losses
+        power_dbm = np.full((len(self.channels), len(self.channels)), -np.inf)
+        power_dbm[one, other] = self.sent_dbm[one] + self.antennas.gain_db[other] - loss_db
+        power_dbm[other, one] = self.sent_dbm[other] + self.antennas.gain_db[one] - loss_db
+        return power_dbm
 
     def received_dbm(self, from_m: np.ndarray, to_m: np.ndarray, obstacles: ports.Obstacles,
                      heights_m: np.ndarray | None = None) -> np.ndarray:
@@ -150,17 +169,6 @@ class Budget:
         placed = np.flatnonzero(np.isfinite(places).all(axis=1))
         near = cKDTree(places[placed]).query_pairs(1.000001 * heard_m, output_type="ndarray")
         return placed[near[:, 0]], placed[near[:, 1]]
-
-    def _sorted(self, one: np.ndarray, other: np.ndarray, loss_db: np.ndarray, hosts: int
-                ) -> RadioLinks:
-        source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
-        dbm = (self.sent_dbm[source] + self.antennas.gain_db[hearer]
-               - np.concatenate([loss_db, loss_db]))
-        heard = np.flatnonzero(dbm > self.heard_dbm)
-        source, hearer, dbm = source[heard], hearer[heard], dbm[heard]
-        order = np.argsort(source * hosts + hearer)
-        source, hearer, dbm = source[order], hearer[order], dbm[order]
-        return RadioLinks.of(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm, hosts)
 
 
 def _walls_db(walls: Walls, starts: np.ndarray, ends: np.ndarray,

@@ -63,16 +63,22 @@ class PlaneWaves:
         self._sigma_db, self._numbers, self._phases = sigma_db, numbers, phases
         self._correlation = correlation
 
-    def loss_db(self, places: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """[k] dB between ``one`` and ``other`` [k], indices of ``places`` [n, 2] m."""
+    def ends(self, places: np.ndarray) -> np.ndarray:
+        """[2 ends, places, 2 waves] the waves at ``places`` [n, 2] m."""
         near, far = self._at(places, 0, 0.0), self._at(places, 1, self._phases)
         near[:, _WAVES:] *= -1  # cos(a + b) = cos a cos b - sin a sin b
+        return np.stack([near, far])
+
+    def loss_db(self, ends: np.ndarray, one: np.ndarray, other: np.ndarray,
+                apart_m: np.ndarray) -> np.ndarray:
+        """[k] dB between the places ``one`` and ``other`` [k] of ``ends``, ``apart_m`` [k] m from
+        each other."""
+        near, far = ends
         total = np.empty(len(one))
         for k in range(0, len(one), _CHUNK):
             a, b = one[k:k + _CHUNK], other[k:k + _CHUNK]
             total[k:k + _CHUNK] = (np.einsum("ij,ij->i", near[a], far[b])
                                    + np.einsum("ij,ij->i", near[b], far[a]))
-        apart_m = np.hypot(*(places[one] - places[other]).T)
         alike = self._correlation(apart_m) ** 2  # of one direction and the other
         total *= self._sigma_db * np.sqrt(2 / _WAVES) / np.sqrt(2 + 2 * alike)
         return total
@@ -97,6 +103,9 @@ class Shadows:
         if params.echoes_db:
             self._parts.append(_echoes(params, stream("echoes"), 2 * np.pi / wave_m))
         self._hosts, self._stream = hosts, stream
+        # The last places of the hosts, and the waves there: those of a host that stands remain.
+        self._places = np.full((len(hosts), 2), np.nan)
+        self._ends = [np.empty((2, len(hosts), 2 * _WAVES)) for _ in self._parts]
 
     @cached_property
     def _somewhere(self) -> np.ndarray:
@@ -110,7 +119,12 @@ class Shadows:
         unknown = np.isnan(places)
         if unknown.any():
             places = np.where(unknown, self._somewhere, places)
-        return self._loss_db(places, one, other)
+        moved = np.flatnonzero((places != self._places).any(axis=1))
+        if len(moved):
+            self._places[moved] = places[moved]
+            for part, ends in zip(self._parts, self._ends, strict=True):
+                ends[:, moved] = part.ends(places[moved])
+        return self._loss_db(places, self._ends, one, other)
 
     def between_db(self, from_m: np.ndarray, to_m: np.ndarray) -> np.ndarray:
         """[n] dB between places ``from_m`` [2] m and ``to_m`` [n, 2] m."""
@@ -118,13 +132,15 @@ class Shadows:
         for k in range(0, len(to_m), _POINTS):
             places = np.vstack([from_m, to_m[k:k + _POINTS]])
             other = np.arange(1, len(places))
-            loss_db[k:k + _POINTS] = self._loss_db(places, np.zeros_like(other), other)
+            loss_db[k:k + _POINTS] = self._loss_db(
+                places, [part.ends(places) for part in self._parts], np.zeros_like(other), other)
         return loss_db
 
-    def _loss_db(self, places: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        total = np.zeros(len(one))
-        for part in self._parts:
-            total += part.loss_db(places, one, other)
+    def _loss_db(self, places: np.ndarray, ends: list[np.ndarray], one: np.ndarray,
+                 other: np.ndarray) -> np.ndarray:
+        total, apart_m = np.zeros(len(one)), np.hypot(*(places[one] - places[other]).T)
+        for part, waves in zip(self._parts, ends, strict=True):
+            total += part.loss_db(waves, one, other, apart_m)
         return np.clip(total, -self.best_db, self.best_db)
 
 

@@ -301,6 +301,11 @@ class DcfRadio:
         self.budget.channels[host] = channel
         self._air.tune(self._number, host, channel)
 
+    def powers_dbm(self) -> np.ndarray:
+        """[hosts, hosts] dBm of each host at each other one, on whatever channels they are, when
+        links were last made anew; -inf where it cannot be heard. Without fading."""
+        return self._air.powers_dbm(self._number)
+
     def _on_different_channels(self, host: int, other: int) -> bool:
         return self.budget.channels[host] != self.budget.channels[other]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,7 @@ class CellGraph:
                  origin_m: tuple[float, float] = (0.0, 0.0)) -> None:
         self.edges, self._cell_m, self._origin_m = edges, cell_m, origin_m
         self._ways: dict[Cell, dict[Cell, int]] = {}
+        self._nearest: dict[tuple[float, ...], Cell] = {}  # to places that were asked for
 
     def centre(self, cell: Cell) -> Place:
         """Its middle."""
@@ -34,8 +35,15 @@ class CellGraph:
         cells = list(self.edges)
         return cells, np.array([self.centre(cell) for cell in cells]).reshape(-1, 2)
 
-    def nearest(self, place: tuple[float, float], other: Iterable[Cell] = ()) -> Cell:
-        """The cell whose centre is nearest to ``place``, not one of ``other``."""
+    def nearest(self, place: Sequence[float]) -> Cell:
+        """The cell whose centre is nearest to ``place`` [2] m."""
+        key = tuple(place)
+        if key not in self._nearest:
+            self._nearest[key] = self.nearest_but(place, ())
+        return self._nearest[key]
+
+    def nearest_but(self, place: Sequence[float], other: Iterable[Cell]) -> Cell:
+        """The cell whose centre is nearest to ``place`` [2] m, not one of ``other``."""
         cells, centres_m = self._centres_m
         taken = set(other)
         order = np.argsort(np.hypot(*(centres_m - place[:2]).T), kind="stable")

@@ -96,7 +96,7 @@ class TrafficControl:
             if cell == self._granted.get(name):
                 self._at[name], self._places[name] = cell, ports.Place(*content["at"])
         elif name not in self._granted:
-            self._granted[name] = graph.nearest(content["start"], self._granted.values())
+            self._granted[name] = graph.nearest_but(content["start"], self._granted.values())
         self._plan_on(host)
 
     def _cells(self, host: ports.StrategyContext) -> CellGraph | None:
