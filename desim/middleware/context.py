@@ -25,6 +25,7 @@ from desim.ports import TimePart
 from desim.ports.middleware import (
     Addressing,
     CarriesMessages,
+    DatagramSocket,
     Endpoint,
     HostState,
     InAdvance,
@@ -158,14 +159,15 @@ class GraphContext:
     def send(self, kind: str, source: int, receivers: Sequence[int], size_bytes: int,
              arrived: Callable[..., object], token: object = None, *, segments: int = 1,
              multicast: bool = False, in_part: Callable[..., object] | None = None,
-             in_advance: Callable[[int], InAdvance | None] | None = None) -> None:
+             in_advance: Callable[[int], InAdvance | None] | None = None,
+             socket: DatagramSocket | None = None) -> None:
         graph, ids = self._graph, self.host_ids
         by_medium: dict[Medium | Way, list[int]] = {}
         for receiver in sorted(receivers):
             medium = self.route(source, receiver, at_present=multicast)
             if medium is not None:
                 by_medium.setdefault(medium, []).append(receiver)
-        carrier = _Arrivals(arrived, in_part)
+        carrier = _Arrivals(arrived, in_part, socket or "discovery")
         if segments > 1 or multicast or self._neighbours is not None:
             in_advance = None
         now_ns, own, kind_id = self.kernel.now_ns, ids[source], self._id(kind)
@@ -178,7 +180,11 @@ class GraphContext:
                 note = None if in_advance is None else in_advance(to[0])
                 if note is None:
                     sends = medium if multicast else self.way(medium, source, to)
-                    sends.transmit(source, to, size_bytes, segments, multicast, carrier, token)
+                    if socket is None:
+                        sends.transmit(source, to, size_bytes, segments, multicast, carrier, token)
+                    else:
+                        socket.send(medium, to, size_bytes, segments, multicast, carrier, token,
+                                    sends=sends)
                     continue
                 arrival_ns = medium.post(source, (to[0],), size_bytes, carrier, token)
                 if arrival_ns is not None:
@@ -215,16 +221,15 @@ class _Arrivals(AddressedCarrier[object], BroadcastCarrier[object]):
     """The carrier of frames of which only the arrival matters. A protocol over UDP takes a copy
     for another frame."""
 
-    socket = "discovery"  # a host's registry sends all by one
-
-    __slots__ = ("arrived", "repeated", "_in_part")
+    __slots__ = ("arrived", "repeated", "socket", "_in_part")
     arrived: Callable[..., object]
     repeated: Callable[..., object]
+    socket: object
 
-    def __init__(self, arrived: Callable[..., object],
-                 in_part: Callable[..., object] | None) -> None:
+    def __init__(self, arrived: Callable[..., object], in_part: Callable[..., object] | None,
+                 socket: object) -> None:
         self.arrived = self.repeated = arrived
-        self._in_part = in_part
+        self._in_part, self.socket = in_part, socket
 
     def first_sent(self, token: object, now_ns: int) -> int:
         return BEFORE_NS

@@ -53,7 +53,7 @@ class Host:
 
     __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "clock", "software",
                  "nodes", "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
-                 "_inbox", "sockets", "refused", "calling")
+                 "_inbox", "_off", "sockets", "refused", "calling")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -62,6 +62,7 @@ class Host:
         self.id = graph.names.id(name)
         self.packed_id = pack_id(self.id)  # for rows of many hosts
         self.media: list[Medium] = []  # in order of preference
+        self._off: Sequence[Medium] | None = None  # those whose interface is off; None: all
         self.clock: HostClock | None = None  # None: it shows the true time
         self.software: Callable[[Host], list[Node]] = lambda host: []
         self.nodes: list[Node] = []
@@ -112,7 +113,8 @@ class Host:
         graph = self.graph
         graph.book_expected()
         graph.up[self.index] = True
-        self._notify_media(True)
+        for medium in self.media if self._off is None else self._off:
+            medium.switched(self.index, True)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_started"), self.id)
         graph.context.started(self.index)
         self.nodes = self.software(self)
@@ -122,13 +124,23 @@ class Host:
     def stop(self) -> None:
         """Stop, and lose all memory: timers, queues, outboxes, subscriptions. Frames that it has
         sent go on; frames on their way to it are dropped as ``host_down``."""
+        self._end(self.media)
+
+    def stop_software(self) -> None:
+        """The same, but its interfaces stay on."""
+        self._end(())
+
+    def _end(self, media: Sequence[Medium]) -> None:
+        """Stop the software, and the interfaces to ``media``."""
         if not self.up:
             return
         graph = self.graph
         graph.book_expected()
         graph.forget_batches(self)
         graph.up[self.index] = False
-        self._notify_media(False)
+        self._off = media
+        for medium in media:
+            medium.switched(self.index, False)
         graph.trace.row(graph.kernel.now_ns, graph.names.id("host_stopped"), self.id)
         for node in self.nodes:
             node.stop()
@@ -148,10 +160,6 @@ class Host:
         for host in graph.hosts:
             host.last_arrival_ns[self.index] = 0
         graph.context.stopped(self.index)
-
-    def _notify_media(self, up: bool) -> None:
-        for medium in self.media:
-            medium.switched(self.index, up)
 
     def advertise(self, node: str, topic: str, transport: str, via: str, queue: int,
                   latch: bool) -> Publisher:

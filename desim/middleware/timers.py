@@ -149,7 +149,7 @@ class Lifetime:
 
     def __init__(self, context: MiddlewareContext, host: int) -> None:
         self._context, self._host = context, host
-        self._lasts = True
+        self.lasts = True
 
     def after(self, delay_ns: int, fn: Callable[..., object], arg: object = None) -> Handle:
         """Call ``fn(arg)`` ``delay_ns`` from now, if this life still lasts."""
@@ -158,9 +158,9 @@ class Lifetime:
 
     def end(self) -> None:
         """The host stops: nothing is called any more."""
-        self._lasts = False
+        self.lasts = False
 
     def _run(self, call: tuple[Callable[..., object], object]) -> None:
-        if self._lasts:
+        if self.lasts:
             fn, arg = call
             fn(arg)

@@ -42,6 +42,10 @@ class HeldFrames:
         heappush(self._frames, HeldFrame(medium.now_ns + wait_ns, frame, claims, send))
         self._kernel.after(wait_ns, Phase.NETWORK, medium.id, self.release)
 
+    def holds(self, number: int) -> bool:
+        """Whether frame ``number`` waits."""
+        return bool(self.count) and any(held.frame.id == number for held in self._frames)
+
     def release(self, _: object = None) -> None:
         """Hand over what is due. The medium calls it, too, before it takes a frame: none overtakes
         what is due in its own instant."""
@@ -55,6 +59,8 @@ class HeldFrames:
                 medium.on_refusal = judged
             else:
                 self._lose(claims)
+            if medium.departures.held and not medium.is_open(frame.id):
+                medium.left(frame)
 
     def _lose(self, claims: Sequence[Claim]) -> None:
         for carrier, token, receiver, _, segments, terms in claims:

@@ -288,8 +288,8 @@ class Medium(Account):
                         (members[i], token, receivers[i], size_bytes, segments, PLAIN))
 
     def is_open(self, number: int) -> bool:
-        """Whether the model has taken frame ``number`` and not settled it everywhere."""
-        return number in self._open or number in self._broadcasts
+        """Whether frame ``number`` waits for the model, or that has not settled it everywhere."""
+        return number in self._open or number in self._broadcasts or self.held.holds(number)
 
     # For those who watch.
 

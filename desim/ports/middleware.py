@@ -119,6 +119,13 @@ class DatagramSocket(Protocol):
         node=None)`` sends a train of datagrams of ``each`` packets, as ``Sends.transmit`` does.
         While the send buffer is full it waits, and ``node``, which publishes it, with it."""
 
+    @property
+    def waits(self) -> bool:
+        """Whether something waits for room."""
+
+    def when_free(self, fn: Callable[[], object]) -> None:
+        """Call ``fn`` once, when nothing waits any more."""
+
 
 class AddressEntry(Sends, Protocol):
     """A host's entry for the address of another one. ``confirmed_ns``: when its sender knew last
@@ -184,11 +191,13 @@ class MiddlewareContext(Protocol):
              arrived: Callable[[T, int], object], token: T | None = None, *, segments: int = 1,
              multicast: bool = False,
              in_part: Callable[[T, int, dict[int, str]], object] | None = None,
-             in_advance: Callable[[int], InAdvance | None] | None = None) -> None:
+             in_advance: Callable[[int], InAdvance | None] | None = None,
+             socket: DatagramSocket | None = None) -> None:
         """Send a frame of the middleware's own, of ``size_bytes`` with all headers, to each of
         ``receivers``; with ``multicast``, one on each medium for all of them. Where one arrives,
         ``arrived(token, receiver)`` is called; where one is lost, nothing is. Its bytes are counted
-        under ``kind``, as bytes of discovery. Hosts without a medium in common hear nothing.
+        under ``kind``, as bytes of discovery. Hosts without a medium in common hear nothing. It
+        waits for room in its ``socket``; without one in none.
 
         A frame of several packets is one datagram, which is lost with any of them; with
         ``in_part``, it is a train of several: ``in_part(token, receiver, lost)`` is called where

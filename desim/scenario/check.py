@@ -191,11 +191,11 @@ def _known_names(scenario: Scenario, _: Folder) -> Found:
 
 
 def _faults(scenario: Scenario, _: Folder) -> Found:
-    """Faults of one host and kind come one after the other."""
-    before: dict[tuple[str, str], tuple[int, Fault]] = {}
+    """Faults of one host or of one drive come one after the other."""
+    before: dict[tuple[str, bool], tuple[int, Fault]] = {}
     # sorted by time; where two begin together the one that is written later is wrong
     for i, fault in sorted(enumerate(scenario.faults), key=lambda item: item[1].at_ns):
-        number, earlier = before.get((fault.host, fault.kind), (None, None))
+        number, earlier = before.get((fault.host, fault.kind == "stuck"), (None, None))
         begins, has = _VERBS[fault.kind]
         if earlier is not None and not _over(earlier, fault.at_ns):
             until = ("for good" if earlier.down_for_ns is None else
@@ -205,10 +205,11 @@ def _faults(scenario: Scenario, _: Folder) -> Found:
                 f"faults.{number} {has} it at {DURATION.format(earlier.at_ns)} {until}; allowed: "
                 "one after the other")
         if earlier is None or _over(earlier, fault.at_ns):
-            before[fault.host, fault.kind] = i, fault
+            before[fault.host, fault.kind == "stuck"] = i, fault
 
 
-_VERBS = {"stop": ("stop", "has stopped"), "stuck": ("be stuck", "holds")}
+_VERBS = {"stop": ("stop", "has stopped"), "software": ("lose its software", "has stopped"),
+          "stuck": ("be stuck", "holds")}
 
 
 def _over(fault: Fault, time_ns: int) -> bool:

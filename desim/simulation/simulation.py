@@ -268,8 +268,8 @@ class Simulation:
 
     def _outage(self, fault: Fault) -> Generator[int, None, None]:
         yield fault.at_ns
-        last = self._held if fault.kind == "stuck" else self._down
-        yield from last(fault.host, fault.down_for_ns)
+        last = {"stop": self._down, "software": self._without_software, "stuck": self._held}
+        yield from last[fault.kind](fault.host, fault.down_for_ns)
 
     def _held(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
         """Block the drive of a robot: it brakes, and follows no command until it is free."""
@@ -287,9 +287,14 @@ class Simulation:
 
     def _down(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
         """Stop a host, and start it again when the last of its outages has ended."""
+        self.graph.host(name).stop()
+        yield from self._without_software(name, for_ns)
+
+    def _without_software(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
+        """The same of its software, where its interfaces stay on."""
         host = self.graph.host(name)
         self._outages[name] += 1
-        host.stop()
+        host.stop_software()
         self._drivers[:] = [driver for driver in self._drivers if driver.host is not host]
         if name in self._explorers:
             self._watch(name, None)

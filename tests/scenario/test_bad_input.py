@@ -672,6 +672,10 @@ WRONG = {
         "{kind: stuck, at: 8 s, host: robot_0}]", [
             "2:90: faults.2: robot_0 is to be stuck at 8 s, but faults.0 holds it at 5 s until "
             "14 s; allowed: one after the other"]),
+    "no software and no host": (
+        "faults: [{kind: software, at: 5 s, host: robot_0}, {at: 6 s, host: robot_0}]", [
+            "2:52: faults.1: robot_0 is to stop at 6 s, but faults.0 has stopped it at 5 s for "
+            "good; allowed: one after the other"]),
     "overlapping faults": (
         "faults: [{at: 9 s, host: robot_0}, {at: 5 s, host: robot_0, down_for: 4 s}, "
         "{at: 6 s, host: workstation}]", [

@@ -10,7 +10,6 @@ from desim.errors import InputError, host_index
 from desim.middleware.dds.blocked_calls import BlockedCalls
 from desim.middleware.dds.domains import check_ports, domains_of
 from desim.middleware.dds.endpoints import Envelope
-from desim.middleware.dds.outbox import Outbox
 from desim.middleware.dds.parameters import CYCLONE, DdsParams
 from desim.middleware.dds.participant import Participant
 from desim.middleware.dds.reader_proxy import ReaderProxy
@@ -87,9 +86,6 @@ class Dds:
         self._writers: list[dict[str, list[StatefulWriter]]] = [{} for _ in hosts]
         self._links: dict[tuple[int, int, str], list[ReaderProxy]] = {}
         self._calls: dict[tuple[int, str], BlockedCalls] = {}
-        # Of hosts with several participants.
-        self.outboxes = [Outbox(context, host) for host in range(len(hosts))] \
-            if params.participants > 1 else []
 
     def switched(self, host: int, up: bool) -> None:
         former, self._processes[host] = self._processes[host], ()

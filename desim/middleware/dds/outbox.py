@@ -1,6 +1,7 @@
-"""The messages of discovery that all participants of one host send in one instant.
+"""The messages of discovery that a participant sends in one instant.
 
-Those to one host leave as trains: computed one by one, 25 participants would cost 25 times as much.
+Those to one host leave as trains: computed one by one, those for 25 participants would cost 25
+times as much.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from desim.middleware.dds.wire import Chunk, together
 
 if TYPE_CHECKING:
-    from desim.ports.middleware import MiddlewareContext
+    from desim.ports.middleware import DatagramSocket, MiddlewareContext
 
 MOST_PACKETS = 64  # of a train (ours)
 LOOPBACK_NS = 10_000  # from a participant to another one of its host (ours)
@@ -27,19 +28,20 @@ class Posted(NamedTuple):
 
 
 class Outbox:
-    """The outbox of ``host``."""
+    """The outbox of a participant on ``host``, which sends all by ``socket``."""
 
-    def __init__(self, context: MiddlewareContext, host: int) -> None:
-        self._context, self._host = context, host
+    def __init__(self, context: MiddlewareContext, host: int, socket: DatagramSocket) -> None:
+        self._context, self._host, self._socket = context, host, socket
         self._posted: dict[tuple[str, int], list[Posted]] = {}  # by kind and receiving host
 
     def post(self, kind: str, to: int, posted: Posted) -> None:
         """Send a message at the end of this instant."""
         if not self._posted:
-            self._context.at(self._context.now_ns, self._host, self._flush)
+            self._context.at(self._context.now_ns, self._host, self.flush)
         self._posted.setdefault((kind, to), []).append(posted)
 
-    def _flush(self, _: object) -> None:
+    def flush(self, _: object = None) -> None:
+        """Send what was posted."""
         posted, self._posted = self._posted, {}
         for (kind, to), messages in posted.items():
             if to == self._host:
@@ -61,13 +63,14 @@ class Outbox:
     def _send(self, kind: str, to: int, train: list[Posted]) -> None:
         size_bytes, packets = together([message.chunk for message in train])
         self._context.send(kind, self._host, [to], size_bytes, _arrived, train, segments=packets,
-                           in_part=_arrived)
+                           in_part=_arrived, socket=self._socket)
 
 
 def _arrived(train: list[Posted], receiver: int, lost: Collection[int] = ()) -> None:
     first = 0
     for (_, packets), arrived, what in train:
-        own = [number - first for number in lost if first <= number < first + packets]
+        own = [number - first for number in lost if first <= number < first + packets] \
+            if lost else ()
         if len(own) < packets:
             arrived(what, receiver, own)
         first += packets

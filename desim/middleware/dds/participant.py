@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 from desim.middleware.dds.discovery_server import DiscoveryServer
 from desim.middleware.dds.endpoints import Endpoints
-from desim.middleware.dds.outbox import LOOPBACK_NS, Posted
+from desim.middleware.dds.event_thread import EventThread
+from desim.middleware.dds.outbox import LOOPBACK_NS, Outbox, Posted
 from desim.middleware.dds.remote import RemoteParticipant
 from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk, Guid, Item, ItemKind
 from desim.middleware.timers import Lifetime
@@ -35,7 +36,12 @@ class Participant:
         self.host, self.number = host, number
         self._others = [other for other in range(len(self.context.hosts)) if other != host]
         self.life = Lifetime(self.context, host)
-        self.after = self.life.after
+        socket = self.socket = self.context.socket(
+            host, "rtps" + f"_{number}" * bool(number))
+        several = dds.params.participants > 1
+        self.outbox = Outbox(self.context, host, socket) if several else None
+        self.thread = EventThread(self.life, socket, self.outbox)
+        self.after = self.thread.after
         self.remotes: dict[Guid, RemoteParticipant] = {}
         self.writers: dict[str, None] = {}  # topics
         self.readers: dict[str, None] = {}
@@ -137,18 +143,17 @@ class Participant:
         multicast = number is None
         token = self._announcement, multicast or calls, number
         away = [host for host in hosts if host != self.host]
-        if self.dds.outboxes and not multicast:
+        if self.outbox is not None and not multicast:
             for host in away:
-                self.dds.outboxes[self.host].post(
-                    "spdp", host, Posted(chunk, self.dds.announced, token))
+                self.outbox.post("spdp", host, Posted(chunk, self.dds.announced, token))
             away = []
-        if self.dds.params.participants > 1 and (multicast or len(away) < len(hosts)):
-            self.after(LOOPBACK_NS, partial(self.dds.announced, token), self.host)
+        if self.outbox is not None and (multicast or len(away) < len(hosts)):
+            self.life.after(LOOPBACK_NS, partial(self.dds.announced, token), self.host)
         if away:
             self.context.send("spdp", self.host, away, chunk.size_bytes, self.dds.announced, token,
                               segments=chunk.packets, multicast=multicast,
                               in_advance=None if number is None
-                              else partial(self.in_advance, number))
+                              else partial(self.in_advance, number), socket=self.socket)
 
     def in_advance(self, number: int, host: int) -> InAdvance | None:
         """A shortcut for messages that only show that this participant lives: a function that notes
@@ -163,6 +168,10 @@ class Participant:
 
     def announced(self, guid: Guid, lease_ns: int, wants_response: bool) -> None:
         """Meet a participant that was unknown, or known only through a server."""
+        self.thread.answer(guid, self._find, (guid, lease_ns, wants_response))
+
+    def _find(self, announcement: tuple[Guid, int, bool]) -> None:
+        guid, lease_ns, wants_response = announcement
         self._series += self.discovery_server is not None
         remote = RemoteParticipant(guid, lease_ns, self.context.now_ns, True,
                                    [] if self.discovery_server else self.endpoints.items,

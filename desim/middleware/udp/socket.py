@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from heapq import heappop, heappush
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
@@ -52,7 +53,7 @@ class UdpSocket:
     """
 
     __slots__ = ("_sockets", "_graph", "_kernel", "_host", "_entity", "_limit_bytes", "_slow",
-                 "used_bytes", "_leaving", "_waiting", "_call", "_due_ns")
+                 "used_bytes", "_leaving", "_waiting", "_call", "_due_ns", "_when_free")
 
     def __init__(self, sockets: HostSockets) -> None:
         host = sockets.host
@@ -66,6 +67,7 @@ class UdpSocket:
         self._waiting: dict[str | None, deque[tuple[int, Datagrams]]] = {}
         self._call: Call | None = None
         self._due_ns = 0
+        self._when_free: list[Callable[[], object]] = []
 
     def send(self, medium: Medium | Way, receivers: tuple[int, ...], size_bytes: int, packets: int,
              broadcast: bool, carrier: AnyCarrier, token: object, each: int = 1,
@@ -84,8 +86,18 @@ class UdpSocket:
         self._wait(train)
         return None
 
+    @property
+    def waits(self) -> bool:
+        """Whether something waits for room."""
+        return bool(self._waiting)
+
+    def when_free(self, fn: Callable[[], object]) -> None:
+        """Call ``fn`` once, when nothing waits any more."""
+        self._when_free.append(fn)
+
     def close(self) -> None:
         """The host stops: what waits is lost, and what has been sent goes on."""
+        self._when_free.clear()
         waiting, self._waiting = self._waiting, {}
         for _, train in chain.from_iterable(waiting.values()):
             for receiver in train.receivers:
@@ -153,6 +165,8 @@ class UdpSocket:
             self._transmit(train)
             self._sockets.unblock(node)
         self._book()
+        while self._when_free and not self._waiting:
+            self._when_free.pop(0)()
 
     def _left(self, taken: int) -> None:
         """Packets that took so many bytes have left."""

@@ -270,11 +270,12 @@ class StationaryHost(Params):
 
 
 class Fault(Params):
-    """A host stops, and starts again with empty memory; or a robot is stuck."""
+    """A host or its software stops, and starts again with empty memory; or a robot is stuck."""
 
-    kind: Literal["stop", "stuck"] = Field("stop", description=(
-        "stop: the host stops, and starts again with empty memory | stuck: the drive of a robot is "
-        "blocked: it brakes and stands, and its software goes on"))
+    kind: Literal["stop", "software", "stuck"] = Field("stop", description=(
+        "stop: the host stops, and starts again with empty memory | software: the same of its "
+        "programs alone, whose computer stays with its access point | stuck: the drive of a robot "
+        "is blocked: it brakes and stands, and its software goes on"))
     at_ns: Duration = Field(description="when it begins")
     host: str = Field(description=(
         "a robot, or for a stop one of hosts, or in testbed the workstation"))

@@ -85,7 +85,7 @@ class Cell(NamedTuple):
 def scenario_of(cells: Sequence[Cell], seed: int, real: bool) -> dict[str, object]:
     """The scenario of ``cells``: with real programs, or of one cell with our model of them."""
     own: dict[str, object] = {} if real else {"middleware": dict(cells[0].middleware), "faults": [
-        {"host": cell.host(part), "at": "0 s", "down_for": f"{start_s} s"}
+        {"kind": "software", "host": cell.host(part), "at": "0 s", "down_for": f"{start_s} s"}
         for cell in cells for part, start_s in cell.starts_s.items()]}
     # Real frames pass the guest's.
     stack = [] if real else [{"rule": _STACK, "until": f"{cells[0].seconds + 1} s"}]

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator, Mapping
 
 from desim.validation.real.judge import JudgedRow, Need
-from desim.validation.real.media import cut, lan, lost, radio
+from desim.validation.real.media import access_point, cut, lan, lost, radio
 from desim.validation.real.peers import (
     Listened,
     PeerNode,
@@ -88,6 +88,7 @@ ROWS = {
         PeerTalk("1000 B at 20 Hz to three, radio", radio(5), talk(1000, 20, 3), 20, begin_s=4,
                  since_s=4),
         _cut(5), _cut(15), leaving(6),
+        PeerTalk("6 hosts on an access point, first 15 s", access_point(0), fleet(6), 15),
     ),
 }
 
