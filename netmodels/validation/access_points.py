@@ -56,8 +56,8 @@ class AccessPointsOfNs3:
     def checks(self, play: Play) -> Iterator[Check]:
         for (standard, mcs, mhz, aggregation), rows in SATURATED.items():
             for (direction, stations), row in rows.items():
-                found = play(_network(standard, mcs, mhz, aggregation, _flows(direction, stations),
-                                      _seconds(direction, mhz)))
+                found = play(saturated(standard, mcs, mhz, aggregation, direction, stations,
+                                       _seconds(direction, mhz)))
                 alone = "" if aggregation else "no aggregates, "
                 what = f"{standard}, MCS {mcs}, {mhz} MHz, {alone}{stations} stations, {direction}"
                 yield from _compared(what, found, row)
@@ -72,20 +72,11 @@ def _compared(what: str, found: Mapping[str, float], row: Fate) -> Iterator[Chec
     yield Check(f"{what}: failures", found["failure_rate"], row.failures, 0.02)
 
 
-def _flows(direction: str, stations: int) -> list[Flow]:
-    """Saturated flows from all stations to a server behind the access point (``up``), from that to
-    all (``down``), or ``both``."""
-    hosts = numbered("station", stations)
-    up = [(host, _SERVER) for host in hosts]
-    down = [(_SERVER, host) for host in hosts]
-    pairs = {"up": up, "down": down, "both": up + down}[direction]
-    return [Flow(source, (receiver,), udp_bytes(_PAYLOAD_BYTES), _PAYLOAD_BYTES, backlog=_BACKLOG,
-                 train=_TRAIN) for source, receiver in pairs]
-
-
-def _network(standard: str, mcs: int, mhz: int, aggregation: bool, flows: list[Flow],
-             seconds: int) -> Setup:
-    """Their network, and ``seconds`` of it. Cables take no time, and nothing is lost in queues."""
+def saturated(standard: str, mcs: int, mhz: int, aggregation: bool, direction: str, stations: int,
+              seconds: int) -> Setup:
+    """The network of ns-3, and ``seconds`` of it: saturated flows from all stations to a server
+    behind the access point (``up``), from that to all (``down``), or ``both``. Cables take no time,
+    and nothing is lost in queues."""
     radio = Radio.build(Radio.Params.model_validate({
         "preset": "ns3_3_44", "standard": standard, "channel": 36, "mcs": mcs,
         "width": f"{mhz} MHz", "aggregation": aggregation, "path_loss": SAME_POWER, "queue": 10_000,
@@ -93,5 +84,11 @@ def _network(standard: str, mcs: int, mhz: int, aggregation: bool, flows: list[F
         "infrastructure": {
             "wired": [_SERVER], "wires": {"rate": "100 Gb/s", "propagation": "0 ns"},
             "queue": "fifo", "constants": {"beacon_frame": None}}}))
-    places = {host: NOWHERE for flow in flows for host in (flow.source, *flow.receivers)}
-    return Setup(radio, places, flows, (1 + seconds) * NS_PER_S, NS_PER_S)
+    hosts = numbered("station", stations)
+    up = [(host, _SERVER) for host in hosts]
+    down = [(_SERVER, host) for host in hosts]
+    flows = [Flow(source, (receiver,), udp_bytes(_PAYLOAD_BYTES), _PAYLOAD_BYTES, backlog=_BACKLOG,
+                  train=_TRAIN)
+             for source, receiver in {"up": up, "down": down, "both": up + down}[direction]]
+    return Setup(radio, dict.fromkeys([*hosts, _SERVER], NOWHERE), flows,
+                 (1 + seconds) * NS_PER_S, NS_PER_S)

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 
 from desim.engine.kernel import Phase
+from desim.netcases.case import play
 from desim.testing import Bench
 from netmodels.radio.radio import Radio
+from netmodels.validation import access_points
 
 UDP_BYTES = 1046  # 1000 B of UDP with Ethernet's headers: 1064 B on the air
 MESSAGE = 20_004 + 14 * 70, 14  # 20 kB over TCP: bytes with headers, segments
@@ -87,3 +89,11 @@ def messages(hosts: int, hz: int, simulated_s: float) -> float:
     air = Air(hosts, **SAME_ROOM)
     air.send_every(hz, *MESSAGE, broadcast=False)
     return air.spent_s(1.0, simulated_s)
+
+
+def under_an_access_point(direction: str, simulated_s: int) -> float:
+    """CPU time of 30 saturated stations of 802.11n with A-MPDU, ``up``, ``down`` or ``both``."""
+    setup = access_points.saturated("11n", 7, 20, True, direction, 30, simulated_s - 1)
+    start = time.process_time()
+    play(setup)
+    return time.process_time() - start
