@@ -33,6 +33,7 @@ from desim.monitor.meters.motion import Motion
 from desim.monitor.meters.outdated_goals import OutdatedGoals
 from desim.monitor.meters.overlap import Overlap
 from desim.monitor.meters.partitions import Partitions
+from desim.monitor.meters.process_pairs import ProcessPairs
 from desim.monitor.meters.processor_load import ProcessorLoad
 from desim.monitor.meters.reachability import SampledReachability
 from desim.monitor.meters.relative_poses import RelativePoses
@@ -139,6 +140,7 @@ class Monitor:
             MessageCounts(graph),
             Partitions(self._parted),
             BeliefMetrics(graph, truth.explorer_hosts, truth.linked, self.samples),
+            ProcessPairs(graph),
             Overlap(truth.ground.grid, truth.ground.reachable),
             OutdatedGoals(truth.ground.grid, self.coverage, truth.robots, truth.explorers),
             self.incidents,

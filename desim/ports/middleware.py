@@ -356,6 +356,15 @@ class HasDomains(Protocol):
 
 
 @runtime_checkable
+class CountsPairs(Protocol):
+    """A middleware whose processes have to find each other, one by one."""
+
+    def pairs(self) -> tuple[int, int]:
+        """The ordered pairs of processes that run and of which the first knows all that the second
+        announces, and the number of all; with a server, those of it and a client."""
+
+
+@runtime_checkable
 class Informs(Protocol):
     """A middleware whose hosts have to learn of each other before messages flow. desim holds their
     beliefs against the truth; the middleware reports them by ``MiddlewareContext.knows`` and

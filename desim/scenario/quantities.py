@@ -12,8 +12,9 @@ from desim.scenario.schema.scenario import Scenario
 ROBOTS = "robots"  # of a cost, beside the others: their number
 # The columns of samples.parquet beside the quantities; ``bytes_per_s`` stands for all topics'.
 ALWAYS = ("time_s", "cause")
-_SAMPLED = ("parts", "map_age_s", "stale_age_s", "registry_divergence", "ghosts", "cpu_percent",
-            "node_cpu_percent", "ram_mb", "ram_percent", "rx_kBps", "tx_kBps", "bytes_per_s")
+_SAMPLED = ("parts", "map_age_s", "stale_age_s", "registry_divergence", "ghosts",
+            "matched_pairs", "cpu_percent", "node_cpu_percent", "ram_mb", "ram_percent", "rx_kBps",
+            "tx_kBps", "bytes_per_s")
 ROBOTS_TABLE = "robots"  # the rows of robots.parquet
 
 _WORD = re.compile(r"\w+")

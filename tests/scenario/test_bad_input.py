@@ -708,8 +708,8 @@ WRONG = {
             "recoveries, messages_sent, messages_delivered, messages_dropped, bytes_on_air, "
             "distance_m, partitions, robots_moving, energy_j, cpu_s, missed_ticks, ram_mb, "
             "memory_kills, max_cpu_percent, max_ram_percent, parts, map_age_s, stale_age_s, "
-            "registry_divergence, ghosts, cpu_percent, node_cpu_percent, ram_percent, rx_kBps, "
-            "tx_kBps, bytes_per_s, robots",
+            "registry_divergence, ghosts, matched_pairs, cpu_percent, node_cpu_percent, "
+            "ram_percent, rx_kBps, tx_kBps, bytes_per_s, robots",
             "2:46: measure.periods.robots: must be whole seconds, got 1.5 s"]),
     "too many maps": (
         "coordination: {exchange: {period: 999 us}}\ntestbed: {monitor_period: 1 us}", [

@@ -107,6 +107,21 @@ class Dds:
                                           for number in range(count))
             self.participants[host] = self._processes[host][0]
 
+    def pairs(self) -> tuple[int, int]:
+        """``CountsPairs``. The server's client has to know what the server has for it."""
+        processes = [one for several in self._processes for one in several]
+        items = {one.guid: len(one.endpoints.items) for one in processes}
+        if self.server is None:
+            domains = [self._domains[one.host] for one in processes]
+            matched = sum(0 < items.get(remote.guid, 0) <= remote.got
+                          for one in processes for remote in one.direct())
+            return matched, sum(map(domains.count, domains)) - len(domains)
+        server = self.participants.get(self.server)
+        clients = [] if server is None else server.direct()
+        found = sum(0 < items.get(remote.guid, 0) <= remote.got for remote in clients)
+        known = sum(remote.answered and remote.acked_count >= len(remote.out) for remote in clients)
+        return found + known, 2 * sum(one.host != self.server for one in processes)
+
     def on(self, host: int, number: int) -> Participant | None:
         """The participant of this number that runs on ``host``."""
         processes = self._processes[host]

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from desim.compiler.folder import own_folder
 from desim.validation.real.cell import PROGRAMS
 from desim.validation.real.judge import JudgedRow, Need
-from desim.validation.real.media import access_point, cut, lan, lost, radio
+from desim.validation.real.media import JudgedMedium, access_point, cut, lan, lost, radio
 from desim.validation.real.peers import (
     Listened,
     PeerNode,
@@ -46,9 +46,9 @@ def _discovery(hosts: int, topics: int) -> PeerTalk:
                     15)
 
 
-def _processes(hosts: int, participants: int) -> PeerTalk:
+def _processes(hosts: int, participants: int, network: JudgedMedium, where: str = "") -> PeerTalk:
     """Robots whose nodes are processes of their own, and start within 50 ms each."""
-    return PeerTalk(f"first 15 s of {hosts} hosts with {participants} participants", lan(),
+    return PeerTalk(f"first 15 s of {hosts} hosts with {participants} participants{where}", network,
                     fleet(hosts, 1), 15, participants=participants, own={
                         "participants": participants, "constants": {
                             **_AT_ONCE, "start_spread": f"{50 * participants} ms"}})
@@ -69,13 +69,15 @@ def _cut(seconds: int, depth: int) -> PeerTalk:
                     round(until_s) + 30, 1, until_s=until_s)
 
 
+_ON_ACCESS_POINT = PeerTalk("6 hosts on an access point, first 15 s, 1 topic", access_point(0),
+                            fleet(6, 1), 15)
 ROWS = (
     *(_discovery(hosts, topics) for hosts, topics in ((2, 0), (2, 1), (2, 10), (4, 0), (4, 10),
                                                       (8, 1))),
-    _processes(2, 4), _processes(3, 5),
+    _processes(2, 4, lan()), _processes(3, 5, lan()),
     PeerTalk("2 hosts at rest for 30 s", lan(), fleet(2, 0), 45, since_s=15.03),
     PeerTalk("4 hosts on a radio, first 15 s, 1 topic", radio(0), fleet(4, 1), 15),
-    PeerTalk("6 hosts on an access point, first 15 s, 1 topic", access_point(0), fleet(6, 1), 15),
+    _ON_ACCESS_POINT,
     PeerTalk("1000 B at 100 Hz from the start on", lan(), talk(1000, 100), 10, begin_s=0),
     PeerTalk("1000 B at 20 Hz to one, radio", radio(1), talk(1000, 20), 20),
     PeerTalk("1000 B at 20 Hz to three, radio", radio(2), talk(1000, 20, 3), 20),
@@ -89,6 +91,8 @@ ROWS = (
 )
 CYCLONE_ROWS = (*ROWS, _lossy(100_000, 1, 0.1, 4))
 FAST_ROWS = (*ROWS, _lossy(100_000, 1, 0.02, 4))
+# So many frames differ from guest to guest: these are alone in theirs.
+CROWDED_ROWS = (_ON_ACCESS_POINT, _processes(3, 5, access_point(1), " on an access point"))
 MULTICAST_ROWS = (*(_discovery(hosts, topics) for hosts, topics in ((2, 0), (2, 10), (4, 10))),
                   PeerTalk("2 hosts at rest for 30 s", lan(), fleet(2, 0), 45, since_s=15.03))
 CYCLONE_NEEDS = (Need("cyclonedds for Python", [sys.executable, "-c", "import cyclonedds"],
@@ -116,10 +120,10 @@ def cyclone() -> Iterator[JudgedRow]:
         yield judged_row(row, CYCLONE_MULTICAST, f"mc{number}")
 
 
-def fast() -> Iterator[JudgedRow]:
-    """All rows of Fast DDS. Its topics are volatile, as ROS 2's."""
+def fast(rows: Sequence[PeerTalk] = FAST_ROWS, name: str = "fast") -> Iterator[JudgedRow]:
+    """Rows of Fast DDS. Its topics are volatile, as ROS 2's."""
     software = PeerSoftware("Fast DDS", _fast_program(), {
         "model": "dds", "preset": "fastdds_2_9",
         "constants": {**_AT_ONCE, "heartbeat_rides": "unacknowledged"}})
-    for number, row in enumerate(FAST_ROWS):
-        yield judged_row(row, software, f"fast{number}")
+    for number, row in enumerate(rows):
+        yield judged_row(row, software, f"{name}{number}")

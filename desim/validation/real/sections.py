@@ -22,6 +22,8 @@ SECTIONS = {
     "ros1": JudgedSection(lambda: ros1.NEEDS, lambda seed: ros1.rows()),
     "cyclonedds": JudgedSection(lambda: dds.CYCLONE_NEEDS, lambda seed: dds.cyclone()),
     "fastdds": JudgedSection(dds.fast_needs, lambda seed: dds.fast()),
+    "fastdds_crowded": JudgedSection(dds.fast_needs,
+                                     lambda seed: dds.fast(dds.CROWDED_ROWS, "crowd")),
     "zenoh": JudgedSection(lambda: zenoh.NEEDS, lambda seed: zenoh.rows()),
     "multimaster": JudgedSection(lambda: multimaster.NEEDS, lambda seed: multimaster.rows()),
 }
