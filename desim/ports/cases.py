@@ -30,9 +30,10 @@ class Flow(NamedTuple):
     anew 10 ms later, one at a time; what is refused at once, never. ``backlog``: frames sent at
     once at the beginning, in addition. ``train``: so many go together, as one frame of so many
     packets, whose delay they all have; saturated, as many trains as ``backlog`` and two frames
-    fill. ``dscp``: the mark of packets of UDP. ``echo``: the receiver sends each frame back; it
-    counts as arrived when it is back at the sender. Unicast frames go over the hosts ``via`` in
-    their order, each of which sends them anew. The beginning is ``begin_ns``.
+    fill. It is measured to a train. ``dscp``: the mark of packets of UDP. ``echo``: the receiver
+    sends each frame back; it counts as arrived when it is back at the sender. Unicast frames go
+    over the hosts ``via`` in their order, each of which sends them anew. The beginning is
+    ``begin_ns``.
 
     A flow over ``tcp`` has a connection of its own, which is opened again when it ends, from its
     source to its one receiver. It writes messages of ``payload_bytes`` into it: saturated, as many
@@ -47,13 +48,13 @@ class Flow(NamedTuple):
     arrivals: Arrivals = "saturated"
     every_ns: int = 0
     backlog: int = 0
-    train: int = 1
     broadcast: bool = False
     echo: bool = False
     begin_ns: int = 0
     via: tuple[str, ...] = ()
     dscp: int = 0
     protocol: Literal["udp", "tcp"] = "udp"
+    train: int = 1
 
 
 class Setup(NamedTuple):

@@ -15,6 +15,9 @@ from desim.ports.cases import Flow, Setup
 from desim.ports.terrain import Walled
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.cases.traffic import MOST_RADIO_BYTES, udp_bytes
+from netmodels.radio.dcf.stations import Aggregation
+from netmodels.radio.high_throughput import FORMATS
+from netmodels.radio.modulation import USUAL_BPS
 from netmodels.radio.radio import Radio
 from netmodels.radio.standards import RadioName
 
@@ -37,9 +40,9 @@ class FlowParams(ports.Params):
     payload_bytes: ByteSize = Field("1000 B", ge=1, le=10**9, description=(
         "of a packet of UDP, or of a message over TCP (ns-3 reference)"))
     arrivals: Literal["saturated", "periodic", "poisson"] = Field("saturated", description=(
-        "two packets for each hop are on the way at any time (tcp: whatever the socket takes), or "
-        "one every period, from a random phase on or at random times (the most that it can "
-        "carry)"))
+        "two packets for each hop are on the way at any time, two aggregates more where there are "
+        "any (tcp: whatever the socket takes), or one every period, from a random phase on or at "
+        "random times (the most that it can carry)"))
     period_ns: Period | None = Field(None, description="between packets, on the average (none)")
 
     def path(self) -> tuple[int, ...]:
@@ -73,11 +76,13 @@ class Layout:
         @model_validator(mode="before")
         @classmethod
         def _spelled_out(cls, given: object) -> object:
-            """The radio's presets see the standard, and ``rts`` may be true or false."""
+            """The radio's presets see the standard, which has no ``rate`` of ours beside its
+            ``mcs``; ``rts`` may be true or false."""
             if not isinstance(given, dict):
                 return given
             rts = given.get("rts")
-            return {"standard": "11a", **given,
+            usual = {"rate": f"{USUAL_BPS} b/s"} if str(given.get("standard")) in FORMATS else {}
+            return {"standard": "11a", **usual, **given,
                     **({"rts": "0 B" if rts else None} if isinstance(rts, bool) else {})}
 
     params: Params
@@ -89,9 +94,11 @@ class Layout:
         if wrong:
             raise InputError(*wrong)
         hosts = tuple(f"host_{k}" for k in range(len(p.places)))
+        aggregates = 2 * Aggregation().packets if p.fidelity == "mac" and p.aggregated() else 0
         return Setup(Radio.build(p), dict(zip(hosts, p.places, strict=True)),
-                     [_flow(flow, hosts) for flow in p.flows], p.warm_up_ns + p.duration_ns,
-                     p.warm_up_ns, terrain=p.terrain, motion=p.motion, antennas=p.antennas)
+                     [_flow(flow, hosts, aggregates) for flow in p.flows],
+                     p.warm_up_ns + p.duration_ns, p.warm_up_ns, terrain=p.terrain,
+                     motion=p.motion, antennas=p.antennas)
 
     def _misplaced(self) -> Iterator[str]:
         places = [(f"places.{k}", place) for k, place in enumerate(self.params.places)]
@@ -137,12 +144,13 @@ def _complaints(flow: FlowParams, hosts: int, fidelity: str) -> Iterator[str]:
         yield f".arrivals: {flow.arrivals} packets need a period, e.g. period: 20 ms"
 
 
-def _flow(flow: FlowParams, hosts: tuple[str, ...]) -> Flow:
+def _flow(flow: FlowParams, hosts: tuple[str, ...], aggregates: int) -> Flow:
+    """``aggregates``: packets of a saturated flow beside two for each hop."""
     source, *others = (hosts[number] for number in flow.path())
     receivers = (tuple(host for host in hosts if host != source) if flow.broadcast
                  else tuple(others[-1:]))
-    saturated = flow.arrivals == "saturated"
+    saturated = flow.arrivals == "saturated" and flow.protocol == "udp"
     return Flow(source, receivers, udp_bytes(flow.payload_bytes),
                 flow.payload_bytes, flow.arrivals, flow.period_ns or 0,
-                backlog=2 * len(others) - 2 if saturated else 0, broadcast=flow.broadcast,
-                via=tuple(others[:-1]), protocol=flow.protocol)
+                backlog=2 * len(others) - 2 + aggregates if saturated else 0,
+                broadcast=flow.broadcast, via=tuple(others[:-1]), protocol=flow.protocol)

@@ -58,6 +58,20 @@ def test_a_layout_of_two_pairs_is_the_case_of_that_name():
     assert layout["goodput_mbps"] == pytest.approx(case["goodput_mbps"], rel=0.03)
 
 
+@pytest.mark.parametrize(("keys", "mbps"), [
+    ({}, 58.4), ({"aggregation": False}, 24.8),
+    ({"access_points": [{"at": ["0 m", "0 m"], "channel": 36}],
+      "infrastructure": {"wired": ["host_0"]}}, 58.4)])
+def test_saturated_flows_fill_aggregates(keys, mbps):
+    """ns-3's goodput of one station: 41 packets in an aggregate, or each by itself. A standard that
+    has an ``mcs`` needs no ``rate``."""
+    layout = Layout(Layout.Params(
+        standard="11n", mcs=7, channel=36, preset="ns3_3_44",
+        path_loss={"model": "fixed", "total": "66 dB"}, places=[[0, 0], [1, 0]],
+        flows=[{"from": 0, "to": 1}], duration="1 s", **keys))
+    assert play(layout.setup())["goodput_mbps"] == pytest.approx(mbps, rel=0.03)
+
+
 def test_what_is_relayed_crosses_each_hop_once():
     """100 packets a second over two hops: as many arrive, and each is sent twice."""
     found = play(Layout(Layout.Params(
