@@ -50,6 +50,16 @@ def test_neighbours_are_those_of_a_comparison_with_all(places, channels):
     assert all(np.isclose(mw, 10 ** (wanted[pair] / 10)) for pair, mw in heard.items())
 
 
+@given(places, st.integers(1, 3))
+def test_powers_are_those_of_links_and_know_no_channels(places, channels):
+    at = np.array(places, dtype=float).reshape(-1, 2)
+    apart = budget(len(at), channels=[i % channels for i in range(len(at))])
+    power_dbm = apart.powers_dbm(apart.losses(at, None))
+    together, _ = as_pairs(budget(len(at)).links(at, None))
+    assert set(together) == set(zip(*np.nonzero(power_dbm > HEARD_DBM), strict=True))
+    assert all(np.isclose(mw, 10 ** (power_dbm[pair] / 10)) for pair, mw in together.items())
+
+
 def test_signals_travel_at_the_speed_of_light():
     """300 m take 1000.7 ns; where a host has no place, nothing."""
     at = np.array([[0.0, 0.0, 9.0], [180.0, 240.0, 0.0], [np.nan, np.nan, 0.0]])
