@@ -24,8 +24,9 @@ def test_a_whole_auction():
     assert team.choose("a") == (4.0, 0.0)
     team.wait()
     assert team.sent == [
-        ("a", "offer", [[4.0, 0.0, -4.0], [18.0, 0.0, -18.0]]),
-        ("b", "bid", {"offer": ["a", 10 * NS_PER_S], "bids": [[18.0, 0.0, -2.0]]}),
+        ("a", "offer", [[4.0, 0.0, 4.0, 0.0], [18.0, 0.0, 18.0, 0.0]]),
+        ("b", "bid", {"offer": ["a", 10 * NS_PER_S], "bids": [[18.0, 0.0, 2.0]],
+                      "gains": []}),
         ("a", "award", [["a", 4.0, 0.0], ["b", 18.0, 0.0]])]
     assert team.goals() == {"a": (4.0, 0.0), "b": (18.0, 0.0)}
 
@@ -37,7 +38,8 @@ def test_a_bid_that_comes_too_late_changes_nothing():
     team.wait()
     goals, said = team.goals(), len(team.sent)
     team.benches["a"].deliver(ports.StrategyMessage(
-        "b", "bid", {"offer": ["a", 10 * NS_PER_S], "bids": [[18.0, 0.0, -2.0]]}, 10 * NS_PER_S))
+        "b", "bid", {"offer": ["a", 10 * NS_PER_S], "bids": [[18.0, 0.0, 2.0]], "gains": []},
+        10 * NS_PER_S))
     team.talk()
     assert (team.goals(), len(team.sent)) == (goals, said)
 
@@ -68,6 +70,33 @@ def test_a_busy_robot_bids_the_way_by_its_goal_unless_the_lot_lies_before():
     before.choose("a")
     before.wait()
     assert before.goals()["b"] == (25.0, 0.0)
+
+
+def test_nobody_is_credited_for_what_a_teammate_knows():
+    """a sees 100 m2 beyond the farther frontier, of which b, who is not near, knows all."""
+    team = Team(lambda: Market(Market.Params()), {"a": (0, 0), "b": (60, 0)}, [(5, 0), (9, 0)])
+    team.meet()
+    for name, at_9_m2 in (("a", 100.0), ("b", 0.0)):
+        team.benches[name].gain_m2 = (
+            lambda place, gain_m2=at_9_m2: gain_m2 if place[0] == 9.0 else 10.0)
+    assert team.choose("a") == (9.0, 0.0)
+    team.wait()
+    assert team.goals()["a"] == (5.0, 0.0)
+
+
+def test_a_bidder_bids_for_its_three_best_lots():
+    team = market({"a": (0, 0), "b": (20, 0)}, *((x, 0) for x in (12, 14, 16, 18)), lots=4)
+    team.choose("a")
+    team.wait()
+    (bid,) = [content for name, topic, content in team.sent if (name, topic) == ("b", "bid")]
+    assert [place[0] for place in bid["bids"]] == [18.0, 16.0, 14.0]
+
+
+def test_what_a_robot_out_of_reach_holds_is_free():
+    team = market({"a": (0, 0), "b": (12, 0), "c": (40, 0)}, (10, 0), (-14, 0))
+    team.benches["a"].heard.pop("c")  # b has heard of it
+    team.benches["a"].deliver(ports.StrategyMessage("b", "award", [["c", 10.0, 0.0]], 0))
+    assert team.choose("a") == (10.0, 0.0)
 
 
 def test_nobody_takes_what_is_held_until_it_is_released():
