@@ -78,7 +78,9 @@ class Trace:
     ``sink`` receives every full batch as an array of ``ROW``; None keeps nothing.
 
     ``put(pack(t_ns, kind, entity, a, b, c))`` is ``row`` without ``flush_if_full``, which is called
-    once after several rows; it takes the bytes of several rows, too.
+    once after several rows; it takes the bytes of several rows, too. So does ``put_late``, for rows
+    of phases before CONTROL, perhaps after their instant: the sink gets them before the instant's
+    other rows.
     """
 
     def __init__(self, names: Names, sink: RowSink | None = None) -> None:
@@ -88,6 +90,7 @@ class Trace:
         self._buffer: list[bytes] = []
         self._late: list[bytes] = []
         self.put = self._buffer.append
+        self.put_late = self._late.append
         self.before_flush: Callable[[], object] = _nothing  # writes rows that are late
         self._keys, self._sums = _table(1 << 8)
 
@@ -100,9 +103,8 @@ class Trace:
         self.flush_if_full()
 
     def put_rows(self, rows: np.ndarray) -> None:
-        """Write rows of dtype ``ROW`` of phases before CONTROL, perhaps after their instant: the
-        sink gets them before the instant's other rows. Like ``put``, it flushes nothing."""
-        self._late.append(rows.tobytes())
+        """``put_late`` for rows of dtype ``ROW``."""
+        self.put_late(rows.tobytes())
 
     def flush_if_full(self) -> None:
         """Flush if a batch is full."""
@@ -114,16 +116,16 @@ class Trace:
         self.before_flush()
         if not self._buffer and not self._late:
             return
-        rows = np.frombuffer(bytearray().join(self._late + self._buffer), dtype=ROW)
+        words = np.frombuffer(bytearray().join(self._late + self._buffer), np.uint64).reshape(-1, 5)
         self._buffer.clear()
         self._late.clear()
-        self.rows_written += len(rows)
-        self._hash(rows.view(np.uint64).reshape(-1, 5))
+        self.rows_written += len(words)
+        self._hash(words)
         if self._sink is not None:
-            times = rows["t_ns"]
+            times = words[:, 0].view(np.int64)
             if (times[1:] < times[:-1]).any():
-                rows = rows[np.argsort(times, kind="stable")]
-            self._sink(rows)
+                words = words.take(np.argsort(times, kind="stable"), axis=0)
+            self._sink(words.view(ROW).reshape(-1))
 
     def _hash(self, words: np.ndarray) -> None:
         """Add the hashes of rows to the sums. At most half of the table's places are taken."""

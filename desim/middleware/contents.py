@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -56,19 +57,13 @@ class Lazy:
     delivery or never makes no difference to anything else.
     """
 
-    __slots__ = ("size_bytes", "compute", "value", "_about")
+    __slots__ = ("size_bytes", "compute", "value", "about")
 
     def __init__(self, size_bytes: int, compute: Callable[..., object], *about: object) -> None:
         self.size_bytes = size_bytes
         self.compute: Callable[..., object] | None = compute  # None: ``value`` is the result
         self.value: Any = None
-        self._about = about
-
-    def read(self) -> Any:
-        if self.compute is not None:
-            self.value = self.compute(*self._about)
-            self.compute, self._about = None, ()
-        return self.value
+        self.about = about
 
 
 class Filler(NamedTuple):
@@ -97,29 +92,38 @@ class LaserScan(NamedTuple):
         return laser_scan_bytes(len(self.ranges))
 
 
-class Pose(NamedTuple):
-    """A pose in the map frame, from odometry or localization (nav_msgs/Odometry in size)."""
+@lru_cache
+def no_return_m(range_max_m: float) -> float:
+    """The range (m) from which on a beam met nothing: a float32, as ranges are, so that no return
+    turns into a hit by rounding."""
+    return float(np.float32(range_max_m))
 
+
+class _StampedPose(NamedTuple):
     stamp_ns: int
     x_m: float
     y_m: float
     yaw_rad: float
 
-    @property
-    def size_bytes(self) -> int:
-        return ODOMETRY_BYTES
+
+class Pose(_StampedPose):
+    """A pose in the map frame, from odometry or localization (nav_msgs/Odometry in size)."""
+
+    __slots__ = ()
+    size_bytes: ClassVar[int] = ODOMETRY_BYTES
 
 
-class Twist(NamedTuple):
-    """The velocity that a controller wants."""
-
+class _Velocity(NamedTuple):
     forward_mps: float
     left_mps: float
     turn_radps: float
 
-    @property
-    def size_bytes(self) -> int:
-        return TWIST_BYTES
+
+class Twist(_Velocity):
+    """The velocity that a controller wants."""
+
+    __slots__ = ()
+    size_bytes: ClassVar[int] = TWIST_BYTES
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,7 +30,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack, pack_each
 from desim.errors import InputError, below, did_you_mean
 from desim.middleware.batches.publisher import BatchPublisher
-from desim.middleware.batches.way import TakesArrivals
+from desim.middleware.batches.way import TakesArrivals, pack_delivered
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.context import GraphContext
 from desim.middleware.host import Host, receive_all
@@ -48,6 +49,8 @@ if TYPE_CHECKING:
 
 _SELDOM = (1 << 12) - 1  # rows and latencies are flushed after so many messages: a mask
 
+# A message, the host that has it, since when (ns); the instants of its first and its last frame.
+Arrival = tuple[Message, Host, int, int, int]
 OnFate = Callable[[Message, int, int, "str | None", int, int], object]
 # Host, kind, points [n, 2] m, texts [n] or none.
 OnDisplay = Callable[[str, str, np.ndarray, tuple[str, ...]], object]
@@ -56,16 +59,16 @@ OnDisplay = Callable[[str, str, np.ndarray, tuple[str, ...]], object]
 class Graph:
     """All hosts and topics of a run, and the account of every message.
 
-    ``hosts``: names in any order; their indices follow the natural order. ``others``: how many
-    hosts outside of the fleet its media have, with the indices after these. ``payloads`` says when
-    a lazy content is read: ``lazy`` (by the callback that wants it), ``birth`` or ``delivery``; no
-    result depends on it. ``on_fate(message, receiver, time_ns, reason, first_ns, last_ns)`` is
-    called with each message's fate at each receiving host: ``reason`` None for delivered, the
-    instants of its first and last frame, -1 for a message that never became a frame. If it
-    ``TakesArrivals``, it gets those of a batch at once. Where there is a ledger, ``passages`` are
-    those of its media, and ``callbacks`` gets the callbacks that publish, if computers get busy.
-    ``computers``: those of all hosts by name; None: callbacks take no time. ``sockets``: the
-    buffers of each host's UDP sockets (None: Linux's)."""
+    ``hosts``: names in any order; their indices follow the natural order, and ``by_name`` has them
+    all. ``others``: how many hosts outside of the fleet its media have, with the indices after.
+    ``payloads`` says when a lazy content is read: ``lazy`` (by the callback that wants it),
+    ``birth`` or ``delivery``; no result depends on it. ``on_fate(message, receiver, time_ns,
+    reason, first_ns, last_ns)`` is called with each message's fate at each receiving host:
+    ``reason`` None for delivered, the instants of its first and last frame, -1 for a message that
+    never became a frame. If it ``TakesArrivals``, it gets deliveries in its way. Where there is a
+    ledger, ``passages`` are those of its media, and ``callbacks`` gets the callbacks that publish,
+    if computers get busy. ``computers``: those of all hosts by name; None: callbacks take no time.
+    ``sockets``: the buffers of each host's UDP sockets (None: Linux's)."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
                  middleware: Middleware, hosts: Iterable[str], *, others: int = 0,
@@ -84,7 +87,9 @@ class Graph:
         self._read_at_delivery = payloads == "delivery"
         self.on_fate, self.passages, self.callbacks = on_fate, passages, callbacks
         self.sockets = sockets or Sockets()
-        self.on_arrivals = on_fate.arrivals if isinstance(on_fate, TakesArrivals) else None
+        self._takes = takes = on_fate if isinstance(on_fate, TakesArrivals) else None
+        self.on_arrivals = None if takes is None else takes.arrivals
+        self._note_delivered = None if takes is None else takes.note_delivered
         self.SENT, self.FRAME, self.LOST = map(names.id, ("sent", "frame", "lost"))
         self.DELIVERED, self.DROPPED = names.id("delivered"), names.id("dropped")
         self.CALLBACK, self.READ = names.id("callback"), names.id("read")
@@ -97,9 +102,11 @@ class Graph:
         self.inside: list[Medium] = []  # media within hosts
         self.routes = Routing(self)
         self.expecting: dict[Latest, None] = {}  # with messages on their way
+        self._landed: list[Arrival] = []  # not in the account yet
+        self.landed = self._landed.append
         self.batches: list[BatchPublisher] = []
         self.background: list[BackgroundFlow] = []
-        self.connections = 0  # grows when a publisher may have other receivers, or these wait
+        self.connections = 0  # grows when hosts begin to publish or to listen, start or stop
         self.messages = 0  # between hosts, so far
         self.hosts = [Host(self, name, index) if computers is None
                       else BusyHost(self, name, index, computers[name])
@@ -108,7 +115,7 @@ class Graph:
         self._packed_ids = [host.packed_id for host in self.hosts]
         for host in self.hosts:
             host.last_arrival_ns = array("q", bytes(8 * len(self.hosts)))
-        self._by_name = {host.name: host for host in self.hosts}
+        self.by_name = {host.name: host for host in self.hosts}
         trace.before_flush = self.catch_up
         # Hosts of different domains never hear of each other.
         self.domains: Sequence[int] = [0] * len(self.hosts)
@@ -119,14 +126,14 @@ class Graph:
             middleware.start(self.context)
 
     def host(self, name: str) -> Host:
-        if name not in self._by_name:
-            raise InputError(f"no host {name!r}{did_you_mean(name, self._by_name)}; known: "
-                             f"{', '.join(self._by_name)}")
-        return self._by_name[name]
+        if name not in self.by_name:
+            raise InputError(f"no host {name!r}{did_you_mean(name, self.by_name)}; known: "
+                             f"{', '.join(self.by_name)}")
+        return self.by_name[name]
 
     def without_hosts(self, topic: str) -> str:
         """A topic's or node's name without the names of hosts: ``scan`` of ``/robot_3/scan``."""
-        return "/".join(part for part in topic.split("/") if part and part not in self._by_name)
+        return "/".join(part for part in topic.split("/") if part and part not in self.by_name)
 
     def topic(self, name: str) -> Topic:
         """The topic of this absolute name."""
@@ -193,6 +200,8 @@ class Graph:
                       message.size_bytes))
         if not number & _SELDOM:
             self.trace.flush_if_full()
+            if self._takes is not None:
+                self._takes.flush_if_full()
             for topic in self.topics.values():
                 topic.counts.latency.flush()
 
@@ -204,26 +213,32 @@ class Graph:
         """``message`` has arrived at host ``receiver``."""
         host = self.hosts[receiver]
         if host.receive(message):
-            self.arrive(message, host, self.kernel.now_ns, first_ns, last_ns)
+            self.arrive([(message, host, self.kernel.now_ns, first_ns, last_ns)])
         else:
             self.drop(message, receiver, "no_subscriber", first_ns, last_ns)
 
-    def arrive(self, message: Message, host: Host, time_ns: int, first_ns: int, last_ns: int
-               ) -> None:
-        """``host`` has ``message`` since ``time_ns``: enter it in the account."""
-        if self._read_at_delivery:
-            message.content  # noqa: B018 - reading computes it
-        latency_ns = time_ns - message.born_ns
-        origin, counts = message.origin, message.about.counts
-        counts.bytes += message.size_bytes
-        counts.latency.add(latency_ns)
-        if time_ns > origin.last_arrival_ns[host.index]:  # it may be entered late
-            origin.last_arrival_ns[host.index] = time_ns
-        if origin.on_next_arrival:
-            origin.has_arrived(host.index, time_ns)
-        self.put(pack(time_ns, self.DELIVERED, host.id, origin.id, message.seq, latency_ns))
-        if self.on_fate is not None:
-            self.on_fate(message, host.index, time_ns, None, first_ns, last_ns)
+    def arrive(self, arrivals: Sequence[Arrival], late: bool = False) -> None:
+        """Enter messages in the account that are at hosts. ``late``: perhaps after their instant.
+        """
+        put = self.trace.put_late if late else self.put
+        note, on_fate, delivered = self._note_delivered, self.on_fate, self.DELIVERED
+        for message, host, time_ns, first_ns, last_ns in arrivals:
+            if self._read_at_delivery:
+                message.content  # noqa: B018 - reading computes it
+            origin, about, receiver = message.origin, message.about, host.index
+            size_bytes, born_ns, counts = message.size_bytes, message.born_ns, about.counts
+            counts.bytes += size_bytes
+            counts.latency.add(time_ns - born_ns)
+            if time_ns > origin.last_arrival_ns[receiver]:
+                origin.last_arrival_ns[receiver] = time_ns
+            if origin.on_next_arrival:
+                origin.has_arrived(receiver, time_ns)
+            put(pack(time_ns, delivered, host.id, origin.id, message.seq, time_ns - born_ns))
+            if note is not None:
+                note(pack_delivered(message.number, about.id, origin.index, receiver, size_bytes,
+                                    born_ns, first_ns, last_ns, 0, time_ns))
+            elif on_fate is not None:
+                on_fate(message, receiver, time_ns, None, first_ns, last_ns)
 
     def deliver_all(self, message: Message, receivers: Sequence[int]) -> None:
         """``message``, a datagram, has arrived at several hosts in one instant: ``deliver`` at
@@ -261,6 +276,10 @@ class Graph:
             latest.catch_up()
         for batches in self.batches:
             batches.catch_up()
+        self.arrive(self._landed, late=True)
+        self._landed.clear()
+        for medium in chain(self.media, self.inside):
+            medium.flights.catch_up()
 
     def forget_batches(self, host: Host) -> None:
         """The publishers of ``host`` are gone."""

@@ -6,6 +6,7 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -99,12 +100,18 @@ class Host:
     @property
     def tx_bytes(self) -> int:
         """Bytes of frames that its interfaces sent, with headers."""
-        return sum(medium.tx_bytes[self.index] for medium in self.media)
+        total = 0
+        for medium in self.media:
+            total += medium.tx_bytes[self.index]
+        return total
 
     @property
     def rx_bytes(self) -> int:
         """Bytes of frames that its interfaces received, with headers."""
-        return sum(medium.rx_bytes[self.index] for medium in self.media)
+        total = 0
+        for medium in self.media:
+            total += medium.rx_bytes[self.index]
+        return total
 
     def start(self) -> None:
         """Run fresh nodes. Harmless on a host that is up."""
@@ -166,11 +173,11 @@ class Host:
         """A publisher of the absolute ``topic`` for ``node``; see ``Node.advertise``."""
         about = self.graph.topic(topic)
         try:
-            offer = Offer(Endpoint(self.index, node, about.name), TransportKind(transport),
-                          Addressing(via), queue, latch)
+            kinds = _kinds(transport, via)
         except ValueError:
             raise InputError(f"topic {about.name}: no transport {transport!r} via {via!r}; "
                              "allowed: stream or datagram, unicast or broadcast") from None
+        offer = Offer(Endpoint(self.index, node, about.name), *kinds, queue, latch)
         self.graph.connections += 1
         publisher = self._new_publisher(about, offer)
         about.publishers.append(publisher)
@@ -305,6 +312,11 @@ class Host:
             subscription.callback(message)
         raise KernelError(f"more than {MAX_CALLBACKS} callbacks on {self.name} at {now_ns} ns: the "
                           f"loop goes through topic {about.name}")
+
+
+@lru_cache  # an enum takes three calls
+def _kinds(transport: str, via: str) -> tuple[TransportKind, Addressing]:
+    return TransportKind(transport), Addressing(via)
 
 
 def receive_all(message: Message, receivers: Sequence[int]) -> Sequence[int]:

@@ -61,4 +61,8 @@ class LazyMessage(Message):
 
     @property
     def content(self) -> object:
-        return self.unread.read()
+        unread = self.unread
+        if unread.compute is not None:
+            unread.value = unread.compute(*unread.about)
+            unread.compute, unread.about = None, ()
+        return unread.value

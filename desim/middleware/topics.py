@@ -236,9 +236,9 @@ class Publisher:
     It asks the registries again only after a change of the topic.
     """
 
-    __slots__ = ("host", "topic", "offer", "transport", "latch", "batches", "_stream", "_fans_out",
-                 "_last", "_local", "_inside", "_stale", "_receivers", "_has_subscribers",
-                 "_unmatched", "_owed")
+    __slots__ = ("host", "topic", "offer", "transport", "latch", "batches", "_stream", "_send",
+                 "_fans_out", "_last", "_local", "_inside", "_stale", "_receivers",
+                 "_has_subscribers", "_unmatched", "_owed")
 
     def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
         self.host = host
@@ -252,6 +252,7 @@ class Publisher:
         self.latch = offer.latch
         self.batches: BatchPublisher | None = None  # of which it is one
         self._stream = self.transport if isinstance(self.transport, Stream) else None
+        self._send: Callable[[Message], object] = self.transport.send  # to all receivers of now
         self._fans_out = self._stream is not None and not self.latch
         self._last: Content | None = None  # of a latched topic
         self._local = self._has_subscribers = False
@@ -300,7 +301,7 @@ class Publisher:
             host.receive(message)
         if self._receivers:
             graph.depart(message, len(self._receivers))
-            self.transport.send(message)
+            self._send(message)
 
     def waiting(self) -> int:
         """Receptions under way: messages times receivers."""
@@ -314,7 +315,8 @@ class Publisher:
 
     def changed(self) -> None:
         """The registries answer differently now: ask them again in this host's own turn."""
-        self.host.graph.connections += 1
+        if self.batches is not None:
+            self.batches.disconnect()
         if not self._stale:
             self._stale = True
             self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._refresh_if_stale)
@@ -322,7 +324,8 @@ class Publisher:
     def count_unmatched(self) -> None:
         """The hosts that listen have changed, or those that are known to: the next message counts
         those that it misses. (Counted at each change, a fleet's start takes its size cubed.)"""
-        self.host.graph.connections += 1
+        if self.batches is not None:
+            self.batches.disconnect()
         self._unmatched = None
 
     def _missed(self) -> list[int]:
@@ -355,6 +358,7 @@ class Publisher:
         self._has_subscribers = self._local or bool(hosts)
         self.count_unmatched()
         fresh = self.transport.connect(list(hosts))
+        self._send = self.transport.send if self._stream is None else self._stream.sender()
         if fresh and self.latch and self._last is not None:
             self._repeat(self._last, fresh)
 

@@ -104,6 +104,12 @@ class LinkedTransport(Generic[L]):
         """The links by receiver, for batches; none if there is no way to one of them."""
         return {} if self._unrouted else self._links
 
+    def sender(self) -> Callable[[Message], object]:
+        """A function that sends a message to all receivers of now: ``send``, or if there is but one
+        link, what that does."""
+        (link, *others) = self._links.values() or (None,)
+        return self.send if link is None or others or self._unrouted else link.offer
+
     def send(self, message: Message, only: list[int] | None = None) -> None:
         for receiver in self._links if only is None else only:
             self._links[receiver].offer(message)
@@ -199,9 +205,13 @@ class StreamLink(Carrier["Message"]):
         if self._latest is not None:
             self._latest.catch_up()
         if self._wire is None:
-            self._first_ns = message.born_ns  # which is now
+            graph = self._graph
             self._wire, self._train = message, stream_frame(message.size_bytes)
-            self._transmit(message, message.born_ns)
+            self._first_ns = self._sent_ns = now_ns = graph.kernel.now_ns
+            size_bytes, segments = self._train
+            graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq,
+                           size_bytes))
+            self._send(self._from, self._to, size_bytes, segments, False, self, message)
             return
         if self._latest is not None:  # what waits shall set out when that has arrived
             self._latest.book()
@@ -230,11 +240,11 @@ class StreamLink(Carrier["Message"]):
         host, flights = self._host, self._flights
         assert flights is not None
         self._latest = self._wire = None
-        flights.landed(host.index, *self._train)
+        flights.landed((host.index, *self._train))
         self._tries, trip_ns = 0, due_ns - self._sent_ns  # ``note_trip`` without its call
         if self._trip_ns < 0 or trip_ns < self._trip_ns:
             self._trip_ns = trip_ns
-        self._graph.arrive(message, host, due_ns, self._first_ns, self._sent_ns)
+        self._graph.landed((message, host, due_ns, self._first_ns, self._sent_ns))
 
     def await_(self, message: Message, due_ns: int) -> None:
         """Somebody waits for the message on the wire."""
@@ -257,10 +267,7 @@ class StreamLink(Carrier["Message"]):
             return
         self._graph.deliver(message, receiver, self._first_ns, self._sent_ns)
         if self._outbox and self._wire is None:
-            self._first_ns = now_ns = self._graph.kernel.now_ns
-            self._wire = message = self._outbox.popleft()
-            self._train = stream_frame(message.size_bytes)
-            self._transmit(message, now_ns)
+            self.offer(self._outbox.popleft())
 
     def arrived_in_part(self, message: Message, receiver: int, lost: dict[int, str]) -> None:
         """Send the lost segments again."""
@@ -355,11 +362,6 @@ class StreamLink(Carrier["Message"]):
         if self in self._refused:
             self._refused.remove(self)
         self._timer = None
-        self._transmit(message, self._graph.kernel.now_ns)
-
-    def _transmit(self, message: Message, now_ns: int) -> None:
-        graph = self._graph
-        self._sent_ns = now_ns
-        size_bytes, segments = self._train
-        graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
-        self._send(self._from, self._to, size_bytes, segments, False, self, message)
+        self._sent_ns = self._graph.kernel.now_ns
+        self._graph.record_frame(self._from_id, self._to_id, message.seq, self._train[0])
+        self._send(self._from, self._to, *self._train, False, self, message)

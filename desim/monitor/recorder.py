@@ -77,6 +77,7 @@ class Recorder:
               monitor: Monitor) -> None:
         """The run is put together: from now on it is watched."""
         self._kernel, self._world, self.robots = kernel, world, world.robots
+        self._moving = world if isinstance(world, MovesObstacles) else None
         self.names = names
         self._halvings = halvings(grid, len(monitor.truth.explorers))
         own = Names()  # the run's have what happened in it alone
@@ -135,8 +136,8 @@ class Recorder:
     def _sample(self, _: int) -> None:
         self.times_ns.append(self._kernel.now_ns)
         self.poses.append(self._world.snapshot().poses)
-        self._obstacles.append(self._world.moving_obstacles()
-                               if isinstance(self._world, MovesObstacles) else _NO_OBSTACLES)
+        self._obstacles.append(_NO_OBSTACLES if self._moving is None
+                               else self._moving.moving_obstacles())
         obstacles = self._world.obstacles()
         if obstacles.epoch != self._epoch:
             self._epoch = obstacles.epoch

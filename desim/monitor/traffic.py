@@ -37,7 +37,7 @@ def totals(graph: Graph) -> Totals:
     for topic in tuple(graph.topics.values()):
         counts = topic.counts
         sent += counts.intended
-        delivered += counts.delivered
+        delivered += counts.latency.count
         unmatched += counts.unmatched
         for reason, count in tuple(counts.dropped.items()):
             dropped[reason] = dropped.get(reason, 0) + count
@@ -47,7 +47,7 @@ def totals(graph: Graph) -> Totals:
 
 def family(topic: str, hosts: frozenset[str]) -> str:
     """The topic without the name of a host: ``/robot_3/scan`` to ``/*/scan``."""
-    return "/".join("*" if part in hosts else part for part in topic.split("/"))
+    return "/".join(["*" if part in hosts else part for part in topic.split("/")])
 
 
 def kind(topic: str) -> str:

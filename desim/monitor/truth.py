@@ -72,7 +72,8 @@ class Truth:
     def linked(self) -> np.ndarray | None:
         """[n, n] bool of the explorers that are up: do frames get from one to the other now? None:
         between all."""
-        up = [host.index for host in self.explorer_hosts if host.up]
+        is_up = self.graph.up
+        up = [host.index for host in self.explorer_hosts if is_up[host.index]]
         return self.graph.linked(np.array(up, np.int64))
 
     def second(self) -> Second:

@@ -21,14 +21,17 @@ _DELIVER = Phase.DELIVER  # cheaper than to look it up each time
 class Flights:
     """Books the arrivals of frames, or tells them to carriers ahead of time; enters what arrives in
     ``account``. ``ids`` are the trace ids of hosts, ``up`` says which of them run, ``count`` is the
-    number of receptions to come."""
+    number of receptions to come. ``landed((receiver, size_bytes, segments))`` notes a frame that
+    arrived when its carrier expected it."""
 
-    __slots__ = ("up", "count", "_account", "_kernel", "_after", "_ids", "_packed_ids",
-                 "_sources", "_arrives")
+    __slots__ = ("up", "count", "landed", "_landed", "_account", "_kernel", "_after", "_ids",
+                 "_packed_ids", "_sources", "_arrives")
 
     def __init__(self, account: Account, kernel: Kernel, ids: list[int]) -> None:
         self.up = [True] * len(ids)
         self.count = 0
+        self._landed: list[tuple[int, int, int]] = []
+        self.landed = self._landed.append
         self._account, self._kernel = account, kernel
         self._ids = ids
         self._packed_ids = array("I", ids)  # for many at once: all are close together
@@ -84,17 +87,19 @@ class Flights:
         self._kernel.at(arrival_ns, _DELIVER, self._sources[source] | self._ids[receiver],
                         self._arrives, (carrier, token, receiver, size_bytes, segments, PLAIN))
 
-    def landed(self, receiver: int, size_bytes: int, segments: int) -> None:
-        """Enter a frame that arrived when its carrier expected it."""
-        self.count -= 1
-        account = self._account
-        account.delivered += 1
-        account.packets_delivered += segments
-        account.rx_bytes[receiver] += size_bytes
+    def catch_up(self) -> None:
+        """Enter the frames that have ``landed``."""
+        landed, account = self._landed, self._account
+        self.count -= len(landed)
+        account.delivered += len(landed)
+        for receiver, size_bytes, segments in landed:
+            account.packets_delivered += segments
+            account.rx_bytes[receiver] += size_bytes
+        landed.clear()
 
     def landed_each(self, receivers: Sequence[int], size_bytes: int, segments: int,
                     frames: Sequence[int]) -> None:
-        """The same for several receivers, so many equal frames at each."""
+        """Enter frames that landed at several receivers, so many equal ones at each."""
         account, total = self._account, sum(frames)
         self.count -= total
         account.delivered += total

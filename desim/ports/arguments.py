@@ -153,8 +153,11 @@ def check_new_topic(topic: str, advertised: Collection[str]) -> None:
 
 def is_place(place: object) -> bool:
     """Whether it begins with two finite numbers."""
-    return (isinstance(place, tuple) and len(place) >= 2
-            and all(isinstance(at, float | int) and math.isfinite(at) for at in place[:2]))
+    if not isinstance(place, tuple) or len(place) < 2:
+        return False
+    x_m, y_m = place[:2]
+    return (isinstance(x_m, float | int) and isinstance(y_m, float | int)
+            and math.isfinite(x_m) and math.isfinite(y_m))
 
 
 def check_goal(place: object) -> None:

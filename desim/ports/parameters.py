@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Annotated, ClassVar, Self, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, model_validator
@@ -88,6 +89,7 @@ class BesideScenario:
 File = Annotated[str, BesideScenario()]  # the type of a parameter
 
 
+@lru_cache(maxsize=1 << 12)
 def natural_key(name: str) -> tuple[tuple[tuple[int, int, str], ...], str]:
     """Sorts ``robot_2`` before ``robot_10``: the order of host and robot indices."""
     return tuple((0, int(part), "") if part.isdecimal() else (1, 0, part)

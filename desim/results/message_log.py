@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from struct import Struct
 
 import numpy as np
 
-from desim.middleware.batches.way import BatchArrivals
+from desim.middleware.batches.way import BatchArrivals, pack_delivered
 from desim.middleware.message import Message
 
 BATCH = 1 << 14  # rows at a time: 1.3 MB, a row group of the table
@@ -16,7 +15,6 @@ COLUMNS = ("number", "topic", "source", "destination", "size_bytes", "born_ns", 
            "last_ns", "reason", "end_ns")
 DELIVERED, DROPPED = "delivered", "dropped"  # fates
 
-_pack = Struct(f"<{len(COLUMNS)}q").pack
 _PACKED = np.dtype(("V", 8 * len(COLUMNS)))  # a row
 
 
@@ -31,6 +29,7 @@ class MessageLog:
         self._reason: dict[str | None, int] = {None: 0}
         self._rows: list[bytes] = []
         self._before: list[bytes] = []  # the batch before, for ``active_links``
+        self.note_delivered = self._rows.append
 
     def __call__(self, message: Message, receiver: int, time_ns: int, reason: str | None,
                  first_ns: int, last_ns: int) -> None:
@@ -40,11 +39,10 @@ class MessageLog:
         if number is None:
             number = self._reason[reason] = len(self.reasons)
             self.reasons.append(str(reason))
-        rows = self._rows
-        rows.append(_pack(message.number, message.about.id, message.origin.index, receiver,
-                          message.size_bytes, message.born_ns, first_ns, last_ns, number, time_ns))
-        if len(rows) >= BATCH:
-            self.flush()
+        self.note_delivered(pack_delivered(
+            message.number, message.about.id, message.origin.index, receiver, message.size_bytes,
+            message.born_ns, first_ns, last_ns, number, time_ns))
+        self.flush_if_full()
 
     def arrivals(self, batch: BatchArrivals) -> None:
         """Many messages of one host were delivered."""
@@ -55,6 +53,10 @@ class MessageLog:
         rows[:, 8], rows[:, 9] = 0, batch.arrived_ns
         packed: list[bytes] = rows.view(_PACKED)[:, 0].tolist()
         self._rows += packed
+        self.flush_if_full()
+
+    def flush_if_full(self) -> None:
+        """Pass the rows on if they fill a batch."""
         if len(self._rows) >= BATCH:
             self.flush()
 
@@ -62,7 +64,8 @@ class MessageLog:
         """Pass the rows that are waiting to the sink."""
         if self._rows:
             self._sink(_array(self._rows), self.reasons)
-            self._before, self._rows = self._rows, []
+            self._before = self._rows.copy()
+            self._rows.clear()
 
     def active_links(self, since_ns: int) -> int:
         """The number of (source, destination) pairs with a message settled since then, as far back

@@ -35,8 +35,8 @@ class MonitorFeed(Node):
         self._travelled_m = 0.0
 
     def start(self) -> None:
-        self.advertise("explored_map")
-        self.advertise("distance")
+        self._explored = self.advertise("explored_map")
+        self._distance = self.advertise("distance")
         self.subscribe("pose", self._on_pose)
         self.timer(Fraction(NS_PER_S, self._period_ns), self._on_period, name="period")
 
@@ -47,12 +47,12 @@ class MonitorFeed(Node):
             self._travelled_m += math.hypot(pose.x_m - before.x_m, pose.y_m - before.y_m)
 
     def _on_period(self, _: int) -> None:
-        if self.has_subscribers("explored_map"):
+        if self._explored.has_subscribers():
             self.worked(cells=self.robot_map.spec.width * self.robot_map.spec.height)
-            self.publish("explored_map", Lazy(
+            self._explored.publish(Lazy(
                 self._size_bytes, _fused_occupancy, self.robot_map.spec, self.robot_map.fusion_of,
                 self.robot_map.layers()))
-        self.publish("distance", Float64(self._travelled_m))
+        self._distance.publish(Float64(self._travelled_m))
 
 
 def _fused_occupancy(spec: GridSpec, fusion_of: Callable[[Layers], np.ndarray],

@@ -23,7 +23,7 @@ class Team:
                  signal_of: Callable[[Message], Callable[[], float | None] | None] | None = None,
                  common_frame: bool = True) -> None:
         self.names, self.common_frame = names, common_frame
-        self._signal_of = signal_of
+        self._signal_of, self.hears_signals = signal_of, signal_of is not None
         self._signals: dict[str, Callable[[], float | None] | None] = {}  # of the last messages
         self.peers: dict[str, Peer] = {}
         self._lost_after_ns = lost_after_ns

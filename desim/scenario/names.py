@@ -26,7 +26,7 @@ def robot_names(scenario: Scenario) -> tuple[str, ...]:
     start = scenario.fleet.start
     if isinstance(start, StartList) and all(pose.name for pose in start.poses):
         return tuple(sorted((pose.name or "" for pose in start.poses), key=natural_key))
-    return tuple(f"robot_{i}" for i in range(fleet_size(scenario.fleet)))
+    return tuple([f"robot_{i}" for i in range(fleet_size(scenario.fleet))])
 
 
 def host_names(scenario: Scenario) -> tuple[str, ...]:

@@ -13,13 +13,13 @@ from desim.scenario.schema.scenario import Scenario
 def listeners(scenario: Scenario) -> tuple[str, ...]:
     """The hosts that can receive messages: all that carry software, in natural order."""
     passive = frozenset(scenario.robot.passive)
-    return tuple(name for name in host_names(scenario) if name not in passive)
+    return tuple([name for name in host_names(scenario) if name not in passive])
 
 
 def carrying_software(scenario: Scenario) -> tuple[str, ...]:
     """The robots that carry software, in natural order."""
     passive = frozenset(scenario.robot.passive)
-    return tuple(name for name in robot_names(scenario) if name not in passive)
+    return tuple([name for name in robot_names(scenario) if name not in passive])
 
 
 def monitors(scenario: Scenario) -> tuple[str, ...]:
@@ -40,8 +40,8 @@ def recipients(publication: Publication, sender: str, robots: Sequence[str],
                hosts: Sequence[str]) -> tuple[str, ...]:
     """Those of ``hosts`` that receive what ``sender``, one of ``robots``, publishes."""
     words = words_of(publication)
-    return tuple(host for host in hosts if host != sender and any(
-        host in robots if word == OTHERS else fnmatchcase(host, word) for word in words))
+    return tuple([host for host in hosts if host != sender and any(
+        host in robots if word == OTHERS else fnmatchcase(host, word) for word in words)])
 
 
 def topics_for(host: str, scenario: Scenario, publications: Sequence[tuple[str, Publication]]

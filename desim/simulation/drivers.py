@@ -150,8 +150,8 @@ class Driver(Node):
     def _scan(self, laser: Laser, sensors: tuple[Sensor, ...], snapshot: Snapshot, stamp_ns: int,
               tick: int, i: int) -> LaserScan:
         robot, number = sensors[i]
-        ranges = self._world.scan(snapshot, self._alone[robot], tick, number)[0].view()
-        ranges.flags.writeable = False  # all that read the message share it
+        ranges = self._world.scan(snapshot, self._alone[robot], tick, number)[0]
+        ranges.setflags(write=False)  # all that read the message share it
         return _new(LaserScan, (stamp_ns, ranges, laser.angle_min_rad, laser.increment_rad,
                                 laser.max_range_m, laser.x_m, laser.y_m,
                                 laser.height_m <= self._lowest_m[robot]))

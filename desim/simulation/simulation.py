@@ -192,7 +192,7 @@ class Simulation:
                                     self._strategies[robot], self.world.body(robot), robot_map,
                                     self._peers(robot), self._team(host.name),
                                     self._known_start(robot),
-                                    monitored=any(other.monitor for other in self.plan),
+                                    monitored=any(map(attrgetter("monitor"), self.plan)),
                                     link=self.monitor.truth.link, pilot=self._pilot)
         if host_plan.strategy is not None:
             robot_map = self._new_map()
@@ -205,7 +205,7 @@ class Simulation:
 
     def _peers(self, robot: int) -> tuple[str, ...]:
         """The other robots that carry software."""
-        return tuple(name for name in self._explorers if name != self.world.robots[robot])
+        return tuple([name for name in self._explorers if name != self.world.robots[robot]])
 
     def _declared_traffic(self, host: Host) -> list[Node]:
         """The nodes that publish and receive what the scenario declares."""
@@ -250,8 +250,8 @@ class Simulation:
 
     def _team(self, own: str) -> Team:
         """A new team: the other hosts with a strategy, in natural order."""
-        names = tuple(plan.name for plan in self.plan
-                      if plan.name != own and (plan.name in self._explorers or plan.strategy))
+        names = tuple([plan.name for plan in self.plan
+                       if plan.name != own and (plan.name in self._explorers or plan.strategy)])
         return Team(names, self.scenario.coordination.lost_after_ns,
                     self._signals.at(own), self._common_frame)
 

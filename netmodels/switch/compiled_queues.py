@@ -76,10 +76,10 @@ class CompiledQueues(Generic[T]):
             copy = record
 
     def send_many(self, now_ns: int, port: int, exits: np.ndarray, train: PacketTrain,
-                  token: Callable[[int], T]) -> list[int | None]:
-        """``send``, and where need be ``put``, frames to the ``exits`` [n]; ``token(i)`` is that of
-        frame i. Returns their delays, None where it is not known. Where flows are served in turn,
-        it ends before the first that would have to be put."""
+                  tokens: Callable[[Sequence[int]], Sequence[T]]) -> list[int | None]:
+        """``send``, and where need be ``put``, frames to the ``exits`` [n]; ``tokens(places)`` are
+        those of the frames at these places. Returns their delays, None where it is not known. Where
+        flows are served in turn, it ends before the first that would have to be put."""
         count = len(exits)
         if count > len(self._state.many):
             self._own(self._state._replace(many=np.zeros(count, np.int64)))
@@ -91,8 +91,9 @@ class CompiledQueues(Generic[T]):
             self._grow()
         many = self._state.many[:taken]
         delays: list[int | None] = many.tolist()
-        for i in (many < 0).nonzero()[0].tolist():
-            self._tokens[-1 - int(many[i])] = token(i)
+        places = (many < 0).nonzero()[0].tolist()
+        for i, token in zip(places, tokens(places), strict=True):
+            self._tokens[-1 - int(many[i])] = token
             delays[i] = None
         return delays
 

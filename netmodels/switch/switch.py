@@ -103,7 +103,8 @@ class Switch:
         if delay_ns < 0:
             queues.put(now_ns, port, self._context.flow(frame) if self._fair else None, train,
                        copies, not broadcast)
-            self._book(queues.due_ns)
+            if queues.due_ns < self._due_ns:
+                self._book(queues.due_ns)
         if self._times is not None:
             self._times.sent(frame, sum(len(there) for _, (_, there) in copies), now_ns)
             if delay_ns >= 0:
@@ -114,14 +115,15 @@ class Switch:
         number, source, receivers, size_bytes, segments = frames
         queues = self._queues
 
-        def copy(i: int) -> Copy:
-            own = receivers[i:i + 1]  # as ``frames.single(i)``, without its call
-            return _new(ports.Frame, (number + i, source, own, size_bytes, segments, False)), own
+        def copies(places: Sequence[int]) -> list[Copy]:
+            return [(_new(ports.Frame, (number + i, source, receivers[i:i + 1], size_bytes,
+                                        segments, False)), receivers[i:i + 1]) for i in places]
 
         delays = queues.send_many(
             self._context.now_ns, self._port[source], self._exits(receivers),
-            self._cut(size_bytes, segments), copy)
-        self._book(queues.due_ns)
+            self._cut(size_bytes, segments), copies)
+        if queues.due_ns < self._due_ns:
+            self._book(queues.due_ns)
         return delays
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
@@ -150,19 +152,18 @@ class Switch:
         return [(exit_, (frame, receivers)) for exit_, receivers in groups.items()]
 
     def _book(self, due_ns: int) -> None:
-        """Have ``_wake`` called at ``due_ns``, if it will not be before."""
-        if due_ns < self._due_ns:
-            if self._timer is not None:
-                self._timer.cancel()
-            self._due_ns = due_ns
-            self._timer = self._context.at(due_ns, self._wake)
+        """Have ``_wake`` called at ``due_ns``, which is earlier than it would be."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._due_ns = due_ns
+        self._timer = self._context.at(due_ns, self._wake)
 
     def _wake(self, _: None) -> None:
         """Settle the frames that are in the switch by now, or will be soon."""
         context, queues = self._context, self._queues
         fates = queues.wake(context.now_ns)
-        self._due_ns, self._timer = NEVER, None
-        self._book(queues.due_ns)
+        self._due_ns = queues.due_ns
+        self._timer = None if self._due_ns == NEVER else context.at(self._due_ns, self._wake)
         if self._times is not None:
             self._times.woken(context.now_ns, fates, queues.departures_ns(len(fates)))
         for (frame, receivers), delay_ns, lost in fates:

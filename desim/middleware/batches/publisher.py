@@ -111,6 +111,11 @@ class BatchPublisher:
         if landed.any():
             way.count_arrived(batches, arrivals, landed)
 
+    def disconnect(self) -> None:
+        """One of the publishers may have other receivers now: find the way of the next batch anew.
+        """
+        self._connections = -1
+
     def waiting(self, publisher: Publisher) -> int:
         """The receptions of messages of ``publisher`` on their way."""
         last, way = self.last, self._way

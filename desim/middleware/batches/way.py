@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain, compress
+from struct import Struct
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -33,9 +34,21 @@ class BatchArrivals(NamedTuple):
     arrived_ns: np.ndarray
 
 
+# A message that was delivered: number, topic's id, source, receiver, bytes, the times (ns) of its
+# birth, of its first frame and of its last one, 0, and the time (ns) of its arrival.
+pack_delivered = Struct("<10q").pack
+
+
 @runtime_checkable
 class TakesArrivals(Protocol):
-    """A listener to the fates of messages that takes many at once."""
+    """A listener to the fates of messages that takes deliveries as rows, and many at once."""
+
+    @property
+    def note_delivered(self) -> Callable[[bytes], object]:
+        """A message was delivered: ``pack_delivered`` of it."""
+
+    def flush_if_full(self) -> object:
+        """Now and then there is time to pass on what was delivered."""
 
     def arrivals(self, batch: BatchArrivals) -> object:
         """All of these messages were delivered."""

@@ -67,7 +67,8 @@ class BeliefMetrics(Meter):
 
     def _sample_links(self, links: np.ndarray | None) -> None:
         reach = np.zeros_like(self._reach)
-        up = [i for i, host in enumerate(self._hosts) if host.up]
+        is_up = self._graph.up
+        up = [i for i, host in enumerate(self._hosts) if is_up[host.index]]
         reach[np.ix_(up, up)] = True if links is None else links
         np.fill_diagonal(reach, False)
         before, self._reach = self._reach, reach
@@ -76,22 +77,21 @@ class BeliefMetrics(Meter):
         self._graph.catch_up()  # what has arrived by now comes before the next arrival
         for believer, other in np.argwhere(before & ~reach).tolist():
             self._part(believer, other)
-        for believer, other in np.argwhere(reach & ~before).tolist():
-            self._meet(believer, other)
+        for believer, other in np.argwhere(reach & ~before & self._met).tolist():
+            self._meet_again(believer, other)
+        self._met |= reach
 
     def _part(self, believer: int, other: int) -> None:
         self._hosts[other].on_next_arrival.pop(self._hosts[believer].index, None)
         if self._hosts[believer].up and (believer, other) not in self._gone:
             self._lost_ns[believer, other] = self._graph.kernel.now_ns
 
-    def _meet(self, believer: int, other: int) -> None:
+    def _meet_again(self, believer: int, other: int) -> None:
         if self._lost_ns.pop((believer, other), None) is not None:
             self._unnoticed += 1
-        if self._met[believer, other]:
-            self._again += 1
-            self._hosts[other].on_next_arrival[self._hosts[believer].index] = partial(
-                self._heard, self._graph.kernel.now_ns)
-        self._met[believer, other] = True
+        self._again += 1
+        self._hosts[other].on_next_arrival[self._hosts[believer].index] = partial(
+            self._heard, self._graph.kernel.now_ns)
 
     def _heard(self, since_ns: int, time_ns: int) -> None:
         self._resynced_ns.append(time_ns - since_ns)

@@ -26,8 +26,8 @@ class InterfaceRates(Meter):
     def sample(self, now_ns: int, due: Due) -> Sample:
         """The rates that are ``due`` now, each since it was taken before, as means over the hosts;
         null if that was less than ``LEAST_WINDOW_NS`` ago, and without hosts."""
-        totals = {"rx_kBps": sum(host.rx_bytes for host in self._hosts),
-                  "tx_kBps": sum(host.tx_bytes for host in self._hosts)}
+        totals = {"rx_kBps": sum([host.rx_bytes for host in self._hosts]),
+                  "tx_kBps": sum([host.tx_bytes for host in self._hosts])}
         return {name: self._rate(name, total, now_ns) if due(name) else None
                 for name, total in totals.items()}
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from desim.engine.trace import pack
 from desim.monitor.meters.meter import Meter, Second
 from desim.monitor.samples import Sample
 from desim.monitor.truth import Truth
@@ -24,10 +25,11 @@ class Motion(Meter):
         self._moving = 0
 
     def each_second(self, second: Second) -> None:
-        row = self._truth.trace.row
+        trace, now_ns, kind = self._truth.trace, second.now_ns, self._kind
         as_bits = second.poses.view(np.int64).tolist()
         for entity, (x, y, yaw) in zip(self._entities, as_bits, strict=True):
-            row(second.now_ns, self._kind, entity, x, y, yaw)
+            trace.put(pack(now_ns, kind, entity, x, y, yaw))
+        trace.flush_if_full()
         self._moving = int(np.count_nonzero(second.travelled_m - self._before_m > MOVING_M))
         self._before_m = second.travelled_m
 

@@ -65,11 +65,12 @@ class OutdatedGoals(Meter):
     def each_second(self, second: Second) -> None:
         travelled_m = second.travelled_m[self._own]
         moved_m = travelled_m - self._before_m
+        inside, union = self._coverage.known_to_some
         for i in np.flatnonzero(moved_m > MOVING_M).tolist():
             robot = self._explorers[i]
             cells, robot_map = self._cells.get(robot), self._maps.get(robot)
             if cells is not None and robot_map is not None and _known_elsewhere(
-                    robot_map.fused, *self._coverage.known_to_some, cells):
+                    robot_map.fused, inside, union, cells):
                 self._time_ns[i] += second.now_ns - self._before_ns
                 self._way_m[i] += float(moved_m[i])
         self._before_ns, self._before_m = second.now_ns, travelled_m

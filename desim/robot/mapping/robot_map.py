@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from desim.compiler.kernel import compiled_function
-from desim.middleware.contents import LaserScan
+from desim.middleware.contents import LaserScan, no_return_m
 from desim.ports import GridSpec, Pose2D
 from desim.robot.mapping.kernels import evidence
 from desim.robot.mapping.kernels import tiles as kernels
@@ -57,7 +57,7 @@ class _Scans:
         x_m, y_m = laser_at(x_m, y_m, yaw_rad, scan)
         self._scan[0] = (
             (x_m - spec.x_m) * per_m, (y_m - spec.y_m) * per_m, yaw_rad, scan.angle_min_rad,
-            scan.angle_increment_rad, per_m, float(np.float32(scan.range_max_m)) * per_m,
+            scan.angle_increment_rad, per_m, no_return_m(scan.range_max_m) * per_m,
             usable_range_m * per_m, spec.width, spec.height, self._stamp,
             _NEVER if scan.is_lowest else kernels.OCCUPIED)
         ranges = np.ascontiguousarray(scan.ranges, np.float32)  # of any world, also a plug-in's

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from desim.compiler.kernel import compiled_function
+from desim.middleware.contents import no_return_m
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.navigation.kernels import global_costmap as kernels
 from desim.robot.navigation.kernels.global_costmap import FRAME, INSCRIBED, LETHAL, UNKNOWN
@@ -33,6 +35,16 @@ def inflated_cost(distance_m: float, radius_m: float, scaling: float) -> int:
     if distance_m <= radius_m:
         return INSCRIBED
     return int((INSCRIBED - 1) * math.exp(-scaling * (distance_m - radius_m)))
+
+
+@lru_cache(maxsize=16)  # robots of one type have one
+def _stencil(cell_m: float, reach: int, radius_m: float, inflation_radius_m: float, scaling: float
+             ) -> np.ndarray:
+    """[k, 3] row, column and cost of the cells around an obstacle, up to ``reach`` cells away."""
+    offsets = range(-reach, reach + 1)
+    near = ((r, c, math.hypot(r, c) * cell_m) for r in offsets for c in offsets)
+    return np.array([(r, c, inflated_cost(d, radius_m, scaling))
+                     for r, c, d in near if 0 < d <= inflation_radius_m], np.int64).reshape(-1, 3)
 
 
 class GlobalCostmap:
@@ -62,11 +74,8 @@ class GlobalCostmap:
         self._radius_m = radius_m
         self._beams = Directions()
         self._reach = math.floor(inflation_radius_m / spec.resolution_m)
-        offsets = range(-self._reach, self._reach + 1)
-        near = ((r, c, math.hypot(r, c) * spec.resolution_m) for r in offsets for c in offsets)
-        self._stencil = np.array([(r, c, inflated_cost(d, radius_m, inflation_scaling))
-                                  for r, c, d in near if 0 < d <= inflation_radius_m],
-                                 np.int64).reshape(-1, 3)
+        self._stencil = _stencil(spec.resolution_m, self._reach, radius_m, inflation_radius_m,
+                                 inflation_scaling)
         self._boxes = np.zeros((len(robot_map.fused), 4), np.int64)
 
     def update(self) -> None:
@@ -89,7 +98,7 @@ class GlobalCostmap:
             ranges, beams, longest_m = scan.ranges, self._beams.of(scan), scan.range_max_m
         else:
             (ranges, beams), longest_m = seen_from(scans, self._beams), math.inf
-        _see(ranges, beams, pose, float(np.float32(longest_m)),
+        _see(ranges, beams, pose, no_return_m(longest_m),
              (CLEAR_M, MARK_M, self._radius_m), self.frame, self.flat)
         row, column = divmod(self.cell(*pose[:2]), self.across)
         width = math.ceil(CLEAR_M / self.spec.resolution_m) + 1 + self._reach

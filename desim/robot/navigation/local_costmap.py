@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from desim.compiler.kernel import compiled_function
+from desim.middleware.contents import no_return_m
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.kernels import local_costmap as kernels
 from desim.robot.navigation.scan_points import Directions, PlacedScan, seen_from
@@ -45,8 +46,7 @@ class LocalCostmap:
         """Replace the window by the points of ``scans``, each seen from the robot's pose at its
         instant. The window is in the robot's frame at the first one."""
         scan, (x_m, y_m, yaw_rad) = scans[0]
-        # float32, as the ranges are: no return must not turn into a hit by rounding.
-        longest_m = float(np.float32(scan.range_max_m))
+        longest_m = no_return_m(scan.range_max_m)
         if len(scans) == 1 and scan.x_m == scan.y_m == 0.0:
             ranges, beams = scan.ranges, self._beams.of(scan)
             edge_cos = min(beams[0, 0], beams[-1, 0])

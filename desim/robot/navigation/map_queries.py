@@ -36,7 +36,7 @@ class MapQueries:
     @property
     def cells(self) -> int:
         """The number of cells of the costmap, all of which a search may reach."""
-        return self.grid.width * self.grid.height
+        return self.costmap.spec.cells
 
     def frontiers(self, from_m: tuple[float, float], limit: int | None, discs: np.ndarray
                   ) -> list[Frontier]:

@@ -67,6 +67,7 @@ class MoveBase(Node):
         self.advertise("costmap", latch=True)
         self._scans = [self.latest(topic) for topic in self._robot.lasers_by_topic]
         self._pose, self._map = self.latest("pose"), self.latest("map")
+        self._sensors = self._pose, *self._scans
         self.subscribe("goal", self._on_goal)
         if self._robot.sonar is not None:
             self._sonar = self.latest("sonar")
@@ -145,8 +146,14 @@ class MoveBase(Node):
         goal = self._goal
         if goal is None:
             return
-        now_ns, message = self.now_ns, self._pose.message
-        pose = message.content if message is not None and self._senses(message) else None
+        now_ns, pose = self.now_ns, None
+        since_ns = self._graph.kernel.now_ns - self._sensor_timeout_ns
+        for sensor in self._sensors:
+            message = sensor.message
+            if message is None or message.born_ns < since_ns:  # costmap_2d: sensors not current
+                pose = None
+                break
+            pose = pose or message.content
         if pose is None or now_ns - pose.stamp_ns > self._navigation.transform_tolerance_ns:
             self._send(self._local.command(0.0, 0.0))
             return
@@ -177,18 +184,6 @@ class MoveBase(Node):
         stands = self._stood_ns >= LONG_NS
         if stands != (before_ns >= LONG_NS):
             self.record("stands" if stands else "drives_again")
-
-    def _senses(self, pose: Message) -> bool:
-        """Whether ``pose`` and a scan of each laser have come lately (costmap_2d: sensors not
-        current)."""
-        since_ns = self._graph.kernel.now_ns - self._sensor_timeout_ns
-        if pose.born_ns < since_ns:
-            return False
-        for scan in self._scans:
-            message = scan.message
-            if message is None or message.born_ns < since_ns:
-                return False
-        return True
 
     def _approach(self, goal: Goal, pose: Pose, here: Position, now_ns: int) -> None:
         x_m, y_m, _ = here

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,7 @@ from desim.ports.arguments import (
     check_period,
     name_of,
 )
-from desim.ports.sharing import Contribution, SharedMessage, SharingContext, Sized
+from desim.ports.sharing import SharedMessage, SharingContext, Sized
 from desim.robot.sharing.map_access import MapAccess
 from desim.units import NS_PER_S
 
@@ -36,6 +36,7 @@ class MapContext(MapAccess):
     def __init__(self, node: MapSharing) -> None:
         super().__init__(node.robot_map, node.own_map)
         self._node = node
+        self.take_in = node.take_in
         self._topics: set[str] = set()  # advertised
 
     @property
@@ -60,9 +61,6 @@ class MapContext(MapAccess):
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._node.stream("sharing", *name)
-
-    def take_in(self, contributions: Iterable[Contribution]) -> None:
-        self._node.take_in(contributions)
 
     def place(self, source: str, frame: Pose2D | None) -> None:
         self._node.place(source, frame)
@@ -106,8 +104,9 @@ class MapContext(MapAccess):
 
     def _shared(self, message: Message) -> SharedMessage:
         """``message``, which is read now, for the plug-in."""
-        self._node.team.received(message)
-        origin = message.origin
+        team, origin = self._node.team, message.origin
+        if team.hears_signals:
+            team.received(message)
         return _new(SharedMessage, (origin.name, message.content, origin.clock_ns(message.born_ns)))
 
 

@@ -50,7 +50,7 @@ class MapSharing(Node):
         self._map: Publisher  # there, too
         self._context: MapContext  # there, too
         own = (host.name,) if isinstance(sharing, PlansWithMerged) else ()
-        self._sources = {name: self._graph.host(name) for name in (*peers, *own)}
+        self._sources = frozenset((*peers, *own))  # of contributions
 
     def start(self) -> None:
         sharing = self._sharing
@@ -95,12 +95,12 @@ class MapSharing(Node):
             raise ModelError(f"a robot takes in a list of Contributions, not {contributions!r}"
                              ) from None
         team, now_ns, before = self.team, self.now_ns, len(self.team.peers)
-        true_ns, sources = self._graph.kernel.now_ns, self._sources
+        true_ns, hosts = self._graph.kernel.now_ns, self._graph.by_name
         updates: list[tuple[str, int, LayerSnapshot]] = []
         for contribution in each:
-            check_contribution(contribution, sources)
+            check_contribution(contribution, self._sources)
             source, version, pose, evidence = contribution
-            clock_ns = sources[source].clock_ns(true_ns)
+            clock_ns = hosts[source].clock_ns(true_ns)
             if version > clock_ns + _AHEAD_NS:
                 raise ModelError(f"the version {version} is to come: the clock of {source} shows "
                                  f"{clock_ns} ns; wanted: what it showed when pose and evidence "

@@ -6,7 +6,7 @@ from desim import ports
 def nearest(context: ports.StrategyContext) -> ports.Frontier | None:
     """The reachable frontier that the search meets first; None without one."""
     found = context.frontiers(limit=1)
-    context.show("way", (ports.Mark(*one[:2], f"way {one.path_m:.0f} m") for one in found))
+    context.show("way", [ports.Mark(*one[:2], f"way {one.path_m:.0f} m") for one in found])
     return next(iter(found), None)
 
 
