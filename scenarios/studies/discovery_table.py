@@ -23,7 +23,8 @@ def row(run) -> str:
         str(run["robots"]), f"`{run['discovery']}`",
         f"{run['process_pairs_matched']:.0f} of {run['process_pairs_pairs']:.0f}",
         "never" if all_s is None or np.isnan(all_s) else f"{all_s:.0f} s",
-        f"{sent_mb:.{0 if sent_mb >= 10 else 1}f} MB", f"{100 * run['utilisation_air_mean']:.0f} %"])
+        f"{sent_mb:.{0 if sent_mb >= 10 else 1}f} MB",
+        f"{100 * run['utilisation_air_mean']:.0f} %"])
 
 
 def main(campaign: Path) -> None:
