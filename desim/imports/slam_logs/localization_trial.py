@@ -15,7 +15,7 @@ from desim.imports.slam_logs.log_robot import LogRobot
 from desim.imports.slam_logs.slam_trial import SlamTrial, whole_path
 from desim.ports.localization import Localization
 from desim.robot.localization.kinds.ground_truth import GroundTruth
-from desim.robot.slam.particle_filter import GridMap, ParticleSlam
+from desim.robot.slam.particle_filter import ParticleSlam
 from desim.robot.slam.settings import SlamSettings
 from desim.scenario.complaints import validated
 from desim.scenario.source_places import dotted
@@ -51,7 +51,9 @@ def play_localization(localization: Localization, log: LaserLog, settings: SlamS
 
     The scans of the map count as processed. The CPU time of a scan in between is added to that of
     the next processed one. If the plug-in draws the map, the final path goes through its last poses
-    of these scans. Otherwise nothing is corrected afterwards, and the final path is the online one.
+    of these scans, and those in between are aligned with the map of them, as in
+    ``slam_trial.play``. Otherwise nothing is corrected afterwards, and the final path is the online
+    one.
     """
     robot, scans = LogRobot(localization, settings, streams), len(log.times_s)
     online, spent_s = np.zeros((scans, 3)), np.zeros(scans)
@@ -62,20 +64,9 @@ def play_localization(localization: Localization, log: LaserLog, settings: SlamS
         done(k + 1, scans)
     nodes, processed = np.array(robot.path).reshape(-1, 3), np.zeros(scans, bool)
     processed[robot.drawn] = True
-    corrects = robot.draws_map and len(nodes) > 0
-    path = whole_path(nodes, log, processed, _as_expected) if corrects else online
-    return SlamTrial(online, path, processed, None,
-                     np.diff(np.cumsum(spent_s)[robot.drawn], prepend=0.0), None,
-                     _drawn(nodes, log.ranges[processed], settings))
-
-
-def _as_expected(expected: np.ndarray, motion: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    return expected
-
-
-def _drawn(poses: np.ndarray, ranges: np.ndarray, settings: SlamSettings) -> GridMap:
-    """The map of scans (``ranges`` [n, beams]) from ``poses`` [n, 3]."""
     drawer = ParticleSlam(replace(settings, particles=1), 0, 0.0)
-    for pose, scan in zip(poses, ranges, strict=True):
-        drawer.draw(pose, scan)
-    return drawer.map()
+    drawer.start_map(nodes, [*log.ranges[processed]])
+    corrects = robot.draws_map and len(nodes) > 0
+    path = whole_path(nodes, log, processed, drawer.locate) if corrects else online
+    return SlamTrial(online, path, processed, None,
+                     np.diff(np.cumsum(spent_s)[robot.drawn], prepend=0.0), None, drawer.map())

@@ -4,8 +4,10 @@ import pytest
 
 from desim.engine.streams import Streams
 from desim.imports.slam_logs.carmen import read_carmen
+from desim.imports.slam_logs.localization_trial import localization_for_logs, play_localization
 from desim.imports.slam_logs.relations import errors_of, read_relations
 from desim.imports.slam_logs.slam_trial import play
+from desim.robot.slam.closures import ClosureFinder
 from desim.robot.slam.kinds import SLAM
 from desim.robot.slam.settings import SlamSettings
 
@@ -21,3 +23,17 @@ def test_the_error_is_no_larger_than_published(reference, name):
     slam = SLAM[name](SlamSettings(laser=log.laser), Streams(1).key("slam"))
     trial = play(slam, log, lambda: 0.0)
     assert errors_of(log.times_s, trial.path, true).translation_m.mean() < PUBLISHED[name]
+
+
+def test_a_pose_graph_is_no_worse_than_gmapping(reference):
+    log = read_carmen(reference / "slam" / "mit-csail.log.gz")
+    true = read_relations(reference / "slam" / "mit-csail.relations")
+    trial = play_localization(localization_for_logs("pose_graph", {})(), log,
+                              SlamSettings(laser=log.laser), Streams(1), lambda: 0.0)
+    assert errors_of(log.times_s, trial.path, true).translation_m.mean() < PUBLISHED["gmapping"]
+
+
+def test_but_it_is_without_loop_closures(reference, monkeypatch):
+    monkeypatch.setattr(ClosureFinder, "found", lambda *_: iter(()))
+    with pytest.raises(AssertionError):
+        test_a_pose_graph_is_no_worse_than_gmapping(reference)

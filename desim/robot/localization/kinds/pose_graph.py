@@ -21,7 +21,8 @@ from desim.units import NS_PER_S, Pace
 # All of these are ours.
 _LOCAL, _FRESH = 30, 15  # scans of the local map, at most, and those that it keeps when it is full
 _NEWEST = 2000  # nodes of all robots that may still move: of eight, those of three minutes
-_STEPS = 3  # of Gauss-Newton, each time
+_LATEST = 300  # of which the newest are solved for after each message to the team, in one step
+_STEPS = 3  # of Gauss-Newton, where all of them are
 _SETTLED_NS, _STALE_NS = 2 * NS_PER_S, 10 * NS_PER_S  # the age of a sighting that is looked into
 
 
@@ -98,7 +99,7 @@ class GraphSlam(ScanMatching):
                                   self._scans[self._first_local:])
 
     def _send(self, context: LocalizationContext) -> None:
-        """Look whom the robot has seen, and tell the team what is new."""
+        """Look whom the robot has seen, tell the team what is new, and correct the pose."""
         waiting, self._seen = self._seen, []
         for seen in waiting:
             age_ns = context.now_ns - self._exchange.nodes[seen.own].stamp_ns
@@ -108,12 +109,17 @@ class GraphSlam(ScanMatching):
             elif age_ns < _STALE_NS:
                 self._seen.append(seen)
         self._exchange.send(context)
+        self._solve(context, 1, _LATEST)
 
     def _redraw(self, context: LocalizationContext) -> None:
         """Solve the graph, and draw the map from its poses."""
-        if self._processed is None:
-            return
-        self._fleet.graph.optimize(_STEPS, _NEWEST)
-        path = self._fleet.path(context.name)
-        self._processed = self._processed[0], Pose2D(*path[-1].tolist())
-        context.redraw(path)
+        self._solve(context, _STEPS, _NEWEST)
+        if self._processed is not None:
+            context.redraw(self._fleet.path(context.name))
+
+    def _solve(self, context: LocalizationContext, steps: int, newest: int) -> None:
+        """Solve the graph of the newest nodes, and correct the robot's pose by it."""
+        if self._processed is not None:
+            self._fleet.graph.optimize(steps, newest)
+            self._processed = self._processed[0], Pose2D(
+                *self._fleet.path(context.name)[-1].tolist())
