@@ -7,7 +7,9 @@ import pytest
 from slam_logs import Laser, made_log, ring, way
 
 from desim.engine.streams import Streams
+from desim.imports.slam_logs.localization_trial import localization_for_logs, play_localization
 from desim.robot.slam import particle_filter
+from desim.robot.slam.closures import ClosureFinder
 from desim.robot.slam.kinds import SLAM
 from desim.robot.slam.settings import SlamSettings
 from desim.robot.transforms import motion_between
@@ -30,8 +32,11 @@ def error_m(kind, seed):
     log, poses = once_around(seed)
     slam = SLAM[kind](SlamSettings(laser=log.laser), Streams(seed).key("slam"))
     at = [k for k in range(len(poses)) if slam.update(log.odometry[k], log.ranges[k])]
-    path, true = slam.path(), poses[at]
-    first, second = (side.ravel() for side in np.indices((len(at), len(at))))
+    return error_of(slam.path(), poses[at])
+
+
+def error_of(path, true):
+    first, second = (side.ravel() for side in np.indices((len(true), len(true))))
     off = motion_between(path[first], path[second]) - motion_between(true[first], true[second])
     return np.hypot(off[:, 0], off[:, 1]).mean()
 
@@ -56,3 +61,22 @@ def test_but_not_where_the_robot_never_goes_by_another_particle(monkeypatch):
     monkeypatch.setattr(particle_filter, "_DECISIVE", np.inf)
     with pytest.raises(AssertionError):
         test_particles_err_less_than_one_hypothesis_where_a_loop_closes()
+
+
+def share_of_a_graph():
+    def graph_m(seed):
+        log, poses = once_around(seed)
+        trial = play_localization(localization_for_logs("pose_graph", {})(), log,
+                                  SlamSettings(laser=log.laser), Streams(seed), lambda: 0.0)
+        return error_of(trial.path[trial.processed], poses[trial.processed])
+
+    return sum(graph_m(seed) for seed in SEEDS) / one_hypothesis_m()
+
+
+def test_a_graph_closes_loops_of_220_m():
+    assert share_of_a_graph() < 0.75  # measured: 0.53
+
+
+def test_but_not_without_closures(monkeypatch):
+    monkeypatch.setattr(ClosureFinder, "found", lambda *_: iter(()))
+    assert share_of_a_graph() > 1.0
