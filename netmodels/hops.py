@@ -85,11 +85,12 @@ class Hops:
 
     Frames of the medium may be sent as they are (``model.send``), and are settled there. Frames
     that are sent here have negative numbers. Hosts that are not ``up`` have no place; to each host
-    there are ``others``. ``refuses`` are the model's.
+    there are ``others``. ``refuses`` are the model's. With ``marks`` frames that are sent here have
+    marks even if the medium's have none.
     """
 
     def __init__(self, model: ports.NetworkModel, context: ports.Context, hosts: tuple[str, ...],
-                 block: str = "", ledger: HopLedger | None = None) -> None:
+                 block: str = "", ledger: HopLedger | None = None, marks: bool = False) -> None:
         """Starts ``model``. Raises ``InputError`` for its parameters, at the path ``block``."""
         self._context, self._ledger = context, ledger
         self._model = model
@@ -103,7 +104,7 @@ class Hops:
         self._seen: np.ndarray | None = None
         self.at, self.stream = context.at, context.stream
         self.judge_transmission = context.judge_transmission and self._judge
-        self.dscp = context.dscp and self._dscp
+        self.dscp = self._dscp if marks or context.dscp else None
         self.shared = context.shared
         with below(block) if block else nullcontext():
             model.start(self, hosts)
@@ -139,8 +140,9 @@ class Hops:
     def _dscp(self, frame: ports.Frame) -> int:
         """The mark with which a frame is sent here, or which a frame of the medium has."""
         leg, of = self._open.get(frame.id), self._context.dscp
-        assert of is not None
-        return of(frame) if leg is None else leg.dscp
+        if leg is not None:
+            return leg.dscp
+        return 0 if of is None else of(frame)
 
     def flow(self, frame: ports.Frame) -> Hashable:
         """The frames that are sent here between the same hosts are one flow."""

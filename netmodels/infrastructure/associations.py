@@ -13,6 +13,7 @@ from netmodels.infrastructure.joining import ControlFrames, Handshake, steps
 from netmodels.infrastructure.outlets import AirOutlet
 from netmodels.infrastructure.power_save import PowerSave
 from netmodels.infrastructure.settings import Settings
+from netmodels.radio.access_categories import BEACON_MARK
 from netmodels.radio.dcf.radio import DcfRadio
 
 
@@ -122,7 +123,7 @@ class Associations:
         if size_bytes is not None:
             if self._hosts:
                 self.control.send(access_point, self._hosts, size_bytes, True,
-                                  partial(self._passed, access_point))
+                                  partial(self._passed, access_point), BEACON_MARK)
         else:
             for host in self._hosts:
                 self._note(access_point, host,

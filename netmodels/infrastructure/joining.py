@@ -118,10 +118,11 @@ class ControlFrames:
         self.frames = self.bytes = 0
 
     def send(self, source: int, receivers: tuple[int, ...], size_bytes: int, broadcast: bool,
-             report: Report) -> None:
+             report: Report, dscp: int = 0) -> None:
         """Send one, past what waits for the radio."""
         self.frames, self.bytes = self.frames + 1, self.bytes + size_bytes
-        self.air.send(source, receivers, size_bytes - _HEADERS_BYTES, 1, broadcast, report)
+        self.air.send(source, receivers, size_bytes - _HEADERS_BYTES, 1, broadcast, report,
+                      dscp=dscp)
 
 
 class Handshake:

@@ -85,7 +85,7 @@ class Infrastructure:
         air_ledger = wire_ledger = None
         if times is not None:
             times.hosts, air_ledger, wire_ledger = count, times.air, times.wires
-        self._air = Hops(self._radio, site, names, "", air_ledger)
+        self._air = Hops(self._radio, site, names, "", air_ledger, marks=True)
         wires = Hops(self._switch, site, names, ".infrastructure.wires", wire_ledger)
         self._wired = frozenset(host for number, pattern in enumerate(settings.wired)
                                 for host in matching(pattern, hosts,

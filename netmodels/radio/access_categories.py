@@ -6,6 +6,11 @@ from typing import Literal
 
 from netmodels.radio.standards import Access, Standard
 
+# Beacons have a queue of their own, and go as soon as the medium is idle for PIFS (ns-3,
+# ApWifiMac's BeaconTxop; the beacon queues of Linux's ath9k, ath_beaconq_config). Their mark is
+# behind those of packets.
+BEACONS, BEACON_MARK = Access(1, 0, 0, 0, 4, "beacons"), 64
+
 AccessCategory = Literal["background", "best_effort", "video", "voice"]
 
 # By user priority (802.11-2016, table 10-1).

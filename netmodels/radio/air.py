@@ -131,10 +131,10 @@ class Air:
         key = station, rank
         if key not in self._contenders:
             radio, host = self.radios[number], station % self._hosts
+            access = radio.access_of(rank)
             self._contenders[key] = self.stations.contend(
-                station, radio.categories[rank], int(radio.context.stream(
-                    "backoff", radio.hosts[host], radio.categories[rank].name).integers(
-                        2 ** 64, dtype=np.uint64)))
+                station, access, int(radio.context.stream(
+                    "backoff", radio.hosts[host], access.name).integers(2 ** 64, dtype=np.uint64)))
         return self._contenders[key]
 
     def catch_up(self) -> None:

@@ -80,7 +80,7 @@ PRESETS: dict[str, dict[str, object]] = {
                 "heard": "-101 dBm", "preamble_above": "4 dB", "unaware": True, "eifs": "frame",
                 "gives_up": True}},
         "queue": 500, "retries": 7, "constants": {
-            "window_failures": 8, "difs_first": True, "block_requests": True},
+            "window_failures": 8, "difs_first": True, "block_requests": True, "apart": True},
     },
 }
 

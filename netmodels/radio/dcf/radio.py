@@ -15,7 +15,7 @@ from desim import ports
 from desim.units import BitRate, ByteSize, Level, Period
 from netmodels.ethernet import FULL_BYTES
 from netmodels.queues import refuse
-from netmodels.radio.access_categories import categories, rank_of
+from netmodels.radio.access_categories import BEACON_MARK, BEACONS, categories, rank_of
 from netmodels.radio.air import Air, Airs
 from netmodels.radio.budget import Budget
 from netmodels.radio.dcf.stations import Aggregation, Reception
@@ -26,7 +26,7 @@ from netmodels.radio.path_loss import LIGHT_MPS, PathLoss, PathLossParams, reach
 from netmodels.radio.presets import filled
 from netmodels.radio.rate_control import RateControl
 from netmodels.radio.shadowing import Shadowing, Shadows
-from netmodels.radio.standards import Standard, channels_of, psdu_bytes, train_bytes
+from netmodels.radio.standards import Access, Standard, channels_of, psdu_bytes, train_bytes
 from netmodels.radio.thresholds import Thresholds
 from netmodels.radio.walls import Walls
 
@@ -47,6 +47,9 @@ class AccessConstants(ports.Constants):
     block_requests: bool = Field(False, description=(
         "who misses a block acknowledgement sends a request for it before anything else (as ns-3; "
         "cards send the packets again)"))
+    apart: bool = Field(False, description=(
+        "a packet of an aggregate arrives when it is over itself, unless rules judge it (as ns-3; "
+        "with the aggregate)"))
     aggregate_bytes: ByteSize = Field("65535 B", ge=1, description=(
         "most of an aggregate (HT, 802.11-2016, 19.3.24; ns-3, also of VHT and HE)"))
 
@@ -164,7 +167,8 @@ class DcfRadio:
             if not (self.has_mcs and self.aggregation):
                 return None
             return Aggregation(size_bytes=self.constants.aggregate_bytes, rts_bytes=self.rts_bytes,
-                               requests=self.constants.block_requests)
+                               requests=self.constants.block_requests,
+                               apart=self.constants.apart)
 
         def loss(self) -> PathLoss:
             """The path loss on the channel."""
@@ -220,7 +224,7 @@ class DcfRadio:
     def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
         self.params = params = self.params.beside(context.obstacles)
         self.context, self.hosts = context, hosts
-        self._dscp = context.dscp if self.categories else None
+        self._dscp = context.dscp
         self.rate, self._broadcast_rate = params.rates()
         self.budget = params.budget(context, hosts, self._heard_dbm(),
                                     params.receiver().preamble_dbm)
@@ -270,10 +274,15 @@ class DcfRadio:
         return mean_delivery(power_dbm, self.standard, rate, psdu_bytes(FULL_BYTES, 1),
                              params.receiver(), params.fading)
 
-    @staticmethod
-    def _rank(dscp: int) -> int | None:
+    def _rank(self, dscp: int) -> int | None:
         """The rank of a mark's category; None without a mark."""
-        return rank_of(dscp) if dscp else None
+        if dscp == BEACON_MARK:
+            return BEACONS.rank
+        return rank_of(dscp) if dscp and self.categories else None
+
+    def access_of(self, rank: int) -> Access:
+        """The access to the medium of packets of this rank."""
+        return BEACONS if rank == BEACONS.rank else self.categories[rank]
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long each of ``hosts`` was sending or its carrier sense was busy. The medium is

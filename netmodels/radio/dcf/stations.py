@@ -58,13 +58,15 @@ class Reception:
 @dataclass(frozen=True)
 class Aggregation:
     """The limits of an aggregate of packets. ``requests``: a station that misses a block
-    acknowledgement sends a request for it before it sends anything again."""
+    acknowledgement sends a request for it before it sends anything again. ``apart``: a receiver
+    hands each packet on when that is over, not with the aggregate."""
 
     packets: int = 64  # of a block acknowledgement (802.11-2016, 9.3.1.9.3)
     size_bytes: int = 65_535  # HT (19.3.24)
     time_ns: int = 5_484_000  # the legacy header cannot say more (table 21-29)
     rts_bytes: int | None = None  # above this size an RTS goes first (None: never)
     requests: bool = False
+    apart: bool = False
 
 
 # The fate of the frame at ``position`` in the queue of ``station``: time in ns, what, station,
@@ -104,13 +106,15 @@ def _rate(standard: Standard, rate: int) -> tuple[float, ...]:
             standard.airtime_ns(CF_END_BYTES, lowest))
 
 
-def _limits(standard: Standard, aggregation: Aggregation | None) -> tuple[int, ...]:
-    """The fields of the kernels' setup from ``most_packets`` to ``requests``."""
+def _limits(standard: Standard, aggregation: Aggregation | None, judged: bool
+            ) -> tuple[int, ...]:
+    """The fields of the kernels' setup from ``most_packets`` to ``apart``."""
     if aggregation is None:
-        return 1, 0, 0, 0, 0, 0
+        return 1, 0, 0, 0, 0, 0, 0
     rts_bytes = NEVER if aggregation.rts_bytes is None else aggregation.rts_bytes
     return (aggregation.packets, aggregation.size_bytes, aggregation.time_ns,
-            DELIMITER_BYTES - standard.alone_bytes, rts_bytes, aggregation.requests)
+            DELIMITER_BYTES - standard.alone_bytes, rts_bytes, aggregation.requests,
+            aggregation.apart and not judged)
 
 
 class Stations:
@@ -160,7 +164,7 @@ class Stations:
             _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
             errors.clear, errors.first_db, errors.step_db,
             reception.unaware, reception.eifs_at_end, reception.gives_up,
-            difs_first, judged, *_limits(standard, aggregation),
+            difs_first, judged, *_limits(standard, aggregation, judged),
             standard.qos_bytes > 0, 0)],
             records.SETUP)
         present = records.Dcf(

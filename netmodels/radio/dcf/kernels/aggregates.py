@@ -11,15 +11,21 @@ and flags. A frame's ``slot`` is the place of its first one there.
 
 from __future__ import annotations
 
+import numpy as np
+
 from desim.ports.kernels import from_dtype, inner, types
 from netmodels.radio.dcf.kernels.queue import OVER, go_on, note_packet
+from netmodels.radio.dcf.kernels.reception import add_errors, is_intact
 from netmodels.radio.dcf.kernels.records import (
     ALONE,
     DATA,
+    END,
     FRAME,
     GIVEN_UP,
     HEARD,
+    KINDS,
     LAPSED,
+    PART,
     RATE,
     RECEIVED,
     REQUEST,
@@ -29,7 +35,10 @@ from netmodels.radio.dcf.kernels.records import (
     a_setup,
     a_station,
     airtime_ns,
+    all_rates,
+    mark_changed,
     mark_packets_changed,
+    schedule,
 )
 from netmodels.radio.dcf.kernels.times import CONTENDED, REPEATED, SENT, keep_times, stamp
 
@@ -54,7 +63,7 @@ def compose(d, s, now_ns):
     """Decide what station s sends now: the present packet, or an aggregate that begins with it."""
     frame = d.frames[s.index, s.queue_head]
     s.data_ns = frame.last_ns if s.packet == frame.packets - 1 else frame.air_ns
-    s.reply_ns, s.carried, s.guarded = frame.ack_ns, 0, frame.rts_ns > 0
+    s.reply_ns, s.carried, s.passed, s.guarded = frame.ack_ns, 0, 0, frame.rts_ns > 0
     if frame.dest >= 0 and d.packets.shape[0] > 0:
         aggregate(d, s, frame, now_ns)
     if d.choices.size > 0 and frame.dest >= 0 and d.choices[s.radio, frame.dest] & WITH_RTS:
@@ -97,23 +106,23 @@ def aggregate(d, s, first, now_ns):
         s.guarded = size_bytes > setup.rts_bytes
 
 
-@inner(boolean(a_dcf, a_station, a_station, _i8))
-def receive_block(d, r, s, now_ns):
-    """Station r has received packets of station s's aggregate. Returns whether it acknowledges them
-    now; where transmissions are judged, each is first."""
+@inner(void(a_dcf, a_station, a_station, _i8, _i8))
+def mark_received(d, r, s, now_ns, count):
+    """Mark those of the first ``count`` packets of station s's aggregate that have come to station
+    r without errors; where transmissions are judged, note them."""
     packets, judged, number = d.packets, d.setup[0].judged == 1, 0
     mark_packets_changed(d, s)
     s.delivered = s.taken = 0
     for k in range(s.queue_length):
         position = (s.queue_head + k) % packets.shape[1]
         frame = d.frames[s.index, position]
-        if number == s.carried:
+        if number == count:
             break
         if frame.dest != r.index:
             continue
         for p in range(s.packet if k == 0 else 0, frame.packets):
             place = (frame.slot + p) % packets.shape[1]
-            if packets[s.index, place] & FLYING:
+            if packets[s.index, place] & FLYING and number < count:
                 if (r.lost >> number) & 1 == 0:
                     if judged:
                         s.delivered += 1
@@ -122,12 +131,48 @@ def receive_block(d, r, s, now_ns):
                         s.taken += 1
                         packets[s.index, place] |= GOT
                 number += 1
+
+
+@inner(boolean(a_dcf, a_station, a_station, _i8))
+def receive_block(d, r, s, now_ns):
+    """Station r has received packets of station s's aggregate, which is over. Returns whether it
+    acknowledges them now; where transmissions are judged, each is first."""
+    mark_received(d, r, s, now_ns, s.carried)
     r.lost = 0
-    if judged:
+    if d.setup[0].judged == 1:
         return False
     take_block(d, s, now_ns)
     release(d, s, r.index, now_ns)
     return True
+
+
+@inner(_i8(a_setup, all_rates, a_station))
+def next_part(setup, rates, s):
+    """The next event of station s's frame, whose header is over: the end of a packet of its
+    aggregate, where receivers hand each on then, or that of the frame."""
+    if setup.apart == 0 or s.kind != DATA or s.passed + 1 >= s.carried:
+        return s.ends_ns * KINDS + END
+    first_ns = s.begun_ns + rates[s.rate].payload_ns
+    return (first_ns + (s.passed + 1) * (s.ends_ns - first_ns) // s.carried) * KINDS + PART
+
+
+@inner(void(a_dcf, a_station, _i8))
+def end_part(d, s, now_ns):
+    """A packet of station s's aggregate is over. If its receiver finds no error, it hands on what
+    it has without a gap."""
+    setup, r = d.setup[0], d.stations[s.dest]
+    s.passed += 1
+    s.air_due = next_part(setup, d.rates, s)
+    schedule(d.due, s)
+    if r.receives_from == s.index:
+        mark_changed(d.touched, r)
+        unaware_mw = r.unaware_mw
+        add_errors(setup, d.rates, d.table, r, s, now_ns)
+        r.unaware_mw = unaware_mw  # nothing has changed
+        if (r.lost >> np.uint64(s.passed - 1)) & np.uint64(1) == 0 and is_intact(r, s):
+            mark_received(d, r, s, now_ns, s.passed)
+            take_block(d, s, now_ns)
+            release(d, s, r.index, now_ns)
 
 
 @inner(void(a_dcf, a_station, _i8, _i8, _i8, _i8))

@@ -10,7 +10,9 @@ from __future__ import annotations
 from desim.ports.kernels import inner, types
 from netmodels.radio.dcf.kernels.aggregates import (
     compose,
+    end_part,
     miss_block,
+    next_part,
     receive_block,
     release,
     settle_block,
@@ -35,6 +37,7 @@ from netmodels.radio.dcf.kernels.records import (
     NEVER,
     NEXT,
     OTHER,
+    PART,
     RECEIVED,
     REQUEST,
     RTS,
@@ -140,7 +143,8 @@ def detect(d, s, now_ns):
     not sending when it came, receive the frame; only now do they know that the medium is busy."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
     header_ends_ns = s.begun_ns + d.rates[s.rate].payload_ns
-    s.air_due = header_ends_ns * KINDS + HEADER if setup.gives_up == 1 else s.ends_ns * KINDS + END
+    s.air_due = header_ends_ns * KINDS + HEADER if setup.gives_up == 1 else next_part(
+        setup, d.rates, s)
     schedule(due, s)
     for k in range(s.first_link, s.last_link):
         r, power_mw = stations[links[k].station], links[k].power_mw
@@ -165,7 +169,7 @@ def read_header(d, s, now_ns):
     """The header of station s's frame is over. If it has errors, a receiver of ns-3 gives up the
     frame, and takes the medium for idle until a new signal comes."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    s.air_due = s.ends_ns * KINDS + END
+    s.air_due = next_part(setup, d.rates, s)
     schedule(due, s)
     for k in range(s.first_link, s.last_link):
         r = stations[links[k].station]
@@ -377,6 +381,8 @@ def carry_out(d, s, now_ns, what):
         detect(d, s, now_ns)
     elif what == HEADER:
         read_header(d, s, now_ns)
+    elif what == PART:
+        end_part(d, s, now_ns)
     elif what == ANSWER:
         s.answer_due = NEVER
         schedule(d.due, s)

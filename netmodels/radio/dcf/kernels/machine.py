@@ -27,6 +27,7 @@ from netmodels.radio.dcf.kernels.records import (
     NEVER,
     RECEIVED,
     TIMEOUT,
+    VOICE,
     a_dcf,
     a_setup,
     a_station,
@@ -176,10 +177,10 @@ def waiting_packets(d, s):
 @inner(_i8(a_setup, a_station, _i8))
 def pause_ns(setup, s, now_ns):
     """The time that a packet waits which comes while the medium is idle, as ns-3 counts it: AIFS,
-    with QoS until the next slot begins."""
+    of data with QoS until the next slot begins."""
     if setup.pauses == 0:
         return 0
-    if setup.first_counts == 0:
+    if setup.first_counts == 0 or s.rank > VOICE:
         return aifs_ns(setup, s)
     idle_ns = now_ns - s.slots_from_ns
     return setup.slot_ns - idle_ns % setup.slot_ns if idle_ns > 0 else 0

@@ -18,7 +18,7 @@ NEVER = 1 << 62
 
 # Kinds of events, in the order in which they are carried out in one instant. Fields that end in
 # ``_due`` hold a time and a kind in one number, ``time_ns * KINDS + kind``: the least comes next.
-END, TIMEOUT, ANSWER, START, DETECT, HEADER, KINDS = 0, 1, 2, 3, 4, 5, 8
+END, TIMEOUT, ANSWER, START, DETECT, HEADER, PART, KINDS = 0, 1, 2, 3, 4, 5, 6, 8
 
 BLOCK = 32  # stations whose next events have a common minimum
 
@@ -33,12 +33,12 @@ RECEIVED, MISSED, DONE, DROPPED, EXPIRED, TRIED, HEARD, GIVEN_UP, LAPSED = range
 RATE_BITS, ALONE, WITH_RTS = 255, 256, 512
 
 
-VOICE = 3  # the highest rank
+VOICE = 3  # the highest rank of data
 
 # A station is a radio and a contender for the air. One that sends in several access categories has
 # another contender for each further one: a record that sends, but hears nothing itself. What its
 # radio hears of the medium is copied into it.
-STATION = np.dtype([  # 309 B, for the future is tried out on copies
+STATION = np.dtype([  # 314 B, for the future is tried out on copies
     ("key", "u8"),  # of its random numbers
     # Reception. All signals that it hears; the one that it receives, the log of the chance that
     # this has had no error yet, and until when its interference is accounted for. Until when the
@@ -55,7 +55,7 @@ STATION = np.dtype([  # 309 B, for the future is tried out on copies
     # present packet is ready. When the NAV of an RTS is reset unless a frame follows, and that NAV.
     ("slots_from_ns", "i8"), ("occupied_ns", "i8"), ("nav_ns", "i8"), ("eifs_ends_ns", "i8"),
     ("ready_ns", "i8"), ("nav_timeout_ns", "i8"), ("announced_nav_ns", "i8"),
-    # Its next events: of contention (START, TIMEOUT), of its transmission (DETECT, HEADER, END),
+    # Its next events: of contention (START, TIMEOUT), of its transmission (DETECT, HEADER, PART, END),
     # and the answer that it owes (ANSWER).
     ("contention_due", "i8"), ("air_due", "i8"), ("answer_due", "i8"),
     # Its transmission, and for how long it has been sending, that one included up to its end.
@@ -88,8 +88,8 @@ STATION = np.dtype([  # 309 B, for the future is tried out on copies
     # Whether it is on the air, with which kind of frame, at which rate; the kind of its answer.
     ("on_air", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply_kind", "i1"),
     # Of its aggregate: an RTS goes first; it lacks a block acknowledgement, and asks for it first;
-    # how many packets have been taken as arrived (``judge_packet``).
-    ("guarded", "i1"), ("asks", "i1"), ("taken", "i1"),
+    # how many packets have been taken as arrived (``judge_packet``), and how many are over.
+    ("guarded", "i1"), ("asks", "i1"), ("taken", "i1"), ("passed", "i1"),
     # Its access: slots of AIFS behind SIFS, the bits of the least window, and the largest window.
     ("aifsn", "i1"), ("least_bits", "i1"), ("largest", "i2"),
     # Its category's rank, from 0 for background to VOICE. Its TXOP limit (0: one exchange), and
@@ -129,7 +129,8 @@ OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("posi
 # ``pauses``: a packet that comes while the medium is idle waits for AIFS. ``judged``: the
 # caller judges each unicast transmission. Of aggregates: packets, bytes and ns at most, bytes of
 # the delimiter that a packet gets in them alone; above how many bytes an RTS goes first;
-# ``requests``: a missed block acknowledgement is asked for before anything else is sent.
+# ``requests``: a missed block acknowledgement is asked for before anything else is sent; ``apart``:
+# a receiver hands a packet on when it is over, not with the aggregate (``end_part``).
 # ``first_counts``: ``sense_carrier``. ``outcomes``: how many were noted.
 SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("eifs_ns", "i8"),
                   ("detection_ns", "i8"),
@@ -139,7 +140,7 @@ SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("eifs_ns", "i8"),
                   ("unaware", "i8"), ("eifs_at_end", "i8"), ("gives_up", "i8"),
                   ("pauses", "i8"), ("judged", "i8"), ("most_packets", "i8"),
                   ("most_bytes", "i8"), ("most_ns", "i8"), ("delimiter_bytes", "i8"),
-                  ("rts_bytes", "i8"), ("requests", "i8"),
+                  ("rts_bytes", "i8"), ("requests", "i8"), ("apart", "i8"),
                   ("first_counts", "i8"), ("outcomes", "i8")])
 
 
