@@ -29,7 +29,7 @@ from netmodels.switch import Switch
 
 _NOT_ASSOCIATED = ports.Drop("not_associated")
 _NOBODY = ports.Drop("receiver_not_associated")
-_RADIO_PACKETS = 500  # more than an outlet lets its radio take in
+_RADIO_PACKETS = 500  # of fq_codel: more than an outlet lets its radio take in
 
 
 class Infrastructure:
@@ -66,7 +66,9 @@ class Infrastructure:
     def __init__(self, settings: Settings, params: DcfRadio.Params,
                  access_points: Sequence[AccessPoint]) -> None:
         self._settings, self._params, self._access_points = settings, params, access_points
-        self._radio, self._switch = _radio(params, access_points), Switch(settings.wires)
+        self._radio, self._switch = _radio(
+            params, access_points, _RADIO_PACKETS if settings.queue == "fq_codel"
+            else -(-params.queue * 4 // 3)), Switch(settings.wires)
         self._times: TripTimes | None = None
 
     def itemize(self, ledger: ports.Ledger) -> None:
@@ -192,12 +194,13 @@ class Infrastructure:
                 for host, own in zip(hosts, self._radio.airtime_ns(hosts), strict=True)]
 
 
-def _radio(params: DcfRadio.Params, access_points: Sequence[AccessPoint]) -> DcfRadio:
-    """The radio of all stations. Broadcasts go at the lowest basic rate if no other is given."""
+def _radio(params: DcfRadio.Params, access_points: Sequence[AccessPoint], places: int) -> DcfRadio:
+    """The radio of all stations, with so many places for packets. Broadcasts go at the lowest basic
+    rate if no other is given."""
     standard = params.of_channel(access_points[0].channel, params.basic_rates_bps)
     basic_bps = [round(1e6 * mbps) for mbps in standard.basic_mbps]
     return DcfRadio(params.model_copy(update={
-        "queue": _RADIO_PACKETS, "channel": access_points[0].channel,
+        "queue": places, "channel": access_points[0].channel,
         "channels": {name: one.channel for name, one in zip(
             names_of(access_points, ()), access_points, strict=True)},
         "broadcast_rate_bps": params.broadcast_rate_bps or min(basic_bps)}))

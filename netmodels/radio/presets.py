@@ -42,8 +42,9 @@ the defaults in these rules, which were found by comparing small layouts and rea
 - A frame that is given up leaves the contention window as wide as it was (``window_failures``):
   thirty saturated stations carry 1 % more.
 - Broadcasts of 802.11g go at its lowest rate, 1 Mb/s; by default at 6 Mb/s, the lowest of OFDM.
-- A missed block acknowledgement is asked for (``block_requests``): five saturated stations of
-  802.11n carry 5 % less.
+- A missed block acknowledgement is asked for until it comes (``block_requests``): five saturated
+  stations of 802.11n carry 5 % less, two that are hidden from each other twice as much.
+- The packets of an aggregate arrive each at its own end (``apart``), not all with it.
 - Rate control counts as ``ArfWifiManager`` does (``rate_control.model``): five saturated stations
   carry 5.6 instead of 6.0 Mb/s.
 """

@@ -9,8 +9,9 @@ import desim
 from desim.errors import InputError
 from desim.netcases.case import play
 from desim.ports.cases import Flow, Setup
-from netmodels.radio.access_categories import categories, rank_of
-from netmodels.radio.dcf.stations import NEVER, RECEIVED
+from desim.testing import Bench
+from netmodels.radio.access_categories import BEACONS, categories, rank_of
+from netmodels.radio.dcf.stations import DONE, NEVER, RECEIVED
 from netmodels.radio.radio import Radio
 from netmodels.radio.standards import A, B
 
@@ -87,3 +88,35 @@ def test_without_qos_there_is_no_category():
     with pytest.raises(InputError, match="access_category: 11a has none"):
         Radio.build(Radio.Params(standard="11a", access_category="video"))
     assert Radio.build(Radio.Params(standard="11a", qos=True, access_category="video"))
+
+
+def test_a_beacon_comes_before_all_that_waits():
+    """Behind a frame of another station the medium is idle for PIFS; data wait for DIFS and slots.
+    """
+    stations = air(A, same_power(3))
+    beacons = stations.contend(0, BEACONS, 1)
+    stations.enqueue(10**9, 2, -1, 1000, A.rate(6))
+    for _ in range(5):
+        stations.enqueue(10**9 + 10_000, 0, -1, 264, A.rate(6))
+        stations.enqueue(10**9 + 10_000, 1, -1, 264, A.rate(6))
+    stations.enqueue(10**9 + 10_000, beacons, -1, 138, A.rate(6))
+    ends = []
+    while stations.next_ns < NEVER:
+        ends += [(station, time_ns) for time_ns, what, station, *_ in stations.advance(
+            stations.next_ns) if what == DONE]
+    assert [station for station, _ in ends[:2]] == [2, beacons]
+    pifs_ns = A.sifs_ns + A.slot_ns
+    assert ends[1][1] - ends[0][1] == pifs_ns + A.airtime_ns(138, A.rate(6))
+
+
+def test_access_points_send_beacons_so():
+    """Also without access categories: 802.11a, and a medium without marks."""
+    radio = Radio.build(Radio.Params(
+        standard="11a", infrastructure={"wired": ["base"]}, channel=36,
+        access_points=[{"at": ["0 m", "0 m"], "channel": 36}]))
+    bench = Bench(radio, {"base": NOWHERE, "a": (5, 0)})
+    bench.run(S)
+    stations = bench.medium.model._radio.air.stations
+    assert len(stations.radios) == 4  # the stations, the access point and its beacons
+    assert bench.medium.model.control()[0] == 10
+    assert stations.counts(S).transmitted.tolist() == [0, 0, 0]  # they are no data

@@ -255,3 +255,35 @@ def test_the_parts_of_a_frames_time_add_up():
     {"standard": "11ax", "channel": 36, "width": "80 MHz", "streams": 2, "preset": "ns3_3_44"}])
 def test_the_radio_keeps_the_contract(params):
     check_network(DcfRadio, **params)
+
+
+def test_packets_arrive_each_at_its_own_end_where_they_are_apart():
+    """Ten packets in equal parts of the aggregate behind its preamble of 36 us (ns-3 hands each on
+    when it is over); the block acknowledgement comes when it would otherwise."""
+
+    def sent(apart):
+        one = stations(aggregation=Aggregation(apart=apart))
+        for _ in range(10):
+            one.enqueue(0, 0, 2, 1066, MCS7)
+        return [row[0] for row in played(one) if row[1] == RECEIVED], one.airtimes_ns(END_NS)[0]
+
+    (together, on_air), (apart, still_on_air) = sent(False), sent(True)
+    first_ns, length_ns = N.rates[MCS7].payload_ns, together[0] - N.rates[MCS7].payload_ns
+    assert together == [together[0]] * 10
+    assert apart == [first_ns + k * length_ns // 10 for k in range(1, 11)]
+    assert on_air.tolist() == still_on_air.tolist()
+
+
+def test_packets_that_are_apart_wait_for_one_in_front():
+    """Some packets have errors: whole frames go on in order, each with its last packet."""
+
+    def arrived(apart):
+        one = stations(np.full((3, 3), 10**-7.05), aggregation=Aggregation(apart=apart),
+                       reception=Reception())
+        for number in range(200):
+            one.enqueue(0, 0, 2, 1066, MCS7, packets=1 + number % 3)
+        return [(row[0], row[3]) for row in played(one) if row[1] == RECEIVED]
+
+    apart, together = arrived(True), arrived(False)
+    assert [position for _, position in apart] == list(range(200))
+    assert len({at for at, _ in apart}) > 2 * len({at for at, _ in together})

@@ -194,6 +194,11 @@ def no_requests(monkeypatch):
     monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "block_requests", False)
 
 
+def together(monkeypatch):
+    """The packets of an aggregate arrive with its end."""
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "apart", False)
+
+
 def slower_filter(monkeypatch):
     """A period of 17 updates, not 16."""
     monkeypatch.setattr(minstrel_statistics, "_SECOND", 5466)
@@ -252,7 +257,7 @@ TWINS = [
     (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
     (AccessCategories, 3, no_txop),
     (MinstrelOfLinux, 1, slower_filter), (MinstrelOfNs3, 2, less_loss),
-    (AccessPointsOfNs3, 3, no_requests),
+    (AccessPointsOfNs3, 3, no_requests), (AccessPointsOfNs3, 3, together),
     (AccessPointsOfLinux, 2, longer_visits), (AccessPointsOfLinux, 5, exact_signals),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups
         (Propagation, 27, less_indoor_loss), (SinglePair, 6, better_receivers),

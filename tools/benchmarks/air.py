@@ -93,7 +93,7 @@ def messages(hosts: int, hz: int, simulated_s: float) -> float:
 
 def under_an_access_point(direction: str, simulated_s: int) -> float:
     """CPU time of 30 saturated stations of 802.11n with A-MPDU, ``up``, ``down`` or ``both``."""
-    setup = access_points.saturated("11n", 7, 20, True, direction, 30, simulated_s - 1)
+    setup = access_points.saturated(direction, 30, simulated_s - 1)
     start = time.process_time()
     play(setup)
     return time.process_time() - start

@@ -50,6 +50,8 @@ _i8 = int64
 # present aggregate; (of a frame's last packet) the frame has arrived.
 TRIES, GOT, FLYING, ARRIVED = 255, 256, 1024, 2048
 
+REQUESTS = 200  # attempts of an exchange: 500 ms and more with windows that double
+
 
 @inner(_i8(a_setup, from_dtype(RATE), _i8))
 def most_bytes(setup, how, most_ns):
@@ -200,6 +202,21 @@ def clear_packets(d, s, count):
     return first
 
 
+@inner(void(a_dcf, a_dcf, a_station))
+def copy_packets(d, future, s):
+    """Copy the states of the packets of station s's queue, which is not empty."""
+    limit = d.packets.shape[1]
+    last = d.frames[s.index, (s.queue_head + s.queue_length - 1) % limit]
+    first = (d.frames[s.index, s.queue_head].slot + s.packet) % limit
+    end = (last.slot + last.packets) % limit
+    if end <= first:
+        end += limit
+    for place in range(first, min(end, limit)):
+        future.packets[s.index, place] = d.packets[s.index, place]
+    for place in range(end - limit):
+        future.packets[s.index, place] = d.packets[s.index, place]
+
+
 @inner(void(a_dcf, a_station, _i8))
 def take_block(d, s, now_ns):
     """Some of station s's packets have arrived: what that took."""
@@ -276,9 +293,10 @@ def settle_block(d, s, now_ns):
 
 @inner(void(a_dcf, a_station, _i8))
 def miss_block(d, s, now_ns):
-    """Station s has got no reply. It may ask again, as often as it would send a packet."""
+    """Station s has got no reply. It asks again until it has one, or for as long as ns-3's packets
+    live (NeedBarRetransmission; 500 ms)."""
     if s.kind == REQUEST:
-        s.asks = s.tries < d.setup[0].try_limit
+        s.asks = s.tries < REQUESTS
         return
     head, dest = s.queue_head, d.frames[s.index, s.queue_head].dest
     doubt = close_block(d, s, now_ns, False) and s.kind == DATA and s.carried > 1

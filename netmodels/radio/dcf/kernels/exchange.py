@@ -44,6 +44,7 @@ from netmodels.radio.dcf.kernels.records import (
     SENDING,
     START,
     TIMEOUT,
+    VOICE,
     a_dcf,
     a_station,
     mark_changed,
@@ -107,8 +108,7 @@ def send(d, s, now_ns, kind):
     frame = d.frames[owner.index, owner.queue_head]
     if owner.index == s.index:
         stamp(d, s, now_ns, CONTENDED if s.tries == 0 else REPEATED)
-    after_ns = setup.sifs_ns + owner.reply_ns
-    how = d.rates[frame.rate]
+    after_ns, how = setup.sifs_ns + owner.reply_ns, d.rates[frame.rate]
     s.kind, s.reserve_ns = kind, 0
     s.dest = s.answer_to if kind in (CTS, ACK) else frame.dest
     if kind != CF_END:
@@ -123,7 +123,7 @@ def send(d, s, now_ns, kind):
         airtime_ns, s.reserve_ns = how.cts_ns, setup.sifs_ns + owner.data_ns + after_ns
     elif kind == DATA:
         airtime_ns, s.rate = s.data_ns, frame.rate
-        s.transmitted += 1
+        s.transmitted += s.rank <= VOICE  # beacons are no data
         if frame.dest >= 0:
             s.reserve_ns = after_ns
     elif kind == REQUEST:
@@ -142,9 +142,8 @@ def detect(d, s, now_ns):
     """The beginning of station s's preamble is over. Stations that hear it well enough, and were
     not sending when it came, receive the frame; only now do they know that the medium is busy."""
     setup, stations, due, links = d.setup[0], d.stations, d.due, d.links
-    header_ends_ns = s.begun_ns + d.rates[s.rate].payload_ns
-    s.air_due = header_ends_ns * KINDS + HEADER if setup.gives_up == 1 else next_part(
-        setup, d.rates, s)
+    header_due = (s.begun_ns + d.rates[s.rate].payload_ns) * KINDS + HEADER
+    s.air_due = header_due if setup.gives_up == 1 else next_part(setup, d.rates, s)
     schedule(due, s)
     for k in range(s.first_link, s.last_link):
         r, power_mw = stations[links[k].station], links[k].power_mw

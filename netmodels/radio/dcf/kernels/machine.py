@@ -7,7 +7,7 @@ only the stations that hear it: the work for a frame hardly grows with the stati
 from __future__ import annotations
 
 from desim.ports.kernels import inner, lean, types
-from netmodels.radio.dcf.kernels.aggregates import clear_packets, judge_packet
+from netmodels.radio.dcf.kernels.aggregates import clear_packets, copy_packets, judge_packet
 from netmodels.radio.dcf.kernels.contention import (
     draw_backoff,
     plan_start,
@@ -126,9 +126,8 @@ def foresee(rows, present):
     touched, blocks = d.touched, d.due.size // (1 + BLOCK)
     for k in range(1, touched[0, 0] + 1):
         i = touched[k, 0]
-        if touched[1 + i, 1] == 2:
-            for place in range(d.packets.shape[1]):
-                future.packets[i, place] = d.packets[i, place]
+        if touched[1 + i, 1] == 2 and d.stations[i].queue_length > 0:
+            copy_packets(d, future, d.stations[i])
         touched[1 + i, 1] = 0
         future.stations[i] = d.stations[i]
         future.due[blocks + i], future.due[i // BLOCK] = d.due[blocks + i], d.due[i // BLOCK]

@@ -55,8 +55,8 @@ STATION = np.dtype([  # 314 B, for the future is tried out on copies
     # present packet is ready. When the NAV of an RTS is reset unless a frame follows, and that NAV.
     ("slots_from_ns", "i8"), ("occupied_ns", "i8"), ("nav_ns", "i8"), ("eifs_ends_ns", "i8"),
     ("ready_ns", "i8"), ("nav_timeout_ns", "i8"), ("announced_nav_ns", "i8"),
-    # Its next events: of contention (START, TIMEOUT), of its transmission (DETECT, HEADER, PART, END),
-    # and the answer that it owes (ANSWER).
+    # Its next events: of contention (START, TIMEOUT), of its transmission (DETECT, HEADER, PART,
+    # END), and the answer that it owes (ANSWER).
     ("contention_due", "i8"), ("air_due", "i8"), ("answer_due", "i8"),
     # Its transmission, and for how long it has been sending, that one included up to its end.
     ("begun_ns", "i8"), ("ends_ns", "i8"), ("sent_ns", "i8"),
