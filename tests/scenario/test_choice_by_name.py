@@ -26,5 +26,5 @@ def test_an_error_in_it_names_the_key_where_it_belongs():
     assert str(caught.value) == (
         "--set coordination.strategy={strategy: market, price_per_m2: 0}: "
         "coordination.price_per_m2: unknown key (did you mean 'price_m_per_m2'?); allowed: "
-        "strategy, exchange, team_state, lost_after, lots, price_m_per_m2, wait, hold, same, "
+        "strategy, exchange, team_state, lost_after, lots, price_m_per_m2, wait, hold, "
         "failsafe_after")
