@@ -1,0 +1,37 @@
+"""A table of what Wi-Fi does to traffic, from the campaign of traffic_wifi.yaml.
+
+    python scenarios/studies/traffic_wifi_table.py results/traffic_wifi
+
+Prints Markdown: for each network (down) and number of robots (across) the goals that a fleet
+reaches in an hour, the mean and the range over the runs.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as parquet
+
+
+def cell(runs) -> str:
+    """The mean of the goals of an hour, with the least and the greatest."""
+    goals = [run["goals_per_hour"] for run in runs]
+    return f"{np.mean(goals):.0f} ({min(goals):.0f} to {max(goals):.0f})"
+
+
+def main(campaign: Path) -> None:
+    runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
+    networks, robots = (list(dict.fromkeys(run[name] for run in runs))
+                        for name in ("network", "robots"))
+    print("| goals an hour | " + " | ".join(f"{count} robots" for count in robots) + " |")
+    print("|---" * (1 + len(robots)) + "|")
+    for network in networks:
+        print(f"| {network} | " + " | ".join(
+            cell([run for run in runs if (run["network"], run["robots"]) == (network, count)])
+            for count in robots) + " |")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
