@@ -17,7 +17,7 @@ from desim.ports.cases import Flow
 from desim.units import PERIOD
 
 _DRAWN = 1024  # gaps at a time
-_PATIENCE_NS = 10_000_000  # of a saturated source whose packets a full queue has dropped
+_PATIENCE_NS = 10_000_000  # of a saturated source without a way, or behind a full queue
 
 
 class Source(ABC):
@@ -96,9 +96,11 @@ class PacketSource(Source, BroadcastCarrier[int]):
 
     def lost(self, sent_ns: int, receiver: int, reason: str) -> None:
         self.losses[reason] += self.flow.train
-        if not self._saturated or sent_ns == self._kernel.now_ns:
-            return  # refused: so it would be again
-        if not reason.endswith("queue_full"):
+        is_refused = sent_ns == self._kernel.now_ns
+        is_full = reason.endswith("queue_full")
+        if not self._saturated or (is_refused and is_full):
+            return  # a packet that left the own queue makes room, and is followed by another one
+        if not is_refused and not is_full:
             self._send(None)
             return
         self._held_back += 1

@@ -309,3 +309,13 @@ def test_what_is_wrong_with_walls_ways_and_tcp_has_a_place(file, text, says):
     result = net(path)
     assert result.exit_code == 2
     assert result.stderr.strip().startswith(says.format(file=path)), result.stderr
+
+
+def test_a_saturated_flow_goes_on_when_its_station_has_joined():
+    """Its first packets are refused, before the station has found the access point."""
+    found = play(Layout(Layout.Params(
+        standard="11n", places=[[5, 0], [0, 20]],
+        access_points=[{"at": ["0 m", "0 m"], "channel": 36}],
+        infrastructure={"wired": ["host_1"], "associated": False},
+        flows=[{"from": 0, "to": 1}], duration="6 s")).setup())
+    assert found["lost"]["not_associated"] > 0 and found["goodput_mbps"] > 20
