@@ -119,6 +119,7 @@ class Associations:
     def _beacon(self, access_point: int) -> None:
         air = self._air
         air.at(air.now_ns + self._constants.beacon_ns, self._beacon, access_point)
+        powers_dbm = self._radio.powers_dbm()[access_point].tolist()
         size_bytes = self._constants.beacon_frame_bytes
         if size_bytes is not None:
             if self._hosts:
@@ -126,11 +127,9 @@ class Associations:
                                   partial(self._passed, access_point), BEACON_MARK)
         else:
             for host in self._hosts:
-                self._note(access_point, host,
-                           self._power_dbm(access_point, host) >= self._found_dbm)
+                self._note(access_point, host, powers_dbm[host] >= self._found_dbm)
         if self.power_save is not None:
             self.power_save.beacon(access_point)
-        powers_dbm = self._radio.powers_dbm()[access_point].tolist()
         for host in self._hosts:
             self._watch(access_point, host, powers_dbm[host])
 

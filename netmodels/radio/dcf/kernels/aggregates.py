@@ -293,8 +293,8 @@ def settle_block(d, s, now_ns):
 
 @inner(void(a_dcf, a_station, _i8))
 def miss_block(d, s, now_ns):
-    """Station s has got no reply. It asks again until it has one, or for as long as ns-3's packets
-    live (NeedBarRetransmission; 500 ms)."""
+    """Station s has got no reply. It asks again until it has one, at most for about as long as
+    ns-3's packets live (NeedBarRetransmission; 500 ms)."""
     if s.kind == REQUEST:
         s.asks = s.tries < REQUESTS
         return
