@@ -4,6 +4,7 @@ Times are in ms where nothing else is said; messages between hosts arrive at onc
 
 from fractions import Fraction
 from inspect import getsourcelines
+from operator import attrgetter
 
 import pytest
 from graphs import MS, Net, S, Words, silent, talker
@@ -380,10 +381,16 @@ def test_callbacks_that_cost_nothing_and_wake_each_other_are_an_error():
 # ------------------------------------------------------------------------------------ hosts' lives
 
 
-def test_a_host_that_stops_forgets_what_waits_and_what_it_was_about_to_say(log):
+@pytest.fixture(params=["stop", "stop_software"])
+def ending(request):
+    """Ends the software of a host: with its interfaces, and without."""
+    return attrgetter(request.param)
+
+
+def test_a_host_that_stops_forgets_what_waits_and_what_it_was_about_to_say(log, ending):
     net = Net({"a": says(WORDS), "b": {"mind": log.answers("/talk", "/answer", queue=5)},
                "c": log.hears("/answer")}, costs=Fixed(mind=15))
-    net.at(40 * MS, net.graph.host("b").stop)
+    net.at(40 * MS, ending(net.graph.host("b")))
     net.run(S)
     assert log == [(0, "mind", "one"), (15, "mind", "two"), (15, "node", "one"),
                    (30, "mind", "three"), (30, "node", "two")]
@@ -392,10 +399,10 @@ def test_a_host_that_stops_forgets_what_waits_and_what_it_was_about_to_say(log):
     assert counts.discarded == 1
 
 
-def test_a_host_that_starts_again_runs_its_callbacks_afresh(log):
+def test_a_host_that_starts_again_runs_its_callbacks_afresh(log, ending):
     net = Net(robot(clock=log.ticks(100)), costs=Fixed(clock=35))
     host = net.graph.host("robot")
-    net.at(20 * MS, host.stop)
+    net.at(20 * MS, ending(host))
     net.at(50 * MS, host.start)
     net.run(90 * MS)
     assert log == [(0, "clock", 0), (50, "clock", 0), (85, "clock", 1)]

@@ -22,6 +22,7 @@ from desim.ports.networks import Handle
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
+    from desim.network.medium import Medium
 
 
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
@@ -65,21 +66,6 @@ class BusyHost(Host):
     def missed_ticks(self) -> int:
         """The ticks that its timers have missed so far, those of nodes that are still busy, too."""
         return self._missed_ticks + sum([timer.overdue_ticks() for timer in self._timers])
-
-    def stop(self) -> None:
-        for executor in self._executors.values():
-            executor.stop()
-        for subscription in self._subscriptions:
-            subscription.discard()
-        self._missed_ticks = self.missed_ticks
-        self._timers.clear()
-        self._executors.clear()
-        self._subscriptions.clear()
-        self._ends_by_node.clear()
-        self._awake.clear()
-        if self.memory is not None:
-            self.memory.freed()
-        super().stop()
 
     def ticker(self, node: str, name: str, frequency_hz: Fraction | int,
                callback: Callable[[int], object], start_ns: int) -> Handle:
@@ -150,6 +136,21 @@ class BusyHost(Host):
 
     def unblock(self, node: str) -> None:
         self._executor(node).unblock()
+
+    def _end(self, media: Sequence[Medium]) -> None:
+        for executor in self._executors.values():
+            executor.stop()
+        for subscription in self._subscriptions:
+            subscription.discard()
+        self._missed_ticks = self.missed_ticks
+        self._timers.clear()
+        self._executors.clear()
+        self._subscriptions.clear()
+        self._ends_by_node.clear()
+        self._awake.clear()
+        if self.memory is not None:
+            self.memory.freed()
+        super()._end(media)
 
     def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
         publisher = HeldPublisher(self, topic, offer)
