@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
+from itertools import chain, groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.heartbeat_piggyback import Spent
-from desim.middleware.timers import NEVER
 
 if TYPE_CHECKING:
     from desim.middleware.dds.endpoints import Endpoints
@@ -47,27 +47,25 @@ class SingleRepairs:
 
 
 class SharedRepairs:
-    """Fast DDS: one timer for the requests of all readers, which each request starts anew
-    (StatefulWriter.cpp, process_acknack), and each item is sent once for all that want it.
-    ``spent`` says, for publications and subscriptions, behind which items all readers get a
-    heartbeat."""
+    """Fast DDS: one timer for the requests of all readers, and each item is sent once for all that
+    want it. A request leaves the timer alone that runs (TimedEventImpl.cpp, go_ready). ``spent``
+    says, for publications and subscriptions, behind which items all readers get a heartbeat."""
 
     def __init__(self, me: Participant, endpoints: Endpoints) -> None:
         self._me, self._endpoints = me, endpoints
         limit_bytes = me.constants.heartbeat_after_bytes
         self.spent = () if limit_bytes is None else (Spent(limit_bytes), Spent(limit_bytes))
-        self._due_ns = NEVER
+        self._due = False
 
     def request(self, remote: RemoteParticipant, missing: tuple[int, ...]) -> None:
         """``remote`` wants the items of these numbers, and no others."""
         remote.requested = missing
-        delay_ns = self._me.constants.discovery_nack_response_ns
-        self._due_ns = self._me.context.now_ns + delay_ns
-        self._me.after(delay_ns, self._repair, self._due_ns)
+        if not self._due:
+            self._due = True
+            self._me.after(self._me.constants.discovery_nack_response_ns, self._repair)
 
-    def _repair(self, due_ns: int) -> None:
-        if self._due_ns != due_ns:
-            return
+    def _repair(self, _: object) -> None:
+        self._due = False
         by_series: dict[int, list[RemoteParticipant]] = {}  # a server has one for each client
         for remote in self._me.direct():
             if remote.requested:
@@ -77,22 +75,32 @@ class SharedRepairs:
         self._endpoints.send_heartbeat_soon()
 
     def _send(self, remotes: list[RemoteParticipant]) -> None:
+        """Send each item to those that want it, then to all readers the heartbeats that go between
+        the items: each reader's in one train."""
         me, out = self._me, remotes[0].out
         wanted: dict[int, list[RemoteParticipant]] = {}
         for remote in remotes:
             for number in remote.requested:
                 wanted.setdefault(number, []).append(remote)
             remote.requested = ()
-        numbers = sorted(wanted, key=lambda number: (wire.is_reader(out[number]), number))
-        for k, part in enumerate(self._parted(numbers, out)):
-            if k:
-                self._endpoints.send_heartbeats(me.direct(), 1, directed=False)
-            for to, same in groupby(part, wanted.__getitem__):
-                group = list(same)
-                letters = me.dds.wire.known_endpoints(
-                    [out[number] for number in group], me.constants.repeated_message_bytes, False,
-                    addressed=len(to) == 1)
-                self._endpoints.send_items(to, group, letters, None)
+        parts = self._parted(
+            sorted(wanted, key=lambda number: (wire.is_reader(out[number]), number)), out)
+        mails = [(to, list(same)) for part in parts
+                 for to, same in groupby(part, wanted.__getitem__)]
+        for to, group in groupby(mails, itemgetter(0)):
+            self._send_train(to, [numbers for _, numbers in group], out)
+        self._endpoints.send_heartbeats(me.direct(), len(parts) - 1, directed=False)
+
+    def _send_train(self, to: list[RemoteParticipant], groups: list[list[int]], out: list[Item]
+                    ) -> None:
+        """Send the items of these numbers to the same readers; each group begins a message."""
+        me = self._me
+        for start in range(0, len(groups), TRAIN):
+            some = groups[start:start + TRAIN]
+            letters = [letter for group in some for letter in me.dds.wire.known_endpoints(
+                [out[number] for number in group], me.constants.repeated_message_bytes, False,
+                addressed=len(to) == 1)]
+            self._endpoints.send_items(to, [*chain.from_iterable(some)], letters, None)
 
     def _parted(self, numbers: Sequence[int], out: list[Item]) -> list[list[int]]:
         """Cut the numbers of items behind each that a heartbeat to all follows: that is a message

@@ -99,7 +99,7 @@ class Endpoints:
         if constants.initial_heartbeat_ns:
             self._book(constants.initial_heartbeat_ns)
         else:
-            self.send_heartbeats([remote], self._wire.built_in_writers, directed=True)
+            self._beat([remote], self._wire.built_in_writers, directed=True)
             self._book(constants.discovery_heartbeat_period_ns)
         if delay_ns is not None:
             self._me.after(delay_ns, self._send_acknack, (remote, delay_ns))
@@ -217,24 +217,28 @@ class Endpoints:
         if not behind:
             return
         new = [remote for remote in behind if not remote.answered]
-        self.send_heartbeats(new, self._wire.built_in_writers, directed=False)
+        self._beat(new, self._wire.built_in_writers, directed=False)
         others = known if constants.discovery_heartbeats_all else behind
-        self.send_heartbeats([remote for remote in others if remote.answered], 2, directed=False)
+        self._beat([remote for remote in others if remote.answered], 2, directed=False)
         self._beats += 1
         self._book(min(constants.discovery_heartbeat_limit_ns,
                        constants.discovery_heartbeat_period_ns
                        << min(16, max(0, self._beats - 2))))
 
-    def send_heartbeats(self, remotes: list[RemoteParticipant], writers: int, *, directed: bool
-                        ) -> None:
-        """Send heartbeats of so many writers."""
-        for spent in self._repairs.spent if writers > 1 else ():
+    def _beat(self, remotes: list[RemoteParticipant], writers: int, *, directed: bool) -> None:
+        """Send a heartbeat of each of so many writers."""
+        for spent in self._repairs.spent:
             spent.sent()
-        if remotes:
-            chunks = [self._wire.heartbeats(writers)] if directed or not self._wire.apart \
-                else [self._wire.heartbeat_to_all()] * writers
+        self.send_heartbeats(remotes, writers, directed=directed)
+
+    def send_heartbeats(self, remotes: list[RemoteParticipant], count: int, *, directed: bool
+                        ) -> None:
+        """Send so many heartbeats, each of one writer."""
+        if remotes and count:
+            chunks = [self._wire.heartbeats(count)] if directed or not self._wire.apart \
+                else [self._wire.heartbeat_to_all()] * count
             self._send_all("sedp_heartbeat", remotes, chunks, Endpoints.heartbeats,
-                           lambda remote: (remote.series, remote.sent_count, writers, directed))
+                           lambda remote: (remote.series, remote.sent_count, count, directed))
 
     # Handlers.
 
@@ -259,7 +263,7 @@ class Endpoints:
     def _answer_preemptive(self, what: tuple[RemoteParticipant, bool]) -> None:
         remote, first = what
         writers = self._wire.built_in_writers if first else 2
-        self.send_heartbeats([remote], writers, directed=True)
+        self._beat([remote], writers, directed=True)
         # It may be lost, or its answer.
         self._book(self._constants.discovery_heartbeat_period_ns)
 
@@ -279,23 +283,24 @@ class Endpoints:
         if known is not None:
             self.heartbeats(remote, (), series, known, 2, True)
 
-    def heartbeats(self, remote: RemoteParticipant, _: Collection[int], series: int, known: int,
-                writers: int, directed: bool) -> None:
-        """Heartbeats of so many writers, maybe ``directed`` to this participant alone: ``known``
-        items exist."""
+    def heartbeats(self, remote: RemoteParticipant, lost: Collection[int], series: int, known: int,
+                   count: int, directed: bool) -> None:
+        """So many heartbeats, maybe ``directed`` to this participant alone: ``known`` items exist.
+        """
         if not self._goes_on(remote, series):
             return
         remote.known = max(remote.known, known)
         if directed:
             remote.nack_timing.directed = True
-        remote.beating = max(remote.beating, writers)
+        count -= len(lost)
+        remote.beating = max(remote.beating, count)
         if not remote.answering:
             remote.answering = True
             self._me.after(self._constants.discovery_heartbeat_response_ns, self._answer, remote)
         elif self._wire.apart and not self._me.thread.stands:
             # It answers each, as they are further apart than its response delay.
             self._me.after(self._constants.discovery_heartbeat_response_ns, self._acknowledge,
-                           (remote, writers))
+                           (remote, count))
 
     def _acknowledge(self, what: tuple[RemoteParticipant, int]) -> None:
         remote, readers = what
