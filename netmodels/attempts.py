@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from desim.units import airtime_ns
+from netmodels.radio.best_rate import RatioOf
 from netmodels.radio.rate_control import RateControl
 from netmodels.radio.standards import Standard
 
@@ -19,10 +20,10 @@ class Attempts:
     standard's ``first``."""
 
     def __init__(self, control: RateControl, standard: Standard, first: int,
-                 stream: Callable[[str], np.random.Generator]) -> None:
+                 stream: Callable[[str], np.random.Generator], ratio: RatioOf) -> None:
         self._standard = standard
         self._rates: dict[tuple[int, int], int] = {}
-        self._control = control.of(standard, first, TRIES, stream)
+        self._control = control.of(standard, first, TRIES, stream, ratio)
         self._first = self._control.first
 
     def packet(self, sender: int, receiver: int, size_bytes: int, now_ns: int,

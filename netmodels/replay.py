@@ -84,7 +84,7 @@ class Replay(Itemized):
             if params.rate_control is not None:
                 standard = STANDARDS[params.standard]
                 self._attempts = Attempts(params.rate_control, standard, rate,
-                                          context.stream)
+                                          context.stream, self._ratio)
                 self._draws = PairStreams(context, "attempts", hosts)
                 self._once, rate_bps = lowest, round(1e6 * standard.rates[lowest].mbps)
         self._outlets = SenderQueues(len(hosts), rate_bps, self._ledger)
@@ -125,6 +125,12 @@ class Replay(Itemized):
     def separates(self, host: int, other: int) -> bool:
         """Whether no frame gets between the two now, however short."""
         return not self._now(host, other, 1, self._once)
+
+    def _ratio(self, source: int, receiver: int) -> float:
+        """The ratio of signal to noise that the trace has now, 0 where it says nothing."""
+        values = self._measured.values(source, receiver, self._context.now_ns)
+        noise_dbm = self._params.reception.for_stations().noise_dbm
+        return sum(10 ** ((dbm - noise_dbm) / 10) for dbm in values) / max(len(values), 1)
 
     def _now(self, source: int, receiver: int, size_bytes: int, rate: int) -> float:
         """The chance of a packet at ``rate``, sent once."""

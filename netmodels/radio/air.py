@@ -74,7 +74,8 @@ class Air:
         judged = any(judge is not None for judge in self._judges)
         ledgers = [one.ledger for one in self.radios if one.ledger is not None]
         self._learner = None if params.rate_control is None else params.rate_control.of(
-            standard, radio.rate, params.retries, context.stream)
+            standard, radio.rate, params.retries, context.stream, self._ratio)
+        self._noise_mw = 10 ** (params.receiver().noise_dbm / 10)
         self.stations = Stations(standard, keys, errors, params.receiver(),
                                  params.queue, params.retries,
                                  params.constants.window_failures or params.retries,
@@ -224,6 +225,14 @@ class Air:
         self._update_links(now_ns)
         for what, station, waiting in decided:
             self._settle_frame(what, station, waiting)
+
+    def _ratio(self, station: int, hearer: int) -> float:
+        """The ratio of signal to noise of a station at another, as the links are; 0 where nothing
+        is heard."""
+        links = self._links
+        begin, end = links.first[station:station + 2]
+        k = begin + np.searchsorted(links.hearer[begin:end], hearer)
+        return float(links.mw[k]) / self._noise_mw if k < end and links.hearer[k] == hearer else 0.0
 
     def _update_links(self, now_ns: int) -> None:
         """Make the links anew if places or walls may have changed and it is time, or fading has."""

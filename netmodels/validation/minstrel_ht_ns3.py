@@ -12,10 +12,12 @@ from pydantic import PrivateAttr
 from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
 from desim.units import NS_PER_S
 from netmodels.cases.traffic import SAME_POWER, numbered
+from netmodels.radio.best_rate import RatioOf
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.learner import Choice, Learner
 from netmodels.radio.rate_control import RateControl
 from netmodels.radio.standards import Standard
+from netmodels.validation.rates_of_ns3 import there_and_back
 from netmodels.validation.tolerance import within
 
 _FAST = 5  # the least MCS that counts as fast
@@ -53,8 +55,7 @@ class MinstrelOfNs3:
                 play, dict.fromkeys(numbered(name, stations), NOWHERE), 20, path_loss=SAME_POWER)
                 for name in _NAMES])
         for (near_m, far_m, leg_s, turns), row in MOVING.items():
-            ends = [(near_m, far_m)[k % 2] for k in range(2 * turns + 1)]
-            way = [((1 + k * leg_s) * NS_PER_S, float(x_m), 0.0) for k, x_m in enumerate(ends)]
+            way = there_and_back(near_m, far_m, leg_s, turns)
             yield from _compared(f"from {near_m} to {far_m} m in {leg_s} s and back", row, [_played(
                 play, {name: (near_m, 0)}, 2 * turns * leg_s, {name: way}) for name in _NAMES])
 
@@ -91,8 +92,8 @@ class WatchedControl(RateControl):
         return self._packets
 
     def of(self, standard: Standard, first: int, tries: int,
-           stream: Callable[[str], np.random.Generator]) -> Learner:
-        return WatchedLearner(super().of(standard, first, tries, stream), self._packets)
+           stream: Callable[[str], np.random.Generator], ratio: RatioOf) -> Learner:
+        return WatchedLearner(super().of(standard, first, tries, stream, ratio), self._packets)
 
 
 class WatchedLearner:

@@ -16,6 +16,7 @@ from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.delivery import delivery
 from netmodels.radio.standards import ACK_BYTES, A, Standard, psdu_bytes
 from netmodels.validation.layouts import PAIRS, parsed
+from netmodels.validation.rates_of_ns3 import RatesOfNs3
 from netmodels.validation.tolerance import within
 
 UP, DOWN, TIMER, TRIES = 10, 2, 15, 7
@@ -44,10 +45,10 @@ class ArfState(NamedTuple):
 class FallbackOfRates:
     """Automatic rate fallback of one saturated sender: goodput within 0.5 % of the stationary one
     of the Markov chain, with the closed form's packet errors. Of several, who take collisions for
-    errors, with ns-3's counting: within 3 %."""
+    errors, with ns-3's counting: within 3 %. And ``RatesOfNs3``."""
 
     source = ("Kamerman and Monteban 1997, as a Markov chain; times of IEEE 802.11-2016; "
-              "ns-3.44, ArfWifiManager, five seeds")
+              "ns-3.44, ArfWifiManager, five seeds; AarfWifiManager, IdealWifiManager")
 
     def checks(self, play: Play) -> Iterator[Check]:
         yield from self._alone(play)
@@ -63,6 +64,7 @@ class FallbackOfRates:
                                 dict(zip(hosts[::2], hosts[1::2], strict=True)), 11))
         yield within(0.03, "11a, ten pairs on 120 m: goodput", found["goodput_mbps"],
                      TEN_PAIRS_MBPS, "Mb/s")
+        yield from RatesOfNs3().checks(play)
 
     def _alone(self, play: Play) -> Iterator[Check]:
         for power_dbm in POWERS_DBM:

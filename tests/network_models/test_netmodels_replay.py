@@ -157,7 +157,7 @@ def test_each_attempt_takes_its_time_at_the_rate_that_was_learnt(file):
 
 def test_attempts_arrive_unless_all_seven_fail():
     draw = np.random.default_rng(1)
-    attempts = Attempts(RateControl(), STANDARDS["11a"], 7, np.random.default_rng)
+    attempts = Attempts(RateControl(), STANDARDS["11a"], 7, np.random.default_rng, lambda *_: 0.0)
     arrived = [attempts.packet(0, 1, 100, 0, lambda rate: 0.3, draw.random(TRIES))[0]
                for _ in range(4000)]
     assert near(np.mean(arrived), 1 - 0.7 ** 7, 4000)

@@ -244,14 +244,15 @@ def test_ns3_tries_one_rate_in_sixteen_exchanges_and_two_for_each_packet():
 
 
 def test_ns3_has_other_stations_without_mcs():
-    with pytest.raises(InputError, match=r"\.rate_control\.model: minstrel_ht_ns3 is of 11n, 11ac, "
-                                         r"11ax; allowed for others: arf, arf_ns3, minstrel_ht"):
+    with pytest.raises(InputError, match=(
+            r"\.rate_control\.model: minstrel_ht_ns3 is of 11n, 11ac, 11ax; allowed for others: "
+            r"arf, arf_ns3, aarf, aarf_ns3, ideal, minstrel_ht")):
         DcfRadio(DcfRadio.Params(standard="11g", rate_control={"model": "minstrel_ht_ns3"}))
 
 
 def test_it_has_no_constants_of_fallback():
-    with pytest.raises(InputError, match=r"\.constants: minstrel_ht has none; allowed with arf, "
-                                         r"arf_ns3"):
+    with pytest.raises(InputError, match=r"\.constants\.up_after: minstrel_ht has none; allowed "
+                                         r"with arf, arf_ns3, aarf, aarf_ns3"):
         configured(RateControl, model="minstrel_ht", up_after=9)
 
 

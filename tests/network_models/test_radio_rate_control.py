@@ -1,4 +1,4 @@
-"""Automatic rate fallback: its rules one by one, and the radio that follows them.
+"""Automatic rate fallback, and its adaptive form: rules one by one, and the radio that follows.
 
 Also how near it comes to the best rate. Its goodput against the Markov chain is a group of ``desim
 validate``.
@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from stations import LINKS
 from test_netmodels_radio import fates
 
+from desim.errors import InputError
 from desim.netcases.case import play
 from desim.ports.cases import Flow, Setup
 from desim.testing import Bench, check_network
@@ -70,9 +71,18 @@ TRACED = ("-++-+-+++++-++++++-+++++--++++++++-+-++++-++++++--+++---++-++-++-+-++
           "111111222222222222222333333333333333222222221111111100000000000000000000000")
 
 
-@pytest.mark.parametrize(("model", "same"), [("arf_ns3", True), ("arf", False)])
-def test_rates_of_one_among_five_are_those_of_ns3(model, same):
-    outcomes, rates = TRACED
+# The same with its AARF, of one of three.
+TRACED_AARF = ("+++++-+-++++++++++++++++-++++-+-+++++++++++++++++--++++-++-+++++++++++++-+-"
+               "++++++++++++++++-++++-++-++++++++++++++++++++++-+++++-+++++++-+++-++++-+-++",
+               "000000000000000111111111111111111111111111222222222111111111111111222222222"
+               "222222333333333343333333333333333333333333333444444444444444444444444444444")
+
+
+@pytest.mark.parametrize(("model", "same", "traced"), [
+    ("arf_ns3", True, TRACED), ("arf", False, TRACED), ("aarf_ns3", True, TRACED_AARF),
+    ("aarf", False, TRACED_AARF), ("arf_ns3", False, TRACED_AARF)])
+def test_rates_of_one_among_several_are_those_of_ns3(model, same, traced):
+    outcomes, rates = traced
     arf = RateControl(model=model).fallback(range(8), 0)
     found = [0] + [(arf.acknowledged if outcome == "+" else arf.failed)(0, 1)
                    for outcome in outcomes]
@@ -96,6 +106,52 @@ def test_each_failure_but_the_first_in_a_row_sets_the_timer_of_ns3_anew(model, l
     assert played("---" + 3 * "+++-" + "+++", model=model)[-3:] == last
 
 
+FAILED_PROBE = "+-"  # behind the acknowledgements that let it be tried
+
+
+@pytest.mark.parametrize(("model", "most"), [("aarf", 50), ("aarf_ns3", 60)])
+def test_a_failed_probe_doubles_what_the_next_one_takes_up_to_a_most(model, most):
+    """10, 20, 40 acknowledgements in a row, then 50 (Lacage et al.) or 60 (ns-3), each time."""
+    outcomes, rates = "", []
+    for up_after in 10, 20, 40, most, most:
+        outcomes += (up_after - 1) * "+" + FAILED_PROBE
+        rates += (up_after - 1) * [5] + [6, 5]
+    assert played(outcomes, model=model) == rates
+    assert played(outcomes, model=model.replace("aarf", "arf")) != rates  # the twin
+
+
+@pytest.mark.parametrize("model", ["aarf", "aarf_ns3"])
+def test_two_failures_in_a_row_let_the_threshold_start_anew(model):
+    threshold_20 = 9 * "+" + FAILED_PROBE
+    assert played(threshold_20 + "+--" + 10 * "+", model=model)[-2:] == [4, 5]
+    assert played(threshold_20 + "-+" + 11 * "+", model=model)[-1] == 5
+
+
+@pytest.mark.parametrize("model", ["aarf", "aarf_ns3"])
+def test_a_failed_probe_doubles_the_timer_too(model):
+    """With a failure now and then it is the timer that tries."""
+    probe = 7 * "+-" + "+"
+    assert played(probe + "-" + probe, model=model)[-1] == 5
+    assert played(probe + "-" + probe, model=model.replace("aarf", "arf"))[-1] == 6  # the twin
+    assert played(probe + "-" + 15 * "+-", model=model).count(6) == 1
+    assert played(probe + "-" + 14 * "+-" + "++", model=model)[-1] == 6
+
+
+def test_the_most_can_be_another():
+    outcomes = 9 * "+" + FAILED_PROBE + 12 * "+"
+    assert played(outcomes, model="aarf", most_up_after=12)[-1] == 6
+    assert played(outcomes, model="aarf")[-1] == 5
+
+
+@pytest.mark.parametrize(("model", "key", "value", "models"), [
+    ("arf", "most_up_after", 50, "aarf, aarf_ns3"), ("aarf", "bit_errors", 1e-3, "ideal"),
+    ("ideal", "up_after", 9, "arf, arf_ns3, aarf, aarf_ns3")])
+def test_constants_of_another_rate_control_are_refused(model, key, value, models):
+    with pytest.raises(InputError, match=rf"\.constants\.{key}: {model} has none; "
+                                         rf"allowed with {models}$"):
+        configured(RateControl, model=model, **{key: value})
+
+
 def test_the_preset_counts_as_ns3():
     def model(**params):
         return DcfRadio.Params(**params).rate_control.model
@@ -105,7 +161,7 @@ def test_the_preset_counts_as_ns3():
     assert model(rate_control={"model": "arf"}, preset="ns3_3_44") == "arf"
 
 
-@given(st.text("+-", max_size=300), st.sampled_from(["arf", "arf_ns3"]))
+@given(st.text("+-", max_size=300), st.sampled_from(["arf", "arf_ns3", "aarf", "aarf_ns3"]))
 def test_it_goes_step_by_step_and_knows_its_ends(outcomes, model):
     rates = [5, *played(outcomes, model=model)]
     assert set(rates) <= set(RATES) and abs(np.diff(rates)).max(initial=0) <= 1

@@ -16,7 +16,15 @@ from netmodels import access_link, aloha, bus
 from netmodels.cases import chain
 from netmodels.infrastructure.background_scans import BackgroundScans
 from netmodels.infrastructure.joining import JoiningConstants
-from netmodels.radio import access_categories, delivery, errors, modulation, path_loss
+from netmodels.radio import (
+    access_categories,
+    best_rate,
+    delivery,
+    errors,
+    modulation,
+    path_loss,
+    rate_control,
+)
 from netmodels.radio.budget import RadioLinks
 from netmodels.radio.dcf import radio as dcf_radio
 from netmodels.radio.errors import bit_error
@@ -41,6 +49,7 @@ from netmodels.validation.places import HiddenTerminals, TwoPairsOfNs3
 from netmodels.validation.propagation import PacketErrors, Propagation
 from netmodels.validation.queues import FiniteQueue, PeriodicSenders, WaitingTimes
 from netmodels.validation.rate_control import FallbackOfRates
+from netmodels.validation.rates_of_ns3 import IDEAL_HT_2, RatesOfNs3
 from netmodels.validation.rfcomms import RadioOfGazebo
 from netmodels.validation.rules import Bursts, Delays, FlappingAvailability, RoundTrip
 from netmodels.validation.shared_channels import (
@@ -238,6 +247,20 @@ def exact_signals(monkeypatch):
         scans, now_ns, power_dbm - 1))
 
 
+def always_as_soon(monkeypatch):
+    """A failed probe changes nothing: ARF."""
+    monkeypatch.setattr(rate_control, "_MOST_UP_AFTER", {})
+
+
+def bolder_rates(monkeypatch):
+    """They need 5 dB more than they say."""
+    monkeypatch.setattr(best_rate, "bit_error", lambda mbps, ratio: bit_error(mbps, 3 * ratio))
+
+
+class RatesOfTwoStreams(RatesOfNs3):
+    all = (IDEAL_HT_2,)
+
+
 TWINS = [
     (SaturationOfOfdm, 1, longer_symbols), (SaturationOf11b, 1, longer_preambles),
     (WaitingTimes, 1, slower_rates), (FiniteQueue, 1, slower_rates),
@@ -257,6 +280,7 @@ TWINS = [
     (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
     (AccessCategories, 3, no_txop),
     (MinstrelOfLinux, 1, slower_filter), (MinstrelOfNs3, 2, less_loss),
+    (RatesOfNs3, 2, always_as_soon), (RatesOfTwoStreams, 3, bolder_rates),
     (AccessPointsOfNs3, 3, no_requests), (AccessPointsOfNs3, 3, together),
     (AccessPointsOfLinux, 2, longer_visits), (AccessPointsOfLinux, 5, exact_signals),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups
