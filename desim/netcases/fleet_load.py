@@ -97,25 +97,36 @@ class Reading(NamedTuple):
     rx_bytes: int
     delivered: int
     dropped: dict[str, int]
+    packets_delivered: int
+    packets_dropped: dict[str, int]
     busy_ns: np.ndarray | None
 
     @classmethod
     def of(cls, medium: Medium) -> Reading:
         return cls(sum(medium.tx_bytes) + medium.refused_bytes, sum(medium.rx_bytes),
-                   medium.delivered, dict(medium.dropped), busy_ns(medium))
+                   medium.delivered, dict(medium.dropped), medium.packets_delivered,
+                   dict(medium.packets_dropped), busy_ns(medium))
 
     def measures(self, medium: Medium, duration_ns: int) -> Measures:
         """The measures of ``medium`` since this reading, ``duration_ns`` ago; with all headers, and
-        repetitions of transports. ``frames`` are those whose fate was settled, per receiver."""
+        repetitions of transports. ``frames`` and ``packets`` are those whose fate was settled, per
+        receiver; a frame counts as lost when all of its packets are."""
         now = Reading.of(medium)
-        lost = {reason: count - self.dropped.get(reason, 0)
-                for reason, count in sorted(now.dropped.items())}
+        lost = _since(self.dropped, now.dropped)
+        packets_lost = _since(self.packets_dropped, now.packets_dropped)
         return {"offered_mbps": (now.offered_bytes - self.offered_bytes) * 8e3 / duration_ns,
                 "carried_mbps": (now.rx_bytes - self.rx_bytes) * 8e3 / duration_ns,
                 "utilisation": utilisation(
                     medium, duration_ns, 0 if self.busy_ns is None else self.busy_ns),
-                "frames": now.delivered - self.delivered + sum(lost.values()),
-                "lost": {reason: count for reason, count in lost.items() if count}}
+                "frames": now.delivered - self.delivered + sum(lost.values()), "lost": lost,
+                "packets": (now.packets_delivered - self.packets_delivered
+                            + sum(packets_lost.values())), "packets_lost": packets_lost}
+
+
+def _since(before: dict[str, int], now: dict[str, int]) -> dict[str, int]:
+    """What has been counted by reason since ``before``, without zeros."""
+    return {reason: more for reason, count in sorted(now.items())
+            if (more := count - before.get(reason, 0))}
 
 
 class LoadRun:

@@ -43,8 +43,8 @@ def test_the_command():
         "  all drive, and have a new map to tell each time; there are no faults\n\n"
         "topic            from  to   Hz    B   Mb/s  arrived      mean      95 %      99 %  lost\n"
         "/map_exchange/*     2   2  0.2  857  0.003   1.0000  0.931 ms  0.931 ms  0.931 ms\n\n"
-        "medium   Mb/s  carried    busy  at most  frames  lost\n"
-        "air     0.003    0.003  0.0002   0.0002       8\n\n"
+        "medium   Mb/s  carried    busy  at most  packets  lost\n"
+        "air     0.003    0.003  0.0002   0.0002        8\n\n"
         "carries: 1 of all messages arrive, 95 % of each topic's within 0.931 ms "
         "(/map_exchange/*)\n")
 

@@ -151,3 +151,22 @@ def test_topics_that_nobody_has_a_rate_for_are_named(monkeypatch):
     assert found["left_out"] == ["/*/cmd_vel", "/*/distance", "/*/explored_map", "/*/true_pose",
                                  "/map_exchange/*"]
     assert "left out, for nobody says how often: /*/cmd_vel, " in description(found)
+
+
+def test_packets_that_codel_takes_from_trains_are_in_the_table():
+    """Of a map of 30 kB CoDel drops packets, never all of a train: no frame is lost, packets are.
+    Four maps of 6 Mb/s at 2 Mb/s, of which half go down a second time."""
+    of = from_mapping({
+        "name": "full", "deployment": "field", "stop": {"elapsed": "30 s"},
+        "environment": {"terrain": {"size": ["20 m", "12 m"]}},
+        "fleet": {"size": 4, "start": {"from": ["-6 m", "0 m"], "step": ["3 m", "0 m"]}},
+        "network": {"media": {"air": {
+            "model": "radio", "standard": "11b", "rate": "2 Mb/s",
+            "access_points": [{"at": ["0 m", "0 m"]}]}}}}).scenario
+    found = play(of, map="150 kB")
+    air = found["media"]["air"]
+    assert air["packets_lost"]["downlink_codel"] > 100
+    assert "downlink_codel" not in air["lost"]
+    assert air["packets"] > air["frames"]
+    share = air["packets_lost"]["downlink_codel"] / air["packets"]
+    assert f"downlink_codel {share:.1%}" in description(found)

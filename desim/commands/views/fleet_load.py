@@ -41,7 +41,7 @@ def description(found: Load) -> str:
     """The assumptions, a table of topics and one of media."""
     topics = _aligned(("topic", "from", "to", "Hz", "B", "Mb/s", "arrived", "mean", "95 %", "99 %",
                        "lost"), (_topic_row(*topic) for topic in found["topics"].items()))
-    media = _aligned(("medium", "Mb/s", "carried", "busy", "at most", "frames", "lost"),
+    media = _aligned(("medium", "Mb/s", "carried", "busy", "at most", "packets", "lost"),
                      (_medium_row(*medium) for medium in found["media"].items()))
     lines = [f"{found['hosts']} hosts, {found['measured_s']:g} s", *_assumed(found), "", *topics,
              "", *media, ""]
@@ -71,8 +71,8 @@ def _topic_row(name: str, topic: Load) -> tuple[str, ...]:
 def _medium_row(name: str, medium: Load) -> tuple[str, ...]:
     busy = medium["utilisation"] or {"mean": None, "max": None}
     return (name, f"{medium['offered_mbps']:.3f}", f"{medium['carried_mbps']:.3f}",
-            _share(busy["mean"]), _share(busy["max"]), str(medium["frames"]),
-            _shares(medium["lost"], medium["frames"]))
+            _share(busy["mean"]), _share(busy["max"]), str(medium["packets"]),
+            _shares(medium["packets_lost"], medium["packets"]))
 
 
 def _aligned(header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Iterator[str]:
