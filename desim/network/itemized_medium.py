@@ -9,9 +9,9 @@ from desim.network.carrier import BroadcastCarrier, Carrier
 from desim.network.flights import Flights
 from desim.network.held_frames import HeldFrames
 from desim.network.medium import Medium
-from desim.network.passages import ItemizedCarrier, Passage, Passages
+from desim.network.passages import ItemizedCarrier, KnownMedium, Passage, Passages
 from desim.network.terms import Claim
-from desim.ports import Frame, Itemizes, NetworkModel, TimePart
+from desim.ports import Frame, Itemizes, KnowsHandovers, NetworkModel, TimePart
 
 T = TypeVar("T")
 
@@ -87,11 +87,13 @@ class ItemizedMedium(Medium):
                  **kwargs: Any) -> None:
         self._passages, self._ledger = passages, FrameLedger()
         self._number, self._due = len(passages.media), 1 << 10
-        passages.media.append(name)
         self.itemized = isinstance(model, Itemizes)
         if isinstance(model, Itemizes):
             model.itemize(self._ledger)
         super().__init__(name, model, *args, **kwargs)
+        associations = model if isinstance(model, KnowsHandovers) else None
+        points = () if associations is None else [one.name for one in associations.access_points]
+        passages.media.append(KnownMedium(name, (*self.hosts, *points), associations))
         self.held = ItemizedHeldFrames(self, self._kernel)
         before = self.flights
         self.flights = ItemizedFlights(self, self._kernel, before._ids)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim.engine.kernel import Kernel
 from desim.network.carrier import BroadcastCarrier, Carrier
-from desim.ports import TimePart
+from desim.ports import KnowsHandovers, TimePart
 
 if TYPE_CHECKING:
     from desim.network.medium import Medium
@@ -97,12 +97,24 @@ class Passage:
 
 
 class FrameLoss(NamedTuple):
-    """A frame, or packets of it, that did not come from ``source`` to ``receiver`` (indices)."""
+    """A frame, or packets of it, that did not come from ``source`` to ``receiver`` (indices): lost
+    at ``host`` of ``medium``, as in ``Stamp``."""
 
     time_ns: int
     source: int
     receiver: int
     reason: str
+    medium: int
+    host: int
+
+
+class KnownMedium(NamedTuple):
+    """An itemized medium: its ``places`` are its hosts, and behind them the access points of its
+    model, of which ``associations`` says who hung on which (None: there are none)."""
+
+    name: str
+    places: tuple[str, ...]
+    associations: KnowsHandovers | None
 
 
 class Passages:
@@ -116,7 +128,7 @@ class Passages:
     """
 
     def __init__(self) -> None:
-        self.media: list[str] = []
+        self.media: list[KnownMedium] = []
         self.arriving: Passage | None = None
         self.losing: Passage | None = None
         self.expected: dict[tuple[object, int], Passage] = {}
@@ -217,8 +229,10 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
         self.carrier.repeated(token, receiver)
 
     def _lose(self, receiver: int, reason: str) -> None:
-        self._passages.losses.append(FrameLoss(self._kernel.now_ns, self.passage.source, receiver,
-                                               reason))
+        passage = self.passage
+        self._passages.losses.append(FrameLoss(
+            self._kernel.now_ns, passage.source, receiver, reason, passage.medium,
+            passage.place_of_loss(receiver)))
 
     def _broadcasting(self) -> BroadcastCarrier[Any]:
         assert isinstance(self.carrier, BroadcastCarrier)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ from desim.errors import InputError
 from desim.middleware.busy.timed_executor import PublishingCallback
 from desim.middleware.graph import OnFate
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
-from desim.network.passages import Passages
+from desim.network.passages import KnownMedium, Passages
+from desim.results.association_waits import association_waits
 from desim.results.file_names import LEDGER, TRACE
 from desim.results.frames_lost import frames_lost
 from desim.results.message_log import DELIVERED, DROPPED
@@ -34,12 +36,14 @@ SCHEMA = pa.schema([
     ("node", _TEXT), ("called_ns", _INT), ("node_queue_ns", _INT), ("run_queue_ns", _INT),
     ("computing_ns", _INT), ("by_callback", pa.bool_()),
     ("frames_lost", _INT), ("frames_lost_for", _TEXT), ("frames_lost_from_ns", _INT),
-    ("frames_lost_until_ns", _INT),
+    ("frames_lost_until_ns", _INT), ("frames_lost_at", _TEXT),
+    ("joining", _TEXT), ("joined", _TEXT), ("joining_from_ns", _INT), ("joined_ns", _INT),
     ("parts", pa.list_(_TEXT)), ("places", pa.list_(_TEXT)), ("times_ns", pa.list_(_INT))])
 
 _FULL = full(SCHEMA, "reason", "place", "latency_ns", "read_ns", "node", "called_ns",
              "node_queue_ns", "run_queue_ns", "computing_ns", "by_callback", "frames_lost",
-             "frames_lost_for", "frames_lost_from_ns", "frames_lost_until_ns")
+             "frames_lost_for", "frames_lost_from_ns", "frames_lost_until_ns", "frames_lost_at",
+             "joining", "joined", "joining_from_ns", "joined_ns")
 
 
 class LedgerRecorder:
@@ -76,7 +80,8 @@ class LedgerRecorder:
             pa.array(read_ns, mask=read_ns < 0),
             *_births(rows["number"], ledger.callbacks),
             pa.array(by_callback, mask=read_ns < 0),
-            *frames_lost(rows, ledger.passages.losses),
+            *frames_lost(rows, ledger.passages.losses, places.word),
+            *association_waits(rows, ledger.passages.media, stamps, ledger.counts),
             pa.ListArray.from_arrays(offsets, _words(stamps["part"], PARTS)),
             pa.ListArray.from_arrays(offsets, places.words(stamps["medium"], stamps["host"])),
             pa.ListArray.from_arrays(offsets, pa.array(stamps["time_ns"])),
@@ -184,13 +189,20 @@ def _births(numbers: np.ndarray, callbacks: Sequence[PublishingCallback]) -> lis
 class _Places:
     """Places in words: ``lan at robot_3``, or ``robot_3`` above all media."""
 
-    def __init__(self, media: Sequence[str], hosts: Sequence[str]) -> None:
-        self._hosts = len(hosts)
-        self._words = [*hosts, *(f"{medium} at {host}" for medium in media for host in hosts)]
+    def __init__(self, media: Sequence[KnownMedium], hosts: Sequence[str]) -> None:
+        places = [hosts, *([f"{medium.name} at {place}" for place in medium.places]
+                           for medium in media)]
+        self._words = list(chain.from_iterable(places))
+        self._first = np.cumsum([0, *map(len, places[:-1])])  # of those above all media, and of each
+
+    def word(self, medium: int, host: int) -> str:
+        """One place, by the numbers of medium (-1: above all) and host."""
+        return self._words[self._first[medium + 1] + host]
 
     def words(self, medium: np.ndarray, host: np.ndarray, mask: np.ndarray | None = None
               ) -> pa.Array:
-        return _words((medium + 1) * self._hosts + host, self._words, mask)
+        """The places as a column."""
+        return _words(self._first[medium + 1] + host, self._words, mask)
 
 
 def _words(index: np.ndarray, words: Sequence[str], mask: np.ndarray | None = None) -> pa.Array:

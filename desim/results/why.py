@@ -25,7 +25,9 @@ BEFORE = ("node's queue", "run queue", "computing")
 # it, which had to wait for its node or for a processor.
 READ, BUSY = "receiver's queue", "busy receiver"
 _BEFORE = ("node_queue_ns", "run_queue_ns", "computing_ns")  # columns
-_FRAMES_LOST = ("frames_lost", "frames_lost_for", "frames_lost_from_ns", "frames_lost_until_ns")
+_FRAMES_LOST = ("frames_lost", "frames_lost_for", "frames_lost_from_ns", "frames_lost_until_ns",
+                "frames_lost_at")
+_JOINING = ("joining", "joined", "joining_from_ns", "joined_ns")
 _NAMED = 12  # topics in a complaint
 
 
@@ -54,12 +56,29 @@ class MessagePart(NamedTuple):
 
 class FramesLost(NamedTuple):
     """Frames between a message's hosts, lost while it was under way: how many for the most frequent
-    ``reason``, and when the first and the last of them."""
+    ``reason``, when the first and the last of them, and at which ``place`` most (None: an older
+    ledger does not say)."""
 
     frames: int
     reason: str
     from_ns: int
     until_ns: int
+    place: str | None = None
+
+
+class AssociationWait(NamedTuple):
+    """A sender's or receiver's time without an access point while a message was under way, until
+    it hung on ``access_point`` or the message had its fate."""
+
+    host: str
+    access_point: str
+    from_ns: int
+    until_ns: int
+
+    @property
+    def time_ns(self) -> int:
+        """Its length."""
+        return self.until_ns - self.from_ns
 
 
 class MessageFate(NamedTuple):
@@ -82,6 +101,7 @@ class MessageFate(NamedTuple):
     waited_ns: int | None
     waited_in: str
     frames_lost: FramesLost | None = None
+    association: AssociationWait | None = None
 
     @property
     def latency_ns(self) -> int:
@@ -222,4 +242,6 @@ def _fate(row: dict[str, Any]) -> MessageFate:
                        row["place"], before, spent, waited_ns,
                        BUSY if waited_ns and row["by_callback"] else READ,
                        None if row["frames_lost"] is None else
-                       FramesLost(*(row[column] for column in _FRAMES_LOST)))
+                       FramesLost(*(row[column] for column in _FRAMES_LOST)),
+                       None if row["joining"] is None else
+                       AssociationWait(*(row[column] for column in _JOINING)))

@@ -13,8 +13,12 @@ _CUT = {"out_of_range": "out of reach", "out_of_reach": "out of reach", "no_path
         "host_down": "host down", "outage": "outage", "partitioned": "partition",
         "jammed": "jammed", "not_associated": "no access point",
         "receiver_not_associated": "no access point", "roamed": "no access point"}
-_LOSSES = {**_CUT, "retry_limit": "no acknowledgement", "queue_full": "full queue on the way"}
-_DROPS = {**_CUT, "outbox_full": "full outbox", "queue_full": "full queue",
+# Queues of radios under access points.
+_QUEUES = {"codel": "CoDel at the sender", "downlink_codel": "CoDel at the access point",
+           "downlink_queue_full": "full queue of the access point"}
+_LOSSES = {**_CUT, **_QUEUES, "retry_limit": "no acknowledgement",
+           "queue_full": "full queue on the way"}
+_DROPS = {**_CUT, **_QUEUES, "outbox_full": "full outbox", "queue_full": "full queue",
           "send_buffer_full": "full send buffer", "history_full": "full history",
           "receive_buffer_full": "full receive buffer",
           "reassembly_full": "full reassembly buffer"}
@@ -60,7 +64,9 @@ def grouped(messages: Iterable[MessageFate]) -> list[CauseGroup]:
 
 def _cause(message: MessageFate) -> tuple[str, bool]:
     """The cause in words, and whether lost frames are it."""
-    lost = message.frames_lost
+    lost, wait = message.frames_lost, message.association
+    if wait is not None and 2 * wait.time_ns >= message.latency_ns:
+        return f"{wait.host} waited for association with {wait.access_point}", False
     if message.reason is not None:
         if message.reason == "outbox_full" and lost is not None and lost.reason in _CUT:
             return f"full outbox, {_CUT[lost.reason]}", True
@@ -70,7 +76,8 @@ def _cause(message: MessageFate) -> tuple[str, bool]:
         return "no part of its time is known", False
     if lost is not None and (greatest.part == TimePart.RETRANSMISSION or
                              greatest.part == TimePart.SENDER and lost.reason in _CUT):
-        return _LOSSES.get(lost.reason, f"frames lost ({lost.reason})"), True
+        place = f", {lost.place}" if lost.reason in _QUEUES and lost.place else ""
+        return _LOSSES.get(lost.reason, f"frames lost ({lost.reason})") + place, True
     return f"{_PARTS.get(greatest.part, greatest.part)}, {greatest.place}", False
 
 

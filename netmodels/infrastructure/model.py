@@ -86,7 +86,7 @@ class Infrastructure:
         site = WithAccessPoints(context, self._access_points)
         air_ledger = wire_ledger = None
         if times is not None:
-            times.hosts, air_ledger, wire_ledger = count, times.air, times.wires
+            air_ledger, wire_ledger = times.air, times.wires
         self._air = Hops(self._radio, site, names, "", air_ledger, marks=True)
         wires = Hops(self._switch, site, names, ".infrastructure.wires", wire_ledger)
         self._wired = frozenset(host for number, pattern in enumerate(settings.wired)

@@ -42,25 +42,23 @@ class Trip(Journey):
 
 class TripTimes:
     """Enters the parts of trips' times in the medium's ``ledger``, from those that radios and wires
-    enter in theirs. Access points are no hosts of the medium: what is spent at one counts at the
-    receiver."""
+    enter in theirs."""
 
     def __init__(self, ledger: ports.Ledger) -> None:
         self._ledger = ledger
         self.air, self.wires = HopLedger(ledger, True), HopLedger(ledger, True)
-        self.hosts = 0  # of the medium: the numbers from there on are those of access points
 
-    def hop(self, trip: Trip, leg: ports.Frame | None, on: HopLedger, arrives_ns: int,
-            receiver: int | None = None) -> None:
-        """A hop of a trip is over, at one ``receiver`` or at its only one, ``leg`` being the last
-        frame of it."""
+    def hop(self, trip: Trip, station: int, leg: ports.Frame | None, on: HopLedger,
+            arrives_ns: int, receiver: int | None = None) -> None:
+        """A hop of a trip from a ``station`` is over, at one ``receiver`` or at its only one,
+        ``leg`` being the last frame of it."""
         parts: list[HopPart] = []
         if leg is not None:
             parts = [(ports.TimePart.QUEUE, on.begun_ns(leg) - trip.since_ns, leg.source),
                      *on.parts(leg, arrives_ns, receiver)]
         rest_ns = arrives_ns - trip.since_ns - sum(time_ns for _, time_ns, _ in parts)
         if rest_ns:
-            parts.append((ports.TimePart.QUEUE, rest_ns, trip.frame.source))
+            parts.append((ports.TimePart.QUEUE, rest_ns, station))
         trip.parts += parts
         trip.since_ns = arrives_ns
 
@@ -68,9 +66,6 @@ class TripTimes:
         """A trip is about to be settled at a receiver."""
         if trip.left:
             for part, time_ns, at in trip.parts:
-                self._ledger.spent(trip.frame, part, time_ns, receiver, self._host(at, receiver))
+                self._ledger.spent(trip.frame, part, time_ns, receiver, at)
         if trip.gone:
-            self._ledger.lost_at(trip.frame, self._host(trip.lost_at, receiver), receiver)
-
-    def _host(self, station: int, receiver: int) -> int:
-        return station if station < self.hosts else receiver
+            self._ledger.lost_at(trip.frame, trip.lost_at, receiver)

@@ -66,7 +66,7 @@ class Ways:
         trip, (access_point,) = hop.trip, hop.receivers
         self._context.left(trip.frame)
         if self._times is not None:
-            self._times.hop(trip, leg, self._times.air, self._context.now_ns)
+            self._times.hop(trip, trip.frame.source, leg, self._times.air, self._context.now_ns)
         trip.lose(hop.lost[access_point], trip.frame.source)
         if trip.left:
             there(trip, access_point)
@@ -84,7 +84,7 @@ class Ways:
         for dest in dests:
             copy = trip.copy()
             if self._times is not None:
-                self._times.hop(copy, leg, self._times.wires, arrives_ns, dest)
+                self._times.hop(copy, leg.source, leg, self._times.wires, arrives_ns, dest)
             copy.lose(lost, leg.source, "wires")
             self._context.at(arrives_ns, lambda arrived: there(*arrived), (copy, dest))
 
@@ -92,7 +92,7 @@ class Ways:
                    leg: ports.Frame | None) -> None:
         trip = hop.trip
         if self._times is not None:
-            self._times.hop(trip, leg, self._times.air, self._context.now_ns)
+            self._times.hop(trip, access_point, leg, self._times.air, self._context.now_ns)
         if self._power_save is not None and not hop.broadcast:
             self._power_save.active(hop.receivers[0])
         receivers = [receiver for receiver in hop.receivers if receiver in meant]

@@ -69,11 +69,13 @@ def test_frames_between_the_hosts_count_from_birth_to_fate_either_way():
     rows = np.zeros(3, ROW)
     rows["source"], rows["destination"] = (0, 1, 0), (1, 2, 1)
     rows["born_ns"], rows["end_ns"] = (10, 10, 90), (50, 50, 99)
-    losses = [FrameLoss(9, 0, 1, "outage"), FrameLoss(10, 0, 1, "outage"),
-              FrameLoss(20, 0, 1, "random_loss"), FrameLoss(50, 1, 0, "outage"),
-              FrameLoss(51, 0, 1, "outage"), FrameLoss(30, 0, 2, "outage")]
-    assert [column.to_pylist() for column in frames_lost(rows, losses)] == [
-        [2, None, None], ["outage", None, None], [10, None, None], [50, None, None]]
+    losses = [FrameLoss(9, 0, 1, "outage", 0, 0), FrameLoss(10, 0, 1, "outage", 0, 0),
+              FrameLoss(20, 0, 1, "random_loss", 0, 0), FrameLoss(50, 1, 0, "outage", 0, 1),
+              FrameLoss(51, 0, 1, "outage", 0, 0), FrameLoss(30, 0, 2, "outage", 0, 0)]
+    assert [column.to_pylist() for column in frames_lost(
+            rows, losses, lambda medium, host: f"{medium} at {host}")] == [
+        [2, None, None], ["outage", None, None], [10, None, None], [50, None, None],
+        ["0 at 0", None, None]]
 
 
 OUTAGE = ("network.media={air: {model: switch, rate: 100 Mb/s, rules: [{rule: outage, "

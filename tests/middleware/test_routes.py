@@ -287,7 +287,7 @@ def test_the_ledger_has_the_parts_of_both_legs():
     ledger = MessageLedger(Passages())
     net, _ = relayed([(S, "hello")], link(rate="10 Mb/s"), link(rate="1 Mb/s"), ledger=ledger)
     net.run(2 * S)
-    names = ledger.passages.media
+    names = [medium.name for medium in ledger.passages.media]
     stamps = [np.frombuffer(raw, STAMP)[0] for raw in ledger.stamps]
     assert [(names[one["medium"]], one["host"], one["time_ns"]) for one in stamps] == [
         ("wifi", 0, 1_392_000), ("lan", 1, 139_200)]

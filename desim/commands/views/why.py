@@ -88,6 +88,7 @@ def show_message(message: MessageFate, console: Console) -> None:
     _print_bars([(*part, "") for part in message.before], console)
     _print(console, f"born at {message.born_ns / 1e9:.6f} s, {fate} after "
                     f"{duration(message.latency_ns)}")
+    _print_meanwhile(message, console)
     if message.reason is not None:
         return
     lines = [(*part, share(part.time_ns, message.latency_ns)) for part in message.parts]
@@ -96,6 +97,20 @@ def show_message(message: MessageFate, console: Console) -> None:
     _print_bars(lines, console)
     if message.waited_ns is None:
         _print(console, f"{READ:<16} {message.destination}: never read by desim")
+
+
+def _print_meanwhile(message: MessageFate, console: Console) -> None:
+    """A line for its wait for an association, and one for frames that were lost meanwhile."""
+    wait, lost = message.association, message.frames_lost
+    if wait is not None:
+        _print(console, f"{wait.host} waited {duration(wait.time_ns)} for association with "
+                        f"{wait.access_point}, from {wait.from_ns / 1e9:.6f} s until "
+                        f"{wait.until_ns / 1e9:.6f} s")
+    if lost is not None and lost.place is not None:
+        at = (f"at {lost.from_ns / 1e9:.6f} s" if lost.from_ns == lost.until_ns else
+              f"from {lost.from_ns / 1e9:.6f} s until {lost.until_ns / 1e9:.6f} s")
+        _print(console, f"frames between the two hosts were lost meanwhile, most for {lost.reason} "
+                        f"{in_words(lost.place)}, {at}")
 
 
 def in_words(place: str) -> str:
@@ -205,7 +220,8 @@ def json_object(found: LatencyBreakdown, metrics: Mapping[str, Any]) -> Mapping[
         **{name: metrics.get(name) for name in ("outdated_goal_s", "outdated_goal_m")},
         "messages": [{**message._asdict(), **{
             name: [part._asdict() for part in getattr(message, name)] for name in
-            ("before", "parts")}}
+            ("before", "parts")},
+            "association": message.association and message.association._asdict()}
                      for message in found.messages],
         "delivered": found.delivered, "dropped": found.dropped,
         "shares_ns": found.times_ns, "shares_of_messages_ns": found.messages_times_ns,
