@@ -73,7 +73,7 @@ class RunFolder:
         self.partial = self.path.with_name(f"{self.run_id}.partial")
         keep = scenario.trace.keep
         self._trace: parquet.TraceTable | None = None
-        self._events: parquet.TraceTable | None = None
+        self._events: parquet.EventTable | None = None
         self._messages: parquet.MessageTable | None = None
         self._log = MessageLog(self._add_messages) if keep != "none" else None
         self.recorder = Recorder(self._add_events) if keep in ("replay", "all") else None
@@ -96,7 +96,7 @@ class RunFolder:
         """Open the tables. ``names`` are those of the run's trace, ``hosts`` are in index order."""
         with self._writing():
             if self.recorder is not None:
-                self._events = parquet.TraceTable(self.partial / EVENTS, names)
+                self._events = parquet.EventTable(self.partial / EVENTS, names)
             if self.scenario.trace.keep == "all":
                 self._trace = parquet.TraceTable(self.partial / TRACE, names)
             if self._log is not None:

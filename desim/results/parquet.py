@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 from desim.engine.trace import Names
 from desim.files import opened_below
 from desim.results.message_log import DELIVERED, DROPPED
+from desim.results.trace_words import values
 
 _TEXT = pa.dictionary(pa.int32(), pa.string())
 _INT = pa.int64()
@@ -25,6 +26,7 @@ MESSAGE_SCHEMA = pa.schema([
     ("fate", _TEXT), ("reason", _TEXT), ("end_ns", _INT), ("latency_ns", _INT)])
 TRACE_SCHEMA = pa.schema([("t_ns", _INT), ("kind", _TEXT), ("entity", _TEXT),
                    ("a", _INT), ("b", _INT), ("c", _INT)])
+EVENT_SCHEMA = TRACE_SCHEMA.append(pa.field("words", pa.string()))
 
 
 @contextmanager
@@ -129,6 +131,20 @@ class TraceTable(_Table):
 
     def add(self, rows: np.ndarray) -> None:
         self._writer.write_batch(trace_batch(rows, self._names))
+
+
+class EventTable(_Table):
+    """Rare rows of a trace, with their values in words, too."""
+
+    def __init__(self, path: Path, names: Names) -> None:
+        super().__init__(path, EVENT_SCHEMA, names)
+
+    def add(self, rows: np.ndarray) -> None:
+        columns = trace_batch(rows, self._names).columns
+        known = self._names.items()
+        said = [values(row, known.get(int(row["kind"]), ""), known) for row in rows]
+        self._writer.write_batch(pa.record_batch([*columns, pa.array(said, pa.string())],
+                                                 schema=EVENT_SCHEMA))
 
 
 class MessageTable(_Table):

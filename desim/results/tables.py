@@ -11,9 +11,9 @@ import pyarrow as pa
 
 from desim.results import recording_tables
 from desim.results.file_names import EVENTS, LINKS, MESSAGES, POSES, ROBOTS, SAMPLES, TRACE
-from desim.results.parquet import MESSAGE_SCHEMA, TRACE_SCHEMA, read_table
+from desim.results.parquet import EVENT_SCHEMA, MESSAGE_SCHEMA, TRACE_SCHEMA, read_table
 
-_LATER = ("texts", "explored_union")  # not in the tables of earlier versions
+_LATER = ("texts", "explored_union", "words")  # not in the tables of earlier versions
 _WORDS = ("cause",)  # beside numbers
 
 
@@ -36,7 +36,7 @@ def _schemas() -> dict[str, pa.Schema]:
     it is installed, with the first array."""
     return {
         MESSAGES: full(MESSAGE_SCHEMA, "first_ns", "last_ns", "reason", "latency_ns"),
-        TRACE: TRACE_ROWS, EVENTS: TRACE_ROWS,
+        TRACE: TRACE_ROWS, EVENTS: full(EVENT_SCHEMA, "words"),
         LINKS: full(pa.schema([("time_s", pa.float64()), ("host", pa.string()),
                                ("other", pa.string()), ("linked", pa.bool_())])),
         "latency.parquet": full(pa.schema([

@@ -95,6 +95,13 @@ def test_trace_says_so_too(joining):
     assert " for association with ap_0, from " in out.file.getvalue()
 
 
+def test_events_have_their_names(joining):
+    rows = joining.table("events")
+    said = {kind: {*rows["words"][rows["kind"] == kind]} for kind in (
+        "associated", "disassociated")}
+    assert said == {"associated": {"ap_0  medium/air  0"}, "disassociated": {"0  medium/air  0"}}
+
+
 # --------------------------------------------------------------------------- queues of access points
 
 
