@@ -124,7 +124,7 @@ class Reading(NamedTuple):
 
 
 def _since(before: dict[str, int], now: dict[str, int]) -> dict[str, int]:
-    """What has been counted by reason since ``before``, without zeros."""
+    """Counts by reason since ``before``, without zeros."""
     return {reason: more for reason, count in sorted(now.items())
             if (more := count - before.get(reason, 0))}
 

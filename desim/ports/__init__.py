@@ -21,6 +21,7 @@ from desim.ports.capabilities import (
     KnowsHandovers,
     KnowsLinks,
     LimitsReach,
+    NamesAccessPoints,
     NamesChannels,
     PassesMany,
     PlacedAccessPoint,
@@ -31,6 +32,7 @@ from desim.ports.capabilities import (
     SendsMany,
     Separates,
     Signal,
+    SwitchesAccessPoints,
     TakesBack,
 )
 from desim.ports.federates import Federate
@@ -105,13 +107,13 @@ __all__ = [
     "JudgesTransmissions",
     "KnowsDepartures", "KnowsHandovers", "KnowsLinks", "KnowsUnusedKeys", "Ledger", "LimitsReach",
     "Mark",
-    "MovesObstacles", "NamesChannels", "NetworkModel", "Obstacles", "PASS", "Params", "Pass",
+    "MovesObstacles", "NamesAccessPoints", "NamesChannels", "NetworkModel", "Obstacles", "PASS", "Params", "Pass",
     "PassesMany", "Peer", "Place", "PlacedAccessPoint", "Pose2D", "PredictsSignal", "Preset",
     "Queues", "RandomStreams",
     "Ranges", "RecordedPaths", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction",
     "SendsMany", "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext",
-    "StrategyMessage", "StrategyTraits", "TakesBack", "Targets", "TeamArea", "TeamLink", "TimePart",
-    "TimeWindow", "Topics", "UnusedKeys", "Verdict", "World", "changed_keys", "function_rule",
+    "StrategyMessage", "StrategyTraits", "SwitchesAccessPoints", "TakesBack", "Targets", "TeamArea",
+    "TeamLink", "TimePart", "TimeWindow", "Topics", "UnusedKeys", "Verdict", "World", "changed_keys", "function_rule",
     "model_of", "natural_key", "packet_sizes", "rule_of", "scope_beside", "tuples", "with_preset",
     "with_scope", "yaml_key",
 ]

@@ -185,6 +185,22 @@ class KnowsHandovers(Protocol):
 
 
 @runtime_checkable
+class NamesAccessPoints(Protocol):
+    """Parameters of a network model that is one of ``SwitchesAccessPoints``."""
+
+    def access_point_names(self) -> Sequence[str]:
+        """The names of its access points (none: they cannot fail)."""
+
+
+@runtime_checkable
+class SwitchesAccessPoints(Protocol):
+    """A network model of ``KnowsHandovers`` whose access points can fail (``faults``)."""
+
+    def switch_access_point(self, name: str, up: bool) -> None:
+        """The access point stops, and knows no host any more, or starts."""
+
+
+@runtime_checkable
 class CountsBusyTime(Protocol):
     """A network model that knows how long its channels were in use. A channel carries one thing at
     a time: the air around a host, a host's port, the one cable."""

@@ -30,11 +30,12 @@ class Ledger(Protocol):
     def spent(self, frame: Frame, part: TimePart, time_ns: int, receiver: int | None = None,
               host: int | None = None) -> None:
         """``frame`` has spent or will spend ``time_ns`` (0: no entry) in ``part``, on its way to
-        ``receiver`` (None: to all of its receivers), at or from ``host`` (index, behind those of
-        hosts of an access point of ``KnowsHandovers``; None: at its source). Enter parts in their order in time, those for all receivers first, and before the
-        frame is settled there. The parts of a delivered frame sum up to the time from ``send`` to
-        its arrival, without the delays of rules. A train's are those of its last packet, with the
-        times that its other packets were served in front of it."""
+        ``receiver`` (None: to all of its receivers), at or from ``host`` (index; behind those of
+        hosts that of an access point of ``KnowsHandovers``; None: at its source). Enter parts
+        in their order in time, those for all receivers first, and before the frame is settled
+        there. The parts of a delivered frame sum up to the time from ``send`` to its arrival,
+        without the delays of rules. A train's are those of its last packet, with the times that
+        its other packets were served in front of it."""
 
     def lost_at(self, frame: Frame, host: int, receiver: int | None = None) -> None:
         """``frame`` gets lost at ``host``; without this call it is at its source."""

@@ -193,7 +193,7 @@ class _Places:
         places = [hosts, *([f"{medium.name} at {place}" for place in medium.places]
                            for medium in media)]
         self._words = list(chain.from_iterable(places))
-        self._first = np.cumsum([0, *map(len, places[:-1])])  # of those above all media, and of each
+        self._first = np.cumsum([0, *map(len, places[:-1])])  # above all media, then of each
 
     def word(self, medium: int, host: int) -> str:
         """One place, by the numbers of medium (-1: above all) and host."""

@@ -12,7 +12,8 @@ from desim.results.why import MessageFate
 _CUT = {"out_of_range": "out of reach", "out_of_reach": "out of reach", "no_path": "out of reach",
         "host_down": "host down", "outage": "outage", "partitioned": "partition",
         "jammed": "jammed", "not_associated": "no access point",
-        "receiver_not_associated": "no access point", "roamed": "no access point"}
+        "receiver_not_associated": "no access point", "roamed": "no access point",
+        "access_point_down": "no access point"}
 # Queues of radios under access points.
 _QUEUES = {"codel": "CoDel at the sender", "downlink_codel": "CoDel at the access point",
            "downlink_queue_full": "full queue of the access point"}

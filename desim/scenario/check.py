@@ -22,7 +22,7 @@ from desim.scenario import (
     remote_slam_checks,
 )
 from desim.scenario.complaints import Complaint
-from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
+from desim.scenario.names import WORKSTATION, access_point_names, host_names, robot_names, unknown
 from desim.scenario.quantities import (
     ROBOTS,
     ROBOTS_TABLE,
@@ -180,9 +180,20 @@ def _hosts(scenario: Scenario, _: Folder) -> Found:
 
 def _known_names(scenario: Scenario, _: Folder) -> Found:
     hosts = host_names(scenario) if scenario.faults else ()
+    points = access_point_names(scenario) if scenario.faults else {}
     for i, fault in enumerate(scenario.faults):
         what, known = ("robot", robot_names(scenario)) if fault.kind == "stuck" else ("host", hosts)
-        if fault.host not in known:
+        if fault.host in points:
+            if fault.kind != "stop":
+                yield ("faults", i, "kind"), (
+                    "an access point has no software and no drive; allowed: stop")
+            if len(points[fault.host]) > 1:
+                yield ("faults", i, "host"), (
+                    f"{' and '.join(points[fault.host])} have an access point {fault.host} each; "
+                    "allowed: one of a single medium")
+        elif fault.host not in known:
+            if fault.kind == "stop":
+                known = (*known, *points)
             yield ("faults", i, "host"), unknown(what, fault.host, known)
     robots = robot_names(scenario) if scenario.robot.passive else ()
     for i, name in enumerate(scenario.robot.passive):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from desim.errors import did_you_mean
-from desim.ports import natural_key
+from desim.ports import NamesAccessPoints, natural_key
 from desim.scenario.schema.fleet import FleetParams, StartList
 from desim.scenario.schema.scenario import Scenario
 
@@ -35,6 +35,16 @@ def host_names(scenario: Scenario) -> tuple[str, ...]:
     if scenario.deployment == "testbed":
         names.append(WORKSTATION)
     return tuple(sorted(names, key=natural_key))
+
+
+def access_point_names(scenario: Scenario) -> dict[str, list[str]]:
+    """The access points that can fail, and the media that have one of each name."""
+    found: dict[str, list[str]] = {}
+    for medium, choice in scenario.network.media.items():
+        if isinstance(choice.params, NamesAccessPoints):
+            for name in choice.params.access_point_names():
+                found.setdefault(name, []).append(medium)
+    return found
 
 
 def unknown(kind: str, name: str, known: Sequence[str]) -> str:

@@ -25,7 +25,7 @@ from desim.middleware.node import Node
 from desim.monitor.monitor import Monitor, StopReason
 from desim.monitor.recorder import Recorder
 from desim.monitor.truth import Truth
-from desim.ports import HasDoubts, Pose2D
+from desim.ports import HasDoubts, Pose2D, SwitchesAccessPoints
 from desim.ports.sharing import SharingTraits
 from desim.ports.tasks import GivesMap, Ground
 from desim.robot.declared_traffic import (
@@ -42,6 +42,7 @@ from desim.robot.mapping.tiles import TilePool
 from desim.robot.software import Pilot, coordinator_software, remote_slam, robot_software
 from desim.robot.team import Team
 from desim.robot.transform_broadcaster import TransformBroadcaster, of_odometry
+from desim.scenario.names import access_point_names
 from desim.scenario.recipients import topics_for
 from desim.scenario.robot_types import equipment_of, strategies_of
 from desim.scenario.schema.communication import Fault
@@ -268,7 +269,8 @@ class Simulation:
 
     def _outage(self, fault: Fault) -> Generator[int, None, None]:
         yield fault.at_ns
-        last = {"stop": self._down, "software": self._without_software, "stuck": self._held}
+        last = {"stop": self._access_point_down if fault.host in access_point_names(self.scenario)
+                else self._down, "software": self._without_software, "stuck": self._held}
         yield from last[fault.kind](fault.host, fault.down_for_ns)
 
     def _held(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
@@ -289,6 +291,20 @@ class Simulation:
         """Stop a host, and start it again when the last of its outages has ended."""
         self.graph.host(name).stop()
         yield from self._without_software(name, for_ns)
+
+    def _access_point_down(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
+        """Stop an access point, and start it again."""
+        (of,) = access_point_names(self.scenario)[name]
+        (model,) = [medium.model for medium in self.graph.media if medium.name == of]
+        assert isinstance(model, SwitchesAccessPoints)
+        model.switch_access_point(name, False)
+        self.trace.row(self.kernel.now_ns, self.names.id("access_point_stopped"),
+                       self.names.id(name))
+        if for_ns is not None:
+            yield for_ns
+            model.switch_access_point(name, True)
+            self.trace.row(self.kernel.now_ns, self.names.id("access_point_started"),
+                           self.names.id(name))
 
     def _without_software(self, name: str, for_ns: int | None) -> Generator[int, None, None]:
         """The same of its software, where its interfaces stay on."""

@@ -14,6 +14,8 @@ from desim.ports.antenna import Antenna, table
 from desim.units import Length, Position
 from netmodels.radio.standards import Standard
 
+STOPPED = "access_point_down"  # the reason of what is lost at one that has stopped
+
 
 class AccessPoint(Antenna):
     """An access point: a radio on a channel of its own, with a cable."""

@@ -8,6 +8,7 @@ from functools import partial
 
 from desim import ports
 from netmodels.hops import Hops
+from netmodels.infrastructure.access_points import STOPPED
 from netmodels.infrastructure.background_scans import BackgroundScans
 from netmodels.infrastructure.joining import ControlFrames, Handshake, steps
 from netmodels.infrastructure.outlets import AirOutlet
@@ -56,6 +57,7 @@ class Associations:
         self._roaming, self._ack_ns = settings.roaming, ack_ns
         self._stations = {host: _Station(BackgroundScans(settings.roaming)) for host in hosts}
         self._known: dict[int, int] = {}  # to the wires: where a station hangs
+        self._stopped: set[int] = set()  # access points
         self.control = ControlFrames(air)
         self.power_save = PowerSave(self.control, settings.constants, outlets, self._rests_at
                                     ) if settings.power_save else None
@@ -114,11 +116,34 @@ class Associations:
         self._begin(station, _Doing.NOTHING)
         station.scanned_ns = None
 
+    def runs(self, access_point: int) -> bool:
+        """Whether an access point has not stopped."""
+        return access_point not in self._stopped
+
+    def switch(self, access_point: int, up: bool) -> None:
+        """An access point stops, or starts and knows no station."""
+        if self.runs(access_point) == up:
+            return
+        if up:
+            self._stopped.discard(access_point)
+        else:
+            self._stopped.add(access_point)
+            for host in self.members(access_point):
+                del self._known[host]
+            self._outlets[access_point].flush(None, STOPPED)
+            if self.power_save is not None:
+                self.power_save.stop(access_point, STOPPED)
+        self._radio.tune(access_point, self._channels[access_point] if up else 0)
+
     # From beacon to beacon.
 
     def _beacon(self, access_point: int) -> None:
         air = self._air
         air.at(air.now_ns + self._constants.beacon_ns, self._beacon, access_point)
+        if not self.runs(access_point):
+            for host in self._hosts:
+                self._note(access_point, host, False)
+            return
         powers_dbm = self._radio.powers_dbm()[access_point].tolist()
         size_bytes = self._constants.beacon_frame_bytes
         if size_bytes is not None:
@@ -143,6 +168,9 @@ class Associations:
         station = self._stations[host]
         if station.access_point != access_point or station.doing is _Doing.SCANNING:
             return
+        if heard and self._known.get(host) != access_point:
+            self._forsake(host)  # it began anew, and has said so (hostapd_flush_old_stations)
+            return
         station.missed = 0 if heard else station.missed + 1
         if heard and self.power_save is not None:
             self.power_save.heard(host, access_point)
@@ -154,8 +182,12 @@ class Associations:
         host, turn = which
         station = self._stations[host]
         if station.turn == turn and station.missed >= self._constants.lost_beacons:
-            self._leave(host)
-            station.scanned_ns = None
+            self._forsake(host)
+
+    def _forsake(self, host: int) -> None:
+        """A station gives its access point up, and looks for another one at once."""
+        self._leave(host)
+        self._stations[host].scanned_ns = None
 
     def _watch(self, access_point: int, host: int, power_dbm: float) -> None:
         """A station looks at a signal, and scans if it is time."""
@@ -246,7 +278,7 @@ class Associations:
     def _find(self, host: int, channel: int | None = None) -> None:
         """Look for the access points on a channel (None: on all)."""
         for one, own in self._channels.items():
-            if channel in (None, own) and (
+            if self.runs(one) and channel in (None, own) and (
                     power_dbm := self._power_dbm(one, host)) >= self._found_dbm:
                 self._stations[host].found[one] = power_dbm
 
@@ -290,7 +322,7 @@ class Associations:
     def _joined(self, host: int, access_point: int, came: bool) -> None:
         station = self._stations[host]
         self._begin(station, _Doing.NOTHING)
-        if not came:
+        if not (came and self.runs(access_point)):
             return
         before = self._known.get(host)
         station.access_point = self._known[host] = access_point

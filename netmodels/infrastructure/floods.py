@@ -50,7 +50,9 @@ class Floods:
 
     def _there(self, flood: _Flood, trip: Trip, station: int) -> None:
         flood.coming -= 1
-        if station in self._wired:
+        if not self._associations.runs(station):
+            pass  # nobody gets it from there
+        elif station in self._wired:
             self._ways.end(trip, flood.reaches([station]))
         else:
             members = self._associations.members(station)

@@ -9,6 +9,7 @@ from desim.errors import InputError
 from desim.ports.scope import matching
 from netmodels.hops import Hops
 from netmodels.infrastructure.access_points import (
+    STOPPED,
     AccessPoint,
     WithAccessPoints,
     check_channels,
@@ -53,14 +54,14 @@ class Infrastructure:
     what still waits there is dropped (``roamed``). Management frames have the rate of data. Rules
     judge a frame once, from host to host.
 
-    Capabilities: Separates, FollowsHosts, KnowsHandovers, Refuses, CountsControl, CountsAttempts,
-    CountsBusyTime, NamesChannels, CountsAirtime, Itemizes.
+    Capabilities: Separates, FollowsHosts, KnowsHandovers, SwitchesAccessPoints, Refuses,
+    CountsControl, CountsAttempts, CountsBusyTime, NamesChannels, CountsAirtime, Itemizes.
     """
 
     Params = Settings
     reasons: tuple[str, ...] = tuple(sorted({
         *DcfRadio.reasons, "not_associated", "receiver_not_associated", "roamed",
-        "codel", "downlink_codel", "downlink_queue_full", "wires_queue_full"}))
+        "codel", "downlink_codel", "downlink_queue_full", "wires_queue_full", STOPPED}))
     refuses = ("codel", "not_associated", "queue_full")
 
     def __init__(self, settings: Settings, params: DcfRadio.Params,
@@ -133,6 +134,9 @@ class Infrastructure:
     def _pass_on(self, trip: Trip, station: int) -> None:
         """A unicast frame is at ``station``, an access point or a wired host."""
         (dest,) = trip.frame.receivers
+        if not self.associations.runs(station):
+            self._ways.stop(trip, station, STOPPED, (dest,))
+            return
         at = dest if dest in self._wired else self.associations.known(dest)
         if at is None:
             self._context.settle(trip.frame, dest, _NOBODY)
@@ -158,6 +162,11 @@ class Infrastructure:
     def follow(self, note: Callable[[int, str | None], object]) -> None:
         """``ports.KnowsHandovers``."""
         self.associations.follow(note)
+
+    def switch_access_point(self, name: str, up: bool) -> None:
+        """``ports.SwitchesAccessPoints``: while it is down, frames for it are lost
+        (``access_point_down``), and stations miss its beacons."""
+        self.associations.switch(self._names.index(name), up)
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped."""

@@ -62,6 +62,12 @@ class PowerSave:
             for hop in self._held.pop(access_point, ()):
                 self._outlets[access_point].take(hop)
 
+    def stop(self, access_point: int, reason: str) -> None:
+        """An access point stops: the broadcasts that it holds are lost."""
+        for hop in self._held.pop(access_point, ()):
+            packets = range(len(hop.sizes))
+            hop.settle(hop.receivers, packets, dict.fromkeys(packets, reason), None)
+
     def _rest(self, station: int) -> None:
         due_ns = self._active_ns[station] + self._constants.awake_ns
         if due_ns > self._air.now_ns:

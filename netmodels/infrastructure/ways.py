@@ -48,6 +48,11 @@ class Ways:
         if self._power_save is None or not self._power_save.hold(access_point, hop):
             self._outlets[access_point].take(hop)
 
+    def stop(self, trip: Trip, station: int, reason: str, receivers: Sequence[int]) -> None:
+        """All that is left of a trip is lost at a station, on the way to these receivers."""
+        trip.lose(dict.fromkeys(range(len(trip.left)), reason), station)
+        self.end(trip, receivers)
+
     def end(self, trip: Trip, receivers: Sequence[int]) -> None:
         """Settle a trip at some receivers: what is left of it has come there now."""
         if not receivers:

@@ -10,7 +10,7 @@ from pydantic import Field
 from desim import ports
 from netmodels.ideal import Ideal
 from netmodels.infrastructure import Infrastructure
-from netmodels.infrastructure.access_points import AccessPoint
+from netmodels.infrastructure.access_points import STOPPED, AccessPoint, names_of
 from netmodels.infrastructure.settings import Settings
 from netmodels.multihop.hop_choice import as_fast
 from netmodels.multihop.multihop import Multihop
@@ -58,6 +58,10 @@ class Radio:
         infrastructure: Settings = Field(Settings(), description=(
             "wires behind the access points, and how stations hang on them (its own defaults)"))
 
+        def access_point_names(self) -> tuple[str, ...]:
+            """``ports.NamesAccessPoints``."""
+            return names_of(self.access_points, ()) if self.fidelity == "mac" else ()
+
         def without_effect(self, scenario: object) -> Iterator[ports.UnusedKeys]:
             """Keys of access points where there are none, and the channels of stations where there
             are some."""
@@ -74,7 +78,7 @@ class Radio:
     reasons = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
                "relay_down", "relay_no_path", "relay_queue_full", "not_associated",
                "receiver_not_associated", "roamed", "codel", "downlink_codel",
-               "downlink_queue_full", "wires_queue_full")
+               "downlink_queue_full", "wires_queue_full", STOPPED)
 
     @staticmethod
     def build(params: Params) -> ports.NetworkModel:

@@ -26,7 +26,7 @@ class Known:
         self.handovers = handovers
 
 
-def told(run, **query):
+def answer(run, **query):
     """The text and the JSON of ``desim why``."""
     found = breakdown(run.ledger, Query(**query))
     out = Console(file=StringIO(), width=100)
@@ -79,7 +79,7 @@ def joining(repository, tmp_path_factory):
 
 def test_it_says_who_waited_for_whom_and_how_long(joining):
     """Of the first map a robot is associated when the scan is over; it comes a little later."""
-    text, found = told(joining, late=1)
+    text, found = answer(joining, late=1)
     first = found["messages"][0]
     wait = AssociationWait(**first["association"])
     assert f"{wait.host} waited for association with ap_0; born at" in text
@@ -89,7 +89,7 @@ def test_it_says_who_waited_for_whom_and_how_long(joining):
 
 
 def test_trace_says_so_too(joining):
-    _, found = told(joining, late=1)
+    _, found = answer(joining, late=1)
     out = Console(file=StringIO(), width=200)
     show_story(Run(joining.path), found["messages"][0]["number"], out)
     assert " for association with ap_0, from " in out.file.getvalue()
@@ -102,7 +102,7 @@ def test_events_have_their_names(joining):
     assert said == {"associated": {"ap_0  medium/air  0"}, "disassociated": {"0  medium/air  0"}}
 
 
-# --------------------------------------------------------------------------- queues of access points
+# ------------------------------------------------------------------------- queues of access points
 
 
 def test_time_and_losses_in_its_queue_are_at_the_access_point(repository, tmp_path):
@@ -112,7 +112,7 @@ def test_time_and_losses_in_its_queue_are_at_the_access_point(repository, tmp_pa
         "coordination.exchange.encoding=raw", "trace.ledger=true",
         "network.media.air={model: radio, standard: 11b, rate: 1 Mb/s, access_points: [{at: [0 m, "
         "0 m]}]}"))
-    text, found = told(run, late=1000)
+    text, found = answer(run, late=1000)
     causes = {row["cause"]: row for row in found["causes"]}
     assert {"CoDel at the access point, air at ap_0", "CoDel at the sender, air at robot_2"} <= {
         *causes}

@@ -81,6 +81,8 @@ def test_every_frame_has_one_fate(queue, multicast):
                    several)
     for at_s, up in (2, False), (3, True):
         bench.book(at_s * S, lambda up: bench.medium.switched(1, up), up)
+    for at_s, up in (3, False), (4, True):
+        bench.book(at_s * S + 1, lambda up: model.switch_access_point("ap_1", up), up)
     log = bench.run(60 * S)
     medium = bench.medium
     assert not medium.in_flight() and len(log) == len({(row[1], row[3]) for row in log}) == sent

@@ -23,6 +23,7 @@ _RECOVERIES = {Recovery.REPLAN: "plans again", Recovery.ROTATE: "turns",
                Recovery.AGGRESSIVE_RESET: "forgets what is near, too"}
 _BEGIN = ("host_started", *CHANGES)  # at the start of a run they are no news
 _PLAIN = {"host_stopped": "{} stops", "host_started": "{} starts again",
+          "access_point_stopped": "{} stops", "access_point_started": "{} starts again",
           "stuck": "{} is stuck", "freed": "{} is free again",
           "goal_aborted": "{} gives up its goal", "stop": "the run ends",
           "stands": "{} stands, and has goals", "drives_again": "{} drives again",

@@ -278,5 +278,5 @@ class Fault(Params):
         "is blocked: it brakes and stands, and its software goes on"))
     at_ns: Duration = Field(description="when it begins")
     host: str = Field(description=(
-        "a robot, or for a stop one of hosts, or in testbed the workstation"))
+        "a robot, or for a stop one of hosts, in testbed the workstation, or an access point"))
     down_for_ns: Period | None = Field(None, description="how long it lasts; null: for good")
