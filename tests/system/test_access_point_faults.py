@@ -26,7 +26,7 @@ def scenario(*faults, points=("0 m",), robots=1, **infrastructure):
 
 
 def steps(tmp_path, data):
-    """What its events say of access points: time in s, kind, who, access point."""
+    """Its events about access points: time in s, kind, who, access point; and the run."""
     run = api.run(from_mapping(data).scenario, out=tmp_path)
     rows = run.table("events")
     return [(t_ns / S, kind, entity, words.split()[0]) for t_ns, kind, entity, words in zip(
@@ -36,7 +36,7 @@ def steps(tmp_path, data):
 
 def test_a_station_loses_it_by_missed_beacons_and_joins_again(tmp_path):
     """It stops at 3 s for 4 s. Its station gives it up after seven beacons and half a second, scans
-    in vain, and joins when it hears it again: at once, as no scan was begun in between."""
+    and finds none, and joins within the five seconds until it scans again."""
     found, run = steps(tmp_path, scenario({"at": "3 s", "down_for": "4 s"}))
     assert [row[1:] for row in found] == [
         ("associated", "robot_0", "ap_0"), ("access_point_stopped", "ap_0", "0"),
