@@ -108,7 +108,7 @@ def _digest(*paths: Path) -> str:
 def _scenario(fleet: ReplayedFleet) -> Json:
     """The least of a scenario: who is there, and where they start. Nothing else is known."""
     side_m = 2 * float(np.abs(fleet.poses[..., :2]).max()) + 1
-    return {"deployment": "field",
+    return {"deployment": "field", "network": {"media": {"air": {"model": "disk"}}},
             "environment": {"terrain": {"size": [f"{side_m:.3f} m", f"{side_m:.3f} m"]}},
             "fleet": {"start": {"poses": [
                 {"name": robot, "x": f"{x:.3f} m", "y": f"{y:.3f} m", "heading": f"{yaw:.3f} rad"}

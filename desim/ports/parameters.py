@@ -5,11 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Annotated, ClassVar, Self, TypeAlias
+from typing import Annotated, ClassVar, NamedTuple, Self, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from desim.units import DURATION
+
+Preset: TypeAlias = Mapping[str, object]  # parameters as a scenario gives them
+
+
+class Named(NamedTuple):
+    """Values of parameters under a name: what they stand for, with its source."""
+
+    about: str
+    values: Preset
+
 
 _UNIT = re.compile(r"_(ns|ps|bps|bytes|m|mps|mps2|rad|radps|radps2|hz|db|dbm|ppb|w|j|jpm)$")
 
@@ -24,9 +34,11 @@ class Params(BaseModel):
 
     A field's Python name carries its unit (``rate_bps``); its YAML key, and the keyword to
     construct it with, does not (``rate``). Its description ends with the default's source in
-    parentheses.
+    parentheses. ``meanings``: by key of a choice between names, what each of them stands for, which
+    ``desim describe`` prints.
     """
 
+    meanings: ClassVar[Mapping[str, Mapping[str, Named]]] = {}
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True,
                               alias_generator=yaml_key, protected_namespaces=())
 
@@ -61,9 +73,6 @@ def tuples(given: object) -> object:
     if isinstance(given, dict):
         return {key: tuples(value) for key, value in given.items()}
     return tuple(map(tuples, given)) if isinstance(given, list) else given
-
-
-Preset: TypeAlias = Mapping[str, object]  # parameters as a scenario gives them
 
 
 def with_preset(given: object, key: str, default: str, presets: Mapping[str, Preset]) -> object:

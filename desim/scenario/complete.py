@@ -39,10 +39,9 @@ P = TypeVar("P", bound=Params)
 E = TypeVar("E", bound=Equipment)
 T = TypeVar("T")
 
-# The paper's testbed is a switched Gigabit LAN; its robots communicate over 200 m.
+# The paper's testbed is a switched Gigabit LAN. In the field: what a robot of 2020 to 2024 has.
 _MEDIA = {"testbed": {"lan": MediumChoice(model="switch")},
-          "field": {"air": MediumChoice(model="disk", range="200 m")}}
-_RADIOS = {"air": MediumChoice(model="radio")}
+          "field": {"air": MediumChoice(model="radio", card="pi_4", preset="indoor")}}
 _EXCHANGE = {"testbed": {"content": "full", "encoding": "raw"},  # where it has these parameters
              "field": {"content": "changed_tiles", "encoding": "zlib"}}
 
@@ -147,14 +146,12 @@ def media(scenario: Scenario) -> dict[str, MediumChoice]:
     """Those of the scenario, or of its deployment if it names none."""
     own = scenario.network.media
     if all(medium.inside for medium in own.values()):
-        return {**_given(scenario.deployment, scenario.network.fidelity), **own}
+        return {**_given(scenario.deployment), **own}
     return own
 
 
-def _given(deployment: object, fidelity: object) -> dict[str, MediumChoice]:
+def _given(deployment: object) -> dict[str, MediumChoice]:
     """The media of a deployment if nobody names any."""
-    if deployment == "field" and fidelity is not None:
-        return _RADIOS
     return _MEDIA["field" if deployment == "field" else "testbed"]
 
 
@@ -164,7 +161,7 @@ def lay_on_given_media(data: Data) -> None:
     network = data.get("network")
     if not isinstance(network, dict) or not isinstance(own := network.get("media"), dict):
         return
-    for name, given in _given(data.get("deployment"), network.get("fidelity")).items():
+    for name, given in _given(data.get("deployment")).items():
         if isinstance(own.get(name), dict) and "model" not in own[name]:
             own[name] = {**given.model_dump(exclude_unset=True), **own[name]}
 

@@ -15,6 +15,7 @@ from desim.ports.cases import Flow, Setup
 from desim.ports.terrain import Walled
 from desim.units import BitRate, ByteSize, Duration, Period
 from netmodels.cases.traffic import MOST_RADIO_BYTES, udp_bytes
+from netmodels.radio.cards import with_card
 from netmodels.radio.dcf.stations import Aggregation
 from netmodels.radio.high_throughput import FORMATS
 from netmodels.radio.modulation import USUAL_BPS
@@ -76,8 +77,9 @@ class Layout:
         @model_validator(mode="before")
         @classmethod
         def _spelled_out(cls, given: object) -> object:
-            """The radio's presets see the standard, which has no ``rate`` of ours beside its
-            ``mcs``; ``rts`` may be true or false."""
+            """The radio's presets see the standard, that of its card if it has one, which has no
+            ``rate`` of ours beside its ``mcs``; ``rts`` may be true or false."""
+            given = with_card(given)
             if not isinstance(given, dict):
                 return given
             rts = given.get("rts")

@@ -6,19 +6,10 @@ compares). Walls are those that are drawn: the exponent is that in sight, 1.6 to
 residual sigma, 3.5 to 4.2 dB, places 0.6 m apart share a quarter, places 4 m apart a tenth; the
 rest is by place (``shadowing.echoes``).
 
-``indoor_11ac`` is the same with the card of a robot bought in 2020 to 2024: 802.11ac with two
-streams in 80 MHz, as Intel's 8265 and 9260 (data sheets), here always at MCS 4, 390 Mb/s: the
-middle of what such cards choose from.
-
 ``outdoor`` is a street in sight (3GPP TR 38.901, UMi street canyon, LOS; tables 7.4.1-1 and
 7.5-6): exponent 2.1, shadowing of 4 dB that is correlated over 10 m, a steady wave 9 dB above the
 echoes. In dB such echoes deviate by 2.3 dB. Both update places every half wavelength of a robot of
 1.2 m/s.
-
-``esp_now`` is the radio of an ESP32 with ESP-NOW: 802.11b at 1 Mb/s, 20 dBm (ESP-IDF's defaults).
-It stands for the air alone. A packet has headers of IP, UDP and LLC, 21 B more than the vendor's
-action frame (43 B and the data: ESP-IDF's guide, frame format), which last 168 us longer, and it
-may have more than the 250 B of data of version 1.0: send less.
 
 ``ns3_3_44`` is what ns-3 3.44 does with the error model of NIST and without QoS. It differs from
 the defaults in these rules, which were found by comparing small layouts and reading ns-3's traces
@@ -52,26 +43,18 @@ the defaults in these rules, which were found by comparing small layouts and rea
 from __future__ import annotations
 
 from desim import ports
-
-_INDOOR: dict[str, object] = {
-    "path_loss": {"model": "log_distance", "exponent": 1.8},
-    "shadowing": {"sigma": "2.4 dB", "correlation": "3 m", "echoes": "3.1 dB"},
-    "update": "50 ms",
-}
+from netmodels.radio.cards import with_card
 
 PRESETS: dict[str, dict[str, object]] = {
-    "indoor": _INDOOR,
-    "indoor_11ac": _INDOOR | {
-        "standard": "11ac", "channel": 36, "width": "80 MHz", "streams": 2,
-        "guard_interval": "400 ns", "mcs": 4,
+    "indoor": {
+        "path_loss": {"model": "log_distance", "exponent": 1.8},
+        "shadowing": {"sigma": "2.4 dB", "correlation": "3 m", "echoes": "3.1 dB"},
+        "update": "50 ms",
     },
     "outdoor": {
         "path_loss": {"model": "log_distance", "exponent": 2.1},
         "shadowing": {"sigma": "4 dB", "correlation": "10 m", "echoes": "2.3 dB"},
         "update": "50 ms",
-    },
-    "esp_now": {
-        "standard": "11b", "rate": "1 Mb/s", "broadcast_rate": "1 Mb/s", "power": "20 dBm",
     },
     "ns3_3_44": {
         "power": "16.0206 dBm",
@@ -87,9 +70,9 @@ PRESETS: dict[str, dict[str, object]] = {
 
 
 def filled(given: object) -> object:
-    """Parameters with the values of their preset where ``given`` has none; inside of a parameter
-    key by key, unless it names another model."""
-    given = ports.tuples(given)
+    """Parameters with the values of their card where ``given`` has none, and then with those of
+    their preset; inside of a parameter key by key, unless it names another model."""
+    given = with_card(given)
     if isinstance(given, dict) and given.get("preset") == "ns3_3_44":
         with_1_mbps = given.get("standard", "11g") in ("11b", "11g")
         given = {"broadcast_rate": "1 Mb/s" if with_1_mbps else "6 Mb/s", **given}

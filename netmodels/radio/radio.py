@@ -72,7 +72,8 @@ class Radio:
                 yield ports.UnusedKeys([".access_points"], f"on the rung {self.fidelity} hosts "
                                                            "talk to each other directly")
             else:
-                yield ports.UnusedKeys(ports.changed_keys(self, "channel"),
+                usual = Radio.Params(card=self.card).channel
+                yield ports.UnusedKeys([".channel"] if self.channel != usual else [],
                                        "stations take the channels of their access points")
 
     reasons = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",

@@ -117,11 +117,3 @@ def test_noise_is_that_of_the_width():
                     for width in ("20 MHz", "80 MHz"))
     assert wide.noise_dbm - narrow.noise_dbm == pytest.approx(6.02, abs=0.01)
     assert wide.preamble_dbm - narrow.preamble_dbm == pytest.approx(6.02, abs=0.01)
-
-
-def test_the_card_of_a_robot_has_two_streams_in_80_mhz():
-    """802.11-2016, table 21-37: MCS 4 with two streams and 400 ns is 390 Mb/s."""
-    radio = DcfRadio(DcfRadio.Params(preset="indoor_11ac"))
-    rate = radio.standard.rates[radio.params.rates()[0]]
-    assert (rate.mcs, rate.mbps) == (4, 390)
-    assert radio.params.shadowing == DcfRadio.Params(preset="indoor").shadowing

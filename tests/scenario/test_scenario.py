@@ -59,8 +59,9 @@ def test_the_smallest_scenario_is_the_papers_robot_in_the_papers_maze():
 def test_defaults_of_the_field():
     field = scenario("deployment: field")
     assert list(field.network.media) == ["air"]
-    assert field.network.media["air"].model == "disk"
-    assert field.network.media["air"].params.range_m == 200.0
+    air = scenario("deployment: field\nnetwork: {media: {air: {model: radio, card: pi_4, "
+                   "preset: indoor}}}").network.media["air"]
+    assert field.network.media["air"] == air
     assert form(field) == ("changed_tiles", "zlib")
 
 

@@ -13,7 +13,8 @@ AIR = "network.media.air"
 LAN = "network.media.lan"
 CASES = {
     "testbed, switch": (HELLO,),
-    "field, disk": (HELLO, "deployment=field"),
+    "field, disk": (HELLO, "deployment=field", f"{AIR}={{model: disk}}"),
+    "field": (HELLO, "deployment=field"),
     "everything at once": (ROUGH,),
     "everything at once, testbed": (
         ROUGH, "deployment=testbed", "faults.0.host=workstation", "faults.2.at=14 s",
@@ -55,7 +56,7 @@ CASES = {
         "delay: 400 ms}, {rule: flapping, hosts: [robot_0], up: 3 s, down: 500 ms}, "
         "{rule: jamming, at: [0 m, 0 m], radius: 5 m, probability: 5 %}]}"),
     "radios on the rung of walls": (
-        HELLO, "deployment=field", "network.media.lan=null", "network.fidelity=walls"),
+        HELLO, "deployment=field", f"{AIR}={{model: radio}}", "network.fidelity=walls"),
     "two media": (
         HELLO, "deployment=field",
         "network.media={lan: {model: link, rate: 1 Mb/s}, air: {model: disk, range: 8 m}}"),
@@ -123,7 +124,10 @@ def fastest_ns(simulation, message, receiver):
               "link": getattr(params, "latency_ns", 0)}.get(choice.model, 0)
     latencies = [rule.params for rule in choice.rules if rule.rule == "latency"]
     rules = sum(latency.delay_ns - latency.jitter_ns for latency in latencies)
-    return message.size_bytes * 8 * NS_PER_S // params.rate_bps + cables + rules
+    rate_bps = params.rate_bps
+    if getattr(params, "has_mcs", False):
+        rate_bps = round(1e6 * max(rate.mbps for rate in params.of_standard().rates))
+    return message.size_bytes * 8 * NS_PER_S // rate_bps + cables + rules
 
 
 def medium_of(scenario):

@@ -13,7 +13,7 @@ from desim.units import NS_PER_S
 MS = 10**6
 BASE = "robot.localization={model: gmapping, particles: 5, host: base}"
 ALONE = (BASE, "hosts={base: {}}", "deployment=field", "fleet.size=1")
-TEAM = (BASE, "hosts={base: {}}", "deployment=field")
+TEAM = (BASE, "hosts={base: {at: [0 m, 0 m]}}", "deployment=field")
 # Every message takes 30 ms, and nothing else does.
 LATE = "network.media={air: {model: ideal, rules: [{rule: latency, delay: 30 ms, jitter: 0 ms}]}}"
 GRID_BYTES = 96 + len("/p3dx0_tf/map") + 121 * 121

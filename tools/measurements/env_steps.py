@@ -14,7 +14,8 @@ import numpy as np
 from desim.envs import FrontierChoices, Velocities, parallel_env
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
-FIELD = ["deployment=field", "network.fidelity=mac", "stop.explored=100 %",
+FIELD = ["deployment=field", "network={fidelity: mac, media: {air: {model: radio}}}",
+         "stop.explored=100 %",
          "coordination.exchange={model: own_maps}"]
 S = 10**9
 # Robots, scenario, name of the control, control, length of an episode.

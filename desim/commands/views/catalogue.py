@@ -12,7 +12,7 @@ from pydantic.fields import FieldInfo
 
 from desim import plugins
 from desim.errors import InputError, did_you_mean
-from desim.ports import Params, function_rule, with_scope
+from desim.ports import Named, Params, function_rule, with_scope
 from desim.scenario.schema.generated import GENERATED
 from desim.world.paper_terrains import ABOUT
 
@@ -106,7 +106,24 @@ def _about(name: str, kind: str, cls: type) -> str:
         params = with_scope(params)
     fields = params.model_fields if params is not None else {}
     lines += ["", "parameters:" if fields else "no parameters"]
-    return "\n".join([*lines, *_parameters(fields, "  ")])
+    lines += _parameters(fields, "  ")
+    for key, names in (params.meanings if params is not None else {}).items():
+        lines += ["", f"{key}:", *(line for name, one in names.items()
+                                   for line in _named(name, one))]
+    return "\n".join(lines)
+
+
+def _named(name: str, one: Named) -> list[str]:
+    """A name of a choice: the thing that it stands for, and the values that it gives."""
+    values = ", ".join(f"{key}: {_value(value)}" for key, value in one.values.items())
+    return [f"  {name}: {one.about}.", f"    {{{values}}}"]
+
+
+def _value(value: object) -> str:
+    """As it stands in YAML."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_value(one)}" for key, one in value.items()) + "}"
+    return str(value)
 
 
 def _parameters(fields: dict[str, FieldInfo], indent: str) -> Iterator[str]:

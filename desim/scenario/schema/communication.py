@@ -133,8 +133,9 @@ class Network(Params):
                           "has; at least one must have it (null: each medium keeps its own)")
     media: dict[Name, MediumChoice] = Field({}, description=(
         "media by name; two hosts use that of the least metric among those that both are attached "
-        "to, then the first by name (default: in testbed one switched Gigabit LAN called lan, in "
-        "field one air of 200 m range; the paper. In field with a fidelity: one air of radios)"))
+        "to, then the first by name (default: in testbed one switched Gigabit LAN called lan, the "
+        "paper; in field one air, {model: radio, card: pi_4, preset: indoor}: a robot of 2020 to "
+        "2024, docs/defaults.md)"))
     others: dict[Name, OtherHost] = Field({}, description=(
         "hosts outside of the fleet, by name, which take no part in the middleware"))
     background: tuple[Background, ...] = Field((), description=(

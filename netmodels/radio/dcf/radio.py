@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from math import log10
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -18,6 +18,7 @@ from netmodels.queues import refuse
 from netmodels.radio.access_categories import BEACON_MARK, BEACONS, categories, rank_of
 from netmodels.radio.air import Air, Airs
 from netmodels.radio.budget import Budget
+from netmodels.radio.cards import CARDS
 from netmodels.radio.dcf.stations import Aggregation, Reception
 from netmodels.radio.delivery import mean_delivery
 from netmodels.radio.fading import Fading
@@ -93,13 +94,16 @@ class DcfRadio:
     """
 
     class Params(Modulation):
-        preset: Literal["indoor", "indoor_11ac", "outdoor", "esp_now", "ns3_3_44"] | None = Field(
+        meanings: ClassVar = {"card": CARDS}
+
+        preset: Literal["indoor", "outdoor", "ns3_3_44"] | None = Field(None, description=(
+            "values for what neither the scenario nor the card gives: indoor and outdoor, path "
+            "loss in sight and shadowing as measured (docs/defaults.md); ns3_3_44, as in ns-3 "
+            "3.44 with the error model of NIST (none: 802.11-2016, with ns-3's path loss)"))
+        card: Literal["pi_4", "intel_8265", "intel_ax200", "11g_2008", "esp_now"] | None = Field(
             None, description=(
-            "values for what is not given: indoor and outdoor, path loss in sight and shadowing as "
-            "measured (docs/defaults.md); indoor_11ac, with the card of a robot of 2020 to 2024 "
-            "(two streams, 80 MHz, MCS 4); esp_now, 11b at 1 Mb/s and 20 dBm, with packets 21 B "
-            "longer than ESP-NOW's and not kept below its 250 B; ns3_3_44, as in ns-3 3.44 with "
-            "the error model of NIST (none: 802.11-2016, with ns-3's path loss)"))
+            "standard, channel, width, streams, power and rates of one that can be bought, where "
+            "they are not given (none: each parameter's default)"))
         rate_bps: BitRate = Field("54 Mb/s", description="of unicast frames of 11a, 11b, 11g "
                                                     "(802.11g nominal)")
         broadcast_rate_bps: BitRate | None = Field(None, description=(

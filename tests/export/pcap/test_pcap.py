@@ -23,7 +23,7 @@ from netmodels.radio.standards import psdu_bytes
 
 ETHERNET, RADIOTAP = 1, 127
 SHORT = ("stop.elapsed=6 s",)
-FIELD = (*SHORT, "deployment=field", "network.fidelity=mac", "middleware.model=ros1")
+FIELD = (*SHORT, "deployment=field", "network.media.air={model: radio}", "middleware.model=ros1")
 
 
 def never(part: int, whole: int) -> None:
