@@ -54,3 +54,11 @@ def motion_to(before: Pose2D, after: Pose2D) -> Pose2D:
     dx, dy = after.x_m - before.x_m, after.y_m - before.y_m
     return Pose2D(c * dx + s * dy, c * dy - s * dx,
                   math.remainder(after.yaw_rad - before.yaw_rad, math.tau))
+
+
+def turned(information: np.ndarray, yaw_rad: float) -> np.ndarray:
+    """The ``information`` [3, 3] on a pose, along axes from which those that it was along are
+    turned by ``yaw_rad``."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    turn = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+    return turn @ information @ turn.T

@@ -175,16 +175,21 @@ def weakest(information: np.ndarray) -> tuple[float, np.ndarray]:
     return float(values[0] / max(values[1], 1e-12)), axes[:, 0]
 
 
-def honest(information: np.ndarray, odometry: float) -> np.ndarray:
-    """The ``information`` [3, 3] of a step; along a bare corridor it is that of ``odometry``."""
+def shown(information: np.ndarray) -> np.ndarray:
+    """The ``information`` [3, 3] of a scan on its pose, without any along a bare corridor."""
     share, axis = weakest(information)
     if share >= WEAK:
         return information
     across = np.eye(3)
     across[:2, :2] -= np.outer(axis, axis)
-    shown = across @ information @ across
-    shown[:2, :2] += odometry * np.outer(axis, axis)
-    return shown
+    return across @ information @ across
+
+
+def on_motion(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The information [3, 3] on the motion between two poses, where that on their places on one map
+    is ``one`` and ``other``: covariances add up. So a scan that shows where the robot is says
+    little of the step that led there from a place that was not known."""
+    return loosened(one, np.linalg.inv(other + 1e-6 * np.eye(3)))
 
 
 def loosened(information: np.ndarray, more: np.ndarray) -> np.ndarray:

@@ -21,7 +21,7 @@ from desim.robot.slam.kernels.search import search
 from desim.robot.slam.particle_number import wanted_particles
 from desim.robot.slam.settings import SlamSettings
 from desim.robot.slam.shared_maps import SharedMaps
-from desim.robot.transforms import compose, motion_between, motion_to
+from desim.robot.transforms import compose, motion_between, motion_to, turned
 
 # Constants without a source are ours. docs/slam.md has what another value of one makes of a real
 # log's error.
@@ -104,7 +104,8 @@ class ParticleSlam:
         self._before: Pose2D | None = None  # the odometry of the scan before
         self._metres = self._radians = 0.0
         self._readings = 0
-        self.sigma_m = 0.0  # of the odometry of the last processed scan, along the robot
+        self._odometry_sigmas = np.full(3, np.inf)  # of the last processed scan, and its heading
+        self._heading_rad = 0.0
 
     @property
     def particles(self) -> int:
@@ -157,7 +158,6 @@ class ParticleSlam:
         are effective."""
         settings, motion = self._settings, motion_between(self.history[-1].odometry, odometry)
         sigmas = settings.noise.sigmas(motion, self._readings)
-        self.sigma_m = float(sigmas[0])
         expected = compose(self.poses, motion)
         start = self._search(expected[self.best], sigmas, fewer, kept)
         correction = motion_between(expected[self.best], start)
@@ -166,6 +166,7 @@ class ParticleSlam:
         correction = motion_between(expected[self.best], start)
         poses, gained = compose(expected, correction), np.empty(len(expected))
         self._roots = np.zeros((len(expected), 6))
+        self._odometry_sigmas, self._heading_rad = wide, float(expected[self.best, 2])
         far = math.hypot(correction[0], correction[1]) > self._fit.reach_m
         prior = MotionPrior(sigmas, wide, settings.noise.strayed, far)
         step = len(self.history)
@@ -217,10 +218,16 @@ class ParticleSlam:
         return pose, scan / _EFFECTIVE, _squared(root)
 
     @property
-    def information(self) -> np.ndarray:
-        """[3, 3] of the last processed scan and the odometry on the best particle's pose, in the
-        map's directions; zeros before the second."""
-        return _squared(self._roots[self.best])
+    def odometry_information(self) -> np.ndarray:
+        """[3, 3] of the odometry on the pose of the last processed scan, in the map's directions;
+        zeros before the second."""
+        return turned(np.diag(self._odometry_sigmas ** -2), self._heading_rad)
+
+    @property
+    def scan_information(self) -> np.ndarray:
+        """[3, 3] of the last processed scan on where its pose is on the best particle's map, as
+        before."""
+        return _squared(self._roots[self.best]) - self.odometry_information
 
     def start_map(self, poses: np.ndarray, scans: Sequence[np.ndarray]) -> None:
         """Forget the maps, and draw these scans (ranges [beams] m each) from their ``poses``

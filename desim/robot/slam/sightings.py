@@ -9,6 +9,7 @@ import numpy as np
 
 from desim.ports.localization import LaserGeometry
 from desim.robot.slam.kernels.points import STEP_M, Beams, without_bodies
+from desim.robot.transforms import turned
 
 # Of bodies, which are taken for discs, and of what they do between two nodes (ours: in the loop the
 # root mean square is 0.01 m; beams to both sides of a body leave its middle open by their spacing).
@@ -28,12 +29,8 @@ class Sighting(NamedTuple):
     @property
     def information(self) -> np.ndarray:
         """[3, 3] on the place, along the robot's axes; nothing is known of the heading."""
-        bearing = math.atan2(self.y_m, self.x_m)
-        c, s = math.cos(bearing), math.sin(bearing)
-        axes = np.array(((c, -s), (s, c)))
-        full = np.zeros((3, 3))
-        full[:2, :2] = axes @ np.diag((self.along_m ** -2, self.across_m ** -2)) @ axes.T
-        return full
+        known = np.diag((self.along_m ** -2, self.across_m ** -2, 0.0))
+        return turned(known, math.atan2(self.y_m, self.x_m))
 
 
 def sightings(ranges: np.ndarray, laser: LaserGeometry, width_m: float) -> list[Sighting]:

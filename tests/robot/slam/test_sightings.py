@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from desim.ports import Pose2D
 from desim.ports.localization import LaserGeometry
 from desim.robot.slam import fleet_graph, sightings
-from desim.robot.slam.fleet_graph import FleetGraph, Seen, honest, loosened
+from desim.robot.slam.fleet_graph import FleetGraph, Seen, loosened, on_motion, shown
+from desim.robot.transforms import turned
 
 LASER = LaserGeometry(math.radians(-95.0), math.radians(190.0 / 179), 26.0)
 RADIUS = 0.26
@@ -91,14 +92,18 @@ def test_the_nearest_would_be_taken_without_the_rule(monkeypatch):
         test_a_sighting_that_is_not_clear_is_of_nobody({"b": (4.5, 1.0), "c": (3.6, 1.0)})
 
 
-def test_a_bare_corridor_tells_of_a_step_what_the_odometry_does():
-    turn = 0.7
-    c, s = math.cos(turn), math.sin(turn)
-    axes = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
-    shown = honest(axes @ np.diag((640.0, 1e5, 1e6)) @ axes.T, 200.0)
-    assert np.linalg.eigvalsh(shown) == pytest.approx((200.0, 1e5, 1e6))
+def test_a_scan_tells_nothing_along_a_bare_corridor():
+    seen = shown(turned(np.diag((640.0, 1e5, 1e6)), 0.7))
+    assert np.linalg.eigvalsh(seen) == pytest.approx((0.0, 1e5, 1e6), abs=1e-6)
     known = np.diag((1e4, 1e5, 1e6))
-    assert honest(known, 200.0) is known
+    assert shown(known) is known
+
+
+def test_a_scan_that_shows_the_place_again_tells_nothing_of_the_step():
+    """Two places on one map with equal variances v: the motion between them has 2 v. Of the first
+    one nothing is known along x."""
+    step = on_motion(np.diag((1e5, 1e5, 1e6)), np.diag((0.0, 1e5, 1e6)))
+    assert step == pytest.approx(np.diag((0.0, 5e4, 5e5)), abs=1e-3)
 
 
 def test_variances_add_up_and_what_is_unknown_stays_so():

@@ -13,13 +13,13 @@ from desim.robot.localization.graph_exchange import GraphExchange
 from desim.robot.localization.graph_news import GraphNode
 from desim.robot.localization.kinds.scan_matching import ScanMatching, settings_of
 from desim.robot.slam.closures import ClosureFinder
-from desim.robot.slam.fleet_graph import FleetGraph, Seen, honest
+from desim.robot.slam.fleet_graph import FleetGraph, Seen, on_motion, shown
 from desim.robot.slam.sightings import sightings
-from desim.robot.transforms import motion_between
+from desim.robot.transforms import motion_between, turned
 from desim.units import NS_PER_S, Pace
 
 # All of these are ours.
-_LOCAL, _FRESH = 30, 15  # scans of the local map, at most, and those that it keeps when it is full
+_LOCAL, _FRESH = 80, 40  # scans of the local map, at most, and those that it keeps when it is full
 _NEWEST = 2000  # nodes of all robots that may still move: of eight, those of three minutes
 _LATEST = 300  # of which the newest are solved for after each message to the team, in one step
 _STEPS = 3  # of Gauss-Newton, where all of them are
@@ -28,7 +28,7 @@ _SETTLED_NS, _STALE_NS = 2 * NS_PER_S, 10 * NS_PER_S  # the age of a sighting th
 
 class GraphSlam(ScanMatching):
     """SLAM by a pose graph (Grisetti, Kuemmerle, Stachniss and Burgard 2010). Each processed scan
-    is a node: it is matched with the last 15 to 29, and with older ones nearby (loop closures). The
+    is a node: it is matched with the last 40 to 79, and with older ones nearby (loop closures). The
     graph is solved, and the map drawn anew, every ``redraw_every``.
 
     With a ``team`` robots send each other their nodes, what they have sighted or closed, and each
@@ -50,6 +50,7 @@ class GraphSlam(ScanMatching):
         self._exchange = GraphExchange(self._fleet)
         self._local: list[np.ndarray] = []  # poses of own nodes by the local map
         self._scans: list[np.ndarray] = []
+        self._by_scan = np.zeros((3, 3))  # what the last scan showed of its pose
         self._first_local = 0  # the first of those in the local map
         self._seen: list[Seen] = []  # of whom is open
         self._team: tuple[str, ...] = ()
@@ -71,10 +72,11 @@ class GraphSlam(ScanMatching):
         name, own, information = context.name, len(self._local), np.zeros((3, 3))
         if own:
             motion = motion_between(self._local[-1], local)
-            c, s = np.cos(self._local[-1][2]), np.sin(self._local[-1][2])
-            turn = np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
-            information = honest(turn.T @ self.filter.information @ turn,
-                                 self.filter.sigma_m ** -2)
+            by_scan = shown(self.filter.scan_information)
+            information = turned(self.filter.odometry_information
+                                 + (by_scan if own == 1 else on_motion(by_scan, self._by_scan)),
+                                 -self._local[-1][2])
+            self._by_scan = by_scan
         else:
             motion = self._in_map(local)
         node = GraphNode(context.now_ns, motion, information,
