@@ -27,33 +27,35 @@ _TRIES = 200  # for a place where nobody stands
 
 
 class Crowd:
-    """All people of a scenario; none starts in a robot of ``robots`` [k, 3] x, y, radius in m."""
+    """All people of a scenario; none starts in a robot of ``robots`` [k, 3] x, y, radius in m.
+
+    ``walkers`` has their places, speeds and ways, and can be written to between two steps.
+    """
 
     def __init__(self, groups: Sequence[People], terrain: Terrain, robots: np.ndarray,
                  streams: RandomStreams) -> None:
         self._terrain = terrain
-        self._people = _walkers([_group(i, group, terrain, robots, streams("people", i))
+        self.walkers = _walkers([_group(i, group, terrain, robots, streams("people", i))
                                  for i, group in enumerate(groups)])
         self._last_m: np.ndarray | None = None
 
     @property
     def discs(self) -> np.ndarray:
         """[n, 3] x, y, radius in m, a new array."""
-        places = self._people.places
+        places = self.walkers.places
         return np.column_stack((places, np.full(len(places), RADIUS_M)))
 
     def advance(self, dt_s: float, others: np.ndarray, doors: np.ndarray) -> None:
         """Walk on for ``dt_s`` among ``others`` [k, 3] x, y, radius, robots and moving obstacles,
         and closed ``doors`` [d, 4]."""
-        if not len(self._people.places):
+        if not len(self.walkers.places):
             return
         before_m, self._last_m = self._last_m, others[:, :2]
         velocities = np.zeros((len(others), 2)) if before_m is None else \
             (others[:, :2] - before_m) / dt_s
         walls = self._terrain.walls
         barrier = kernels.Barrier(np.concatenate([walls, doors]), len(walls), self._tiles)
-        self._walk(self._people, np.column_stack((others, velocities)), barrier, dt_s)
-
+        self._walk(self.walkers, np.column_stack((others, velocities)), barrier, dt_s)
 
     @cached_property
     def _walk(self) -> Callable[..., None]:

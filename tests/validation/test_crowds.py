@@ -35,7 +35,7 @@ def speed_mps(density, together=True):
         for tick in range(round(END_S / DT_S)):
             crowd.advance(DT_S, np.zeros((0, 3)), np.zeros((0, 4)))
             if tick * DT_S >= BEGIN_S and tick % 30 == 0:
-                people = crowd._people
+                people = crowd.walkers
                 tangents = np.column_stack((-people.places[:, 1], people.places[:, 0]))
                 tangents /= np.hypot(*tangents.T)[:, None]
                 found.append((people.velocities * tangents).sum(axis=1).mean())

@@ -36,7 +36,7 @@ def walked(people, seconds, others=NOBODY, doors=OPEN):
 
 def test_one_person_walks_there_and_back():
     people = crowd(People(count=1, path=HALL, width="0 m"))
-    wanted_mps = float(people._people.wanted[0])
+    wanted_mps = float(people.walkers.wanted[0])
     places = walked(people, 60.0)
     speeds_mps = np.hypot(*np.diff(places[:, 0], axis=0).T) / DT_S
     assert np.median(speeds_mps) == pytest.approx(wanted_mps, rel=1e-3)
@@ -48,7 +48,7 @@ def test_one_person_walks_there_and_back():
 
 
 def test_wanted_speeds_are_the_papers():
-    wanted_mps = crowd(People(count=300, path=HALL, width="14 m"))._people.wanted
+    wanted_mps = crowd(People(count=300, path=HALL, width="14 m")).walkers.wanted
     assert wanted_mps.mean() == pytest.approx(WANTED_MPS, abs=3 * 0.26 / math.sqrt(300))
     assert wanted_mps.std() == pytest.approx(0.26, rel=0.15)
 
@@ -65,7 +65,7 @@ def test_acceleration_between_two_by_hand():
     """Two stand 1 m apart, one behind the other, and want to walk at 1 m/s. The ellipses of those
     that stand are circles: 2.1 / 0.3 exp(-1 / 0.3), half of it from behind."""
     people = crowd(People(count=2, path=HALL, width="0 m"))
-    arrays = people._people
+    arrays = people.walkers
     arrays.places[:], arrays.velocities[:], arrays.wanted[:] = ((0, 0), (1, 0)), 0.0, 1.0
     arrays.target[:], arrays.step[:] = 1, 1
     walked(people, DT_S)
@@ -79,7 +79,7 @@ def test_acceleration_between_two_by_hand():
 def test_acceleration_by_a_wall_by_hand():
     people = crowd(People(count=1, path=HALL, width="0 m"), walls=[
         {"from": ["-9 m", "0.4 m"], "to": ["9 m", "0.4 m"], "thickness": "0 m"}])
-    arrays = people._people
+    arrays = people.walkers
     arrays.places[:], arrays.velocities[:] = 0.0, 0.0
     walked(people, DT_S)
     assert arrays.velocities[0, 1] == pytest.approx(-10.0 / 0.2 * math.exp(-0.4 / 0.2) * DT_S)
@@ -93,6 +93,7 @@ def test_nobody_walks_through_robots_walls_or_closed_doors(seed, gives_way, coun
     robots = np.array([[6.0, 0.0, 0.4], [-3.0, 2.0, 0.4]])
     people = crowd(People(count=count, path=HALL, width="6 m", gives_way=gives_way), walls=walls,
                    robots=robots, seed=seed)
+    inside = sources.load(Shape(size=("20 m", "20 m"), walls=walls)).walls
     door = np.array([[0.0, -4.0, 0.0, 4.0]])
     sides = np.sign(people.discs[:, 0])
     free = np.abs(people.discs[:, 0]) > RADIUS_M  # of those who start in the door nothing is said
@@ -101,7 +102,7 @@ def test_nobody_walks_through_robots_walls_or_closed_doors(seed, gives_way, coun
         assert (np.hypot(*(own[:, None] - robots[:, :2]).transpose(2, 0, 1))
                 >= 0.4 + RADIUS_M - 1e-9).all()
         assert (np.sign(own[:, 0]) == sides[free]).all()
-        assert (point_distance(own, people._terrain.walls) >= RADIUS_M - 1e-9).all()
+        assert (point_distance(own, inside) >= RADIUS_M - 1e-9).all()
 
 
 def test_who_gives_way_walks_around_a_robot():
@@ -109,7 +110,7 @@ def test_who_gives_way_walks_around_a_robot():
     past = {}
     for gives_way in (True, False):
         people = crowd(People(count=1, path=HALL, width="0 m", gives_way=gives_way))
-        people._people.places[:], people._people.target[:], people._people.step[:] = (-7, 0), 1, 1
+        people.walkers.places[:], people.walkers.target[:], people.walkers.step[:] = (-7, 0), 1, 1
         places = walked(people, 12.0, robot)[:, 0]
         past[gives_way] = places[:, 0].max() > 1.0
     assert past == {True: True, False: False}
