@@ -27,7 +27,14 @@ class FqCodelConstants(ports.Constants):
         "of a flow behind a packet that is not dropped, whatever it has waited for (mac80211: no "
         "codel_params.mtu)"))
     limit: int = Field(8192, ge=1, description="packets of all flows (mac80211)")
-    memory_bytes: ByteSize = Field("16 MB", description="of all flows (mac80211)")
+    memory_bytes: ByteSize | None = Field(None, description=(
+        "of packets of all flows (mac80211: 16 MB; 4 MB for radios without VHT. Linux counts their "
+        "buffers, which are larger by driver)"))
+
+
+def memory_bytes(standard: str) -> int:
+    """The limit for all packets that wait for a radio (ieee80211_txq_setup_flows)."""
+    return (16 if standard in ("11ac", "11ax") else 4) << 20
 
 
 class _Flow(CoDel):
@@ -38,18 +45,52 @@ class _Flow(CoDel):
     has_turns = False
 
 
+class Backlog:
+    """The packets that wait in all queues of a radio (struct fq): their limits are for all. Where
+    there are too many, the flow with the most bytes loses half of its packets from the head, 32 at
+    most. ``packets``, their ``bytes``, and the ``flows`` of all queues may be looked at."""
+
+    def __init__(self, limit: int, limit_bytes: int) -> None:
+        self._limit, self._limit_bytes = limit, limit_bytes
+        self.flows: list[_Flow] = []
+        self.packets = self.bytes = 0
+
+    def count(self, packets: int, size_bytes: int) -> None:
+        """Packets have come, or (negative) left."""
+        self.packets += packets
+        self.bytes += size_bytes
+
+    def has_room(self, packets: Waiting) -> bool:
+        """Whether none is too many of these."""
+        return (self.packets + packets.packets <= self._limit
+                and self.bytes + packets.size_bytes <= self._limit_bytes)
+
+    def thin_out(self) -> list[Dropped]:
+        """Drop packets if there are too many."""
+        if self.packets <= self._limit and self.bytes <= self._limit_bytes:
+            return []
+        fattest = max(self.flows, key=lambda flow: flow.bytes)
+        waiting = sum(packets.packets for packets in fattest.waiting)
+        dropped: list[Dropped] = []
+        for _ in range(max(min(waiting // 2, _BATCH), 1)):
+            packet = fattest.take_first()
+            self.count(-1, -packet.size_bytes)
+            dropped.append((packet, "queue_full"))
+        return dropped
+
+
 class FqCodel:
     """Flows take turns by deficit round robin, those that have just begun first; each is a CoDel,
-    which knows of its last drops when it begins again. Where there are too many packets, the flow
-    with the most bytes loses half of its packets from the head, 32 at most. No two flows share a
-    queue, and nothing is marked instead of dropped."""
+    which knows of its last drops when it begins again. No two flows share a queue, and nothing is
+    marked instead of dropped. Queues of a radio share its ``backlog`` (None: only this one)."""
 
-    def __init__(self, constants: FqCodelConstants) -> None:
+    def __init__(self, constants: FqCodelConstants, backlog: Backlog | None = None) -> None:
         self._constants = constants
+        self._backlog = backlog or Backlog(
+            constants.limit, constants.memory_bytes or memory_bytes("11ac"))
         self._flows: dict[Hashable, _Flow] = {}
         self._new: deque[Hashable] = deque()
         self._old: deque[Hashable] = deque()
-        self._packets = self._bytes = 0
 
     def push(self, now_ns: int, packets: Sequence[Waiting]) -> list[Dropped]:
         constants = self._constants
@@ -60,13 +101,13 @@ class FqCodel:
             if flow is None:
                 flow = self._flows[name] = _Flow(
                     constants.target_ns, constants.interval_ns, constants.spare_bytes)
+                self._backlog.flows.append(flow)
             if not flow.has_turns:
                 flow.has_turns, flow.deficit_bytes = True, constants.quantum_bytes
                 self._new.append(name)
             flow.push(packet)
-            self._count(packet.packets, packet.size_bytes)
-            if self._packets > constants.limit or self._bytes > constants.memory_bytes:
-                dropped += self._thin_out()
+            self._backlog.count(packet.packets, packet.size_bytes)
+            dropped += self._backlog.thin_out()
         return dropped
 
     def pop(self, now_ns: int, dropped: list[Dropped],
@@ -85,7 +126,7 @@ class FqCodel:
                 most = takes(flow.waiting[0].longest_bytes)
             packets = flow.pop(now_ns, dropped, most)
             for gone, _ in dropped[before:]:
-                self._count(-1, -gone.size_bytes)
+                self._backlog.count(-1, -gone.size_bytes)
             if packets is None:
                 turns.popleft()
                 if turns is self._new and self._old:
@@ -93,7 +134,7 @@ class FqCodel:
                 else:
                     flow.has_turns = False
                 continue
-            self._count(-packets.packets, -packets.size_bytes)
+            self._backlog.count(-packets.packets, -packets.size_bytes)
             if packets.packets > 1:
                 self._take_turns(flow, packets)
             else:
@@ -108,7 +149,7 @@ class FqCodel:
                 packets = flow.take_first(flow.waiting[0].packets)
                 if packets.only_for(dest):
                     gone.append(packets)
-                    self._count(-packets.packets, -packets.size_bytes)
+                    self._backlog.count(-packets.packets, -packets.size_bytes)
                 else:
                     flow.push(packets)
         return gone
@@ -128,24 +169,8 @@ class FqCodel:
 
     def _within_limits(self, packets: Sequence[Waiting]) -> Iterator[Waiting]:
         """The packets one by one where there may be too many, else as they come."""
-        constants = self._constants
         for some in packets:
-            if (self._packets + some.packets <= constants.limit
-                    and self._bytes + some.size_bytes <= constants.memory_bytes):
+            if self._backlog.has_room(some):
                 yield some
             else:
                 yield from some.singly()
-
-    def _thin_out(self) -> list[Dropped]:
-        fattest = max(self._flows.values(), key=lambda flow: flow.bytes)
-        waiting = sum(packets.packets for packets in fattest.waiting)
-        dropped: list[Dropped] = []
-        for _ in range(max(min(waiting // 2, _BATCH), 1)):
-            packet = fattest.take_first()
-            self._count(-1, -packet.size_bytes)
-            dropped.append((packet, "queue_full"))
-        return dropped
-
-    def _count(self, packets: int, size_bytes: int) -> None:
-        self._packets += packets
-        self._bytes += size_bytes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from desim import ports
 from desim.errors import InputError
@@ -17,7 +18,7 @@ from netmodels.infrastructure.access_points import (
 )
 from netmodels.infrastructure.associations import Associations
 from netmodels.infrastructure.floods import Floods
-from netmodels.infrastructure.fq_codel import FqCodel
+from netmodels.infrastructure.fq_codel import Backlog, memory_bytes
 from netmodels.infrastructure.outlets import AirOutlet
 from netmodels.infrastructure.packet_queue import PacketQueue, PlainQueue
 from netmodels.infrastructure.settings import Settings
@@ -98,7 +99,7 @@ class Infrastructure:
         standard = self._radio.standard
         ack_ns = standard.sifs_ns + standard.airtime_ns(ACK_BYTES, 0) + standard.slot_ns
         rate_bps = round(1e6 * standard.rates[self._radio.rate].mbps)
-        outlets = [AirOutlet(station, self._queue, self._air, rate_bps, ack_ns,
+        outlets = [AirOutlet(station, self._queues(), self._air, rate_bps, ack_ns,
                              self._radio.params.queue) for station in range(len(names))]
         self._channels = {count + k: one.channel for k, one in enumerate(self._access_points)}
         self.associations = Associations(
@@ -111,10 +112,13 @@ class Infrastructure:
         self._floods = Floods(context, self._ways, self.associations, tuple(self._channels),
                               self._wired, settings.multicast)
 
-    def _queue(self) -> PacketQueue:
+    def _queues(self) -> Callable[[], PacketQueue]:
+        """What makes the queues of one radio."""
         if self._settings.queue == "fifo":
-            return PlainQueue(self._params.queue)
-        return StationQueues(lambda: FqCodel(self._settings.fq_codel))
+            return lambda: PlainQueue(self._params.queue)
+        constants = self._settings.fq_codel
+        return partial(StationQueues, constants, Backlog(
+            constants.limit, constants.memory_bytes or memory_bytes(self._params.standard)))
 
     def send(self, frame: ports.Frame) -> None:
         source, access_point = frame.source, None

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from functools import partial
 
-from netmodels.infrastructure.fq_codel import FqCodel
+from netmodels.infrastructure.fq_codel import Backlog, FqCodel, FqCodelConstants
 from netmodels.infrastructure.packet_queue import Dropped, Receivers, Takes, Waiting
 
 
 class StationQueues:
     """An FQ-CoDel for each station, and one for broadcasts. They take turns: one has its turn until
-    the radio takes in no more for its station, or nothing is left (ieee80211_next_txq). Limits of
-    packets and bytes are those of one station, where Linux has them for all."""
+    the radio takes in no more for its station, or nothing is left (ieee80211_next_txq)."""
 
-    def __init__(self, queue: Callable[[], FqCodel]) -> None:
-        self._new_queue = queue
+    def __init__(self, constants: FqCodelConstants, backlog: Backlog) -> None:
+        """``backlog``: of all queues of a radio, which its limits are for."""
+        self._constants, self._backlog = constants, backlog
         self._queues: dict[Receivers, FqCodel] = {}
         self._turns: deque[Receivers] = deque()
 
     def push(self, now_ns: int, packets: Waiting, inside: int) -> list[Dropped]:
         receivers = packets.hop.receivers
         if receivers not in self._queues:
-            self._queues[receivers] = self._new_queue()
+            self._queues[receivers] = FqCodel(self._constants, self._backlog)
         if receivers not in self._turns:
             self._turns.append(receivers)
         return self._queues[receivers].push(now_ns, (packets,))

@@ -129,5 +129,6 @@ def test_runs_wait_for_their_turns_and_drops_as_single_packets_would(steps, spar
         ours, theirs = together._flows[name], singly._flows[name]
         assert (ours.deficit_bytes, ours.bytes, ours._above_ns, ours._dropping) == (
             theirs.deficit_bytes, theirs.bytes, theirs._above_ns, theirs._dropping)
-    assert (together._new, together._old, together._packets, together._bytes) == (
-        singly._new, singly._old, singly._packets, singly._bytes)
+    ours, theirs = together._backlog, singly._backlog
+    assert (together._new, together._old, ours.packets, ours.bytes) == (
+        singly._new, singly._old, theirs.packets, theirs.bytes)

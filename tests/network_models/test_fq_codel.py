@@ -9,7 +9,12 @@ from test_access_points import NOWHERE, S, wifi
 
 from desim.testing import Bench
 from netmodels.infrastructure.codel import CoDel
-from netmodels.infrastructure.fq_codel import FqCodel, FqCodelConstants
+from netmodels.infrastructure.fq_codel import (
+    Backlog,
+    FqCodel,
+    FqCodelConstants,
+    memory_bytes,
+)
 from netmodels.infrastructure.packet_queue import Waiting
 
 MS = 10**6
@@ -120,6 +125,26 @@ def test_where_there_is_no_room_the_fattest_flow_loses_half_from_its_head():
     assert len(queue.push(0, [packet() for _ in range(11)])) == 5
 
 
+def test_the_queues_of_a_radio_share_its_limits():
+    """Linux has one struct fq for all stations (net/mac80211/tx.c, ieee80211_txq_setup_flows): a
+    packet for one may cost those of another. Queues with limits of their own drop nothing."""
+    backlog = Backlog(60, 16 << 20)
+    first, second = (FqCodel(FqCodelConstants(limit=60), backlog) for _ in range(2))
+    assert first.push(0, [packet("fat", number=k) for k in range(51)]) == []
+    dropped = second.push(0, [packet("thin") for _ in range(10)])
+    assert {(one.hop.trip.flow, reason) for one, reason in dropped} == {("fat", "queue_full")}
+    assert [one.number for one, _ in dropped] == list(range(25))
+    assert second.push(0, [packet("thin") for _ in range(24)]) == []  # there is room again
+    apart = [FqCodel(FqCodelConstants(limit=60)) for _ in range(2)]
+    assert not any(queue.push(0, [packet() for _ in range(51)]) for queue in apart)
+
+
+def test_radios_that_do_not_know_vht_keep_less():
+    """4 MB, "64 max-size aggregates in 802.11n" (ieee80211_txq_setup_flows), else 16 MB."""
+    assert [memory_bytes(standard) >> 20 for standard in ("11g", "11n", "11ac", "11ax")] == [
+        4, 4, 16, 16]
+
+
 @pytest.mark.parametrize("empty", [True, False])
 def test_a_flow_that_begins_again_knows_its_last_drops(empty):
     """It drops eight packets, is empty or waits for less than 5 ms, and after 50 ms waits for too
@@ -169,7 +194,7 @@ def test_bufferbloat():
     """A packet of 1518 B takes 248 us, the acknowledgement and what is around them 145.5 us. The
     radio takes in 54 of them: 12 ms at 54 Mb/s, 225 us each. In order, a probe waits behind all
     500, in turn behind these 54 alone. CoDel brings the flood itself slowly down: it does
-    not give way."""
+    not give way, and fills the 4 MB of all queues."""
     each_ms = (248 + 16 + 28 + 34 + 7.5 * 9) / 1e3
     bloated, last_ms, lost = probe("fifo")
     assert np.median(bloated) == pytest.approx(500 * each_ms, rel=0.02)
@@ -177,4 +202,5 @@ def test_bufferbloat():
     assert lost == {"downlink_queue_full"}
     fair, _, lost = probe("fq_codel")
     assert np.median(fair) == pytest.approx(54 * each_ms, rel=0.03)
-    assert fair.max() < 57 * each_ms and lost == {"downlink_codel"}
+    assert fair.max() < 57 * each_ms and lost == {
+        "downlink_codel", "downlink_queue_full"}
