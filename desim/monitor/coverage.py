@@ -17,7 +17,7 @@ import numpy as np
 from desim.compiler.kernel import compiled_function
 from desim.monitor import kernels
 from desim.ports.tasks import Ground
-from desim.robot.mapping.tiles import FREE, OCCUPIED, raster, tiles_of
+from desim.robot.mapping.tiles import FREE, OCCUPIED, TILE, raster, tiles_of
 
 _recount = compiled_function(kernels.recount)
 
@@ -48,7 +48,7 @@ class Coverage:
         self._changed, self._grid = changed, ground.grid
         self._inside = tiles_of(ground.grid, ground.reachable.astype(np.uint8))
         self._union = np.zeros_like(self._inside)
-        self._counts = np.zeros((len(robots) + 1, len(self._inside)), np.int32)
+        self._counts = np.zeros((len(robots) + 1, len(self._inside), TILE), np.uint8)
         self._totals = np.zeros(len(robots) + 1, np.int64)
 
     def restart(self, i: int) -> None:
@@ -56,10 +56,12 @@ class Coverage:
         self.known[i] = self._counts[i] = self._totals[i] = 0
         self._changed(i)
 
-    def update(self, i: int, fused: np.ndarray, tiles: np.ndarray) -> None:
-        """Count again ``tiles`` (int32 indices) of robot ``i``'s map, ``fused`` (int16
-        [tiles, 1024])."""
-        totals = _recount(fused, self._inside, tiles, i, self._union, self._counts, self._totals)
+    def update(self, i: int, fused: np.ndarray, tile_version: np.ndarray, row_version: np.ndarray,
+               tiles: np.ndarray) -> None:
+        """Count again ``tiles`` (int32 indices) of robot ``i``'s map, whose arrays the others are,
+        in the rows that changed with their tile."""
+        totals = _recount(fused, self._inside, tile_version, row_version, tiles, i, self._union,
+                          self._counts, self._totals)
         self.known[i] = totals >> 32
         self.union_known = totals & 0xFFFFFFFF
         self._changed(i)

@@ -11,35 +11,38 @@ _FREE, _OCCUPIED = np.int16(FREE), np.int16(OCCUPIED)
 _NEVER = np.uint16(65535)
 
 
-@lean("i8(i2[:, ::1], u1[:, ::1], i4[::1], i8, u1[:, ::1], i4[:, ::1], i8[::1])")
-def recount(fused, inside, tiles, robot, union, known, total):
-    """Count again the cells that ``tiles`` of one robot's map know, and add them to the union.
+@lean("i8(i2[:, ::1], u1[:, ::1], i8[::1], i4[:, ::1], i4[::1], i8, u1[:, ::1], u1[:, :, ::1],"
+      "i8[::1])")
+def recount(fused, inside, tile_version, row_version, tiles, robot, union, known, total):
+    """Count again the cells that ``tiles`` of one robot's map know, in the rows that changed with
+    their tile, and add them to the union.
 
-    fused [T, 1024] log-odds | inside [T, 1024] 1 where a cell counts | tiles [k] changed tiles |
-    robot its row | union [T, 1024] 1 where some robot has known the cell | known [R + 1, T] counts
-    of each robot, and of the union in the last row | total [R + 1] their sums. Returns the robot's
-    total << 32 | the union's: one number crosses faster than two.
+    fused [T, 1024] log-odds | inside [T, 1024] 1 where a cell counts | tile_version [T],
+    row_version [T, 32] | tiles [k] changed tiles | robot its row | union [T, 1024] 1 where some
+    robot has known the cell | known [R + 1, T, 32] counts of each robot, and of the union in the
+    last row | total [R + 1] their sums. Returns the robot's total << 32 | the union's: one number
+    crosses faster than two.
 
-    Three plain loops over 16-bit values: each of them becomes vector instructions.
+    Plain loops over a row of cells: each of them becomes vector instructions.
     """
     last = known.shape[0] - 1
     for k in range(tiles.shape[0]):
         tile = tiles[k]
         values, mask, seen = fused[tile], inside[tile], union[tile]
-        own, all_ = np.int16(0), np.int16(0)
-        for cell in range(CELLS):
-            value = values[cell]
-            is_known = np.uint8((value <= _FREE) | (value >= _OCCUPIED))
-            own = np.int16(own + np.int16(mask[cell] & is_known))
-        for cell in range(CELLS):
-            value = values[cell]
-            seen[cell] |= mask[cell] & np.uint8((value <= _FREE) | (value >= _OCCUPIED))
-        for cell in range(CELLS):
-            all_ = np.int16(all_ + np.int16(seen[cell]))
-        total[robot] += own - known[robot, tile]
-        total[last] += all_ - known[last, tile]
-        known[robot, tile] = own
-        known[last, tile] = all_
+        for row in range(np.uint64(TILE)):
+            if row_version[tile, row] != tile_version[tile]:
+                continue
+            first, own, all_ = row * np.uint64(TILE), np.int16(0), np.int16(0)
+            for cell in range(first, first + np.uint64(TILE)):
+                value = values[cell]
+                is_known = mask[cell] & np.uint8((value <= _FREE) | (value >= _OCCUPIED))
+                seen[cell] |= is_known
+                own = np.int16(own + np.int16(is_known))
+                all_ = np.int16(all_ + np.int16(seen[cell]))
+            total[robot] += own - np.int64(known[robot, tile, row])
+            total[last] += all_ - np.int64(known[last, tile, row])
+            known[robot, tile, row] = own
+            known[last, tile, row] = all_
     return total[robot] << 32 | total[last]
 
 
@@ -61,25 +64,31 @@ def known_elsewhere(fused, inside, union, cells):
     return lacking
 
 
-@lean("void(i2[:, ::1], i4[::1], i8, u2, u2[:, ::1])")
-def note_known(fused, tiles, halvings, now, known_since):
-    """Write ``now`` where cells of ``tiles`` have become known.
+@lean("void(i2[:, ::1], i8[::1], i4[:, ::1], i4[::1], i8, u2, u2[:, ::1])")
+def note_known(fused, tile_version, row_version, tiles, halvings, now, known_since):
+    """Write ``now`` where cells of ``tiles`` have become known, in the rows that changed with their
+    tile.
 
-    fused [T, 1024] log-odds | tiles [k] changed tiles | halvings: a square of 2^halvings cells a
-    side is one place | known_since [T, 1024 >> 2 halvings], 65535 where nothing is known yet.
+    fused [T, 1024] log-odds | tile_version [T], row_version [T, 32] | tiles [k] changed tiles |
+    halvings: a square of 2^halvings cells a side is one place | known_since [T, 1024 >> 2
+    halvings], 65535 where nothing is known yet.
     """
     side = np.int64(TILE) >> halvings
     for k in range(tiles.shape[0]):
-        values, since = fused[tiles[k]], known_since[tiles[k]]
-        if halvings == 0:  # as vector instructions: 70 in place of 1050 ns a tile
-            for cell in range(CELLS):
-                value = values[cell]
-                is_known = (value <= _FREE) | (value >= _OCCUPIED)
-                since[cell] = min(since[cell], now if is_known else _NEVER)
-            continue
-        for row in range(TILE):
+        tile = tiles[k]
+        values, since = fused[tile], known_since[tile]
+        for row in range(np.uint64(TILE)):
+            if row_version[tile, row] != tile_version[tile]:
+                continue
+            first = row * np.uint64(TILE)
+            if halvings == 0:  # as vector instructions: 70 in place of 1050 ns a tile
+                for cell in range(first, first + np.uint64(TILE)):
+                    value = values[cell]
+                    is_known = (value <= _FREE) | (value >= _OCCUPIED)
+                    since[cell] = min(since[cell], now if is_known else _NEVER)
+                continue
             for column in range(TILE):
-                value = values[row * TILE + column]
+                value = values[first + np.uint64(column)]
                 if value <= _FREE or value >= _OCCUPIED:
-                    place = (row >> halvings) * side + (column >> halvings)
+                    place = (np.int64(row) >> halvings) * side + (column >> halvings)
                     since[place] = min(since[place], now)

@@ -68,7 +68,9 @@ class GrowingMap:
 
     def _learned(self, tiles: np.ndarray) -> None:
         since = (self._kernel.now_ns - self._started_ns) // TENTH_NS
-        _note_known(self._map.fused, tiles, self._halved, min(since, NEVER - 1), self._since)
+        robot_map = self._map
+        _note_known(robot_map.fused, robot_map.tile_version, robot_map.row_version, tiles,
+                    self._halved, min(since, NEVER - 1), self._since)
 
     def growth(self) -> MapGrowth:
         """The growth until now."""

@@ -177,7 +177,8 @@ class Monitor:
         for meter in self.meters:
             meter.watch(robot, robot_map, now_ns)
         if robot_map is not None:
-            robot_map.observers.append(partial(self.coverage.update, i, robot_map.fused))
+            robot_map.observers.append(partial(self.coverage.update, i, robot_map.fused,
+                                               robot_map.tile_version, robot_map.row_version))
 
     def _parted(self, parts: int) -> None:
         self.truth.trace.row(self._kernel.now_ns, self._kind["partition"], self._entity, parts)

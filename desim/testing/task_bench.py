@@ -12,7 +12,7 @@ from desim.engine.streams import Streams
 from desim.monitor.coverage import Coverage
 from desim.ports.arguments import check_callback, check_period
 from desim.ports.tasks import FollowsKnowledge, Ground, TakesActions, Task, TaskContext
-from desim.robot.mapping.tiles import FREE, tiles_of
+from desim.robot.mapping.tiles import FREE, TILE, tiles_of
 
 _CELLS, _CELL_M = 64, 0.5
 
@@ -123,7 +123,9 @@ class TaskBench:
         known = np.zeros((_CELLS, _CELLS), np.int16)
         known[:rows] = FREE
         fused = tiles_of(self.ground.grid, known)
-        self.knowledge.update(explorer, fused, np.arange(len(fused), dtype=np.int32))
+        self.knowledge.update(explorer, fused, np.zeros(len(fused), np.int64),
+                              np.zeros((len(fused), TILE), np.int32),  # no older row
+                              np.arange(len(fused), dtype=np.int32))
 
     def _learned(self, explorer: int) -> None:
         if isinstance(self.task, FollowsKnowledge):

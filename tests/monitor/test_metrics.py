@@ -39,11 +39,16 @@ def test_incremental_counts_equal_counting_everything(steps):
     truth = ground()
     coverage = Coverage(truth, ("robot_0", "robot_1", "robot_2"))
     fused = [np.zeros((TILES, 1024), np.int16) for _ in range(3)]
+    tile_version, row_version = np.zeros(TILES, np.int64), np.zeros((3, TILES, 32), np.int32)
     ever_known = np.zeros_like(truth.reachable)
-    for robot, tiles, seed in steps:
-        changed = np.array(sorted(tiles), np.int32)
-        fused[robot][changed] = np.random.default_rng(seed).integers(-40, 71, (len(tiles), 1024))
-        coverage.update(robot, fused[robot], changed)
+    for version, (robot, tiles, seed) in enumerate(steps, 1):
+        changed, draw = np.array(sorted(tiles), np.int32), np.random.default_rng(seed)
+        tile_version[changed] = version
+        for tile in changed:
+            rows = draw.random(32) < 0.5
+            row_version[robot, tile, rows] = version
+            fused[robot][tile].reshape(32, 32)[rows] = draw.integers(-40, 71, (rows.sum(), 32))
+        coverage.update(robot, fused[robot], tile_version, row_version[robot], changed)
         ever_known |= states(raster(GRID, fused[robot])) >= 0
         assert coverage.known == [known_inside(own, truth) for own in fused]
         assert coverage.union_known == int((ever_known & truth.reachable).sum())
@@ -52,12 +57,13 @@ def test_incremental_counts_equal_counting_everything(steps):
 def test_a_restarted_robot_knows_nothing_and_the_union_keeps_what_was_known():
     truth = ground()
     coverage = Coverage(truth, ("robot_0",))
-    fused = np.full((TILES, 1024), FREE, np.int16)
-    coverage.update(0, fused, np.arange(TILES, dtype=np.int32))
+    own = (np.full((TILES, 1024), FREE, np.int16), np.zeros(TILES, np.int64),
+           np.zeros((TILES, 32), np.int32))
+    coverage.update(0, *own, np.arange(TILES, dtype=np.int32))
     assert coverage.known == [coverage.cells]
     coverage.restart(0)
     assert (coverage.known, coverage.union_known) == ([0], coverage.cells)
-    coverage.update(0, fused, np.array([0], np.int32))
+    coverage.update(0, *own, np.array([0], np.int32))
     assert coverage.known == [int(tiles_of(GRID, truth.reachable)[0].sum())]
 
 

@@ -21,7 +21,7 @@ _classify = compiled_function(kernels.classify)
 _inflate = compiled_function(kernels.inflate)
 _see = compiled_function(kernels.see)
 _nearest_free = compiled_function(kernels.nearest_free)
-_dearest = compiled_function(kernels.dearest)
+_is_cheap_line = compiled_function(kernels.is_cheap_line)
 _count_frontier_cells = compiled_function(kernels.count_frontier_cells)
 
 # A beam clears and its hit marks up to these distances (costmap_2d, raytrace_range and
@@ -140,7 +140,8 @@ class GlobalCostmap:
 
     def clear_line(self, a_m: tuple[float, float], b_m: tuple[float, float]) -> bool:
         """Whether the robot's centre may go straight from one point to another."""
-        return _dearest(self.flat, self.across, self.cell(*a_m), self.cell(*b_m)) < INSCRIBED
+        return _is_cheap_line(self.flat, self.across, self.cell(*a_m), self.cell(*b_m),
+                              INSCRIBED - 1)
 
     def count_frontier_cells(self, cell: int, reach: int, highest: int) -> int:
         """The number of cells beside the unknown, of cost ``highest`` or less, in the square of

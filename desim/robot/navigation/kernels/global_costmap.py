@@ -175,18 +175,19 @@ def beside_unknown(flat, across, cell):
             or flat[np.uint64(cell + across)] == UNKNOWN)
 
 
-@lean("i8(u1[::1], i8, i8, i8)")
-def dearest(flat, across, a, b):
-    """The highest cost on the straight line between the centres of two cells, sampled at half
-    cells, without the cell ``a`` itself."""
+@lean("b1(u1[::1], i8, i8, i8, i8)")
+def is_cheap_line(flat, across, a, b, highest):
+    """Whether no cost on the straight line between the centres of two cells, sampled at half cells,
+    is above ``highest``; that of the cell ``a`` itself does not count."""
     row, column = a // across, a % across
     rows, columns = b // across - row, b % across - column
-    steps, highest = 2 * max(abs(rows), abs(columns)), 0
+    steps = 2 * max(abs(rows), abs(columns))
     for k in range(2, steps + 1):
         r = row + int(np.floor(k * rows / steps + 0.5))
         c = column + int(np.floor(k * columns / steps + 0.5))
-        highest = max(highest, flat[r * across + c])
-    return highest
+        if flat[r * across + c] > highest:
+            return False
+    return True
 
 
 @lean("i8(u1[::1], i8, i8, i8)")

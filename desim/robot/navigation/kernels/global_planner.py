@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from desim.ports.kernels import inner, kernel, lean, types
-from desim.robot.navigation.kernels.global_costmap import beside_unknown, dearest
+from desim.robot.navigation.kernels.global_costmap import beside_unknown, is_cheap_line
 
 BUCKETS = 64  # more than the dearest step of any toll
 FAR = 2**31 - 1  # the distance of a cell that the search has not met
@@ -175,6 +175,6 @@ def straighten(flat, across, way, count, longest, cell_m, x_m, y_m, points):
         best, allowed = anchor - 1, flat[way[anchor - 1]]
         for k in range(anchor - 2, max(anchor - longest, 0) - 1, -1):
             allowed = max(allowed, flat[way[k]])
-            if dearest(flat, across, way[anchor], way[k]) <= allowed:
+            if is_cheap_line(flat, across, way[anchor], way[k], allowed):
                 best = k
         anchor = best
