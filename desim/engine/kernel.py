@@ -15,7 +15,7 @@ from collections.abc import Callable, Generator, Sequence
 from enum import IntEnum
 from fractions import Fraction
 from functools import partial
-from heapq import heapify, heappop, heappush
+from heapq import heapify, heappop, heappush, heapreplace
 from typing import TypeAlias, TypeVar, cast
 
 import simpy
@@ -163,6 +163,10 @@ class Kernel:
         self.again(time_ns, phase + entity if time_ns > self.now_ns
                    else self._next(phase, entity, tick.fn), tick)
 
+    def soon(self, call: Call, phase: Phase, entity: int) -> None:
+        """Book a call that is not on the agenda for now, in ``phase``, ordered by ``entity``."""
+        self.again(self.now_ns, self._next(phase, entity, call.fn), call)
+
     def process(self, life: Generator[int, None, None], phase: Phase, entity: int) -> None:
         """Run a generator that yields int nanoseconds to sleep; its errors end the run as they are.
 
@@ -244,10 +248,11 @@ class Kernel:
         instructions of a message between hosts (101.7 to 94.1 thousand)."""
         env, queue, numbers = self.env, self._agenda, self._numbers
         while True:
-            entry = heappop(queue)
+            entry = queue[0]
             call = entry[3]
             env._now = self.now_ns = entry[0]
             if type(call) is Call:
+                heappop(queue)
                 self._fired = entry
                 self.events += 1
                 fn = call.fn
@@ -256,16 +261,18 @@ class Kernel:
                 self._fired = entry
                 self.events += 1
                 fn, k = call.fn, call.k
-                if fn is not nothing:
-                    call.k = k + 1  # ``again`` without its call
-                    heappush(queue, (call.start_ns + (k + 1) * call.step // call.num, call.order,
-                                     next(numbers), call))
+                if fn is nothing:
+                    heappop(queue)
+                else:
+                    call.k = following = k + 1  # ``again`` without its call
+                    heapreplace(queue, (call.start_ns + following * call.step // call.num,
+                                        call.order, next(numbers), call))
                 fn(k)
             elif type(call) is _End:
+                heappop(queue)
                 self._ends -= 1
                 return
             else:  # an event of a foreign environment
-                heappush(queue, entry)
                 env.step()
 
     def _drop_ends(self) -> None:

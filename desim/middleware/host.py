@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from desim.engine.agenda import Call
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack, pack_each, pack_id
 from desim.errors import InputError, KernelError
@@ -46,7 +47,8 @@ class Host:
     None where callbacks take no time, as on a host without a ``computer``: its work costs nothing.
     """
 
-    # See ``Node``. Here the quantities are thrown away, without a call of a Python function.
+    # See ``Node``. Here the quantities are thrown away, without a call of a Python function: 920
+    # instructions in place of 1100, 700 times a second in maze_30 (of 34 thousand Python calls).
     worked: Callable[..., None] = dict  # type: ignore[assignment] # the result, too
     computer: Computer | None = None
     memory: HostMemory | None = None
@@ -54,7 +56,7 @@ class Host:
 
     __slots__ = ("graph", "name", "index", "id", "packed_id", "media", "clock", "software",
                  "nodes", "published", "last_arrival_ns", "on_next_arrival", "_publishers", "_ends",
-                 "_inbox", "_off", "sockets", "refused", "calling")
+                 "_inbox", "_turn", "_off", "sockets", "refused", "calling")
 
     def __init__(self, graph: Graph, name: str, index: int) -> None:
         self.graph = graph
@@ -78,6 +80,8 @@ class Host:
         # None, unless it is being emptied or will be in this instant. New lists lie where memory
         # is warm: a broadcast wakes many hosts.
         self._inbox: list[tuple[Subscription, Message]] | None = None
+        self._turn = Call()  # to empty it
+        self._turn.fn, self._turn.arg = self._drain, None
 
     @property
     def executors(self) -> Collection[Executor]:
@@ -259,7 +263,7 @@ class Host:
         inbox = self._inbox
         if inbox is None:
             inbox = self._inbox = []
-            self.graph.kernel.after(0, _CONTROL, self.id, self._drain)
+            self.graph.kernel.soon(self._turn, _CONTROL, self.id)
         for subscription in subscriptions:
             if 0 < subscription.limit <= subscription.waiting:
                 self._overwrite(inbox, subscription)

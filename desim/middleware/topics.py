@@ -253,12 +253,11 @@ class Publisher:
         self.batches: BatchPublisher | None = None  # of which it is one
         self._stream = self.transport if isinstance(self.transport, Stream) else None
         self._send: Callable[[Message], object] = self.transport.send  # to all receivers of now
-        self._fans_out = self._stream is not None and not self.latch
         self._last: Content | None = None  # of a latched topic
-        self._local = self._has_subscribers = False
+        self._local = self._has_subscribers = self._fans_out = False
         self._stale = True
         self._receivers: dict[int, None] = {}
-        self._unmatched: list[int] | None = None  # see ``_missed``; None: not counted yet
+        self._unmatched: list[int] | None = None  # see ``_missed``; None: not counted, or stale
         self._owed: list[int] = []  # those of them that miss a latched topic's last message
 
     def stream_links(self) -> Mapping[int, StreamLink]:
@@ -266,22 +265,22 @@ class Publisher:
         its own alone, or it also publishes to its own host, or what it publishes is missed or
         latched."""
         stream = self._stream
-        if stream is None or len(self.topic.publishers) > 1 \
-                or self._local or self.latch or self._missed() or self._stale:
+        if stream is None or self._stale or len(self.topic.publishers) > 1 \
+                or self._local or self.latch or self._missed():
             return {}
         return stream.links()
 
     def publish(self, content: Content) -> None:
         """Send ``content`` to all subscribers."""
         batches = self.batches
-        if batches is None and self._fans_out and len(self._receivers) > 1:
+        if batches is None and self._fans_out:
             batches = FanOut(self, content.size_bytes)
         if batches is not None and batches.publish_alone(content):
             return
-        if self._stale:
-            self._refresh()
         unmatched = self._unmatched
         if unmatched is None:
+            if self._stale:
+                self._refresh()
             unmatched = self._missed()
         if unmatched:
             self.topic.counts.unmatched += len(unmatched)
@@ -318,7 +317,7 @@ class Publisher:
         if self.batches is not None:
             self.batches.disconnect()
         if not self._stale:
-            self._stale = True
+            self._stale, self._unmatched = True, None
             self.host.graph.kernel.after(0, Phase.CONTROL, self.host.id, self._refresh_if_stale)
 
     def count_unmatched(self) -> None:
@@ -339,7 +338,7 @@ class Publisher:
     def close(self, reason: str) -> None:
         """The host stopped: drop waiting messages for ``reason``."""
         self._stale = False
-        self._local = self.latch = self._has_subscribers = False
+        self._local = self.latch = self._has_subscribers = self._fans_out = False
         self._receivers = {}
         self._unmatched = []
         self.transport.close(reason)
@@ -356,6 +355,7 @@ class Publisher:
         self._local = not self._inside and hosts.pop(own, own) is None
         self._receivers = hosts
         self._has_subscribers = self._local or bool(hosts)
+        self._fans_out = self._stream is not None and not self.latch and len(hosts) > 1
         self.count_unmatched()
         fresh = self.transport.connect(list(hosts))
         self._send = self.transport.send if self._stream is None else self._stream.sender()

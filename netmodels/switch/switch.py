@@ -167,11 +167,12 @@ class Switch:
         if self._times is not None:
             self._times.woken(context.now_ns, fates, queues.departures_ns(len(fates)))
         for (frame, receivers), delay_ns, lost in fates:
-            if len(lost) == frame.segments:
-                context.settle_many(frame, receivers, ports.Drop("queue_full"))
-                continue
             if lost:
-                context.settle_many(frame, receivers, ports.Drop("queue_full", tuple(lost)))
+                whole = len(lost) == frame.segments
+                context.settle_many(frame, receivers, ports.Drop(
+                    "queue_full", None if whole else tuple(lost)))
+                if whole:
+                    continue
             if frame.broadcast:
                 context.settle_many(frame, receivers, ports.Deliver(delay_ns))
             else:

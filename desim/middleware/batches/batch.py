@@ -108,8 +108,9 @@ class Member(Carrier[Batch]):
         batch, m = self._batches.last, self.message_index
         if batch is not None and batch.arrivals[self.index] >= self._batches.kernel.now_ns:
             batch = self._last_over()
-        if batch is None or known is not None and batch.seq + m <= known.seq \
-                or batch.arrivals[self.index] == UNKNOWN_NS:  # its link delivers it
+            if batch is not None and batch.arrivals[self.index] == UNKNOWN_NS:
+                return None  # its link delivers it
+        if batch is None or known is not None and batch.seq + m <= known.seq:
             return None
         return batch.messages[m] or self.message(batch)
 
