@@ -194,10 +194,10 @@ class Graph:
     def depart(self, message: Message, receivers: int) -> None:
         """``message`` sets out for ``receivers`` other hosts."""
         self.messages = message.number = number = self.messages + 1
-        about = message.about
+        about, put = message.about, self.put
         about.counts.intended += receivers
-        self.put(pack(message.born_ns, self.SENT, message.origin.id, about.id, message.seq,
-                      message.size_bytes))
+        put(pack(message.born_ns, self.SENT, message.origin.id, about.id, message.seq,
+                 message.size_bytes))
         if not number & _SELDOM:
             self.trace.flush_if_full()
             if self._takes is not None:
@@ -228,7 +228,8 @@ class Graph:
             origin, about, receiver = message.origin, message.about, host.index
             size_bytes, born_ns, counts = message.size_bytes, message.born_ns, about.counts
             counts.bytes += size_bytes
-            counts.latency.add(time_ns - born_ns)
+            add = counts.latency.add
+            add(time_ns - born_ns)
             if time_ns > origin.last_arrival_ns[receiver]:
                 origin.last_arrival_ns[receiver] = time_ns
             if origin.on_next_arrival:

@@ -303,7 +303,7 @@ class Host:
         publish to their own host meanwhile."""
         inbox = self._inbox or []
         graph, own = self.graph, self.id
-        now_ns, put, callback = graph.kernel.now_ns, graph.put, graph.CALLBACK
+        now_ns, put, called = graph.kernel.now_ns, graph.put, graph.CALLBACK
         for _ in range(MAX_CALLBACKS):
             if not inbox:
                 self._inbox = None
@@ -312,8 +312,9 @@ class Host:
             subscription.waiting -= 1
             about = message.about
             about.counts.called += 1
-            put(pack(now_ns, callback, own, message.origin.id, message.seq, about.id))
-            subscription.callback(message)
+            put(pack(now_ns, called, own, message.origin.id, message.seq, about.id))
+            callback = subscription.callback
+            callback(message)
         raise KernelError(f"more than {MAX_CALLBACKS} callbacks on {self.name} at {now_ns} ns: the "
                           f"loop goes through topic {about.name}")
 

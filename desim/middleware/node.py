@@ -124,7 +124,7 @@ class Node:
             self.host.subscribe(self.name, self._absolute(topic), callback, queue))
 
     def latest(self, topic: str, wait_set: WaitSet | None = None) -> Latest:
-        """Subscribe to ``topic`` without a callback: ``.message`` of the result is the last one
+        """Subscribe to ``topic`` without a callback: ``.read()`` of the result is the last one
         that has arrived, or None. ``wait_set`` finds it where there is news."""
         return self.host.latest(self.name, self._absolute(topic), wait_set)
 

@@ -205,13 +205,13 @@ class StreamLink(Carrier["Message"]):
         if self._latest is not None:
             self._latest.catch_up()
         if self._wire is None:
-            graph = self._graph
+            graph, send = self._graph, self._send
+            put = graph.put
             self._wire, self._train = message, stream_frame(message.size_bytes)
             self._first_ns = self._sent_ns = now_ns = graph.kernel.now_ns
             size_bytes, segments = self._train
-            graph.put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq,
-                           size_bytes))
-            self._send(self._from, self._to, size_bytes, segments, False, self, message)
+            put(pack(now_ns, graph.FRAME, self._from_id, self._to_id, message.seq, size_bytes))
+            send(self._from, self._to, size_bytes, segments, False, self, message)
             return
         if self._latest is not None:  # what waits shall set out when that has arrived
             self._latest.book()
@@ -239,12 +239,13 @@ class StreamLink(Carrier["Message"]):
         """The message arrived at ``due_ns``."""
         host, flights = self._host, self._flights
         assert flights is not None
+        note, enter = flights.landed, self._graph.landed
         self._latest = self._wire = None
-        flights.landed((host.index, *self._train))
+        note((host.index, *self._train))
         self._tries, trip_ns = 0, due_ns - self._sent_ns  # ``note_trip`` without its call
         if self._trip_ns < 0 or trip_ns < self._trip_ns:
             self._trip_ns = trip_ns
-        self._graph.landed((message, host, due_ns, self._first_ns, self._sent_ns))
+        enter((message, host, due_ns, self._first_ns, self._sent_ns))
 
     def await_(self, message: Message, due_ns: int) -> None:
         """Somebody waits for the message on the wire."""

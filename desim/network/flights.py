@@ -46,8 +46,9 @@ class Flights:
         if carrier.ahead and type(delay_ns) is int and delay_ns > 0:
             carrier.expected(token, receiver, self._kernel.now_ns + delay_ns)
         else:
-            self._after(delay_ns, _DELIVER, self._sources[source] | self._ids[receiver],
-                        self._arrives, claim)
+            after = self._after
+            after(delay_ns, _DELIVER, self._sources[source] | self._ids[receiver], self._arrives,
+                  claim)
 
     def begin_on_terms(self, source: int, claim: Claim, delay_ns: int) -> None:
         """The same for a frame that rules may have delayed or copied; it is dropped if they and the

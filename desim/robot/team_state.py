@@ -62,7 +62,7 @@ class TeamStateNode(Node):
         self._goal = None
 
     def _on_period(self, _: int) -> None:
-        message = self._pose.message
+        message = self._pose.read()
         if message is not None:
             pose = message.content
             self.publish("team_state", TeamState(pose.x_m, pose.y_m, pose.yaw_rad, self._goal))

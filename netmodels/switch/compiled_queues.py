@@ -62,11 +62,11 @@ class CompiledQueues(Generic[T]):
     def put(self, now_ns: int, port: int, flow: Hashable, train: PacketTrain,
             exits: Sequence[tuple[int, T]], unicast: bool) -> None:
         """Queue the frame that was booked last; each of its exits has a token of its own."""
-        flow_record = self._flow(flow) if self._fair else port
+        flow_record, put = self._flow(flow) if self._fair else port, self._put
         copy = -1
         for number, (exit_, token) in enumerate(exits, 1):
             while True:
-                record, self.due_ns = self._put(
+                record, self.due_ns = put(
                     self.rows, now_ns, port, flow_record, exit_, copy, unicast,
                     number == len(exits), train)
                 if record != FULL:
@@ -99,8 +99,9 @@ class CompiledQueues(Generic[T]):
 
     def wake(self, now_ns: int) -> list[Fate[T]]:
         """Send up to now. Returns the fates of frames that have been sent, or will be soon."""
+        wake = self._wake
         while True:
-            noted, self.due_ns, record, packet, delay_ns = self._wake(self.rows, now_ns)
+            noted, self.due_ns, record, packet, delay_ns = wake(self.rows, now_ns)
             if noted != FULL:
                 break
             self._grow()

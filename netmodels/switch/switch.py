@@ -97,9 +97,9 @@ class Switch:
                     self._times.local(frame, self._local_ns)
                 return self._local_ns
             copies = [(exit_, (frame, receivers))]
-        train, now_ns = self._cut(size_bytes, segments), self._context.now_ns
-        queues = self._queues
-        delay_ns = queues.send(queues.rows, now_ns, port, exit_, train)
+        queues, cut = self._queues, self._cut
+        train, now_ns, book = cut(size_bytes, segments), self._context.now_ns, queues.send
+        delay_ns = book(queues.rows, now_ns, port, exit_, train)
         if delay_ns < 0:
             queues.put(now_ns, port, self._context.flow(frame) if self._fair else None, train,
                        copies, not broadcast)

@@ -158,8 +158,8 @@ def software(story, host, heard):
             if subscriber == host:
                 node.latest(f"/sensor/{number}", waiting)
         node.timer(10, lambda k: [note(node, message) for _, message in waiting.news()], "zero")
-        node.timer(7, lambda k: [note(node, latest.message) for latest in kept
-                                 if latest.message is not None])
+        node.timer(7, lambda k: [note(node, latest.read()) for latest in kept
+                                 if latest.read() is not None])
         if host == "m" and story.sensors:
             publishers = BatchPublisher([node.advertise(f"/sensor/{number}")
                                          for number in range(len(story.sensors))], 700)

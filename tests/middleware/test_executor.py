@@ -332,7 +332,7 @@ def test_polled_messages_are_received_at_the_nodes_next_callback(log):
     """A node that spins at its own rate reads the newest and pays for all that came."""
     def polling(node):
         latest = node.latest("/talk")
-        node.timer(20, lambda _: log.note(node, latest.message and latest.message.content.text),
+        node.timer(20, lambda _: log.note(node, latest.read() and latest.read().content.text),
                    "zero")
     net = Net({"a": says(WORDS), "b": {"first": polling, "second": polling}},
               costs=Fixed(receive=1), processors=2)

@@ -97,7 +97,7 @@ def test_a_node_that_only_looks_has_the_newest_message_and_no_callback():
 
     def looker(node):
         latest = node.latest("/talk")
-        node.timer(1, lambda _: seen.append(latest.message and latest.message.content.text),
+        node.timer(1, lambda _: seen.append(latest.read() and latest.read().content.text),
                    "zero")
 
     net = Net({"a": talker([(S // 4, "one"), (S // 2, "two"), (S * 5 // 4, "three")]),
@@ -115,7 +115,7 @@ def test_a_node_that_only_looks_sees_messages_in_the_order_of_their_arrival():
     def looker(node):
         latest = node.latest("/talk")
         for time_ns in (20 * MS, 400 * MS):
-            node.after(time_ns, lambda _: seen.append(latest.message.content.text))
+            node.after(time_ns, lambda _: seen.append(latest.read().content.text))
 
     Net({"a": talker([(10 * MS, "large")], size_bytes=200_000),
          "b": talker([(11 * MS, "small")]), "c": looker}, link(rate="10 Mb/s")).run(S)

@@ -165,7 +165,7 @@ def test_the_table_has_what_was_before_the_birth_and_who_was_busy():
 def test_a_node_that_looks_when_it_likes_is_not_busy():
     def mind(node):
         latest = node.latest("/talk")
-        node.timer(10, lambda k: latest.message, "zero", name="look")
+        node.timer(10, lambda k: latest.read(), "zero", name="look")
     table = table_of({"mind": mind}, Costs(mind=30), says(60))
     one, = breakdown(table, Query()).messages
     assert (one.waited_ns, one.waited_in) == (40 * MS, READ)

@@ -32,7 +32,7 @@ def commands(costs):
     def move_base(node):
         scan = node.latest("/scan")
         node.advertise("/cmd_vel", queue=0)
-        node.timer(20, lambda k: (scan.message, node.publish("/cmd_vel", Words(str(k)))), "zero",
+        node.timer(20, lambda k: (scan.read(), node.publish("/cmd_vel", Words(str(k)))), "zero",
                    name="control")
     base = {"laser": talker([(time * MS, "scan") for time in (1, 101, 201)], "/scan", queue=0),
             "motor": lambda node: node.subscribe("/cmd_vel", lambda message: None, queue=0)}

@@ -26,7 +26,7 @@ def reads(found):
 def looker(node):
     """Looks at the newest message each second."""
     latest = node.latest("/talk")
-    node.timer(1, lambda _: latest.message, "zero")
+    node.timer(1, lambda _: latest.read(), "zero")
 
 
 def test_each_receiver_reads_a_message_at_its_own_time():

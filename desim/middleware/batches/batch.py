@@ -95,7 +95,8 @@ class Member(Carrier[Batch]):
         m = self.message_index
         message = batch.messages[m]
         if message is None:
-            publisher, content = self.publisher, batch.content(self._number)
+            publisher, make = self.publisher, batch.content
+            content = make(self._number)
             kind = LazyMessage if type(content) is Lazy else Message
             message = batch.messages[m] = kind(
                 publisher.host, publisher.topic, batch.seq + m, self._batches.size_bytes,

@@ -105,7 +105,7 @@ class Explore(Node):
 
     def pose(self) -> Pose2D | None:
         """The newest pose of localization."""
-        message = self._pose.message
+        message = self._pose.read()
         if message is None:
             return None
         pose = message.content
@@ -146,7 +146,7 @@ class Explore(Node):
         """The newest scan of the first laser."""
         if self._scans is None:
             self._scans = self.latest(self._laser)
-        message = self._scans.message
+        message = self._scans.read()
         return None if message is None else message.content
 
     def discs(self) -> np.ndarray:
@@ -180,7 +180,7 @@ class Explore(Node):
     # ---------------------------------------------------------------------------- what it does
 
     def _tick(self, _: int) -> None:
-        if self._pose.message is None or not self._mapped:
+        if self._pose.read() is None or not self._mapped:
             return
         self._shown.clear()
         now_ns = self.now_ns

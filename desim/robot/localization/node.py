@@ -96,7 +96,7 @@ class LocalizationNode(Node):
     def _on_odometry(self, message: Message) -> None:
         before, odometry = self._odometry, message.content
         self._odometry = odometry
-        scan, self._undrawn = self._scan.message, None
+        scan, self._undrawn = self._scan.read(), None
         at = None if scan is None else self._odometry_at(scan.stamp_ns, before, odometry)
         if scan is not None and at is not None:
             self._undrawn = UnreadScan(scan, Pose2D(*at[1:]))
@@ -151,7 +151,7 @@ class LocalizationNode(Node):
 
     def _companions(self, stamp_ns: int) -> Iterator[LaserScan]:
         """The scans of the same instant of the lasers beside the first."""
-        messages = (other.message for other in self._others)
+        messages = (other.read() for other in self._others)
         return (message.content for message in messages
                 if message is not None and message.stamp_ns == stamp_ns)
 

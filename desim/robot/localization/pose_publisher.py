@@ -63,7 +63,7 @@ class PosePublisher(Node):
 
     def _on_odometry(self, message: Message) -> None:
         before, odometry = self._odometry, message.content
-        correction = self._correction.message
+        correction = self._correction.read()
         if correction is None:
             return
         self._odometry = odometry

@@ -52,7 +52,7 @@ class Mapping(Node):
         return {"cells": self.robot_map.spec.cells}
 
     def _on_pose(self, message: Message) -> None:
-        before, scan = self._pose, self._scan.message
+        before, scan = self._pose, self._scan.read()
         pose: Pose = message.content
         self._pose = pose
         if scan is None:

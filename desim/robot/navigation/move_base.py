@@ -92,7 +92,7 @@ class MoveBase(Node):
         if math.isnan(goal.x_m):
             self._halt()
             return
-        self._goal, message = goal, self._pose.message
+        self._goal, message = goal, self._pose.read()
         if message is None:
             self._finish(goal, False)
             return
@@ -104,7 +104,7 @@ class MoveBase(Node):
 
     def _on_bump(self, _: Message) -> None:
         """Stop, and back off from the obstacle that was touched."""
-        goal, pose = self._goal, self._pose.message
+        goal, pose = self._goal, self._pose.read()
         if goal is None or pose is None or self._retreat_until_ns:
             return
         self._spin, self._arriving = None, False
@@ -114,10 +114,10 @@ class MoveBase(Node):
 
     def _observe(self, _: int) -> None:
         """Take the newest scan of each laser, and of the sonar, into the local costmap."""
-        if not self._mapped and self._map.message is not None:
+        if not self._mapped and self._map.read() is not None:
             self._mapped = True
             self.publish("costmap", EMPTY)
-        pose = self._pose.message
+        pose = self._pose.read()
         scans = [] if self._goal is None or pose is None else self._seen(pose.content)
         if scans:
             self.worked(scans=len(scans), beams=self._beams)
@@ -128,13 +128,13 @@ class MoveBase(Node):
         without one of the first laser."""
         placed: list[PlacedScan] = []
         for latest in self._scans:
-            message = latest.message
+            message = latest.read()
             if message is not None:
                 scan = message.content
                 placed.append((scan, self._local.extrapolate(pose, scan.stamp_ns)))
             elif not placed:
                 return []
-        message = None if self._sonar is None else self._sonar.message
+        message = None if self._sonar is None else self._sonar.read()
         if message is not None:
             placed += [(scan, self._local.extrapolate(pose, scan.stamp_ns))
                        for scan in message.content.scans]
@@ -149,7 +149,7 @@ class MoveBase(Node):
         now_ns, pose = self.now_ns, None
         since_ns = self._graph.kernel.now_ns - self._sensor_timeout_ns
         for sensor in self._sensors:
-            message = sensor.message
+            message = sensor.read()
             if message is None or message.born_ns < since_ns:  # costmap_2d: sensors not current
                 pose = None
                 break
@@ -194,7 +194,8 @@ class MoveBase(Node):
         if self._patience.note(now_ns, x_m, y_m, togo_m, is_blocked):
             self._recover(goal, pose, here, now_ns)
             return
-        self._send(self._local.command(speed_mps, turn_radps))
+        send = self._send
+        send(self._local.command(speed_mps, turn_radps))
         if self._patience.insists and is_blocked:
             self._plan(goal, pose)
 

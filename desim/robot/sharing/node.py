@@ -76,7 +76,7 @@ class MapSharing(Node):
     @property
     def pose(self) -> Pose2D | None:
         """The newest pose of localization."""
-        message = self._pose.message
+        message = self._pose.read()
         return None if message is None else Pose2D(*message.content[1:])
 
     def share(self) -> None:

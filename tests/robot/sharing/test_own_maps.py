@@ -129,7 +129,7 @@ def test_what_is_known_of_the_others_is_live():
     fleet.run(29)
     now = fleet.heard["robot_1"].peers
     assert now["robot_2"].heard_ns // S > 22 and now["robot_3"] == peers["robot_3"]
-    assert announced.message.born_ns < 19 * S
+    assert announced.read().born_ns < 19 * S
 
 
 def test_what_comes_between_two_mergings_is_merged_at_once():

@@ -34,7 +34,8 @@ class DynamicWindow:
 
     def steer(self, context: LocalContext) -> tuple[float, float, float, bool]:
         """The velocity with the cheapest rollout."""
-        context.worked(candidates=self._candidates)
+        worked = context.worked
+        worked(candidates=self._candidates)
         x_m, y_m, yaw_rad = context.position
         speed_mps, turn_radps, togo_m, blocked = _steer(
             x_m, y_m, yaw_rad, context.speed_mps, context.turn_radps, self._state, context.path,
