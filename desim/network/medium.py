@@ -118,9 +118,8 @@ class Medium(Account):
         return self._place.obstacles
 
     def at(self, time_ns: int, fn: Callable[[T], object], arg: T | None = None) -> Call:
-        after = self._after
         try:
-            return after(time_ns - self._kernel.now_ns, _NETWORK, self.id, fn, arg)
+            return self._after(time_ns - self._kernel.now_ns, _NETWORK, self.id, fn, arg)
         except KernelError:
             return self._kernel.at(time_ns, _NETWORK, self.id, fn, arg)  # names the time
 
@@ -158,14 +157,13 @@ class Medium(Account):
         if not receivers and frame.id not in self._broadcasts:
             return  # nobody is left
         broadcast, settled = self._settled(frame, receivers)
-        count = len(settled)
-        if not count:
+        if not settled:
             return
         if type(verdict) is Deliver:
             self._fly(frame, broadcast, settled, verdict.delay_ns)
             return
         self._dropped(frame, settled, reason,
-                      count * frame.segments - broadcast.lacking(settled))
+                      len(settled) * frame.segments - broadcast.lacking(settled))
         broadcast.carrier.missed(broadcast.token, settled, reason, self)
 
     def flow(self, frame: Frame) -> Hashable:
@@ -193,10 +191,8 @@ class Medium(Account):
         self.intended += 1
         self.packets_intended += segments
         (receiver,) = receivers
-        own = PLAIN
-        wait_ns = 0
+        own, wait_ns, admit = PLAIN, 0, self._admit
         if not self._passes:
-            admit = self._admit
             frame, terms, wait_ns = admit(frame, carrier, token)
             if terms is not None:
                 if not terms:
