@@ -165,7 +165,8 @@ class Kernel:
 
     def soon(self, call: Call, phase: Phase, entity: int) -> None:
         """Book a call that is not on the agenda for now, in ``phase``, ordered by ``entity``."""
-        self.again(self.now_ns, self._next(phase, entity, call.fn), call)
+        heappush(self._agenda, (self.now_ns, self._next(phase, entity, call.fn),
+                                next(self._numbers), call))
 
     def process(self, life: Generator[int, None, None], phase: Phase, entity: int) -> None:
         """Run a generator that yields int nanoseconds to sleep; its errors end the run as they are.
@@ -369,6 +370,9 @@ class _Guest(Kernel):
         # The environment's own events may come between any two of them.
         for entity, arg in zip(entities, args, strict=True):
             self.after(delay_ns, phase, entity, fn, [arg])
+
+    def soon(self, call: Call, phase: Phase, entity: int) -> None:
+        self.again(self.now_ns, self._next(phase, entity, call.fn), call)
 
     def again(self, time_ns: int, order: int, call: Call) -> None:
         super().again(time_ns, order, call)

@@ -64,6 +64,8 @@ class Fleet:
             lambda: self.poses, lambda: self.travelled_m)
         self.monitor = Monitor(truth, Exploration(Exploration.Params()), Streams(0))
         self.maps = {name: SimpleNamespace(fused=np.zeros((1, 1024), np.int16), observers=[],
+                                           tile_version=np.zeros(1, np.int64),
+                                           row_version=np.zeros((1, 32), np.int32),
                                               received={}, own=Layer(TilePool(2), TILE_0))
                         for name in explorers}
         for name, robot_map in self.maps.items():
