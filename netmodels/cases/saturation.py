@@ -70,6 +70,8 @@ class Saturation:
                      else ("sink",) * p.stations)
         radio = DcfRadio(params, replace(standard, slot_ns=p.slot_ns or standard.slot_ns))
         backlog = 2 * Aggregation().packets if params.aggregated() else 0
+        if params.amsdu_bytes is not None:
+            backlog = params.queue
         return Setup(radio, dict.fromkeys((*senders, *receivers), NOWHERE),
                      [Flow(sender, (receiver,), size_bytes, p.payload_bytes, backlog=backlog)
                       for sender, receiver in zip(senders, receivers, strict=True)],

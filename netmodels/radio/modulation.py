@@ -9,7 +9,7 @@ from pydantic import Field
 
 from desim import ports
 from desim.errors import InputError
-from desim.units import Carrier, Period
+from desim.units import ByteSize, Carrier, Period
 from netmodels.radio.access_categories import AccessCategory, categories
 from netmodels.radio.high_throughput import (
     FORMATS,
@@ -21,6 +21,7 @@ from netmodels.radio.high_throughput import (
 from netmodels.radio.standards import STANDARDS, Access, RadioName, Standard, chosen_rates
 
 USUAL_HZ, USUAL_BPS = 20e6, 54_000_000
+_MOST_HT_AMSDU_BYTES = 4065  # (802.11-2016, 9.3.2.2.2)
 
 
 class Modulation(ports.Params):
@@ -39,6 +40,9 @@ class Modulation(ports.Params):
         "of 11n and 11ac 800 or 400 ns, of 11ax 800, 1600 or 3200 ns (800 ns)"))
     aggregation: bool = Field(True, description="of packets of 11n, 11ac, 11ax in one frame "
                                                 "(A-MPDU, which all cards do)")
+    amsdu_bytes: ByteSize | None = Field(None, ge=1, le=11_398, examples=["3839 B"], description=(
+        "packets in a row go as one, an A-MSDU of at most so many bytes, and are lost together "
+        "(null: none, as mac80211 unless a driver sets TX_AMSDU)"))
 
     qos: bool = Field(False, description=(
         "11a, 11b, 11g with access categories (WMM), as later ones have them always (false: as "
@@ -56,6 +60,7 @@ class Modulation(ports.Params):
         """The standard's numbers, also with ``fewer_streams`` than the given ones. Raises
         ``InputError`` for what it does not have."""
         if self.has_mcs:
+            self._check_amsdu()
             width_mhz, shape = round(self.width_hz / 1e6), (self.streams, self.guard_interval_ns)
             standard = high_throughput(self.standard, width_mhz, *shape, channel)
             if fewer_streams:
@@ -67,9 +72,18 @@ class Modulation(ports.Params):
                 standard = replace(standard, aifsn=3, qos_bytes=2)
         return standard.with_basic(self.standard, basic_rates_bps)
 
+    def _check_amsdu(self) -> None:
+        if self.amsdu_bytes is None:
+            return
+        if not self.aggregation:
+            raise InputError(".amsdu: only within aggregates; not with aggregation: false")
+        if self.standard == "11n" and self.amsdu_bytes > _MOST_HT_AMSDU_BYTES:
+            raise InputError(f".amsdu: 11n has at most {_MOST_HT_AMSDU_BYTES} B within aggregates")
+
     def _refuse(self) -> None:
         for key, given in (("mcs", self.mcs is not None), ("streams", self.streams > 1),
                            ("width", self.width_hz != USUAL_HZ),
+                           ("amsdu", self.amsdu_bytes is not None),
                            ("guard_interval", self.guard_interval_ns is not None),
                            ("access_category",
                             not self.qos and self.access_category != "best_effort")):

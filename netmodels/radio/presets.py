@@ -35,6 +35,8 @@ the defaults in these rules, which were found by comparing small layouts and rea
 - Broadcasts of 802.11g go at its lowest rate, 1 Mb/s; by default at 6 Mb/s, the lowest of OFDM.
 - A missed block acknowledgement is asked for until it comes (``block_requests``): five saturated
   stations of 802.11n carry 5 % less, two that are hidden from each other twice as much.
+- An aggregate of 802.11ax has up to 256 packets (``aggregate_packets``): packets of 200 B go 9 %
+  faster at MCS 7.
 - The packets of an aggregate arrive each at its own end (``apart``), not all with it.
 - Rate control counts as ``ArfWifiManager`` does (``rate_control.model``): five saturated stations
   carry 5.6 instead of 6.0 Mb/s.
@@ -76,6 +78,9 @@ def filled(given: object) -> object:
     if isinstance(given, dict) and given.get("preset") == "ns3_3_44":
         with_1_mbps = given.get("standard", "11g") in ("11b", "11g")
         given = {"broadcast_rate": "1 Mb/s" if with_1_mbps else "6 Mb/s", **given}
+        constants = given.get("constants", {})
+        if given.get("standard") == "11ax" and isinstance(constants, dict):
+            given["constants"] = {"aggregate_packets": 256, **constants}
         if isinstance(given.get("rate_control"), dict):  # none by itself
             given["rate_control"] = {"model": "arf_ns3", **given["rate_control"]}
     return ports.with_preset(given, "preset", "", PRESETS)

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from stations import NS3, air, same_power
 
 from desim import plugins
+from desim.errors import InputError
 from desim.network.passages import Passages
 from desim.testing import Bench, check_network
 from netmodels.radio.dcf.radio import DcfRadio
@@ -22,7 +23,7 @@ from netmodels.radio.errors import packet_error
 from netmodels.radio.high_throughput import high_throughput
 
 N = high_throughput("11n", 20, 1, None, 36)
-MCS7 = N.rate(65.0)
+MCS0, MCS7 = N.rate(6.5), N.rate(65.0)
 END_NS = 10**12
 ACK_NS, BLOCK_ACK_NS = 28_000, 32_000  # at 24 Mb/s
 
@@ -82,7 +83,8 @@ def test_packets_for_others_go_by_themselves_and_frames_keep_their_order():
 
 
 @pytest.mark.parametrize(("aggregation", "sizes"), [
-    (Aggregation(packets=5), [5, 5, 2]), (Aggregation(size_bytes=3216), [3] * 4),
+    (Aggregation(packets=5), [5, 5, 2]), (Aggregation(packets=256), [12]),
+    (Aggregation(size_bytes=3216), [3] * 4),
     (Aggregation(size_bytes=3213), [2] * 6), (Aggregation(time_ns=500_000), [3] * 4)])
 def test_limits_of_an_aggregate(aggregation, sizes):
     """3 * 1072 = 3216 B, of which the last 2 need no padding: 3214 B."""
@@ -92,16 +94,68 @@ def test_limits_of_an_aggregate(aggregation, sizes):
     assert one.counts(END_NS).transmitted[0] == len(sizes)
 
 
+@pytest.mark.parametrize(("aggregation", "sizes"), [
+    (Aggregation(amsdu_bytes=3839), [4 * 3188]),
+    (Aggregation(amsdu_bytes=3154, packets=3), [3 * 3188, 3184]),
+    (Aggregation(amsdu_bytes=3153), [6 * 2136]), (Aggregation(amsdu_bytes=1050), [12 * 1072 - 2]),
+    (Aggregation(amsdu_bytes=3839, size_bytes=4 * 3188 - 1052), [4 * 3188 - 1052, 1066])])
+def test_packets_in_a_row_go_as_one(aggregation, sizes):
+    """Of 1036 B without the 30 B around them. With headers of 14 B 1050 B, padded to 1052 B but for
+    the last: three are 3154 B, with 30 B around them and the delimiter 3188 B; two are 2102 B, and
+    2136 B. What is alone at the end has no delimiter."""
+    one = stations(aggregation=aggregation)
+    one.enqueue(0, 0, 2, 1066, MCS7, packets=12)
+    found = played(one)
+    assert one.counts(END_NS).transmitted[0] == len(sizes)
+    assert one.airtimes_ns(END_NS)[0][0] == sum(N.airtime_ns(size, MCS7) for size in sizes)
+    assert len(found) == 1
+
+
+@pytest.mark.parametrize("amsdu_bytes", [0, 3839])
+def test_what_goes_as_one_is_lost_together(amsdu_bytes):
+    """At 23.5 dB, sent once: twelve packets of 1066 B, three in each A-MSDU, of which more
+    are lost, as it is as long as one of 3184 B (ns-3's closed form), within 3.3 standard errors."""
+    many = 3 if amsdu_bytes else 1
+    share = float(packet_error(60, 10 ** 2.35, 3188 if amsdu_bytes else 1072))
+    one = stations(snr(23.5), tries=1, limit=12, aggregation=Aggregation(amsdu_bytes=amsdu_bytes))
+    lost = []
+    for number in range(400):
+        one.enqueue(number * 10**8, 0, 1, 1066, MCS7, packets=12)
+        own = [packet for _, what, *_, packet in played(one, (number + 1) * 10**8 - 1)
+               if what == GIVEN_UP]
+        lost.append(own)
+        assert amsdu_bytes == 0 or {k for k in range(12) if k // 3 in {p // 3 for p in own}
+                                    } == set(own)
+    each = 400 * 12 // many
+    assert sum(map(len, lost)) / 4800 == pytest.approx(
+        share, abs=3.3 * (share * (1 - share) / each) ** 0.5)
+
+
+def test_what_went_as_one_does_so_again_and_alone():
+    """Nobody answers. A third packet, which comes later, is not joined to the first two."""
+    one = stations(np.zeros((3, 3)), aggregation=Aggregation(amsdu_bytes=3839), tries=2)
+    one.enqueue(0, 0, 2, 1066, MCS0, packets=2)
+    first_ns = N.airtime_ns(2132, MCS0)
+    played(one, first_ns)
+    one.enqueue(first_ns, 0, 2, 1066, MCS0)
+    while one.counts(one.next_ns - 1).transmitted[0] < 2:
+        played(one, one.next_ns)
+    sent_ns = one.airtimes_ns(one.next_ns - 1)[0][0]
+    assert sent_ns - first_ns == N.airtime_ns(2136 + 1070, MCS0) != N.airtime_ns(3184, MCS0)
+
+
 def snr(db):
     """Received powers so far above the noise."""
     return np.full((2, 2), 10 ** ((Reception().noise_dbm + db) / 10))
 
 
-def test_each_packet_is_lost_by_itself_and_repeated_alone():
+@pytest.mark.parametrize("aggregation", [
+    Aggregation(), Aggregation(packets=256, size_bytes=10**6, time_ns=10**9)])
+def test_each_packet_is_lost_by_itself_and_repeated_alone(aggregation):
     """At 23.5 dB 15.3 % of 1000 B at MCS 7 have an error (ns-3's closed form): sent once, packets
     of 1066 B in aggregates, with delimiters, fail as often, within 3.3 standard errors of 6400."""
     share = float(packet_error(60, 10 ** 2.35, 1072))
-    one = stations(snr(23.5), tries=1, limit=640)
+    one = stations(snr(23.5), tries=1, limit=640, aggregation=aggregation)
     lost = sent = 0
     for _ in range(10):
         now_ns = one.next_ns if one.next_ns < NEVER else sent * 10**6
@@ -111,14 +165,43 @@ def test_each_packet_is_lost_by_itself_and_repeated_alone():
     assert lost / sent == pytest.approx(share, abs=3.3 * (share * (1 - share) / sent) ** 0.5)
 
 
+def test_a_block_has_as_many_packets_as_it_may():
+    """300 of 100 B: 256 in one of 26.6 kB. Each counts, also those from the 65th on."""
+    one = stations(snr(20.5), tries=1, aggregation=Aggregation(packets=256))
+    one.enqueue(0, 0, 1, 100, MCS7, packets=300)
+    lost = {packet for _, what, *_, packet in played(one) if what == GIVEN_UP}
+    assert one.counts(END_NS).transmitted[0] == 2
+    assert all(any(k <= packet < k + 50 for packet in lost) for k in range(0, 300, 50))
+
+
+def test_blocks_of_256_are_of_11ax():
+    with pytest.raises(InputError, match=r"\.constants\.aggregate_packets: 11ac has at most 64"):
+        DcfRadio.Params(standard="11ac", constants={"aggregate_packets": 65}).aggregated()
+    assert DcfRadio.Params(standard="11ax", preset="ns3_3_44").aggregated().packets == 256
+    assert DcfRadio.Params(standard="11ax").aggregated().packets == 64
+
+
+@pytest.mark.parametrize(("params", "text"), [
+    ({"standard": "11n", "amsdu": "4066 B"}, "11n has at most 4065 B within aggregates"),
+    ({"standard": "11ax", "amsdu": "3839 B", "aggregation": False},
+     "only within aggregates; not with aggregation: false"),
+    ({"standard": "11g", "amsdu": "3839 B"}, "11g has none; allowed with 11n, 11ac, 11ax")])
+def test_amsdus_that_there_are_not(params, text):
+    with pytest.raises(InputError, match=rf"^\.amsdu: {text}$"):
+        DcfRadio.Params(**params).of_standard()
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 3_000), st.sampled_from((1, 2)), st.integers(1, 30)),
                 min_size=1, max_size=25),
-       st.floats(21.0, 24.0), st.integers(1, 4), st.booleans(), st.booleans())
-def test_every_packet_has_one_fate_and_frames_arrive_in_order(frames, db, tries, requests, old):
+       st.floats(21.0, 24.0), st.integers(1, 4), st.booleans(), st.booleans(),
+       st.sampled_from((0, 1600, 3839)), st.sampled_from((5, 64, 256)))
+def test_every_packet_has_one_fate_and_frames_arrive_in_order(frames, db, tries, requests, old,
+                                                              amsdu_bytes, most):
     power_mw = np.full((3, 3), 10 ** ((Reception().noise_dbm + db) / 10))
     one = stations(power_mw, tries=tries, limit=1000, lifetime_ns=20_000_000 if old else None,
-                   aggregation=Aggregation(requests=requests))
+                   aggregation=Aggregation(most, requests=requests,
+                                           amsdu_bytes=amsdu_bytes))
     now_ns, given_, lost, over = 0, {}, {}, {1: [], 2: []}
 
     def take(rows):
@@ -222,11 +305,11 @@ def test_a_train_takes_as_long_as_its_aggregate(aggregation):
     assert whole_ns <= arrived_ns <= whole_ns + 39 * 15 * N.slot_ns
 
 
-@pytest.mark.parametrize("p", [0.3, 0.7])
-def test_rules_take_single_packets_which_are_repeated(p):
+@pytest.mark.parametrize(("p", "params"), [(0.3, {}), (0.7, {}), (0.3, {"amsdu": "3839 B"})])
+def test_rules_take_single_packets_which_are_repeated(p, params):
     """1 - p^7 of the packets arrive: 3.3 standard errors of 4000."""
     cls = plugins.load("rule", "loss")
-    bench = bench_of(cls(cls.Params(probability=p)))
+    bench = bench_of(cls(cls.Params(probability=p)), **params)
     for label in range(100):
         bench.send(label * 50_000_000, "host_1", "host_2", 40 * 1046, 40, label)
     bench.run()
@@ -252,6 +335,7 @@ def test_the_parts_of_a_frames_time_add_up():
 
 @pytest.mark.parametrize("params", [
     {"standard": "11n", "mcs": 7}, {"standard": "11n", "channel": 36, "aggregation": False},
+    {"standard": "11ac", "channel": 36, "amsdu": "7935 B", "rate_control": {"model": "ideal"}},
     {"standard": "11ax", "channel": 36, "width": "80 MHz", "streams": 2, "preset": "ns3_3_44"}])
 def test_the_radio_keeps_the_contract(params):
     check_network(DcfRadio, **params)

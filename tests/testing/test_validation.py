@@ -27,6 +27,7 @@ from netmodels.radio import (
 )
 from netmodels.radio.budget import RadioLinks
 from netmodels.radio.dcf import radio as dcf_radio
+from netmodels.radio.dcf.stations import Aggregation
 from netmodels.radio.errors import bit_error
 from netmodels.radio.minstrel import statistics as minstrel_statistics
 from netmodels.radio.presets import PRESETS
@@ -38,7 +39,7 @@ from netmodels.rules.timing import Latency
 from netmodels.validation import propagation, rfcomms
 from netmodels.validation.access_categories import AccessCategories
 from netmodels.validation.access_points import AccessPointsOfNs3
-from netmodels.validation.aggregates import SaturationOfMcs
+from netmodels.validation.aggregates import AmsdusOfNs3, BlocksOf256, SaturationOfMcs
 from netmodels.validation.associations import AccessPointsOfLinux
 from netmodels.validation.chain import Chains, repaired
 from netmodels.validation.many_senders import DelaysOfRadio, ManyPairs, Mixes, RelayedFlows
@@ -247,6 +248,17 @@ def exact_signals(monkeypatch):
         scans, now_ns, power_dbm - 1))
 
 
+def each_by_itself(monkeypatch):
+    """No A-MSDUs."""
+    monkeypatch.setattr(dcf_radio.DcfRadio.Params, "aggregated", lambda params: Aggregation(
+        requests=True, apart=True))
+
+
+def blocks_of_64(monkeypatch):
+    monkeypatch.setattr(dcf_radio.DcfRadio.Params, "aggregated", lambda params: Aggregation(
+        size_bytes=params.constants.aggregate_bytes, requests=True, apart=True))
+
+
 def always_as_soon(monkeypatch):
     """A failed probe changes nothing: ARF."""
     monkeypatch.setattr(rate_control, "_MOST_UP_AFTER", {})
@@ -278,6 +290,7 @@ TWINS = [
     (FallbackOfRates, 1, longer_symbols), (ManyPairs, 1, carrier_sense_of_the_standard),
     (RelayedFlows, 4, nothing_on_the_way), (Mixes, 1, carrier_sense_of_the_standard),
     (DelaysOfRadio, 4, no_pause), (SaturationOfMcs, 6, no_requests),
+    (AmsdusOfNs3, 1, each_by_itself), (BlocksOf256, 1, blocks_of_64),
     (AccessCategories, 3, no_txop),
     (MinstrelOfLinux, 1, slower_filter), (MinstrelOfNs3, 2, less_loss),
     (RatesOfNs3, 2, always_as_soon), (RatesOfTwoStreams, 3, bolder_rates),

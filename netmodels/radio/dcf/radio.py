@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from desim import ports
+from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Level, Period
 from netmodels.ethernet import FULL_BYTES
 from netmodels.queues import refuse
@@ -51,6 +52,9 @@ class AccessConstants(ports.Constants):
     apart: bool = Field(False, description=(
         "a packet of an aggregate arrives when it is over itself, unless rules judge it (as ns-3; "
         "with the aggregate)"))
+    aggregate_packets: int = Field(64, ge=1, le=256, description=(
+        "most of an aggregate, of 11ax up to 256 (64 of a block acknowledgement, 802.11-2016, "
+        "9.3.1.9.3; ns-3: 256 with 11ax)"))
     aggregate_bytes: ByteSize = Field("65535 B", ge=1, description=(
         "most of an aggregate (HT, 802.11-2016, 19.3.24; ns-3, also of VHT and HE)"))
 
@@ -72,8 +76,9 @@ class DcfRadio:
 
     802.11n, ac and ax (``mcs``): all is best effort, with AIFS of three slots. What waits for one
     receiver goes as an aggregate (A-MPDU) of up to 64 packets, 65535 B and 5.484 ms, each with
-    errors of its own; a block acknowledgement says which to repeat. Broadcasts go alone, at a rate
-    of 802.11a. Frames arrive in the order in which they were sent.
+    errors of its own; a block acknowledgement says which to repeat. With ``amsdu`` packets in a row
+    go as one, alone or in an aggregate, but for rules, which judge each. Broadcasts go alone, at a
+    rate of 802.11a. Frames arrive in the order in which they were sent.
 
     Rules of loss and jamming act on each transmission of data, so that it is repeated; what they
     take is like what has errors. Acknowledgements and RTS get through.
@@ -170,7 +175,13 @@ class DcfRadio:
             """The limits of aggregates; None: each packet goes alone."""
             if not (self.has_mcs and self.aggregation):
                 return None
-            return Aggregation(size_bytes=self.constants.aggregate_bytes, rts_bytes=self.rts_bytes,
+            most = 256 if self.standard == "11ax" else 64
+            if self.constants.aggregate_packets > most:
+                raise InputError(".constants.aggregate_packets: "
+                                 f"{self.standard} has at most {most}")
+            return Aggregation(packets=self.constants.aggregate_packets,
+                               size_bytes=self.constants.aggregate_bytes, rts_bytes=self.rts_bytes,
+                               amsdu_bytes=self.amsdu_bytes or 0,
                                requests=self.constants.block_requests,
                                apart=self.constants.apart)
 

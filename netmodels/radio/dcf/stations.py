@@ -32,6 +32,7 @@ from netmodels.radio.standards import (
     CF_END_BYTES,
     CTS_BYTES,
     DELIMITER_BYTES,
+    MAC_BYTES,
     RTS_BYTES,
     Access,
     Standard,
@@ -64,6 +65,7 @@ class Aggregation:
     packets: int = 64  # of a block acknowledgement (802.11-2016, 9.3.1.9.3)
     size_bytes: int = 65_535  # HT (19.3.24)
     time_ns: int = 5_484_000  # the legacy header cannot say more (table 21-29)
+    amsdu_bytes: int = 0  # several packets as one MSDU up to this (0: each by itself)
     rts_bytes: int | None = None  # above this size an RTS goes first (None: never)
     requests: bool = False
     apart: bool = False
@@ -110,10 +112,11 @@ def _limits(standard: Standard, aggregation: Aggregation | None, judged: bool
             ) -> tuple[int, ...]:
     """The fields of the kernels' setup from ``most_packets`` to ``apart``."""
     if aggregation is None:
-        return 1, 0, 0, 0, 0, 0, 0
+        return 1, 0, 0, 0, 0, 0, 0, 0, 0
     rts_bytes = NEVER if aggregation.rts_bytes is None else aggregation.rts_bytes
     return (aggregation.packets, aggregation.size_bytes, aggregation.time_ns,
-            DELIMITER_BYTES - standard.alone_bytes, rts_bytes, aggregation.requests,
+            DELIMITER_BYTES - standard.alone_bytes, rts_bytes, aggregation.amsdu_bytes,
+            MAC_BYTES + standard.qos_bytes + standard.alone_bytes, aggregation.requests,
             aggregation.apart and not judged)
 
 

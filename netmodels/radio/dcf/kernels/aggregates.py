@@ -1,9 +1,11 @@
 """The packets that a station sends at once: one, or an aggregate (A-MPDU, since 802.11n).
 
 An aggregate has the packets for one receiver that are first in the sender's queue and have not been
-acknowledged, whatever frames they belong to, within the window of 64 behind the first one. Each has
-errors of its own; the block acknowledgement says which have arrived. A receiver hands frames on in
-the order of its sender's queue, each when it has all packets of it that were not given up.
+acknowledged, whatever frames they belong to, within the window of 64, or 256, behind the first one.
+Each has errors of its own; the block acknowledgement says which have arrived. With A-MSDUs several
+packets in a row go as one: they are lost and counted together, also when they are repeated. A
+receiver hands frames on in the order of its sender's queue, each when it has all packets of it that
+were not given up.
 
 ``Dcf.packets`` has the state of each packet of the queue: how often it was sent without success,
 and flags. A frame's ``slot`` is the place of its first one there.
@@ -11,11 +13,9 @@ and flags. A frame's ``slot`` is the place of its first one there.
 
 from __future__ import annotations
 
-import numpy as np
-
 from desim.ports.kernels import from_dtype, inner, types
 from netmodels.radio.dcf.kernels.queue import OVER, go_on, note_packet
-from netmodels.radio.dcf.kernels.reception import add_errors, is_intact
+from netmodels.radio.dcf.kernels.reception import add_errors, forget_losses, is_intact, is_lost
 from netmodels.radio.dcf.kernels.records import (
     ALONE,
     DATA,
@@ -47,8 +47,10 @@ boolean, int64, void = types.boolean, types.int64, types.void
 _i8 = int64
 
 # Of a packet's state, beside OVER: unsuccessful transmissions; the receiver has it; it is in the
-# present aggregate; (of a frame's last packet) the frame has arrived.
-TRIES, GOT, FLYING, ARRIVED = 255, 256, 1024, 2048
+# present aggregate; (of a frame's last packet) the frame has arrived; it is in the A-MSDU of the
+# packet before it.
+TRIES, GOT, FLYING, ARRIVED, JOINED = 255, 256, 1024, 2048, 4096
+_SUBFRAME_BYTES = 14  # header of an MSDU in an A-MSDU (9.3.2.2.2)
 
 REQUESTS = 200  # attempts of an exchange: 500 ms and more with windows that double
 
@@ -72,6 +74,24 @@ def compose(d, s, now_ns):
         s.guarded = 1
 
 
+@inner(_i8(_i8))
+def padded(size_bytes):
+    """Bytes with those that fill up four."""
+    return -(-size_bytes // 4) * 4
+
+
+@inner(_i8(a_setup, _i8, _i8, boolean, _i8))
+def grown(setup, state, body_bytes, sealed, size_bytes):
+    """The bytes of an A-MSDU that has ``body_bytes`` (0: there is none) with one more packet; 0: it
+    must not have that. What has been sent together stays together, and alone (``sealed``)."""
+    again = state & TRIES > 0
+    if body_bytes == 0 or setup.amsdu_bytes == 0 or (again and state & JOINED == 0) or (
+            sealed and not again):
+        return 0
+    body = padded(body_bytes) + _SUBFRAME_BYTES + size_bytes - setup.head_bytes
+    return body if body <= setup.amsdu_bytes else 0
+
+
 @inner(void(a_dcf, a_station, from_dtype(FRAME), _i8))
 def aggregate(d, s, first, now_ns):
     """Make an aggregate of the packets for the receiver of the ``first`` frame of station s's
@@ -81,7 +101,8 @@ def aggregate(d, s, first, now_ns):
     most_ns = setup.most_ns
     if s.txop_ends_ns > 0:
         most_ns = min(most_ns, s.txop_ends_ns - now_ns - setup.sifs_ns - how.block_ack_ns)
-    most, window, padded, size_bytes, full = most_bytes(setup, how, most_ns), 0, 0, 0, False
+    most, window, size_bytes, full = most_bytes(setup, how, most_ns), 0, 0, False
+    begin_bytes, body_bytes, sealed, joined = 0, 0, False, False  # of the present A-MSDU
     if s.rank == VOICE or d.choices.size > 0 and d.choices[s.radio, first.dest] & ALONE:
         most = 0
     for k in range(s.queue_length):
@@ -90,49 +111,60 @@ def aggregate(d, s, first, now_ns):
             continue
         for p in range(s.packet if k == 0 else 0, frame.packets):
             place = (frame.slot + p) % packets.shape[1]
-            window += 1
-            if packets[s.index, place] & OVER == 0:
-                one = frame.last_bytes if p == frame.packets - 1 else frame.size_bytes
-                with_it = padded + setup.delimiter_bytes + one
-                if s.carried > 0 and with_it > most:
+            state = packets[s.index, place]
+            if state & OVER:
+                window, body_bytes = window + (state & JOINED == 0), 0
+                continue
+            one = frame.last_bytes if p == frame.packets - 1 else frame.size_bytes
+            body = grown(setup, state, body_bytes, sealed, one)
+            with_it = begin_bytes + setup.head_bytes + body
+            if body > 0 and with_it <= most:
+                joined, state = True, state | JOINED
+            else:
+                begin_bytes = padded(size_bytes) + setup.delimiter_bytes
+                with_it = begin_bytes + one
+                if window >= setup.most_packets or (s.carried > 0 and with_it > most):
                     full = True
                     break
-                padded, size_bytes = -(-with_it // 4) * 4, with_it
-                packets[s.index, place] |= FLYING
+                sealed, state, window = state & TRIES > 0, state & ~JOINED, window + 1
+                body = _SUBFRAME_BYTES + one - setup.head_bytes
                 s.carried += 1
-            if window == setup.most_packets:
-                full = True
-                break
-    if s.carried > 1:
+            size_bytes, body_bytes = with_it, body
+            packets[s.index, place] = state | FLYING
+    if s.carried == 1 and joined:
+        s.data_ns = airtime_ns(how, size_bytes - setup.delimiter_bytes)
+    elif s.carried > 1:
         s.data_ns, s.reply_ns = airtime_ns(how, size_bytes), how.block_ack_ns
         s.guarded = size_bytes > setup.rts_bytes
 
 
 @inner(void(a_dcf, a_station, a_station, _i8, _i8))
 def mark_received(d, r, s, now_ns, count):
-    """Mark those of the first ``count`` packets of station s's aggregate that have come to station
+    """Mark those in the first ``count`` packets of station s's aggregate that have come to station
     r without errors; where transmissions are judged, note them."""
-    packets, judged, number = d.packets, d.setup[0].judged == 1, 0
+    packets, judged, number = d.packets, d.setup[0].judged == 1, -1
     mark_packets_changed(d, s)
     s.delivered = s.taken = 0
     for k in range(s.queue_length):
         position = (s.queue_head + k) % packets.shape[1]
         frame = d.frames[s.index, position]
-        if number == count:
+        if number >= count:
             break
         if frame.dest != r.index:
             continue
         for p in range(s.packet if k == 0 else 0, frame.packets):
             place = (frame.slot + p) % packets.shape[1]
-            if packets[s.index, place] & FLYING and number < count:
-                if (r.lost >> number) & 1 == 0:
-                    if judged:
-                        s.delivered += 1
-                        note_packet(d, now_ns, HEARD, s, r.index, position, p)
-                    else:
-                        s.taken += 1
-                        packets[s.index, place] |= GOT
-                number += 1
+            state = packets[s.index, place]
+            if state & FLYING == 0:
+                continue
+            number += state & JOINED == 0
+            if number < count and not is_lost(r, number):
+                if judged:
+                    s.delivered += 1
+                    note_packet(d, now_ns, HEARD, s, r.index, position, p)
+                else:
+                    s.taken += state & JOINED == 0
+                    packets[s.index, place] |= GOT
 
 
 @inner(boolean(a_dcf, a_station, a_station, _i8))
@@ -140,7 +172,7 @@ def receive_block(d, r, s, now_ns):
     """Station r has received packets of station s's aggregate, which is over. Returns whether it
     acknowledges them now; where transmissions are judged, each is first."""
     mark_received(d, r, s, now_ns, s.carried)
-    r.lost = 0
+    forget_losses(r)
     if d.setup[0].judged == 1:
         return False
     take_block(d, s, now_ns)
@@ -171,7 +203,7 @@ def end_part(d, s, now_ns):
         unaware_mw = r.unaware_mw
         add_errors(setup, d.rates, d.table, r, s, now_ns)
         r.unaware_mw = unaware_mw  # nothing has changed
-        if (r.lost >> np.uint64(s.passed - 1)) & np.uint64(1) == 0 and is_intact(r, s):
+        if not is_lost(r, s.passed - 1) and is_intact(r, s):
             mark_received(d, r, s, now_ns, s.passed)
             take_block(d, s, now_ns)
             release(d, s, r.index, now_ns)
@@ -183,8 +215,9 @@ def judge_packet(d, s, now_ns, position, packet, lost):
     mark_packets_changed(d, s)
     s.delivered -= 1
     if lost == 0:
-        s.taken += 1
-        d.packets[s.index, (d.frames[s.index, position].slot + packet) % d.packets.shape[1]] |= GOT
+        place = (d.frames[s.index, position].slot + packet) % d.packets.shape[1]
+        s.taken = max(s.taken + (d.packets[s.index, place] & JOINED == 0), 1)
+        d.packets[s.index, place] |= GOT
     if s.delivered == 0 and s.taken > 0:
         take_block(d, s, now_ns)
 
@@ -255,12 +288,14 @@ def close_block(d, s, now_ns, acknowledged):
         frame = d.frames[s.index, position]
         if frame.dest != dest:
             continue
-        if window >= d.setup[0].most_packets:
+        if window > d.setup[0].most_packets:
             break
         for p in range(s.packet if k == 0 else 0, frame.packets):
             place = (frame.slot + p) % packets.shape[1]
             state = packets[s.index, place]
-            window += 1
+            window += state & JOINED == 0
+            if window > d.setup[0].most_packets:
+                break
             if state & GOT and acknowledged:
                 state |= OVER
             elif state & FLYING:
@@ -274,8 +309,6 @@ def close_block(d, s, now_ns, acknowledged):
                 else:
                     doubt = True
             packets[s.index, place] = state & ~FLYING
-            if window >= d.setup[0].most_packets:
-                break
     if gave_up:
         stamp(d, s, now_ns, REPEATED)
         keep_times(d, s)

@@ -19,7 +19,7 @@ from netmodels.radio.dcf.kernels.aggregates import (
 )
 from netmodels.radio.dcf.kernels.contention import sense_carrier, start_slots
 from netmodels.radio.dcf.kernels.queue import end_packet, note, note_attempt
-from netmodels.radio.dcf.kernels.reception import add_errors, arrive, is_intact
+from netmodels.radio.dcf.kernels.reception import add_errors, arrive, forget_losses, is_intact
 from netmodels.radio.dcf.kernels.records import (
     ACK,
     ANSWER,
@@ -155,7 +155,7 @@ def detect(d, s, now_ns):
         found = power_mw >= setup.signal_mw and power_mw >= setup.capture_ratio * others_mw
         if found and r.receives_from < 0 and r.ends_ns <= s.begun_ns:
             r.receives_from, r.power_mw = s.index, power_mw
-            r.log_chance, r.lost, r.accounted_ns = 0.0, 0, now_ns
+            r.log_chance, r.accounted_ns = forget_losses(r), now_ns
             if now_ns + d.rates[s.rate].payload_ns - setup.detection_ns <= r.nav_timeout_ns:
                 r.nav_ns = max(r.nav_ns, r.announced_nav_ns)
             if r.strongest != s.index:

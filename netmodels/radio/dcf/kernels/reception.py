@@ -8,6 +8,7 @@ from desim.ports.kernels import exp, from_dtype, inner, log, types, uniform_half
 from netmodels.radio.dcf.kernels.records import (
     DATA,
     LINK,
+    WORDS,
     a_dcf,
     a_setup,
     a_station,
@@ -31,6 +32,29 @@ def log_success(setup, table, rate, ratio):
     return -exp(table[rate, j] + part * (table[rate, j + 1] - table[rate, j]))
 
 
+@inner(_f8(a_station))
+def forget_losses(r):
+    """Nothing is lost of the frame that station r receives. Returns the log chance of that."""
+    for k in range(WORDS):
+        r.lost[k] = 0
+    return 0.0
+
+
+@inner(_b1(a_station, _i8))
+def is_lost(r, number):
+    """Whether this packet of the aggregate that station r receives has an error."""
+    return (r.lost[number >> 6] >> np.uint64(number & 63)) & np.uint64(1) == 1
+
+
+@inner(_b1(a_station, _i8))
+def all_lost(r, count):
+    """Whether the first ``count`` packets of the aggregate that station r receives have errors."""
+    for k in range((count + 63) >> 6):
+        if ~r.lost[k] << np.uint64(max(64 * (k + 1) - count, 0)) != 0:
+            return False
+    return True
+
+
 @inner(void(a_station, a_station, _f8, _i8, _i8, _i8))
 def lose_packets(r, source, chance, begin_ns, end_ns, first_ns):
     """Lose packets of station source's aggregate, which begins at ``first_ns``, in a part of it
@@ -51,7 +75,7 @@ def lose_packets(r, source, chance, begin_ns, end_ns, first_ns):
             break
         draw = uniform_half_open(key, np.uint64(source.transmission * 64 + j))
         if draw >= exp(chance * time_ns / (end_ns - begin_ns)):
-            r.lost |= np.uint64(1) << np.uint64(j)
+            r.lost[j >> 6] |= np.uint64(1) << np.uint64(j & 63)
 
 
 @inner(void(a_setup, all_rates, a_table, a_station, a_station, _i8))
@@ -109,7 +133,7 @@ def arrive(d, r, s, now_ns, link):
 def is_intact(r, source):
     """Whether the part of the frame that station r has received so far has no error. The whole
     frame is intact only if each earlier part was; of an aggregate one packet is enough."""
-    if r.lost > 0 and (~r.lost << np.uint64(64 - source.carried)) == 0:
+    if source.carried > 0 and all_lost(r, source.carried):
         return False
     if r.log_chance == 0.0:
         return True

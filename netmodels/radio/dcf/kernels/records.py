@@ -33,12 +33,13 @@ RECEIVED, MISSED, DONE, DROPPED, EXPIRED, TRIED, HEARD, GIVEN_UP, LAPSED = range
 RATE_BITS, ALONE, WITH_RTS = 255, 256, 512
 
 
+WORDS = 4  # of 64 packets each, in the longest aggregate
 VOICE = 3  # the highest rank of data
 
 # A station is a radio and a contender for the air. One that sends in several access categories has
 # another contender for each further one: a record that sends, but hears nothing itself. What its
 # radio hears of the medium is copied into it.
-STATION = np.dtype([  # 314 B, for the future is tried out on copies
+STATION = np.dtype([  # 341 B, for the future is tried out on copies
     ("key", "u8"),  # of its random numbers
     # Reception. All signals that it hears; the one that it receives, the log of the chance that
     # this has had no error yet, and until when its interference is accounted for. Until when the
@@ -77,19 +78,19 @@ STATION = np.dtype([  # 314 B, for the future is tried out on copies
     ("dest", "i4"), ("reserve_ns", "i4"), ("transmission", "i4"), ("answer_to", "i4"),
     # Of the exchange that it begins: airtimes of data and acknowledgement.
     ("data_ns", "i4"), ("reply_ns", "i4"),
-    # Bit k: the k-th packet of the aggregate that it receives has an error. How many packets the
-    # aggregate has that it sends (0: a single packet outside of a block).
-    ("lost", "u8"), ("carried", "i2"),
+    # Bit k, in words of 64: the k-th packet of the aggregate that it receives has an error. How
+    # many packets the aggregate has that it sends (0: a single packet outside of a block).
+    ("lost", "u8", (WORDS,)), ("carried", "i2"),
     ("tries", "u1"), ("failed_in_a_row", "u1"),  # of the present packet; of the station
     # Flags: the medium is busy; (its role;) the receiver has the present packet; energy does not
     # make the medium busy until a new signal comes; it may begin without a backoff.
-    ("busy", "i1"), ("role", "i1"), ("delivered", "i1"), ("ignores_energy", "i1"),
+    ("busy", "i1"), ("role", "i1"), ("delivered", "i2"), ("ignores_energy", "i1"),
     ("no_backoff", "i1"),
     # Whether it is on the air, with which kind of frame, at which rate; the kind of its answer.
     ("on_air", "i1"), ("kind", "i1"), ("rate", "i1"), ("reply_kind", "i1"),
     # Of its aggregate: an RTS goes first; it lacks a block acknowledgement, and asks for it first;
     # how many packets have been taken as arrived (``judge_packet``), and how many are over.
-    ("guarded", "i1"), ("asks", "i1"), ("taken", "i1"), ("passed", "i1"),
+    ("guarded", "i1"), ("asks", "i1"), ("taken", "i2"), ("passed", "i2"),
     # Its access: slots of AIFS behind SIFS, the bits of the least window, and the largest window.
     ("aifsn", "i1"), ("least_bits", "i1"), ("largest", "i2"),
     # Its category's rank, from 0 for background to VOICE. Its TXOP limit (0: one exchange), and
@@ -128,7 +129,8 @@ OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("posi
 # ``unaware``: see ``arrive``, ``gives_up``: ``read_header``, ``eifs_at_end``: ``start_slots``.
 # ``pauses``: a packet that comes while the medium is idle waits for AIFS. ``judged``: the
 # caller judges each unicast transmission. Of aggregates: packets, bytes and ns at most, bytes of
-# the delimiter that a packet gets in them alone; above how many bytes an RTS goes first;
+# the delimiter that a packet gets in them alone; above how many bytes an RTS goes first; bytes of
+# an A-MSDU at most, and of what a packet has beside its MSDU;
 # ``requests``: a missed block acknowledgement is asked for before anything else is sent; ``apart``:
 # a receiver hands a packet on when it is over, not with the aggregate (``end_part``).
 # ``first_counts``: ``sense_carrier``. ``outcomes``: how many were noted.
@@ -140,7 +142,8 @@ SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("eifs_ns", "i8"),
                   ("unaware", "i8"), ("eifs_at_end", "i8"), ("gives_up", "i8"),
                   ("pauses", "i8"), ("judged", "i8"), ("most_packets", "i8"),
                   ("most_bytes", "i8"), ("most_ns", "i8"), ("delimiter_bytes", "i8"),
-                  ("rts_bytes", "i8"), ("requests", "i8"), ("apart", "i8"),
+                  ("rts_bytes", "i8"), ("amsdu_bytes", "i8"), ("head_bytes", "i8"),
+                  ("requests", "i8"), ("apart", "i8"),
                   ("first_counts", "i8"), ("outcomes", "i8")])
 
 
