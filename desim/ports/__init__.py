@@ -110,7 +110,7 @@ __all__ = [
     "Ranges", "RecordedPaths", "Refuses", "Retransmits", "Rule", "RuleContext", "RuleFunction",
     "SendsMany", "Separates", "Signal", "Snapshot", "Starts", "Strategy", "StrategyContext",
     "StrategyMessage", "StrategyTraits", "SwitchesAccessPoints", "TakesBack", "Targets",
-    "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Topics", "UnusedKeys", "Verdict", "World", "changed_keys",
-    "function_rule", "model_of", "natural_key", "packet_sizes", "rule_of", "scope_beside", "tuples",
-    "with_preset", "with_scope", "yaml_key",
+    "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Topics", "UnusedKeys", "Verdict", "World",
+    "changed_keys", "function_rule", "model_of", "natural_key", "packet_sizes", "rule_of", "scope_beside",
+    "tuples", "with_preset", "with_scope", "yaml_key",
 ]
