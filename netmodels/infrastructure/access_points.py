@@ -40,11 +40,10 @@ def names_of(access_points: Sequence[AccessPoint], hosts: tuple[str, ...]) -> tu
 def check_channels(access_points: Sequence[AccessPoint], standard: Standard) -> None:
     """Raises ``InputError`` for channels that the standard does not have, and for different ones
     that overlap."""
-    last, apart = standard.last_channel, standard.channels_apart
+    apart = standard.channels_apart
     for k, one in enumerate(access_points):
-        if one.channel > last:
-            raise InputError(f".access_points.{k}.channel: there is no channel {one.channel} in "
-                             f"this band; allowed: 1 to {last}")
+        if complaint := standard.no_channel(one.channel):
+            raise InputError(f".access_points.{k}.channel: {complaint}")
         for j, other in enumerate(access_points[:k]):
             if 0 < abs(one.channel - other.channel) < apart:
                 raise InputError(

@@ -13,8 +13,7 @@ from pydantic import Field
 from desim import ports
 from desim.units import NS_PER_S, ByteSize, Duration, Period
 from netmodels.hops import Hops, Report
-
-_CHANNELS = (*range(1, 15), *range(36, 65, 4), *range(100, 145, 4), *range(149, 166, 4))
+from netmodels.radio.standards import CHANNELS_2GHZ, CHANNELS_5GHZ
 
 _HEADERS_BYTES = 18  # a packet on the air is so much longer than with Ethernet's headers
 
@@ -41,7 +40,7 @@ class JoiningConstants(ports.Constants):
     tick_ns: Period = Field("4 ms", le=10**7, description=(
         "of the kernel's clock: waits of a scan end with one, and an association begins with one "
         "(Linux CONFIG_HZ=250)"))
-    channels: tuple[int, ...] = Field(_CHANNELS, description=(
+    channels: tuple[int, ...] = Field((*CHANNELS_2GHZ, *CHANNELS_5GHZ), description=(
         "that a scan of all of them visits (cfg80211: world_regdom)"))
     asks_on: tuple[int, ...] = Field(tuple(range(1, 12)), description=(
         "channels on which a scan asks who is there; on others it waits for beacons (cfg80211: "

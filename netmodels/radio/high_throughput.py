@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from desim.errors import InputError
-from netmodels.radio.standards import DELIMITER_BYTES, A, G, Rate, Standard
+from netmodels.radio.standards import DELIMITER_BYTES, A, G, Rate, Standard, channels_5ghz
 
 # Bits of a subcarrier and code rate by MCS (tables 19-27, 21-30, 27-54).
 _CODINGS = tuple((bits, Fraction(code)) for bits, code in (
@@ -78,7 +78,7 @@ def high_throughput(name: str, width_mhz: int, streams: int, guard_ns: int | Non
     if guard_ns not in (None, *form.guards_ns):
         raise InputError(f".guard_interval: {name} has none of {guard_ns} ns; allowed: "
                          + ", ".join(f"{ns} ns" for ns in form.guards_ns))
-    low = channel <= G.last_channel and name != "11ac"
+    low = channel in G.allowed_channels and name != "11ac"
     if low and width_mhz > 40:
         raise InputError(f".width: channel {channel} is in 2.4 GHz, which has no channels of "
                          f"{width_mhz} MHz; allowed: 20 MHz, 40 MHz")
@@ -87,7 +87,9 @@ def high_throughput(name: str, width_mhz: int, streams: int, guard_ns: int | Non
     return replace(base, rates=base.rates + rates, aifsn=3, qos_bytes=2,
                    alone_bytes=0 if name == "11n" else DELIMITER_BYTES,
                    block_ack_bytes=56 if name == "11ax" else 32,
-                   channels_apart=max(base.channels_apart, width_mhz // 5))
+                   channels_apart=max(base.channels_apart, width_mhz // 5),
+                   allowed_channels=base.allowed_channels if low else
+                   (*(1,) * (name == "11ac"), *channels_5ghz(width_mhz)))
 
 
 def _rates(name: str, width_mhz: int, streams: int, guard_ns: int) -> tuple[Rate, ...]:

@@ -96,7 +96,7 @@ class Standard:
     basic_mbps: tuple[float, ...]
     channels_apart: int
     band_hz: float
-    last_channel: int
+    allowed_channels: tuple[int, ...]
     extension_ns: int = 0  # silence behind OFDM frames (ERP: for the decoder)
     cw_max: int = 1023
     slow: bool = False  # DSSS alone, or stations with it on the channel
@@ -122,6 +122,15 @@ class Standard:
         """The wait after a frame with errors: long enough for an acknowledgement at the lowest
         rate."""
         return self.sifs_ns + self.airtime_ns(ACK_BYTES, 0) + self.difs_ns
+
+    def no_channel(self, channel: int) -> str | None:
+        """The complaint about a channel that there is not, else None."""
+        allowed = self.allowed_channels
+        if channel in allowed:
+            return None
+        last = allowed[-1]
+        listed = f"1 to {last}" if len(allowed) == last else ", ".join(map(str, allowed))
+        return f"there is no channel {channel} in this band; allowed: {listed}"
 
     def carrier_hz(self, channel: int) -> float:
         """Centre of a channel (17.3.8.4.2, 16.3.6.3)."""
@@ -195,14 +204,29 @@ def train_bytes(size_bytes: int, segments: int, more_bytes: int = 0) -> tuple[in
     return psdu_bytes(sizes[0], 1) + more_bytes, psdu_bytes(sizes[-1], 1) + more_bytes
 
 
+CHANNELS_2GHZ = tuple(range(1, 15))
+CHANNELS_5GHZ = (*range(36, 65, 4), *range(100, 145, 4), *range(149, 166, 4))
+
+
+def channels_5ghz(width_mhz: int) -> tuple[int, ...]:
+    """The channels of 20 MHz that a channel of this width may have as its primary one: of 40 MHz
+    and more are whole groups of them (IEEE 802.11-2020, table E-4, classes 115 to 130)."""
+    count = width_mhz // 20
+    groups = [tuple(range(band, band + 4 * count, 4)) for first, last in ((36, 64), (100, 144),
+                                                                          (149, 165))
+              for band in range(first, last + 1, 4 * count)]
+    return tuple(channel for group in groups if {*group} <= {*CHANNELS_5GHZ} for channel in group)
+
+
+# Channel 1 at 5.005 GHz is the default, for those to whom the number does not matter.
 A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
-             channels_apart=4, band_hz=5e9, last_channel=196)
+             channels_apart=4, band_hz=5e9, allowed_channels=(1, *channels_5ghz(20)))
 B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2, 5.5, 11),
-             channels_apart=5, band_hz=2.407e9, last_channel=14, slow=True)
+             channels_apart=5, band_hz=2.407e9, allowed_channels=CHANNELS_2GHZ, slow=True)
 # Without an access point, and where stations of 802.11b may be: their slots.
 G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
              basic_mbps=(1, 2, 5.5, 11, 6, 12, 24), channels_apart=5,
-             band_hz=2.407e9, last_channel=14, extension_ns=6_000)
+             band_hz=2.407e9, allowed_channels=CHANNELS_2GHZ, extension_ns=6_000)
 
 StandardName = Literal["11a", "11b", "11g"]
 RadioName = Literal["11a", "11b", "11g", "11n", "11ac", "11ax"]
@@ -228,12 +252,11 @@ def channels_of(hosts: tuple[str, ...], channel: int, by_host: dict[str, int], s
     for host in by_host:
         if host not in hosts:
             raise InputError(f".channels: no host {host!r}{did_you_mean(host, hosts)}")
-    last, apart = standard.last_channel, standard.channels_apart
+    apart = standard.channels_apart
     for key, number in (("channel", channel), *((f"channels.{host}", number)
                                                 for host, number in by_host.items())):
-        if number > last:
-            raise InputError(f".{key}: there is no channel {number} in this band; allowed: 1 to "
-                             f"{last}")
+        if complaint := standard.no_channel(number):
+            raise InputError(f".{key}: {complaint}")
     for one, other in pairwise(sorted({*by_host.values(), channel})):
         if other - one < apart:
             raise InputError(f".channels: {one} and {other} overlap, which this model knows "

@@ -372,9 +372,13 @@ def test_broadcasts_wait_for_a_dtim(dtim):
 @pytest.mark.parametrize(("params", "text"), [
     ({"access_points": ((0, 40),), "standard": "11g"},
      ".access_points.0.channel: there is no channel 40 in this band; allowed: 1 to 14"),
+    ({"access_points": ((0, 36), (9, 40)), "standard": "11n", "width": "40 MHz"},
+     ".access_points.1.channel: 40 overlaps channel 36 of access point 0, which this model knows "
+     "nothing of; allowed: the same, or 8 and more apart"),
     ({"access_points": ((0, 36), (9, 37))},
-     ".access_points.1.channel: 37 overlaps channel 36 of access point 0, which this model knows "
-     "nothing of; allowed: the same, or 4 and more apart"),
+     ".access_points.1.channel: there is no channel 37 in this band; allowed: 1, 36, 40, 44, 48, "
+     "52, 56, 60, 64, 100, 104, 108, 112, 116, 120, 124, 128, 132, 136, 140, 144, 149, 153, 157, "
+     "161, 165"),
     ({"channels": {"a": 44}},
      ".channels: stations take the channels of their access points; allowed: access_points "
      "without it"),

@@ -3,6 +3,7 @@
 import pytest
 
 from desim.errors import InputError
+from desim.testing import Bench
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.errors import packet_error
 from netmodels.radio.high_throughput import high_throughput
@@ -85,6 +86,26 @@ def test_bands_are_by_channel():
 def test_errors_of_faster_codes_are_those_of_ns3(scheme, db, error):
     """ns-3 3.44, NistErrorRateModel, 8000 bits: HT MCS 7, VHT MCS 8 and 9, HE MCS 10 and 11."""
     assert packet_error(scheme, 10 ** (db / 10), 1000) == pytest.approx(error, rel=1e-4)
+
+
+ALLOWED = ("36, 40, 44, 48, 52, 56, 60, 64, 100, 104, 108, 112, 116, 120, 124, 128, 132, 136, 140, "
+           "144, 149, 153, 157, 161")
+
+
+@pytest.mark.parametrize(("given", "allowed"), [
+    ({"standard": "11n", "channel": 15}, f"{ALLOWED}, 165"),
+    ({"standard": "11n", "channel": 37}, f"{ALLOWED}, 165"),
+    ({"standard": "11n", "channel": 165, "width": "40 MHz"}, ALLOWED),
+    ({"standard": "11ac", "channel": 165, "width": "80 MHz"}, f"1, {ALLOWED}"),
+    ({"standard": "11ax", "channel": 132, "width": "160 MHz"}, ALLOWED[:-len(
+        ", 132, 136, 140, 144, 149, 153, 157, 161")])])
+def test_a_channel_has_a_place_in_the_table_for_its_width(given, allowed):
+    """IEEE 802.11-2020, table E-4: 165 is alone; the twin on channel 100 goes."""
+    with pytest.raises(InputError) as said:
+        Bench(DcfRadio(DcfRadio.Params(**given)), 2)
+    assert str(said.value) == (f".channel: there is no channel {given['channel']} in this band; "
+                               f"allowed: {allowed}")
+    Bench(DcfRadio(DcfRadio.Params(**given | {"channel": 100})), 2)
 
 
 @pytest.mark.parametrize(("given", "error"), [
