@@ -113,7 +113,7 @@ class Infrastructure:
                               self._wired, settings.multicast)
 
     def _queues(self) -> Callable[[], PacketQueue]:
-        """What makes the queues of one radio."""
+        """A maker of the queues of one radio."""
         if self._settings.queue == "fifo":
             return lambda: PlainQueue(self._params.queue)
         constants = self._settings.fq_codel
