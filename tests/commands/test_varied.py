@@ -172,8 +172,10 @@ def test_files_among_the_values_lie_where_the_command_is_given(here):
 
 @pytest.mark.parametrize("deployment, key, medium", [
     ("testbed", "network.media.lan.rate=3 Mb/s", {"model": "switch", "rate": "3 Mb/s"}),
-    ("field", "network.media.air.range=3 m", {"model": "disk", "range": "3 m"}),
-    ("field", "network.media.air.metric=7", {"model": "disk", "range": "200 m", "metric": 7})])
+    ("field", "network.media.air.card=11g_2008", {
+        "model": "radio", "card": "11g_2008", "preset": "indoor"}),
+    ("field", "network.media.air.metric=7", {
+        "model": "radio", "card": "pi_4", "preset": "indoor", "metric": 7})])
 def test_a_key_of_a_medium_that_the_deployment_gives(deployment, key, medium):
     """It may be set without naming the model once more."""
     name = key.split(".")[2]

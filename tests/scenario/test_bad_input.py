@@ -453,6 +453,9 @@ WRONG = {
         "network: {fidelity: mac, media: {air: {model: disk}, lan: {model: link}}}", [
             "2:21: network.fidelity: no medium has one to choose: air is a disk, lan is a link; "
             "allowed with a model that has a parameter fidelity, as radio has"]),
+    "unknown card": ("deployment: field\nnetwork: {media: {air: {card: pi4}}}", [
+        "3:31: network.media.air.card: 'pi4' is not allowed (did you mean 'pi_4'?); allowed: pi_4, "
+        "intel_8265, intel_ax200, 11g_2008, esp_now"]),
     "unknown fidelity": ("deployment: field\nnetwork: {fidelity: wall}", [
         "3:21: network.fidelity: 'wall' is not allowed (did you mean 'walls'?); allowed: ideal, "
         "disk, walls, mac, multihop"]),
