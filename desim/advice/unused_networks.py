@@ -14,13 +14,16 @@ from desim.monitor.truth import Truth
 from desim.network.medium import Medium
 from desim.ports import HearsAntennas, Separates
 from desim.scenario.schema.scenario import Scenario
+from desim.units import NS_PER_S
 
+_SOON_NS = 10 * NS_PER_S  # two scans of a station without an access point
 _MANY_FRAMES = 100  # fewer may be on their way when a run ends
 
 
 def unused_networks(truth: Truth) -> Iterator[str]:
     """Warnings of media that settle nothing or carry nothing inside of hosts, of hosts without a
-    body that nobody can hear, and of flows of background traffic of which nothing arrives."""
+    body that nobody can hear, of flows of background traffic of which nothing arrives, and of
+    access points out of reach."""
     graph, scenario = truth.graph, truth.scenario
     for name, media in _by_name(graph).items():
         if media[0] in graph.inside and not any(medium.delivered for medium in media):
@@ -31,6 +34,21 @@ def unused_networks(truth: Truth) -> Iterator[str]:
         if host.nodes and host.name not in truth.robots:
             yield from _silent_host(host, scenario)
     yield from _silent_flows(graph, scenario)
+    yield from _out_of_reach(graph)
+
+
+def _out_of_reach(graph: Graph) -> Iterator[str]:
+    """Warnings of media where no host hung on an access point when the run began."""
+    for name, rows in graph.associations.items():
+        first_ns = min((one.time_ns for one in rows.model.handovers), default=None)
+        soon = first_ns is not None and first_ns <= _SOON_NS
+        if soon or not rows.at_start or any(rows.at_start.values()):
+            continue
+        later = ("never did" if first_ns is None else
+                 f"did so from {first_ns / NS_PER_S:.1f} s on")
+        yield (f"medium {name}: {_counted([*rows.at_start])} hung on no access point when the run "
+               f"began, and {later}: are its access points in reach of them "
+               f"(network.media.{name}.access_points)?")
 
 
 def _by_name(graph: Graph) -> dict[str, list[Medium]]:

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 
 from desim.middleware.graph import Graph
 from desim.monitor.monitor import Monitor
-from desim.ports import GridSpec, KnowsUnusedKeys, Params, changed_keys, yaml_key
+from desim.ports import GridSpec, KnowsUnusedKeys, Params, ReadsMarks, changed_keys, yaml_key
 from desim.scenario.plugin_choices import chosen
 from desim.scenario.quantities import ROBOTS_TABLE
 from desim.scenario.recipients import monitors
 from desim.scenario.robot_types import equipment_by_path
+from desim.scenario.schema.communication import MediumChoice
 from desim.scenario.schema.computer import ComputerParams, WorkstationComputer
 from desim.scenario.schema.navigation import Navigation
 from desim.scenario.schema.power import ComputerPower
@@ -89,11 +90,20 @@ def _of_networks(scenario: Scenario, graph: Graph) -> Found:
                "; in a testbed the sensors are on the workstation" if _is_testbed(scenario) else
                ""))
     ends = {end for flow in network.background for end in flow.between}
+    yield ([f"topics.{pattern}.dscp" for pattern, choice in scenario.topics.items()
+            if choice.dscp and not any(_reads_marks(network.media[name])
+                                       for name in choice.media or network.media)],
+           "no medium of theirs has access categories (a radio has them since 802.11n, or with "
+           "qos: true)")
     yield ([f"network.others.{name}" for name in network.others if name not in ends],
            "no flow of network.background begins or ends there")
     yield ([key for i, flow in enumerate(network.background) if flow.pattern != "on_off"
             for key in _own(f"network.background.{i}", flow, "on_ns", "off_ns")],
            "only pattern: on_off has spells")
+
+
+def _reads_marks(choice: MediumChoice) -> bool:
+    return isinstance(choice.params, ReadsMarks) and choice.params.reads_marks
 
 
 def _of_maps(scenario: Scenario, grid: GridSpec) -> Found:

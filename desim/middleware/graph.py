@@ -43,6 +43,7 @@ from desim.scenario.schema.sockets import Sockets
 
 if TYPE_CHECKING:
     from desim.middleware.busy.timed_executor import PublishingCallback
+    from desim.network.association_rows import AssociationRows
     from desim.network.background import BackgroundFlow
     from desim.network.medium import Medium
     from desim.network.passages import Passages
@@ -106,6 +107,7 @@ class Graph:
         self.landed = self._landed.append
         self.batches: list[BatchPublisher] = []
         self.background: list[BackgroundFlow] = []
+        self.associations: dict[str, AssociationRows] = {}  # by medium
         self.connections = 0  # grows when hosts begin to publish or to listen, start or stop
         self.messages = 0  # between hosts, so far
         self.hosts = [Host(self, name, index) if computers is None

@@ -94,24 +94,23 @@ from desim.ports.strategies import (
     TeamLink,
 )
 from desim.ports.time_parts import Ledger, TimePart
-from desim.ports.unused_keys import KnowsUnusedKeys, UnusedKeys, changed_keys
+from desim.ports.unused_keys import KnowsUnusedKeys, ReadsMarks, UnusedKeys, changed_keys
 from desim.ports.worlds import GridSpec, HasDoubts, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
     "Antennas", "Arena", "BesideScenario", "Bodies", "Builds", "Constants", "Context",
-    "CountsAirtime", "CountsAttempts", "CountsBusyTime", "CountsControl", "CutsCarrier",
-    "Deliver", "Drop", "Duplicate", "FULL_PACKET_BYTES", "Federate", "File", "FollowsGoals",
-    "FollowsHosts", "FollowsMap", "FollowsTask", "FollowsTeam", "Frame", "Frames", "Frontier",
-    "GoalEnd", "GridSpec", "Handle", "Handover", "HasDoubts", "HearsAntennas", "Itemizes",
+    "CountsAirtime", "CountsAttempts", "CountsBusyTime", "CountsControl", "CutsCarrier", "Deliver",
+    "Drop", "Duplicate", "FULL_PACKET_BYTES", "Federate", "File", "FollowsGoals", "FollowsHosts",
+    "FollowsMap", "FollowsTask", "FollowsTeam", "Frame", "Frames", "Frontier", "GoalEnd",
+    "GridSpec", "Handle", "Handover", "HasDoubts", "HearsAntennas", "Itemizes",
     "JudgesTransmissions", "KnowsDepartures", "KnowsHandovers", "KnowsLinks", "KnowsUnusedKeys",
     "Ledger", "LimitsReach", "Mark", "MovesObstacles", "Named", "NamesAccessPoints",
-    "NamesChannels", "NetworkModel", "Obstacles", "PASS", "Params", "Pass", "PassesMany",
-    "Peer", "Place", "PlacedAccessPoint", "Pose2D", "PredictsSignal", "Preset", "Queues",
-    "RandomStreams", "Ranges", "RecordedPaths", "Refuses", "Retransmits", "Rule", "RuleContext",
+    "NamesChannels", "NetworkModel", "Obstacles", "PASS", "Params", "Pass", "PassesMany", "Peer",
+    "Place", "PlacedAccessPoint", "Pose2D", "PredictsSignal", "Preset", "Queues", "RandomStreams",
+    "Ranges", "ReadsMarks", "RecordedPaths", "Refuses", "Retransmits", "Rule", "RuleContext",
     "RuleFunction", "SendsMany", "Separates", "Signal", "Snapshot", "Starts", "Strategy",
     "StrategyContext", "StrategyMessage", "StrategyTraits", "SwitchesAccessPoints", "TakesBack",
-    "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Topics", "UnusedKeys",
-    "Verdict", "World", "changed_keys", "function_rule", "model_of", "natural_key",
-    "packet_sizes", "rule_of", "scope_beside", "tuples", "with_preset", "with_scope",
-    "yaml_key",
+    "Targets", "TeamArea", "TeamLink", "TimePart", "TimeWindow", "Topics", "UnusedKeys", "Verdict",
+    "World", "changed_keys", "function_rule", "model_of", "natural_key", "packet_sizes", "rule_of",
+    "scope_beside", "tuples", "with_preset", "with_scope", "yaml_key",
 ]

@@ -17,6 +17,15 @@ class UnusedKeys(NamedTuple):
 
 
 @runtime_checkable
+class ReadsMarks(Protocol):
+    """Parameters of a network model for which the marks of packets (DSCP) may count."""
+
+    @property
+    def reads_marks(self) -> bool:
+        """Whether they do."""
+
+
+@runtime_checkable
 class KnowsUnusedKeys(Protocol):
     """Parameters that know which keys have no effect, because of the values of others."""
 

@@ -117,7 +117,7 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
     _add_background(graph, scenario.network)
     for medium in graph.media:
         if isinstance(medium.model, KnowsHandovers):
-            AssociationRows(medium, medium.model, kernel, trace)
+            graph.associations[medium.name] = AssociationRows(medium, medium.model, kernel, trace)
     return graph
 
 

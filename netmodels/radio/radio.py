@@ -41,7 +41,9 @@ class Radio:
     delivers 90 % in the open, computed from path loss and errors. Like ``walls`` it learns no
     rates: all go at ``rate``. ``ideal``: everything arrives at once and everywhere.
 
-    Times of a sender alone are the same on all of them but ``ideal``. Where there are no attempts,
+    Times of a sender alone are the same on all of them but ``ideal``, if nothing is aggregated: on
+    ``walls`` and ``disk`` each packet of 802.11n, ac and ax goes alone, without the header of QoS,
+    so that trains are slower than on ``mac``. Where there are no attempts,
     a unicast frame is lost beyond the range (``out_of_range``).
 
     Capabilities: those of its rung. Itemizes, LimitsReach, Retransmits, Refuses, CountsAttempts,
@@ -57,6 +59,11 @@ class Radio:
             "over which all frames go, on the rung mac (none: hosts talk to each other directly)"))
         infrastructure: Settings = Field(Settings(), description=(
             "wires behind the access points, and how stations hang on them (its own defaults)"))
+
+        @property
+        def reads_marks(self) -> bool:
+            """``ports.ReadsMarks``: where there are access categories and contention."""
+            return self.fidelity in ("mac", "multihop") and (self.has_mcs or self.qos)
 
         def access_point_names(self) -> tuple[str, ...]:
             """``ports.NamesAccessPoints``."""

@@ -61,7 +61,8 @@ class Uncontended(Itemized):
     the received power, and nowhere else. ``open_air``: as if there were neither walls nor
     shadowing.
 
-    A packet takes as long as ``DcfRadio``'s in an idle medium, and the next one of the same sender
+    A packet takes as long as ``DcfRadio``'s in an idle medium (without ``aggregation`` and the
+    header of QoS, of which it knows nothing), and the next one of the same sender
     waits for acknowledgement, DIFS and a backoff of the mean length. The range is that of the
     moment when a frame is given to the sender: of unicast frames where a full packet (1518 B with
     Ethernet's headers) arrives at 90 % within its ``retries``, of broadcasts the same at once.
