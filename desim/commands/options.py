@@ -166,5 +166,9 @@ def as_options() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(*(f"--{line[1:]}" if line.startswith(".") else line
-                           for line in map(str, error.args))) from error
+        raise InputError(*map(_for_option, map(str, error.args))) from error
+
+
+def _for_option(line: str) -> str:
+    key, colon, text = line.partition(":")
+    return f"{_option(key[1:])}{colon}{text}" if line.startswith(".") else line

@@ -7,7 +7,7 @@ the results with published numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 from desim.ports import parameters
 from desim.ports.antenna import Antenna
@@ -97,6 +97,14 @@ class Case(Protocol):
 # Plays a setup, ``play(setup, seed=1)``: the measures that ``desim net --json`` prints, by name. A
 # measure is a number, or a table of numbers.
 Play = Callable[..., Mapping[str, Any]]
+
+
+@runtime_checkable
+class ShowsSettings(Protocol):
+    """Parameters of a case of which something follows that stands in the place of what is given."""
+
+    def shown(self) -> dict[str, str]:
+        """By key, the words for it."""
 
 
 class Check(NamedTuple):

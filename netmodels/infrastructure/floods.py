@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from desim import ports
 from netmodels.infrastructure.associations import Associations
+from netmodels.infrastructure.memberships import Memberships
 from netmodels.infrastructure.trips import Trip
 from netmodels.infrastructure.ways import Ways
 
+ENDED = "membership_ended"  # the reason of multicasts to who is no known member
 _NOBODY = ports.Drop("receiver_not_associated")
 
 
@@ -16,6 +18,11 @@ class _Flood:
 
     def __init__(self, receivers: tuple[int, ...], coming: int) -> None:
         self.left, self.coming = dict.fromkeys(receivers), coming
+
+    def leave_out(self, receivers: list[int]) -> None:
+        """Send no more of it to these receivers."""
+        for receiver in receivers:
+            del self.left[receiver]
 
     def reaches(self, stations: list[int]) -> list[int]:
         """Those of ``stations`` where it has to go and has not been, which it reaches now."""
@@ -31,10 +38,11 @@ class Floods:
     ``Settings``."""
 
     def __init__(self, context: ports.Context, ways: Ways, associations: Associations,
-                 access_points: tuple[int, ...], wired: frozenset[int], multicast: str) -> None:
+                 access_points: tuple[int, ...], wired: frozenset[int], multicast: str,
+                 memberships: Memberships) -> None:
         self._context, self._ways, self._associations = context, ways, associations
         self._access_points, self._wired = access_points, wired
-        self._multicast = multicast
+        self._multicast, self._memberships = multicast, memberships
 
     def spread(self, trip: Trip, station: int) -> None:
         """A broadcast is at ``station``, an access point or its wired sender."""
@@ -42,6 +50,11 @@ class Floods:
         others = [*(one for one in receivers if one in self._wired), *self._access_points]
         along = tuple(one for one in others if one != station)
         flood = _Flood(receivers, len(along) + (station in self._access_points))
+        ended = [one for one in receivers
+                 if self._memberships.ended(one, self._context.now_ns)]
+        if ended:
+            flood.leave_out(ended)
+            self._ways.stop(trip.copy(), station, ENDED, ended)
         if along:
             self._ways.along(trip.copy(), station, along,
                              lambda copy, at: self._there(flood, copy, at))

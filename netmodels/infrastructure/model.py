@@ -17,8 +17,9 @@ from netmodels.infrastructure.access_points import (
     names_of,
 )
 from netmodels.infrastructure.associations import Associations
-from netmodels.infrastructure.floods import Floods
+from netmodels.infrastructure.floods import ENDED, Floods
 from netmodels.infrastructure.fq_codel import Backlog, memory_bytes
+from netmodels.infrastructure.memberships import Memberships
 from netmodels.infrastructure.outlets import AirOutlet
 from netmodels.infrastructure.packet_queue import PacketQueue, PlainQueue
 from netmodels.infrastructure.settings import Settings
@@ -62,7 +63,8 @@ class Infrastructure:
     Params = Settings
     reasons: tuple[str, ...] = tuple(sorted({
         *DcfRadio.reasons, "not_associated", "receiver_not_associated", "roamed",
-        "codel", "downlink_codel", "downlink_queue_full", "wires_queue_full", STOPPED}))
+        "codel", "downlink_codel", "downlink_queue_full", "wires_queue_full", STOPPED,
+        ENDED}))
     refuses = ("codel", "not_associated", "queue_full")
 
     def __init__(self, settings: Settings, params: DcfRadio.Params,
@@ -107,10 +109,12 @@ class Infrastructure:
             [host for host in range(count) if host not in self._wired], self._channels,
             ack_ns)
         self.associations.begin()
+        snoops = settings.multicast == "snooping" and not settings.querier
+        self._memberships = Memberships(settings.membership_ns if snoops else None)
         self._ways = Ways(context, self._air, wires, outlets, times,
                           self.associations.power_save)
         self._floods = Floods(context, self._ways, self.associations, tuple(self._channels),
-                              self._wired, settings.multicast)
+                              self._wired, settings.multicast, self._memberships)
 
     def _queues(self) -> Callable[[], PacketQueue]:
         """A maker of the queues of one radio."""
@@ -174,6 +178,8 @@ class Infrastructure:
 
     def switched(self, host: int, up: bool) -> None:
         """A host has started or stopped."""
+        if up:
+            self._memberships.report(host, self._context.now_ns)
         if host not in self._wired:
             self._air.switched(host, up)
             self.associations.switched(host, up)

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from desim import ports
+from desim.units import Period
 from netmodels.infrastructure.fq_codel import FqCodelConstants
 from netmodels.infrastructure.joining import JoiningConstants, Security
 from netmodels.infrastructure.roaming import Roaming
@@ -31,6 +32,12 @@ class Settings(ports.Params):
         "of broadcasts: each access point with stations sends them, or only one with receivers, as "
         "with IGMP snooping, or that sends one unicast frame to each receiver (hostapd: "
         "multicast_to_unicast is off)"))
+    querier: bool = Field(True, description=(
+        "with multicast: snooping, whether somebody asks for memberships; without, they end "
+        "(false in Linux's bridge: multicast_querier; true: routers ask)"))
+    membership_ns: Period = Field("260 s", description=(
+        "after which a host's memberships end where nobody asks for them (Linux's bridge: "
+        "multicast_membership_interval; RFC 3376, 8.4)"))
     security: Security = Field("wpa2", description=(
         "of joining: with the 4-way handshake of a shared key, or open (what networks have)"))
     fast_transition: bool = Field(False, description=(

@@ -22,6 +22,7 @@ from netmodels.radio.standards import STANDARDS, Access, RadioName, Standard, ch
 
 USUAL_HZ, USUAL_BPS = 20e6, 54_000_000
 _MOST_HT_AMSDU_BYTES = 4065  # (802.11-2016, 9.3.2.2.2)
+FIVE_GHZ = 36  # a channel of the band that all of them have
 
 
 class Modulation(ports.Params):
@@ -54,6 +55,16 @@ class Modulation(ports.Params):
     def has_mcs(self) -> bool:
         """Whether the standard is 802.11n or later."""
         return self.standard in FORMATS
+
+    def shown(self) -> dict[str, str]:
+        """``ports.cases.ShowsSettings``: the rate of the MCS. Raises ``InputError`` for what the
+        standard does not have."""
+        if not self.has_mcs:
+            return {}
+        standard = high_throughput(self.standard, round(self.width_hz / 1e6), self.streams,
+                                   self.guard_interval_ns, FIVE_GHZ)
+        used = standard.rates[mcs_index(self.standard, standard, self.mcs)]
+        return {"rate": f"{used.mbps:g} Mb/s"}
 
     def of_channel(self, channel: int, basic_rates_bps: Sequence[int] | None,
                    fewer_streams: bool = False) -> Standard:

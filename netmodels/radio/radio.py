@@ -11,6 +11,7 @@ from desim import ports
 from netmodels.ideal import Ideal
 from netmodels.infrastructure import Infrastructure
 from netmodels.infrastructure.access_points import STOPPED, AccessPoint, names_of
+from netmodels.infrastructure.floods import ENDED
 from netmodels.infrastructure.settings import Settings
 from netmodels.multihop.hop_choice import as_fast
 from netmodels.multihop.multihop import Multihop
@@ -86,7 +87,7 @@ class Radio:
     reasons = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
                "relay_down", "relay_no_path", "relay_queue_full", "not_associated",
                "receiver_not_associated", "roamed", "codel", "downlink_codel",
-               "downlink_queue_full", "wires_queue_full", STOPPED)
+               "downlink_queue_full", "wires_queue_full", STOPPED, ENDED)
 
     @staticmethod
     def build(params: Params) -> ports.NetworkModel:

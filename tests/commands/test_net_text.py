@@ -147,3 +147,23 @@ def test_coverage_is_drawn_into_the_results_or_where_it_is_wanted(tmp_path, monk
     assert (done.exit_code, done.output) == (0, f"all of it\n{target}\n")
     assert asked == [(3, "robot_1", "lan", target)]
     assert Path("results/two").is_dir() == (not given)
+
+
+@pytest.mark.parametrize(("radio", "shows"), [
+    ("{standard: 11n, mcs: 4}", "rate 39 Mb/s"), ("{standard: 11n}", "rate 65 Mb/s"),
+    ("{standard: 11ac, mcs: 8, width: 80 MHz, guard_interval: 400 ns, streams: 2}",
+     "rate 780 Mb/s")])
+def test_of_an_mcs_its_rate_is_shown(tmp_path, radio, shows):
+    """IEEE 802.11-2016, tables 19-27 and 21-38."""
+    file = tmp_path / "two.yaml"
+    file.write_text(f"{radio[:-1]}, places: [[0, 0], [9, 0]], duration: 10 ms, "
+                    "warm_up: 10 ms, flows: [{from: 0, to: 1}]}")
+    said = CliRunner().invoke(app, ["net", "layout", str(file)])
+    assert f", {shows}, " in said.stdout and " 54 Mb/s" not in said.stdout
+
+
+def test_an_option_is_named_as_it_is_typed():
+    said = CliRunner().invoke(app, ["net", "saturation", "--standard", "11n", "--guard-interval",
+                                    "1600"])
+    assert said.stderr == ("--guard-interval: 11n has none of 1600 ns; allowed: 800 ns, 400 ns\n")
+    assert said.exit_code == 2

@@ -13,6 +13,7 @@ from desim import plugins
 from desim.commands.options import descriptions
 from desim.commands.views.catalogue import first_sentence
 from desim.ports import Params
+from desim.ports.cases import ShowsSettings
 
 Measures = Mapping[str, Any]  # of desim.netcases.case.play
 FLEET = "fleet"  # not a plug-in: it plays a scenario
@@ -106,6 +107,8 @@ def title(case: str, seed: int, params: Params) -> str:
         settings = {"hosts": len(settings.pop("places")), "flows": len(settings.pop("flows")),
                     **{key: value for key, value in settings.items()
                        if key not in unsaid and not isinstance(value, (dict, list))}}
+    if isinstance(params, ShowsSettings):
+        settings |= params.shown()
     given = (f"{key} {_word(value)}" for key, value in settings.items() if value is not None)
     return f"{case}: {', '.join((*given, f'seed {seed}'))}"
 
