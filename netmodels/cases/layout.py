@@ -93,6 +93,8 @@ class Layout:
         p = self.params
         wrong = [*self._misplaced(), *(f".flows.{k}{line}" for k, flow in enumerate(p.flows)
                                        for line in _complaints(flow, len(p.places), p.fidelity))]
+        wrong += [f"{key}: it has no effect, because {unused.why}; allowed: without it"
+                  for unused in p.without_effect(None) for key in unused.keys]
         if wrong:
             raise InputError(*wrong)
         hosts = tuple(f"host_{k}" for k in range(len(p.places)))

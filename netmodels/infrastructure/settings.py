@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal
 
 from pydantic import Field
@@ -52,3 +53,15 @@ class Settings(ports.Params):
                                                     "(NetworkManager with wpa_supplicant)")
     constants: JoiningConstants = Field(JoiningConstants(), description=(
         "of beacons, scans and joining (Linux)"))
+
+    def unused(self) -> Iterator[ports.UnusedKeys]:
+        """Keys without effect because of the values of others."""
+        if self.queue == "fifo":
+            yield ports.UnusedKeys(ports.changed_keys(self, "fq_codel"), "queue is fifo")
+        if self.multicast != "snooping":
+            yield ports.UnusedKeys(ports.changed_keys(self, "querier"),
+                                   "memberships count only with multicast: snooping")
+        if self.multicast != "snooping" or self.querier:
+            yield ports.UnusedKeys(ports.changed_keys(self, "membership_ns"),
+                                   "memberships end only with multicast: snooping and without a "
+                                   "querier")

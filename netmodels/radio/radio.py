@@ -71,8 +71,8 @@ class Radio:
             return names_of(self.access_points, ()) if self.fidelity == "mac" else ()
 
         def without_effect(self, scenario: object) -> Iterator[ports.UnusedKeys]:
-            """Keys of access points where there are none, and the channels of stations where there
-            are some."""
+            """Keys of access points where there are none; where there are some, the channels of
+            stations, and keys beside those of others."""
             if not self.access_points:
                 yield ports.UnusedKeys(ports.changed_keys(self, "infrastructure"),
                                        "there are no access_points")
@@ -80,9 +80,12 @@ class Radio:
                 yield ports.UnusedKeys([".access_points"], f"on the rung {self.fidelity} hosts "
                                                            "talk to each other directly")
             else:
-                usual = Radio.Params(card=self.card).channel
-                yield ports.UnusedKeys([".channel"] if self.channel != usual else [],
+                usual = {Radio.Params(card=self.card).channel,
+                         *(one.channel for one in self.access_points)}
+                yield ports.UnusedKeys([] if self.channel in usual else [".channel"],
                                        "stations take the channels of their access points")
+                for keys, why in self.infrastructure.unused():
+                    yield ports.UnusedKeys([f".infrastructure{key}" for key in keys], why)
 
     reasons = (*DcfRadio.reasons, "out_of_range", "hop_limit", "no_path",
                "relay_down", "relay_no_path", "relay_queue_full", "not_associated",

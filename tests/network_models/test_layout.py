@@ -6,6 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from desim.cli import app
+from desim.errors import InputError
 from desim.netcases.case import play
 from desim.netcases.setup_places import SetupPlaces
 from desim.scenario import block_file, yaml12
@@ -319,3 +320,25 @@ def test_a_saturated_flow_goes_on_when_its_station_has_joined():
         infrastructure={"wired": ["host_1"], "associated": False},
         flows=[{"from": 0, "to": 1}], duration="6 s")).setup())
     assert found["lost"]["not_associated"] > 0 and found["goodput_mbps"] > 20
+
+
+POINT = [{"at": ["0 m", "0 m"], "channel": 36}]
+
+
+@pytest.mark.parametrize(("given", "complaint"), [
+    ({"access_points": POINT, "channel": 44},
+     ".channel: it has no effect, because stations take the channels of their access points; "
+     "allowed: without it"),
+    ({"access_points": POINT, "infrastructure": {"queue": "fifo", "fq_codel": {"target": "9 ms"}}},
+     ".infrastructure.fq_codel: it has no effect, because queue is fifo; allowed: without it"),
+    ({"infrastructure": {"querier": False}},
+     ".infrastructure: it has no effect, because there are no access_points; allowed: without it"),
+    ({"access_points": POINT, "infrastructure": {"membership": "9 s"}},
+     ".infrastructure.membership: it has no effect, because memberships end only with multicast: "
+     "snooping and without a querier; allowed: without it")])
+def test_no_key_of_a_layout_is_ignored(given, complaint):
+    """A scenario warns of it; a layout has nobody to warn."""
+    with pytest.raises(InputError) as caught:
+        Layout(Layout.Params.model_validate({
+            "places": [[0, 0], [9, 0]], "flows": [{"from": 0, "to": 1}], **given})).setup()
+    assert str(caught.value) == complaint
