@@ -19,6 +19,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, PlainSerializer, WithJsonSchema
 
 NS_PER_S = 1_000_000_000
+NEVER_NS = 1 << 62  # after all that happens
 MM_PER_M = 1000
 MRAD_PER_RAD = 1000
 

@@ -13,7 +13,7 @@ from desim.loop.taps import HostTap
 from desim.middleware.contents import Filler
 from desim.middleware.graph import Graph
 from desim.middleware.message import Message
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 
 _AT_ONCE = 64  # frames of one TAP
@@ -32,7 +32,7 @@ class Carried(NamedTuple):
     frame: bytes
 
 
-class Conversation(BroadcastCarrier[Carried]):
+class Conversation(Carrier[Carried]):
     """The frames of one host and topic on one medium. To the graph each is a message, so that
     tables, ``desim why`` and rules by topic know them as they know desim's own."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from desim.engine.kernel import Phase
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.scenario.schema.scenario import Scenario
 from desim.simulation.simulation import Simulation
@@ -28,7 +28,7 @@ def rehearse(scenario: Scenario) -> None:
 
 def _send_some(what: tuple[Medium, list[int]]) -> None:
     medium, (first, *others) = what
-    carrier: BroadcastCarrier[None] = BroadcastCarrier()
+    carrier: Carrier[None] = Carrier()
     for size_bytes in _SIZES_BYTES:
         medium.transmit(first, tuple(others), size_bytes, 1, True, carrier, None)
         medium.transmit(others[0], (first,), size_bytes, 1, False, carrier, None)

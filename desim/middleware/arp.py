@@ -6,11 +6,11 @@ States and times are those of Linux (net/core/neighbour.c, net/ipv4/arp.c).
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
 from desim.middleware.jiffies import fires_ns
-from desim.network.carrier import BroadcastCarrier, Carrier, T_contra
+from desim.network.carrier import AnyCarrier, Carrier, T_contra
 from desim.ports import TimePart
 
 if TYPE_CHECKING:
@@ -34,16 +34,8 @@ NONE, INCOMPLETE, FAILED, STALE, DELAY, PROBE, REACHABLE = range(7)
 QUESTION, ANSWER = range(2)
 
 
-class AddressedCarrier(Carrier[T_contra]):
-    """A carrier of unicast frames that is notified if they could not leave."""
-
-    __slots__ = ()
-
-    def unresolved(self, token: T_contra) -> None:
-        """A frame is lost because nobody has answered for the receiver's address."""
-
 # The arguments of ``transmit``.
-Frame = tuple[int, tuple[int, ...], int, int, bool, AddressedCarrier[Any], object]
+Frame = tuple[int, tuple[int, ...], int, int, bool, AnyCarrier, object]
 
 
 class Neighbours:
@@ -93,7 +85,7 @@ class Neighbours:
         return self._reachable[drawn]
 
 
-class Neighbour(BroadcastCarrier[int]):
+class Neighbour(Carrier[int]):
     """One host's ARP entry for another host. All frames to that host go through ``transmit``. While
     the address is being resolved they wait; if nobody answers they are lost, and each carrier is
     notified (``unresolved``). TCP sets ``confirmed_ns`` when an acknowledgement arrives. A peer's
@@ -118,7 +110,7 @@ class Neighbour(BroadcastCarrier[int]):
         self._tick_ns, self._up_ns = all_.tick_ns, all_.up_ns(host)
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
-                 broadcast: bool, carrier: AddressedCarrier[T_contra],
+                 broadcast: bool, carrier: Carrier[T_contra],
                  token: T_contra) -> int | None:
         """As ``Medium.transmit``. (``*frame`` would cost a thousand instructions more.)"""
         if self._state <= STALE:

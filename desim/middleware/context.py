@@ -16,11 +16,11 @@ from desim.engine.agenda import Call
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack
 from desim.middleware.answer_checks import transport_of
-from desim.middleware.arp import AddressedCarrier, Neighbours
+from desim.middleware.arp import Neighbours
 from desim.middleware.beliefs import Beliefs
 from desim.middleware.datagrams import Datagram
 from desim.middleware.transports import Stream
-from desim.network.carrier import BEFORE_NS, BroadcastCarrier
+from desim.network.carrier import BEFORE_NS, Carrier
 from desim.ports import TimePart
 from desim.ports.middleware import (
     Addressing,
@@ -217,7 +217,7 @@ class GraphContext:
         self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + frames
 
 
-class _Arrivals(AddressedCarrier[object], BroadcastCarrier[object]):
+class _Arrivals(Carrier[object]):
     """The carrier of frames of which only the arrival matters. A protocol over UDP takes a copy
     for another frame."""
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
-from desim.middleware.arp import AddressedCarrier
 from desim.middleware.transports import datagram_frame
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.host import Host
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from desim.network.ways import Way
 
 
-class Datagram(AddressedCarrier["Message"], BroadcastCarrier["Message"]):
+class Datagram(Carrier["Message"]):
     """Fire and forget: a frame per receiving host, or one broadcast frame per medium. Any lost
     datagram of a message loses the message."""
 

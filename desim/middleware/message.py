@@ -15,7 +15,7 @@ class Message:
     """A message of a node. ``seq`` counts the messages of its host; ``number`` counts the messages
     between hosts of the whole run (0: it never left its host) and is in no digest. ``unread`` is
     the content as it was published, to be passed on. ``content`` is the same; if that is ``Lazy``,
-    the message has to be a ``LazyMessage``."""
+    the message becomes a ``LazyMessage``."""
 
     __slots__ = ("origin", "about", "seq", "size_bytes", "born_ns", "number", "unread")
 
@@ -30,6 +30,8 @@ class Message:
         self.born_ns = born_ns
         self.number = 0
         self.unread = content
+        if type(content) is Lazy:
+            self.__class__ = LazyMessage
 
     @property
     def source(self) -> int:

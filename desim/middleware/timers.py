@@ -7,9 +7,10 @@ from collections.abc import Callable
 from desim.engine.kernel import Phase
 from desim.ports.middleware import Clock, MiddlewareContext
 from desim.ports.networks import Handle
+from desim.units import NEVER_NS
 
 _NETWORK = Phase.NETWORK
-NEVER = 1 << 62  # ns
+NEVER = NEVER_NS
 
 
 class Timers:

@@ -10,10 +10,10 @@ from desim.engine.kernel import Phase
 from desim.engine.trace import pack
 from desim.middleware.answer_checks import subscribers_of
 from desim.middleware.batches.publisher import BatchPublisher, FanOut
-from desim.middleware.contents import Content, Lazy
+from desim.middleware.contents import Content
 from desim.middleware.counts import TopicCounts
 from desim.middleware.inside import WithInside
-from desim.middleware.message import LazyMessage, Message
+from desim.middleware.message import Message
 from desim.middleware.transports import Stream, StreamLink
 from desim.ports.middleware import Addressing, Offer, Transport
 
@@ -293,8 +293,7 @@ class Publisher:
         host = self.host
         host.published = seq = host.published + 1
         graph = host.graph
-        kind = LazyMessage if type(content) is Lazy else Message
-        message = kind(host, self.topic, seq, content.size_bytes, graph.kernel.now_ns, content)
+        message = Message(host, self.topic, seq, content.size_bytes, graph.kernel.now_ns, content)
         if graph.read_at_birth:
             message.content  # noqa: B018 - reading computes it
         if self._local:
@@ -371,8 +370,7 @@ class Publisher:
         again = [receiver for receiver in receivers if receiver in self._owed]
         self._owed = [receiver for receiver in self._owed if receiver not in again]
         self.topic.counts.unmatched -= len(again)
-        kind = LazyMessage if type(last) is Lazy else Message
-        message = kind(host, self.topic, host.published, last.size_bytes,
-                       host.graph.kernel.now_ns, last)
+        message = Message(host, self.topic, host.published, last.size_bytes,
+                          host.graph.kernel.now_ns, last)
         host.graph.depart(message, len(receivers))
         self.transport.send(message, receivers)

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from desim.engine.kernel import Kernel, Phase
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.ports.cases import Flow
 from desim.units import PERIOD
@@ -59,7 +59,7 @@ class Source(ABC):
         self.delays_ns.extend([now_ns - sent_ns] * packets)
 
 
-class PacketSource(Source, BroadcastCarrier[int]):
+class PacketSource(Source, Carrier[int]):
     """Sends packets, as the medium's ``Carrier``. The token of a frame is the time when it was
     sent. A copy counts as no further arrival."""
 

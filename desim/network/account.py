@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 
 class Account:
@@ -44,6 +44,13 @@ class Account:
     @property
     def background_bytes(self) -> int:
         return sum(self.tx_bytes[self.own:]) - sum(self.barred_bytes[self.own:])
+
+    def count_arrivals(self, frames: int, shares: Iterable[tuple[int, int, int]]) -> None:
+        """So many ``frames`` have arrived: bytes and packets at each receiver."""
+        self.delivered += frames
+        for receiver, size_bytes, packets in shares:
+            self.packets_delivered += packets
+            self.rx_bytes[receiver] += size_bytes
 
     def count_drops(self, reason: str, frames: int, packets: int) -> None:
         """``frames`` and ``packets`` do not arrive, for ``reason``."""

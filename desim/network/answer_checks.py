@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Sequence
+from typing import TypeGuard
 
 from desim.errors import ModelError, class_of
 from desim.ports import Drop, Frame, LimitsReach, NetworkModel, Rule, Verdict
@@ -27,6 +28,11 @@ def arrival_of(model: NetworkModel, delay_ns: object) -> int:
         raise ModelError(f"{class_of(model)} returned {delay_ns!r} from send; wanted: a delay in "
                          "ns, or None and a call of context.settle(frame, receiver, verdict)")
     return checked_delay(model, "delivers after", delay_ns)
+
+
+def is_complete(given: object, receivers: int) -> TypeGuard[Sequence[Verdict]]:
+    """Whether a rule gave one verdict for each of ``receivers``."""
+    return isinstance(given, Sequence) and len(given) == receivers
 
 
 def no_verdicts(rule: Rule, given: object, receivers: int) -> ModelError:

@@ -7,9 +7,8 @@ rest is settled at once, and listed only on demand.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from typing import Any
 
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import AnyCarrier
 from desim.network.terms import PLAIN, Claim, Terms
 from desim.ports import Frame
 
@@ -20,7 +19,7 @@ class Broadcast:
 
     __slots__ = ("carrier", "token", "frame", "terms", "left", "_settled", "_dropped")
 
-    def __init__(self, carrier: BroadcastCarrier[Any], token: object, frame: Frame,
+    def __init__(self, carrier: AnyCarrier, token: object, frame: Frame,
                  terms: dict[int, Terms] | None) -> None:
         self.carrier = carrier
         self.token = token

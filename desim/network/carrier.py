@@ -14,7 +14,7 @@ T_contra = TypeVar("T_contra", contravariant=True)
 
 
 class Carrier(Generic[T_contra]):
-    """The sender of unicast frames. It gives a ``token`` along with each frame, and gets it back
+    """The sender of frames. It gives a ``token`` along with each frame, and gets it back
     with the frame's fate, once, and with each copy.
 
     A class that inherits from this one defines the fates that concern it; the others have no
@@ -71,15 +71,41 @@ class Carrier(Generic[T_contra]):
     def lost(self, token: T_contra, receiver: int, reason: str) -> object:
         """Nothing of the frame arrives at ``receiver``."""
 
+    def settled(self, token: T_contra, receiver: int, packets: int, lost: dict[int, str]) -> None:
+        """The train of so many ``packets`` is at ``receiver`` without those ``lost``: one of the
+        three fates above."""
+        if not lost:
+            self.arrived(token, receiver)
+        elif len(lost) < packets:
+            self.arrived_in_part(token, receiver, dict(sorted(lost.items())))
+        else:
+            self.lost(token, receiver, lost[0])
+
     def repeated(self, token: T_contra, receiver: int) -> object:
         """A copy of a frame that has arrived whole, where a rule makes copies."""
 
+    def unresolved(self, token: T_contra) -> object:
+        """A frame was lost because nobody has answered for the receiver's address."""
+
+    def arrived_many(self, token: T_contra, receivers: Sequence[int]) -> None:
+        """A broadcast is whole at several ``receivers`` in one instant, which are in the order of
+        their trace ids: what ``arrived`` says of each."""
+        for receiver in receivers:
+            self.arrived(token, receiver)
+
+    def missed(self, token: T_contra, receivers: Collection[int], reason: str,
+               medium: Medium) -> object:
+        """One fate of several receivers of a broadcast frame. They are best counted: to list them
+        may take a search."""
+
 
 AnyCarrier: TypeAlias = Carrier[Any]  # its tokens are its own
+BroadcastCarrier = Carrier
 
 
 class WrappedCarrier(Carrier[T_contra]):
-    """A carrier around another one, whose protocol, connection and socket its frames have."""
+    """A carrier around another one, whose protocol, connection and socket its frames have, and
+    which hears of what ends them."""
 
     __slots__ = ("_carrier",)
 
@@ -103,6 +129,19 @@ class WrappedCarrier(Carrier[T_contra]):
     def first_sent(self, token: T_contra, now_ns: int) -> int:
         return self._carrier.first_sent(token, now_ns)
 
+    def lost(self, token: T_contra, receiver: int, reason: str) -> object:
+        return self._carrier.lost(token, receiver, reason)
+
+    def repeated(self, token: T_contra, receiver: int) -> object:
+        return self._carrier.repeated(token, receiver)
+
+    def unresolved(self, token: T_contra) -> object:
+        return self._carrier.unresolved(token)
+
+    def missed(self, token: T_contra, receivers: Collection[int], reason: str,
+               medium: Medium) -> object:
+        return self._carrier.missed(token, receivers, reason, medium)
+
 
 class Carriers(Protocol[T_contra]):
     """The senders of frames that set out together, one each: ``members``."""
@@ -113,20 +152,3 @@ class Carriers(Protocol[T_contra]):
     def expected_many(self, token: T_contra, delays_ns: Sequence[int]) -> object:
         """Frame i, for as many as there are delays, will be at its receiver ``delays_ns[i]`` from
         now: what ``Carrier.expected`` says of one frame. A delay may be 0."""
-
-
-class BroadcastCarrier(Carrier[T_contra]):
-    """The sender of broadcast frames."""
-
-    __slots__ = ()
-
-    def arrived_many(self, token: T_contra, receivers: Sequence[int]) -> None:
-        """A broadcast is whole at several ``receivers`` in one instant, which are in the order of
-        their trace ids: what ``arrived`` says of each."""
-        for receiver in receivers:
-            self.arrived(token, receiver)
-
-    def missed(self, token: T_contra, receivers: Collection[int], reason: str,
-               medium: Medium) -> object:
-        """One fate of several receivers of a broadcast frame. They are best counted: to list them
-        may take a search."""

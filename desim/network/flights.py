@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from desim.engine.kernel import Kernel, Phase
 from desim.network.account import Account
-from desim.network.carrier import BroadcastCarrier, Carrier
+from desim.network.carrier import Carrier
 from desim.network.terms import PLAIN, Claim
 from desim.ports import packet_sizes
 
@@ -66,7 +66,7 @@ class Flights:
         else:
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._arrives, claim)
 
-    def begin_all(self, source: int, carrier: BroadcastCarrier[T], token: T,
+    def begin_all(self, source: int, carrier: Carrier[T], token: T,
                   receivers: Collection[int], size_bytes: int, segments: int, delay_ns: int
                   ) -> None:
         """``begin`` for each receiver of a broadcast, all in one event."""
@@ -90,65 +90,53 @@ class Flights:
 
     def catch_up(self) -> None:
         """Enter the frames that have ``landed``."""
-        landed, account = self._landed, self._account
+        landed = self._landed
         self.count -= len(landed)
-        account.delivered += len(landed)
-        for receiver, size_bytes, segments in landed:
-            account.packets_delivered += segments
-            account.rx_bytes[receiver] += size_bytes
+        self._account.count_arrivals(len(landed), landed)
         landed.clear()
 
     def landed_each(self, receivers: Sequence[int], size_bytes: int, segments: int,
                     frames: Sequence[int]) -> None:
         """Enter frames that landed at several receivers, so many equal ones at each."""
-        account, total = self._account, sum(frames)
+        total = sum(frames)
         self.count -= total
+        account = self._account
         account.delivered += total
         account.packets_delivered += total * segments
         for receiver, count in zip(receivers, frames, strict=True):
             account.rx_bytes[receiver] += count * size_bytes
 
     def _deliver(self, claim: Claim) -> None:
-        """A frame is at one receiver."""
+        """A frame, or some packets of a train, are at one receiver."""
         carrier, token, receiver, size_bytes, segments, terms = claim
-        account = self._account
         self.count -= 1
+        lost = terms.lost
         if not self.up[receiver]:
-            account.count_drops("host_down", 1, segments - len(terms.lost))
+            self._account.count_drops("host_down", 1, segments - len(lost))
             carrier.lost(token, receiver, "host_down")
-            return
-        account.delivered += 1
-        if terms is not PLAIN and terms.lost:
-            self._deliver_in_part(claim)
-            return
-        account.packets_delivered += segments
-        account.rx_bytes[receiver] += size_bytes
-        carrier.arrived(token, receiver)
+        elif lost:
+            sizes = packet_sizes(size_bytes, segments)
+            left_bytes = size_bytes - sum(sizes[number] for number in lost)
+            self._account.count_arrivals(1, ((receiver, left_bytes, segments - len(lost)),))
+            carrier.arrived_in_part(token, receiver, dict(sorted(lost.items())))
+        else:
+            account = self._account  # ``count_arrivals`` without its call
+            account.delivered += 1
+            account.packets_delivered += segments
+            account.rx_bytes[receiver] += size_bytes
+            carrier.arrived(token, receiver)
 
-    def _deliver_all(self, carrier: BroadcastCarrier[T], token: T, size_bytes: int, segments: int,
+    def _deliver_all(self, carrier: Carrier[T], token: T, size_bytes: int, segments: int,
                      receivers: Sequence[int]) -> None:
         """A broadcast is at several receivers."""
         if not all(map(self.up.__getitem__, receivers)):
             for receiver in receivers:
                 self._deliver((carrier, token, receiver, size_bytes, segments, PLAIN))
             return
-        account, count = self._account, len(receivers)
-        self.count -= count
-        account.delivered += count
-        account.packets_delivered += count * segments
-        rx_bytes = account.rx_bytes
-        for receiver in receivers:
-            rx_bytes[receiver] += size_bytes
+        self.count -= len(receivers)
+        self._account.count_arrivals(len(receivers), [(receiver, size_bytes, segments)
+                                                      for receiver in receivers])
         carrier.arrived_many(token, receivers)
-
-    def _deliver_in_part(self, claim: Claim) -> None:
-        """Some packets of a train are at one receiver."""
-        carrier, token, receiver, size_bytes, segments, terms = claim
-        sizes = packet_sizes(size_bytes, segments)
-        account = self._account
-        account.packets_delivered += segments - len(terms.lost)
-        account.rx_bytes[receiver] += size_bytes - sum(sizes[number] for number in terms.lost)
-        carrier.arrived_in_part(token, receiver, dict(sorted(terms.lost.items())))
 
     def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
         """A frame that has copies is at one receiver. They come after it, if it comes."""

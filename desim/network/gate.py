@@ -9,9 +9,14 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from desim.errors import ModelError, class_of
-from desim.network.answer_checks import check_packets, checked_delay, no_verdicts, undeclared
+from desim.network.answer_checks import (
+    check_packets,
+    checked_delay,
+    is_complete,
+    no_verdicts,
+    undeclared,
+)
 from desim.network.carrier import Carrier
-from desim.network.marks import carried
 from desim.network.scoped_rule import Scoped, ScopedQueue
 from desim.network.terms import PLAIN, Terms
 from desim.ports import (
@@ -93,7 +98,7 @@ class Gate:
         receivers = frame.receivers
         if terms is None:
             terms = dict.fromkeys(receivers, PLAIN)
-        if not isinstance(verdicts, Sequence) or len(verdicts) != len(receivers):
+        if not is_complete(verdicts, len(receivers)):
             raise no_verdicts(rule, verdicts, len(receivers))
         for receiver, verdict in zip(receivers, verdicts, strict=True):
             if type(verdict) is Deliver:
@@ -137,8 +142,7 @@ class Gate:
             verdicts = rule.judge(frame, (receiver,))
             if verdicts is None:
                 continue
-            one = isinstance(verdicts, (list, tuple)) and len(verdicts) == 1
-            verdict = verdicts[0] if one else None
+            verdict = verdicts[0] if is_complete(verdicts, 1) else None
             if type(verdict) is Drop:
                 if verdict.reason not in rule.reasons:
                     raise undeclared(rule, verdict.reason)
@@ -150,10 +154,9 @@ class Gate:
                 raise no_verdicts(rule, verdicts, 1)
         return None
 
-
     def _topics(self, frame: Frame) -> tuple[str, ...]:
         """The topics of an open frame; none of a frame of the model's own."""
-        found = carried(self._medium, frame)
+        found = self._medium.carried(frame)
         return () if found is None else found[0].topics(found[1])
 
 

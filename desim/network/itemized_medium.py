@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, TypeVar
 
-from desim.network.carrier import BroadcastCarrier, Carrier
+from desim.network.carrier import Carrier
 from desim.network.flights import Flights
 from desim.network.held_frames import HeldFrames
 from desim.network.medium import Medium
@@ -49,7 +49,7 @@ class ItemizedFlights(Flights):
         self._enter(claim[0], claim[2], delay_ns, claim[5].delay_ns)
         super().begin_on_terms(source, claim, delay_ns)
 
-    def begin_all(self, source: int, carrier: BroadcastCarrier[T], token: T,
+    def begin_all(self, source: int, carrier: Carrier[T], token: T,
                   receivers: Collection[int], size_bytes: int, segments: int, delay_ns: int
                   ) -> None:
         for receiver in receivers:
@@ -83,6 +83,8 @@ class ItemizedMedium(Medium):
 
     __slots__ = ("itemized", "_passages", "_number", "_ledger", "_due")
 
+    Flights, HeldFrames = ItemizedFlights, ItemizedHeldFrames
+
     def __init__(self, passages: Passages, name: str, model: NetworkModel, *args: Any,
                  **kwargs: Any) -> None:
         self._passages, self._ledger = passages, FrameLedger()
@@ -94,10 +96,6 @@ class ItemizedMedium(Medium):
         associations = model if isinstance(model, KnowsHandovers) else None
         points = () if associations is None else [one.name for one in associations.access_points]
         passages.media.append(KnownMedium(name, (*self.hosts, *points), associations))
-        self.held = ItemizedHeldFrames(self, self._kernel)
-        before = self.flights
-        self.flights = ItemizedFlights(self, self._kernel, before._ids)
-        self._begin = self.flights.begin
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
                  broadcast: bool, carrier: Carrier[T], token: T, at_once: bool = False

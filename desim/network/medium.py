@@ -23,7 +23,7 @@ from desim.errors import KernelError, ModelError, below, class_of
 from desim.network.account import Account
 from desim.network.answer_checks import arrival_of, check_packets, reason_of, unexpected
 from desim.network.broadcast import Broadcast
-from desim.network.carrier import Carrier, Carriers
+from desim.network.carrier import AnyCarrier, Carrier, Carriers
 from desim.network.departures import Departures
 from desim.network.flights import Flights
 from desim.network.gate import Gate, MediumView
@@ -32,8 +32,6 @@ from desim.network.marks import Mark, marks
 from desim.network.surroundings import Nowhere, Reachability, Surroundings
 from desim.network.terms import PLAIN, Claim, Terms
 from desim.ports import Deliver, Drop, Frame, NetworkModel, packet_sizes
-
-UNKNOWN_NS = 1 << 62  # the arrival of a frame that the model has not settled yet
 
 T = TypeVar("T")
 
@@ -61,6 +59,8 @@ class Medium(Account):
                  "_reasons", "_hosts", "_control", "_reachability", "_admit", "_passes",
                  "_all_pass", "_send_many", "departures", "left", "held", "dscp")
 
+    Flights, HeldFrames = Flights, HeldFrames
+
     def __init__(self, name: str, model: NetworkModel,
                  rules: Sequence[ports.Rule | ports.RuleFunction] = (), *, kernel: Kernel,
                  names: Names, streams: Streams, hosts: Sequence[str], own: int | None = None,
@@ -80,9 +80,9 @@ class Medium(Account):
         self.left = self.departures.left
         self._place = Nowhere(len(hosts)) if place is None else place
         self.positions = self._place.positions
-        self.flights = Flights(self, kernel, [names.id(host) for host in hosts])
+        self.flights = self.Flights(self, kernel, [names.id(host) for host in hosts])
         self._begin = self.flights.begin
-        self.held = HeldFrames(self, kernel)
+        self.held = self.HeldFrames(self, kernel)
         self._open: dict[int, Claim] = {}  # unicast ones, by frame
         self._broadcasts: dict[int, Broadcast] = {}  # open ones, by frame
         self._awaited = 0  # receivers at which those are not settled yet
@@ -159,17 +159,20 @@ class Medium(Account):
         broadcast, settled = self._settled(frame, receivers)
         if not settled:
             return
-        if type(verdict) is Deliver:
-            self._fly(frame, broadcast, settled, verdict.delay_ns)
-            return
-        self._dropped(frame, settled, reason,
-                      len(settled) * frame.segments - broadcast.lacking(settled))
-        broadcast.carrier.missed(broadcast.token, settled, reason, self)
+        if type(verdict) is not Deliver:
+            self._dropped(frame, settled, reason,
+                          len(settled) * frame.segments - broadcast.lacking(settled))
+            broadcast.carrier.missed(broadcast.token, settled, reason, self)
+        elif broadcast.terms is None:
+            self.flights.begin_all(frame.source, broadcast.carrier, broadcast.token, settled,
+                                   frame.size_bytes, frame.segments, verdict.delay_ns)
+        else:
+            for receiver in settled:
+                self._begin_on_terms(frame, broadcast.claim(receiver), verdict.delay_ns)
 
     def flow(self, frame: Frame) -> Hashable:
-        carrier = (self._broadcasts[frame.id].carrier if frame.broadcast
-                   else self._open[frame.id][0])
-        return carrier.socket, frame.source, frame.receivers
+        found = self.carried(frame)
+        return found and found[0].socket, frame.source, frame.receivers
 
     # For those who send.
 
@@ -177,8 +180,8 @@ class Medium(Account):
                  broadcast: bool, carrier: Carrier[T], token: T, at_once: bool = False
                  ) -> int | None:
         """Take a frame for ``receivers`` (ascending); ``carrier`` is notified of its fate at each,
-        with ``token``. A broadcast's is a ``BroadcastCarrier``. Returns the time (ns) of arrival if
-        there is one receiver, no rule has touched the frame and the model knows at once; else None.
+        with ``token``. Returns the time (ns) of arrival if there is one receiver, no rule has
+        touched the frame and the model knows at once; else None.
 
         ``at_once``: if the arrival time is known, count the frame as delivered now and skip the
         carrier; see ``post``."""
@@ -238,9 +241,7 @@ class Medium(Account):
         if not at_once or not self.flights.up[receiver]:
             self._begin(frame.source, claim, delay_ns)
             return None if at_once else self._kernel.now_ns + delay_ns
-        self.delivered += 1
-        self.packets_delivered += segments
-        self.rx_bytes[receiver] += size_bytes
+        self.count_arrivals(1, ((receiver, size_bytes, segments),))
         return self._kernel.now_ns + delay_ns
 
     def post(self, source: int, receivers: tuple[int], size_bytes: int, carrier: Carrier[T],
@@ -293,6 +294,14 @@ class Medium(Account):
 
     # For those who watch.
 
+    def carried(self, frame: Frame) -> tuple[AnyCarrier, object] | None:
+        """The carrier and the token of an open frame; None of a frame of the model's own."""
+        broadcast = self._broadcasts.get(frame.id)
+        if broadcast is not None:
+            return broadcast.carrier, broadcast.token
+        claim = self._open.get(frame.id)
+        return None if claim is None else claim[:2]
+
     def switched(self, host: int, up: bool) -> None:
         """Notify the model that a host has started or stopped, if it follows that."""
         if self._hosts is not None:
@@ -320,8 +329,7 @@ class Medium(Account):
             frame, terms, wait_ns = self._admit(frame, carrier, token)
             if terms is not None and not terms:
                 return
-        broadcast = Broadcast(
-            carrier, token, frame, terms)  # type: ignore[arg-type] # a BroadcastCarrier
+        broadcast = Broadcast(carrier, token, frame, terms)
         if wait_ns:
             self.held.hold(wait_ns, frame, [*map(broadcast.claim, frame.receivers)],
                            partial(self._offer_broadcast, broadcast))
@@ -352,16 +360,6 @@ class Medium(Account):
             self.left(frame)
         return broadcast, settled
 
-    def _fly(self, frame: Frame, broadcast: Broadcast, receivers: Collection[int],
-             delay_ns: int) -> None:
-        """A broadcast is on its way to ``receivers``."""
-        if broadcast.terms is None:
-            self.flights.begin_all(frame.source, broadcast.carrier, broadcast.token, receivers,
-                                   frame.size_bytes, frame.segments, delay_ns)
-            return
-        for receiver in receivers:
-            self._begin_on_terms(frame, broadcast.claim(receiver), delay_ns)
-
     def _begin_on_terms(self, frame: Frame, claim: Claim, delay_ns: int) -> None:
         """A frame that rules may have delayed or copied is on its way to one receiver."""
         if delay_ns < 0:
@@ -381,7 +379,8 @@ class Medium(Account):
             raise unexpected(self.model, self.name, frame, receiver)
         *_, segments, before = claim
         after = before.losing(before.numbers(packets, segments), reason)
-        if broadcast.all_dropped(receiver, packets) if broadcast else len(after.lost) == segments:
+        if len(after.lost) == segments if broadcast is None else (
+                broadcast.all_dropped(receiver, packets)):
             return False
         self.count_drops(reason, 0, len(after.lost) - len(before.lost))
         if reason in self.refuses and frame.receivers[0] == receiver:  # once a frame

@@ -10,7 +10,7 @@ from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim.engine.kernel import Kernel
-from desim.network.carrier import BroadcastCarrier, Carrier
+from desim.network.carrier import AnyCarrier, WrappedCarrier
 from desim.ports import KnowsHandovers, TimePart
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ class Passages:
                 del self.relays[next(iter(self.relays))]
             self.relays[message, host] = self.arriving, now_ns
 
-    def begin(self, medium: int, source: int, receivers: int, carrier: Carrier[Any], token: object,
+    def begin(self, medium: int, source: int, receivers: int, carrier: AnyCarrier, token: object,
               now_ns: int) -> Passage:
         """A frame is given to a medium."""
         held, handed_ns = self._wait or (TimePart.RESOLUTION, now_ns)
@@ -157,45 +157,38 @@ class Passages:
                        self.arriving if carrier.continues else None)
 
 
-class ItemizedCarrier(BroadcastCarrier[Any]):
+class ItemizedCarrier(WrappedCarrier[Any]):
     """The carrier of a frame on an ``ItemizedMedium``. It passes each fate on to the frame's own
     ``carrier``; meanwhile ``passages`` has this frame's ``passage`` as arriving or losing."""
 
-    __slots__ = ("passage", "carrier", "_passages", "_kernel")
+    __slots__ = ("passage", "_passages", "_kernel")
 
-    def __init__(self, passage: Passage, carrier: Carrier[Any], passages: Passages, kernel: Kernel
+    def __init__(self, passage: Passage, carrier: AnyCarrier, passages: Passages, kernel: Kernel
                  ) -> None:
-        self.passage, self.carrier = passage, carrier
+        self.passage, self._carrier = passage, carrier
         self._passages, self._kernel = passages, kernel
 
     @property
     def ahead(self) -> bool:  # type: ignore[override] # read once, at the settlement
-        return self.carrier.ahead
-
-    @property
-    def socket(self) -> object:
-        return self.carrier.socket
-
-    def topics(self, token: object) -> tuple[str, ...]:
-        return self.carrier.topics(token)
+        return self._carrier.ahead
 
     def expected(self, token: object, receiver: int, arrival_ns: int) -> None:
         self._passages.expected[token, receiver] = self.passage
         self.passage.left -= 1
-        self.carrier.expected(token, receiver, arrival_ns)
+        self._carrier.expected(token, receiver, arrival_ns)
 
     def arrived(self, token: object, receiver: int) -> None:
         self.passage.left -= 1
         passages = self._passages
         before, passages.arriving = passages.arriving, self.passage
-        self.carrier.arrived(token, receiver)
+        self._carrier.arrived(token, receiver)
         passages.arriving = before
 
     def arrived_many(self, token: object, receivers: Sequence[int]) -> None:
         self.passage.left -= len(receivers)
         passages = self._passages
         before, passages.arriving = passages.arriving, self.passage
-        self._broadcasting().arrived_many(token, receivers)
+        self._carrier.arrived_many(token, receivers)
         passages.arriving = before
 
     def arrived_in_part(self, token: object, receiver: int, lost: dict[int, str]) -> None:
@@ -206,7 +199,7 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
         passages.arriving = passages.losing = self.passage
         for reason in sorted(set(lost.values())):
             self._lose(receiver, reason)
-        self.carrier.arrived_in_part(token, receiver, lost)
+        self._carrier.arrived_in_part(token, receiver, lost)
         passages.arriving, passages.losing = before
 
     def lost(self, token: object, receiver: int, reason: str) -> None:
@@ -214,7 +207,7 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
         passages = self._passages
         before, passages.losing = passages.losing, self.passage
         self._lose(receiver, reason)
-        self.carrier.lost(token, receiver, reason)
+        self._carrier.lost(token, receiver, reason)
         passages.losing = before
 
     def missed(self, token: object, receivers: Collection[int], reason: str,
@@ -222,18 +215,11 @@ class ItemizedCarrier(BroadcastCarrier[Any]):
         self.passage.left -= len(receivers)
         passages = self._passages
         before, passages.losing = passages.losing, self.passage
-        self._broadcasting().missed(token, receivers, reason, medium)
+        self._carrier.missed(token, receivers, reason, medium)
         passages.losing = before
-
-    def repeated(self, token: object, receiver: int) -> None:
-        self.carrier.repeated(token, receiver)
 
     def _lose(self, receiver: int, reason: str) -> None:
         passage = self.passage
         self._passages.losses.append(FrameLoss(
             self._kernel.now_ns, passage.source, receiver, reason, passage.medium,
             passage.place_of_loss(receiver)))
-
-    def _broadcasting(self) -> BroadcastCarrier[Any]:
-        assert isinstance(self.carrier, BroadcastCarrier)
-        return self.carrier

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 
-from desim.network.answer_checks import checked_delay
+from desim.network.answer_checks import checked_delay, is_complete
 from desim.ports import (
     PASS,
     CutsCarrier,
@@ -28,8 +28,8 @@ from desim.ports import (
     scope_beside,
 )
 from desim.ports.scope import is_topic
+from desim.units import NEVER_NS
 
-_NEVER_NS = 1 << 62
 _ALWAYS, _ALL, _ALL_TOPICS = TimeWindow(), Targets(), Topics()
 
 
@@ -100,9 +100,7 @@ class Scoped:
         verdicts = self._rule.judge(frame, receivers)
         within = [self._acts(frame.source, receiver) for receiver in receivers]
         self._counted = any(within)
-        wrong = verdicts is not None and (not isinstance(verdicts, Sequence)
-                                          or len(verdicts) != len(receivers))
-        if all(within) or wrong:
+        if all(within) or verdicts is not None and not is_complete(verdicts, len(receivers)):
             return verdicts
         if not self._counted:
             if isinstance(self._rule, TakesBack) and not (
@@ -142,7 +140,7 @@ class ScopedQueue(Scoped):
     """
 
     wait_ns = 0
-    _end_ns = _NEVER_NS  # when all leaves that waits
+    _end_ns = NEVER_NS  # when all leaves that waits
 
     def __init__(self, rule: Rule, window: TimeWindow, targets: Targets,
                  topics: Sequence[str] = ()) -> None:
@@ -157,12 +155,12 @@ class ScopedQueue(Scoped):
         now_ns = self._context.now_ns
         if now_ns >= self._end_ns:
             self._emptied()
-            self._end_ns = _NEVER_NS
+            self._end_ns = NEVER_NS
         if self._window.holds(now_ns):
-            self._end_ns = self._window.changes_ns(now_ns) or _NEVER_NS
+            self._end_ns = self._window.changes_ns(now_ns) or NEVER_NS
         verdicts = super().judge(frame, receivers)
         self.wait_ns = 0
-        if not isinstance(verdicts, Sequence) or len(verdicts) != len(receivers):
+        if not is_complete(verdicts, len(receivers)):
             return verdicts
         waits_ns = [min(checked_delay(self, "delays by", verdict.delay_ns), self._end_ns - now_ns)
                     if type(verdict) is Deliver else 0 for verdict in verdicts]

@@ -16,11 +16,8 @@ def tap(medium: Medium, notice: Callable[[Frame, Carrier[Never], object], object
     send = medium._send
 
     def tapped(frame: Frame) -> int | None:
-        if frame.broadcast:
-            broadcast = medium._broadcasts[frame.id]
-            notice(frame, broadcast.carrier, broadcast.token)
-        else:
-            notice(frame, *medium._open[frame.id][:2])
+        if found := medium.carried(frame):
+            notice(frame, *found)
         return send(frame)
 
     medium._send, medium._send_many = tapped, none_of

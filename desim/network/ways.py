@@ -88,10 +88,8 @@ class ForwardedFrame(WrappedCarrier[Any]):
             self._from = host
             self._on_forward(host, self._source, self._receiver, self._size_bytes)
             self.go()
-        elif self._lost:
-            self._carrier.arrived_in_part(token, host, dict(sorted(self._lost.items())))
         else:
-            self._carrier.arrived(token, host)
+            self._carrier.settled(token, host, len(self._packets) + len(self._lost), self._lost)
 
     def arrived_in_part(self, token: Any, host: int, lost: dict[int, str]) -> None:
         sizes = packet_sizes(self._size_bytes, len(self._packets))

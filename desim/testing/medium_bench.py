@@ -13,7 +13,7 @@ from desim import ports
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import Carrier
 from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
 from desim.network.passages import Passages, Stamp
@@ -28,7 +28,7 @@ Fate = tuple[int, object, str, str, str]  # time_ns, label, source, receiver, fa
 Token = tuple[object, str]  # label, source
 
 
-class Bench(BroadcastCarrier[Token]):
+class Bench(Carrier[Token]):
     """A medium on a kernel of its own, with named hosts at fixed places and a log of every fate.
 
     ``places``: host name to x, y in m (NaN: none), or a number of hosts without a place, called

@@ -6,10 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from desim.units import NS_PER_S
+from desim.units import NEVER_NS, NS_PER_S
 from desim.world.recorded_paths import RecordedPath, wrapped
-
-_NEVER_NS = 1 << 62
 
 
 class RecordedMotion:
@@ -19,7 +17,7 @@ class RecordedMotion:
     def __init__(self, paths: Sequence[RecordedPath]) -> None:
         self._at = np.cumsum([0, *(len(path.times_ns) for path in paths[:-1])])  # of each path
         self._times_ns = np.concatenate([path.times_ns for path in paths])
-        self._until_ns = np.concatenate([np.append(path.times_ns[1:], _NEVER_NS) for path in paths])
+        self._until_ns = np.concatenate([np.append(path.times_ns[1:], NEVER_NS) for path in paths])
         places, speeds = [], []
         for path in paths:  # with the way that it has gone since the run began, as fourth column
             steps = path.steps()

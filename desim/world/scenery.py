@@ -13,13 +13,11 @@ import numpy as np
 from desim.errors import InputError
 from desim.ports import materials
 from desim.scenario.schema.environment import Door, MovingObstacle
-from desim.units import SPEED
+from desim.units import NEVER_NS, SPEED
 from desim.world.geometry import TOUCH_M, point_distance, segments
 from desim.world.obstacles import crossing
 from desim.world.sources import line
 from desim.world.terrain import Terrain
-
-_NEVER_NS = 1 << 62
 
 
 class Doors:
@@ -59,7 +57,7 @@ class Doors:
 
     def _next_change_ns(self, now_ns: int) -> int:
         times = (time_ns for spans in self._open_ns for span in spans for time_ns in span)
-        return min((time_ns for time_ns in times if time_ns > now_ns), default=_NEVER_NS)
+        return min((time_ns for time_ns in times if time_ns > now_ns), default=NEVER_NS)
 
 
 class Movers:

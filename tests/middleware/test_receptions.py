@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from desim.middleware.datagrams import Datagram
 from desim.middleware.topics import WaitSet
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import Carrier
 from desim.network.surroundings import Still
 from netmodels.ideal import Ideal
 from netmodels.radio.dcf.stations import Stations
@@ -78,7 +78,7 @@ def test_all_receivers_at_once_are_one_after_the_other(model, faults, loss_perce
 
     at_once = play()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Datagram, "arrived_many", BroadcastCarrier.arrived_many)
+        patch.setattr(Datagram, "arrived_many", Carrier.arrived_many)
         assert play() == at_once
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from desim.netcases.case import play
-from desim.network.carrier import BroadcastCarrier, Carrier
+from desim.network.carrier import Carrier
 from desim.ports.cases import NOWHERE, Flow, Setup
 from desim.testing import Bench
 from netmodels.ideal import Ideal
@@ -39,7 +39,6 @@ def test_carriers_are_whole(module, name):
 def test_the_search_finds_them():
     found = {name for _, name in carriers()}
     assert {"PacketSource", "StreamLink", "Datagram", "Sender", "Bench"} <= found
-    assert issubclass(Bench, BroadcastCarrier)
 
 
 def test_a_carrier_is_a_socket_of_its_own_unless_it_says_otherwise():

@@ -11,6 +11,7 @@ from desim.errors import ModelError
 from desim.network import passages
 from desim.network.carrier import Carrier
 from desim.network.passages import Passages
+from desim.network.taps import tap
 from desim.ports import TimePart
 from desim.testing import Bench, ImmediateNetwork, check_network
 from netmodels.ideal import Ideal
@@ -281,3 +282,14 @@ def test_of_relayed_messages_the_last_ones_are_remembered(monkeypatch):
     for number in range(3):
         known.relay(number, 1, 10 + number)
     assert {key: time_ns for key, (_, time_ns) in known.relays.items()} == {(1, 1): 11, (2, 1): 12}
+
+
+@pytest.mark.parametrize("ledger", [None, Passages()])
+def test_a_ledger_hides_no_protocol_and_no_connection(ledger):
+    one, seen = Bench(Ideal(Ideal.Params()), passages=ledger), []
+    one.protocol = "tcp"
+    tap(one.medium, lambda frame, carrier, token: seen.append(
+        (carrier.protocol, carrier.conversation, carrier.socket)))
+    one.send(0, "host_1", "host_2", 100)
+    one.run()
+    assert seen == [("tcp", one, one)]

@@ -11,7 +11,7 @@ from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import InputError
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.network.surroundings import Still
 from netmodels.radio.dcf.radio import DcfRadio
@@ -22,7 +22,7 @@ FIXED = {"path_loss": {"model": "fixed", "total": "60 dB"}}
 HOSTS = list("abcd")
 
 
-class Run(BroadcastCarrier):
+class Run(Carrier):
     """Media of radios between the same hosts, in one run; what became of their frames."""
 
     def __init__(self, *media, places=None, rules=((), (), ())):

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Kernel, Phase, pair
-from desim.middleware.contents import Content, Lazy
-from desim.middleware.message import LazyMessage, Message
+from desim.middleware.contents import Content
+from desim.middleware.message import Message
 from desim.network.carrier import Carrier
-from desim.network.medium import UNKNOWN_NS
+from desim.units import NEVER_NS
 
 if TYPE_CHECKING:
     from desim.middleware.batches.publisher import BatchPublisher
@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 class Batch:
     """Messages that were born at ``born_ns``, the ``ordinal``-th batch of its publishers. Message m
     is number ``seq + m`` of its host and number ``number + m`` of the run; ``content(k)`` is the
-    content of publisher k's message. The message at place i arrives at ``arrivals[i]`` ns; without
-    delay, in round ``round`` of the instant of birth. ``open``: the places that are not counted as
-    delivered yet. ``given``: by place, those that their links have taken."""
+    content of publisher k's message. The message at place i arrives at ``arrivals[i]`` ns
+    (``NEVER_NS``: that is not known, or its link delivers it); without delay, in round ``round`` of
+    the instant of birth. ``open``: the places that are not counted as delivered yet. ``given``: by
+    place, those that their links have taken."""
 
     __slots__ = ("born_ns", "round", "seq", "number", "ordinal", "arrivals", "content", "messages",
                  "sent", "open", "given")
@@ -32,7 +33,7 @@ class Batch:
                  messages: int, places: int, content: Callable[[int], Content]) -> None:
         self.born_ns, self.round = born_ns, round_
         self.seq, self.number, self.ordinal = seq, number, ordinal
-        self.arrivals = [UNKNOWN_NS] * places
+        self.arrivals = [NEVER_NS] * places
         self.content = content
         self.messages: list[Message | None] = [None] * messages  # those that were made
         self.sent = False  # whether it is counted as sent
@@ -96,11 +97,9 @@ class Member(Carrier[Batch]):
         message = batch.messages[m]
         if message is None:
             publisher, make = self.publisher, batch.content
-            content = make(self._number)
-            kind = LazyMessage if type(content) is Lazy else Message
-            message = batch.messages[m] = kind(
+            message = batch.messages[m] = Message(
                 publisher.host, publisher.topic, batch.seq + m, self._batches.size_bytes,
-                batch.born_ns, content)
+                batch.born_ns, make(self._number))
             message.number = batch.number + m
         return message
 
@@ -109,7 +108,7 @@ class Member(Carrier[Batch]):
         batch, m = self._batches.last, self.message_index
         if batch is not None and batch.arrivals[self.index] >= self._batches.kernel.now_ns:
             batch = self._last_over()
-            if batch is not None and batch.arrivals[self.index] == UNKNOWN_NS:
+            if batch is not None and batch.arrivals[self.index] == NEVER_NS:
                 return None  # its link delivers it
         if batch is None or known is not None and batch.seq + m <= known.seq:
             return None
@@ -135,13 +134,13 @@ class Member(Carrier[Batch]):
         if self.latest is not None:
             self.latest.catch_up()
         index, arrivals = self.index, batch.arrivals
-        arrival_ns, arrivals[index] = arrivals[index], UNKNOWN_NS
+        arrival_ns, arrivals[index] = arrivals[index], NEVER_NS
         del batch.open[index]
         self._elsewhere += 1
         self._batches.mixed = True
         batch.given[index] = message = self.message(batch)
         self.link.take(message)
-        if arrival_ns != UNKNOWN_NS:
+        if arrival_ns != NEVER_NS:
             self._book(batch, arrival_ns)
 
     def _last_over(self) -> Batch | None:

@@ -13,7 +13,8 @@ import numpy as np
 from desim.engine.kernel import Phase
 from desim.engine.trace import ROW
 from desim.middleware.batches.batch import Batch, Member
-from desim.network.medium import UNKNOWN_NS, Medium
+from desim.network.medium import Medium
+from desim.units import NEVER_NS
 
 if TYPE_CHECKING:
     from desim.middleware.host import Host
@@ -94,7 +95,7 @@ class BatchWay:
                    tuple(member.host.index for member in members),
                    np.array([member.host.id for member in members], np.int64),
                    [member for member in members if member.latest is None],
-                   np.full(len(members), UNKNOWN_NS))
+                   np.full(len(members), NEVER_NS))
 
     def expected_many(self, batch: Batch, delays_ns: Sequence[int]) -> None:
         """See ``Carriers``."""
@@ -103,7 +104,7 @@ class BatchWay:
         after = self.host.graph.kernel.after
         for member in self.awaited:
             arrival_ns = arrivals[member.index]
-            if arrival_ns != UNKNOWN_NS:
+            if arrival_ns != NEVER_NS:
                 after(arrival_ns - now_ns, Phase.DELIVER, member.entity, member.hand_over, batch)
 
     def count_sent(self, batches: list[Batch]) -> None:
@@ -126,12 +127,12 @@ class BatchWay:
         births = _of(batches, "born_ns")
         born_ns = births[:, None]
         latencies = arrivals - born_ns
-        self._note_trips(np.where(landed, latencies, UNKNOWN_NS).min(axis=0))
+        self._note_trips(np.where(landed, latencies, NEVER_NS).min(axis=0))
         rows = _rows(arrivals, graph.DELIVERED, self.hosts, own,
                      _of(batches, "seq")[:, None] + self.messages, latencies)
         graph.trace.put_rows(rows if landed.all() else rows[landed.ravel()])
         self._count(latencies.T.tolist(), landed)
-        self.host.have_arrived(self.receivers, np.where(landed, arrivals, UNKNOWN_NS).min(axis=0),
+        self.host.have_arrived(self.receivers, np.where(landed, arrivals, NEVER_NS).min(axis=0),
                                np.where(landed, arrivals, 0).max(axis=0))
         self.medium.flights.landed_each(self.receivers, *self.frame, landed.sum(axis=0).tolist())
         if graph.on_arrivals is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
-from desim.middleware.arp import AddressedCarrier
 from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver
@@ -13,6 +12,7 @@ from desim.middleware.tcp.sender import Sender
 from desim.middleware.tcp.transit import FIN, Token, Train, parts
 from desim.middleware.timers import Timer
 from desim.middleware.transports import SEGMENT_HEADER_BYTES
+from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Closed, Connection
@@ -27,7 +27,7 @@ Control = tuple[int, int, int]
 SYN, SYN_ACK, ACK, RESET, PROBE, ALIVE = range(6)
 
 
-class End(AddressedCarrier[Control]):
+class End(Carrier[Control]):
     """One host's end. It is the carrier of its segments without data."""
 
     protocol = "tcp"

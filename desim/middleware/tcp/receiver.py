@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
-from desim.middleware.arp import AddressedCarrier
 from desim.middleware.context import ACKS
 from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.parameters import runs
 from desim.middleware.tcp.transit import Train
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
+from desim.network.carrier import Carrier
+from desim.units import NEVER_NS
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
@@ -19,12 +20,11 @@ if TYPE_CHECKING:
     from desim.ports.networks import Handle
 
 _CONTROL = Phase.CONTROL  # of an instant, after what comes in it
-_NEVER_NS = -1 << 62
 _QUICK_BYTES = 16 * MSS_BYTES  # Linux TCP_MAX_QUICKACKS
 _FIRST_MSS_BYTES = 536  # what Linux takes for a full segment before it has seen a larger one
 
 
-class Receiver(AddressedCarrier[Train]):
+class Receiver(Carrier[Train]):
     """Receives the trains of ``transit``, as their carrier. ``back`` is the sender at this end,
     with whose data an acknowledgement may travel.
 
@@ -51,7 +51,7 @@ class Receiver(AddressedCarrier[Train]):
         self.nxt = self.acknowledged = 0
         self.ranges: list[tuple[int, int]] = []
         self.due_ns = self.echo_ns = 0
-        self.received_ns = _NEVER_NS
+        self.received_ns = -NEVER_NS
         self._copy: tuple[int, int] | None = None  # bytes that have come twice (D-SACK, RFC 2883)
         self._quick = _QUICK_BYTES  # up to there data is acknowledged at once
         self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen

@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from desim.middleware.arp import AddressedCarrier
 from desim.middleware.tcp.hystart import LOW_WINDOW_BYTES
 from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.retransmission import RetransmissionTimer
@@ -15,6 +14,7 @@ from desim.middleware.tcp.transit import FIN, Token, Transit, parts
 from desim.middleware.tcp.window import CongestionWindow
 from desim.middleware.timers import NEVER
 from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
+from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Connection
@@ -29,7 +29,7 @@ _WORTH = 3  # of the window at least this part (Linux tcp_tso_should_defer, tcp_
 _PIECE_BYTES = 832  # of memory beside the bytes (SKB_TRUESIZE(0), measured)
 
 
-class Sender(AddressedCarrier[Ack], CongestionWindow):
+class Sender(Carrier[Ack], CongestionWindow):
     """Bytes ``una`` to ``nxt`` are on their way; those up to ``written`` wait to be sent. ``back``
     is the receiver at this end. ``transit`` has the messages that are not yet acknowledged, or
     refused by the closed peer. ``repair``: not None while bytes are believed lost.

@@ -6,8 +6,7 @@ from desim.middleware.tcp.cubic import Cubic
 from desim.middleware.tcp.hystart import HyStart
 from desim.middleware.tcp.parameters import TcpConstants
 from desim.middleware.transports import MSS_BYTES
-
-_LONG_NS = 1 << 62
+from desim.units import NEVER_NS
 
 
 class CongestionWindow:
@@ -25,7 +24,7 @@ class CongestionWindow:
         self.rto_ns: int = constants.first_rto_ns
         self.memory_bytes: int = 2 * constants.initial_window * constants.segment_bytes
         self.srtt_ns = -1  # no round trip has been measured
-        self.least_rtt_ns = _LONG_NS
+        self.least_rtt_ns = NEVER_NS
         self.near = False  # the first round trip was below ``near_ns``, and nothing was lost since
         self._cubic = Cubic()
         self._hystart: HyStart | None = None

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from desim.middleware.arp import AddressedCarrier
-from desim.network.carrier import AnyCarrier, BroadcastCarrier, WrappedCarrier
+from desim.network.carrier import AnyCarrier, WrappedCarrier
 from desim.ports import packet_sizes
 
 
-class CutTrain(WrappedCarrier[range], AddressedCarrier[range], BroadcastCarrier[range]):
+class CutTrain(WrappedCarrier[range]):
     """The carrier of the parts of a train; the token of each is its packets, by their numbers. The
     train's own ``carrier`` hears of its fate at a receiver when all parts have one there."""
 
@@ -28,8 +27,7 @@ class CutTrain(WrappedCarrier[range], AddressedCarrier[range], BroadcastCarrier[
         return self._carrier.first_sent(self._token, now_ns)
 
     def unresolved(self, token: range) -> None:
-        if isinstance(self._carrier, AddressedCarrier):
-            self._carrier.unresolved(self._token)
+        self._carrier.unresolved(self._token)
 
     def arrived(self, token: range, receiver: int) -> None:
         self._settle(receiver, {})
@@ -51,17 +49,10 @@ class CutTrain(WrappedCarrier[range], AddressedCarrier[range], BroadcastCarrier[
 
     def _settle(self, receiver: int, lost: dict[int, str]) -> None:
         """A part has its fate."""
-        all_lost = self._lost[receiver]
-        all_lost |= lost
+        self._lost[receiver] |= lost
         self._left[receiver] -= 1
-        if self._left[receiver]:
-            return
-        if not all_lost:
-            self._carrier.arrived(self._token, receiver)
-        elif len(all_lost) < self._packets:
-            self._carrier.arrived_in_part(self._token, receiver, dict(sorted(all_lost.items())))
-        else:
-            self._carrier.lost(self._token, receiver, all_lost[0])
+        if not self._left[receiver]:
+            self._carrier.settled(self._token, receiver, self._packets, self._lost[receiver])
 
 
 def parts_of(size_bytes: int, packets: int, each: int, most: int) -> list[tuple[range, int]]:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
-from desim.middleware.arp import AddressedCarrier
 from desim.middleware.udp.reassembly import Reassembly
 from desim.middleware.udp.skb import truesize_bytes
-from desim.network.carrier import AnyCarrier, BroadcastCarrier, WrappedCarrier
+from desim.network.carrier import AnyCarrier, WrappedCarrier
 from desim.ports import TimePart
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
-    from desim.network.medium import Medium
     from desim.network.passages import Passage
     from desim.scenario.schema.sockets import Sockets
 
@@ -78,7 +75,7 @@ class UdpReception:
         return self._buffers[socket]
 
 
-class ReceivedTrain(WrappedCarrier[object], AddressedCarrier[object], BroadcastCarrier[object]):
+class ReceivedTrain(WrappedCarrier[object]):
     """The carrier of one train of datagrams that need reassembly, or time to be read. The train's
     own ``carrier`` hears what its receivers make of it."""
 
@@ -89,22 +86,18 @@ class ReceivedTrain(WrappedCarrier[object], AddressedCarrier[object], BroadcastC
         self._graph, self._carrier = graph, carrier
         self._size_bytes, self._packets, self._each = size_bytes, packets, each
 
-    def unresolved(self, token: object) -> None:
-        if isinstance(self._carrier, AddressedCarrier):
-            self._carrier.unresolved(token)
-
     def arrived(self, token: object, receiver: int) -> None:
         if self._graph.sockets.read_ns:
             self.arrived_in_part(token, receiver, {})
         elif self._reception(receiver).reassembly.at_rest:
             self._carrier.arrived(token, receiver)
         else:
-            self._settle(token, receiver, self._reassembled(receiver, {}))
+            self._carrier.settled(token, receiver, self._packets, self._reassembled(receiver, {}))
 
     def arrived_in_part(self, token: object, receiver: int, lost: dict[int, str]) -> None:
         lost = self._reassembled(receiver, lost)
         if len(lost) == self._packets or not self._graph.sockets.read_ns:
-            self._settle(token, receiver, lost)
+            self._carrier.settled(token, receiver, self._packets, lost)
             return
         graph, buffer = self._graph, self._reception(receiver).buffer(self._carrier.socket)
         now_ns = graph.kernel.now_ns
@@ -114,24 +107,13 @@ class ReceivedTrain(WrappedCarrier[object], AddressedCarrier[object], BroadcastC
             return
         if taken_ns == now_ns:
             buffer.read()
-            self._settle(token, receiver, lost)
+            self._carrier.settled(token, receiver, self._packets, lost)
             return
         passage = None if graph.passages is None else graph.passages.arriving
         if passage is not None:
             passage.spent(TimePart.QUEUE, taken_ns - now_ns, receiver, receiver)
         graph.kernel.at(taken_ns, Phase.DELIVER, graph.hosts[receiver].id, self._read,
                         (token, receiver, lost, passage, buffer))
-
-    def lost(self, token: object, receiver: int, reason: str) -> None:
-        self._carrier.lost(token, receiver, reason)
-
-    def missed(self, token: object, receivers: Collection[int], reason: str, medium: Medium
-               ) -> None:
-        assert isinstance(self._carrier, BroadcastCarrier)
-        self._carrier.missed(token, receivers, reason, medium)
-
-    def repeated(self, token: object, receiver: int) -> None:
-        self._carrier.repeated(token, receiver)
 
     def _reception(self, receiver: int) -> UdpReception:
         return self._graph.hosts[receiver].sockets.reception
@@ -148,16 +130,8 @@ class ReceivedTrain(WrappedCarrier[object], AddressedCarrier[object], BroadcastC
         if not self._graph.up[receiver]:
             self._carrier.lost(token, receiver, "host_down")
         elif self._graph.passages is None:
-            self._settle(token, receiver, lost)
+            self._carrier.settled(token, receiver, self._packets, lost)
         else:
             self._graph.passages.arriving = passage
-            self._settle(token, receiver, lost)
+            self._carrier.settled(token, receiver, self._packets, lost)
             self._graph.passages.arriving = None
-
-    def _settle(self, token: object, receiver: int, lost: dict[int, str]) -> None:
-        if not lost:
-            self._carrier.arrived(token, receiver)
-        elif len(lost) < self._packets:
-            self._carrier.arrived_in_part(token, receiver, lost)
-        else:
-            self._carrier.lost(token, receiver, lost[0])
