@@ -100,7 +100,6 @@ class Carrier(Generic[T_contra]):
 
 
 AnyCarrier: TypeAlias = Carrier[Any]  # its tokens are its own
-BroadcastCarrier = Carrier
 
 
 class WrappedCarrier(Carrier[T_contra]):

@@ -308,9 +308,10 @@ def test_a_message_lost_for_good_has_a_place_of_its_loss(hello, tmp_path):
         "network.media.lan={model: ideal, rules: [{rule: loss, probability: 50 %}]}"))
     table = run.table("messages")
     waited = (table["fate"] == "dropped") & (table["end_ns"] > table["last_ns"])
-    said = desim_("trace", run.path, "--message", table["number"][waited][0]).splitlines()[-1]
+    said = desim_("trace", run.path, "--message", table["number"][waited][0])
     assert ", dropped (sender_down at robot_0) after 201.318 ms" in said
-    assert "propagation" not in said
+    assert "propagation" not in said.splitlines()[-2]
+    assert said.splitlines()[-1].startswith("frames between the two hosts were lost meanwhile")
 
 
 def test_a_folder_that_is_no_run(tmp_path):

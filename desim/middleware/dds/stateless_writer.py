@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import TYPE_CHECKING
 
-from desim.network.carrier import BroadcastCarrier
+from desim.network.carrier import Carrier
 from desim.ports.middleware import Addressing
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class BestEffortSample:
         self.failed: dict[int, str] = {}
 
 
-class StatelessWriter(BroadcastCarrier[BestEffortSample]):
+class StatelessWriter(Carrier[BestEffortSample]):
     """The transport of one writer: unicast to each matched reader, or one multicast on each medium.
     A sample at a host that has not matched the writer (yet, or any more) is dropped as
     ``unmatched``. A sample that arrives after a later one is of no use to the reader, and is
