@@ -27,7 +27,7 @@ class Roaming(ports.Params):
     """Background scans as wpa_supplicant's ``bgscan simple`` has them: often while the signal is
     weak, at once when it gets weak or 4 dB weaker, and seldom while it is strong."""
 
-    threshold_dbm: Level = Field("-65 dBm", description=(
+    threshold_dbm: Level = Field("-65 dBm", le=0.0, description=(
         "of the own access point, below which a signal is weak (NetworkManager: simple:30:-65:300)"
         ))
     often_ns: Period | None = Field("30 s", description=(

@@ -57,7 +57,8 @@ class Radio:
         fidelity: Literal["ideal", "disk", "walls", "mac", "multihop"] = Field("mac", description=(
             "the rung; network.fidelity sets it for all media (the whole model)"))
         access_points: tuple[AccessPoint, ...] = Field((), max_length=1000, description=(
-            "over which all frames go, on the rung mac (none: hosts talk to each other directly)"))
+            "over which all frames go, on the rung mac; their names are ap_0, ap_1, ... (none: "
+            "hosts talk to each other directly)"))
         infrastructure: Settings = Field(Settings(), description=(
             "wires behind the access points, and how stations hang on them (its own defaults)"))
 

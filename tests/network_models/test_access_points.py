@@ -10,6 +10,7 @@ from stations import air, same_power, saturate
 from desim.errors import InputError
 from desim.netcases.case import play
 from desim.ports.cases import Flow, Setup
+from desim.scenario.load import from_mapping
 from desim.testing import Bench, check_network
 from netmodels.radio.radio import Radio
 from netmodels.radio.standards import STANDARDS, A
@@ -407,3 +408,13 @@ def test_a_host_with_the_name_of_an_access_point():
 def test_keys_without_effect_are_known(params, keys):
     assert [key for unused in Radio.Params(**params).without_effect(None)
             for key in unused.keys] == keys
+
+
+def test_a_threshold_without_its_minus():
+    with pytest.raises(InputError) as caught:
+        from_mapping({"name": "x", "deployment": "field", "network": {"media": {"air": {
+            "model": "radio", "access_points": [{"at": ["0 m", "0 m"], "channel": 1}],
+            "infrastructure": {"roaming": {"threshold": "50 dBm"}}}}}})
+    assert str(caught.value) == (
+        "scenario: network.media.air.infrastructure.roaming.threshold: must be at most 0 dBm, got "
+        "'50 dBm'")

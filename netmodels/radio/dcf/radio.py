@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from math import log10
@@ -99,7 +99,7 @@ class DcfRadio:
     """
 
     class Params(Modulation):
-        meanings: ClassVar = {"card": CARDS}
+        meanings: ClassVar[Mapping[str, Mapping[str, ports.Named]]] = {"card": CARDS}
 
         preset: Literal["indoor", "outdoor", "ns3_3_44"] | None = Field(None, description=(
             "values for what neither the scenario nor the card gives: indoor and outdoor, path "
