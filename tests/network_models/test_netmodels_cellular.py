@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from round_trips import BACK_MS, MEASURED_MS
 
 from desim.errors import InputError
 from desim.testing import Bench
@@ -16,9 +17,6 @@ from netmodels.stalls import StallLaw, Stalls
 
 MS = 10**6
 FRAMES = 20_000
-# Round trips of 1024 B over 4G in ms: 741 735 in 24.4 h (doi 10.5281/zenodo.14967644, 003).
-MEASURED = {0.01: 97.0, 0.1: 111.0, 0.5: 119.0, 0.9: 123.0, 0.99: 157.0, 0.999: 185.0}
-BACK_MS = 37.0 + 7.5  # of a small frame, from a wired host to a modem
 
 
 def model(**params):
@@ -34,7 +32,7 @@ def delays_ms(**params):
 
 
 def assert_as_measured(found_ms):
-    for share, measured_ms in MEASURED.items():
+    for share, measured_ms in MEASURED_MS.items():
         tenth = 0.1 * (1 - share)  # three standard errors at p99.9, more elsewhere
         low, high = np.quantile(found_ms, [share - tenth if share > 0.5 else share,
                                            min(share + tenth, 1.0)]) + BACK_MS
