@@ -74,6 +74,8 @@ class GraphContext:
         self.watchers: list[Callable[[int, bool], object]] = []
         self.changed = graph.changed
         self.up = graph.up.__getitem__
+        self._starts = [0] * len(self.hosts)
+        self.life = self._starts.__getitem__
         self.deliver, self.drop, self.repeat = graph.deliver, graph.drop, graph.repeat
         self.record_frame = graph.record_frame
         self._id = cache(graph.names.id)
@@ -82,6 +84,7 @@ class GraphContext:
     # Events of the graph.
 
     def started(self, host: int) -> None:
+        self._starts[host] += 1
         for watcher in self.watchers:
             watcher(host, True)
         self._middleware.switched(host, True)

@@ -184,6 +184,9 @@ class MiddlewareContext(Protocol):
     def up(self, host: int) -> bool:
         """Whether ``host`` runs."""
 
+    def life(self, host: int) -> int:
+        """How often ``host`` has started so far, which numbers its lives."""
+
     def changed(self, topic: str) -> None:
         """Report that ``subscribers`` may now return something else for publishers of ``topic``."""
 

@@ -82,7 +82,6 @@ class Dds:
         self.leases_ns = [params.leases.get(host, params.lease_ns) for host in hosts]
         self.participants: dict[int, Participant] = {}
         self._processes: list[tuple[Participant, ...]] = [()] * len(hosts)
-        self._lives = [0] * len(hosts)
         self._writers: list[dict[str, list[StatefulWriter]]] = [{} for _ in hosts]
         self._links: dict[tuple[int, int, str], list[ReaderProxy]] = {}
         self._calls: dict[tuple[int, str], BlockedCalls] = {}
@@ -101,9 +100,8 @@ class Dds:
             self._writers[host] = {}
         self.matches += 1
         if up:
-            self._lives[host] += 1
             count = 1 if host == self.server else self.params.participants
-            self._processes[host] = tuple(Participant(self, (host, self._lives[host], number))
+            self._processes[host] = tuple(Participant(self, (host, self.context.life(host), number))
                                           for number in range(count))
             self.participants[host] = self._processes[host][0]
 

@@ -144,8 +144,8 @@ class Discovery:
         self._stirred_ns = context.now_ns  # when one was seen last
         self.state = MasterState(context.now_ns, ())
         self.remotes: dict[int, RemoteMaster] = {}
-        start_ns = int(context.stream("discovery", context.hosts[host], processes.on(
-            host).uri.life).integers(constants.start_jitter_ns + 1))
+        start_ns = int(context.stream("discovery", context.hosts[host], context.life(host)
+                                      ).integers(constants.start_jitter_ns + 1))
         self._life.after(start_ns, self._tick)
         self._life.after(start_ns + (self._timing.heartbeat_ns if self._firsts else 0),
                            self._beat)

@@ -54,7 +54,7 @@ class Sync:
         self._constants = params.constants
         self.discovery: Discovery
         self._context = context = processes.context
-        self._stream = context.stream("sync", context.hosts[host], processes.on(host).uri.life)
+        self._stream = context.stream("sync", context.hosts[host], context.life(host))
         self._copies: dict[int, Copy] = {}
         self._life = Lifetime(context, host)
         self._life.after(params.constants.sync_poll_ns, self._poll)

@@ -49,19 +49,17 @@ class Processes:
         self._methods = _METHODS | (more or {})
         self._master_of = master_of
         self._processes: dict[int, Process] = {}
-        self._lives = [0] * len(context.hosts)
 
     def on(self, host: int) -> Process:
         """The process that runs on ``host`` now."""
         process = self._processes.get(host)
         if process is None:
-            uri = Uri(host, self._lives[host])
+            uri = Uri(host, self.context.life(host))
             process = self._processes[host] = Process(self, uri, self._master_of[host])
         return process
 
     def switched(self, host: int, up: bool) -> None:
         if up:
-            self._lives[host] += 1
             if host in self._master_of:
                 self.masters[host] = Master(self._threads(host), partial(self._make_call, host))
                 self.rpc.serve(host, "master", self._serve)
@@ -79,7 +77,7 @@ class Processes:
     def _threads(self, host: int) -> IdleThreads:
         """The idle threads of a master, which poll at times of their own."""
         context, constants = self.context, self.constants
-        stream = context.stream("rosmaster", context.hosts[host], self._lives[host])
+        stream = context.stream("rosmaster", context.hosts[host], context.life(host))
         asleep_ns = [context.now_ns + int(stream.integers(constants.worker_poll_ns + 1))
                      for _ in range(constants.workers)]
         return IdleThreads(constants.worker_poll_ns, asleep_ns, lambda: context.now_ns,

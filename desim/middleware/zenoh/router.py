@@ -34,16 +34,16 @@ class ZenohRouter:
     way to it is offline, and its declarations do not count.
     """
 
-    def __init__(self, host: int, life: int, context: MiddlewareContext, params: ZenohParams,
+    def __init__(self, host: int, context: MiddlewareContext, params: ZenohParams,
                  tcp: Tcp, finder: Finder) -> None:
-        self.host, self.life = host, life
+        self.host, self.life = host, context.life(host)
         self.context, self.params, self.tcp = context, params, tcp
         self.constants = params.constants
         self.links: dict[int, RouterLink] = {}  # open ones, by peer
         self.network = Gossip(self) if params.mode == "peer" else LinkStateFlood(self)
         self.topology = self.network.topology
         self.finder = finder
-        self.registry = DeclarationRegistry(host, life, context)
+        self.registry = DeclarationRegistry(host, self.life, context)
         self._most_hops = len(context.hosts)
         self._online = 1 << host  # as bits
         self._ends: dict[RouterLink, None] = {}  # opening ones too

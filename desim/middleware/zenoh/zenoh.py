@@ -28,7 +28,6 @@ class Zenoh:
     def __init__(self, params: ZenohParams | None = None) -> None:
         self._params = params or ZenohParams()
         self._routers: dict[int, ZenohRouter] = {}
-        self._lives: dict[int, int] = {}
         self._nodes: dict[tuple[int, str], None] = {}  # with declared tokens
 
     def start(self, context: MiddlewareContext) -> None:
@@ -47,13 +46,11 @@ class Zenoh:
 
     def switched(self, host: int, up: bool) -> None:
         if up:
-            self._lives[host] = life = self._lives.get(host, 0) + 1
             endpoints = [other for other in self._endpoints if other != host]
             finder = Finder(host, host in self._with_router, endpoints, self._context,
                             self._params, self._routers)
             self._tcp.switched(host, True)
-            self._routers[host] = ZenohRouter(host, life, self._context, self._params, self._tcp,
-                                              finder)
+            self._routers[host] = ZenohRouter(host, self._context, self._params, self._tcp, finder)
         else:
             router = self._routers.pop(host, None)
             if router is not None:
