@@ -9,6 +9,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
+from desim.middleware.headers import LEAST_FRAME_BYTES
 from desim.middleware.jiffies import fires_ns
 from desim.network.carrier import AnyCarrier, Carrier, T_contra
 from desim.ports import TimePart
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from desim.ports.networks import Handle
 
 _S = 10**9  # ns
-ARP_BYTES = 64  # 28 B in the shortest frame of Ethernet, with its check sequence
+ARP_BYTES = LEAST_FRAME_BYTES  # with 28 B in it
 REACHABLE_NS = 30 * _S  # base_reachable_time; each host draws 0.5 to 1.5 times it
 REDRAW_NS = 300 * _S  # ... anew so often (neigh_periodic_work)
 DELAY_NS = 5 * _S  # delay_first_probe_time

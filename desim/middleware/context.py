@@ -5,7 +5,7 @@ It keeps the account of all that passes between the two.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache, partial
 from operator import attrgetter
 from typing import TYPE_CHECKING
@@ -131,10 +131,12 @@ class GraphContext:
         return Datagram(host, offer.via == Addressing.BROADCAST, offer.publisher.topic,
                         offer.publisher.node)
 
-    def route(self, source: int, receiver: int, topic: str = "", *, at_present: bool = False
-              ) -> Medium | Way | None:
-        routes, host = self._graph.routes, self._graph.hosts[source]
-        return (routes.at_present if at_present else routes.of)(host, receiver, topic)
+    def route(self, source: int, receiver: int, topic: str = "") -> Medium | Way | None:
+        return self._graph.routes.of(self._graph.hosts[source], receiver, topic)
+
+    def frames(self, source: int, receivers: Iterable[int], topic: str, multicast: bool
+               ) -> tuple[list[tuple[Medium | Way, tuple[int, ...]]], list[int]]:
+        return self._graph.routes.frames(self._graph.hosts[source], receivers, topic, multicast)
 
     def resolve_addresses(self, tick_ns: int) -> Neighbours:
         self._neighbours = Neighbours(self, tick_ns, self._graph.passages)
@@ -154,7 +156,7 @@ class GraphContext:
                        self._id(reason)))
 
     def record_control(self, kind: str, source: int, to: int, size_bytes: int) -> None:
-        self._count(kind, 1, size_bytes)
+        self._count(kind, size_bytes)
         graph = self._graph
         graph.trace.row(self.kernel.now_ns, self._control, self.host_ids[source], to,
                         self._id(kind), size_bytes)
@@ -165,33 +167,27 @@ class GraphContext:
              in_advance: Callable[[int], InAdvance | None] | None = None,
              socket: DatagramSocket | None = None) -> None:
         graph, ids = self._graph, self.host_ids
-        by_medium: dict[Medium | Way, list[int]] = {}
-        for receiver in sorted(receivers):
-            medium = self.route(source, receiver, at_present=multicast)
-            if medium is not None:
-                by_medium.setdefault(medium, []).append(receiver)
+        frames, _ = self.frames(source, sorted(receivers), "", multicast)
         carrier = _Arrivals(arrived, in_part, socket or "discovery")
         if segments > 1 or multicast or self._neighbours is not None:
             in_advance = None
         now_ns, own, kind_id = self.kernel.now_ns, ids[source], self._id(kind)
-        for medium, group in by_medium.items():
-            several = [tuple(group)] if multicast else [(one,) for one in group]
-            self._count(kind, len(several), size_bytes)
-            for to in several:
-                to_id = medium.id if multicast else ids[to[0]]
-                graph.put(pack(now_ns, self._control, own, to_id, kind_id, size_bytes))
-                note = None if in_advance is None else in_advance(to[0])
-                if note is None:
-                    sends = medium if multicast else self.way(medium, source, to)
-                    if socket is None:
-                        sends.transmit(source, to, size_bytes, segments, multicast, carrier, token)
-                    else:
-                        socket.send(medium, to, size_bytes, segments, multicast, carrier, token,
-                                    sends=sends)
-                    continue
-                arrival_ns = medium.post(source, (to[0],), size_bytes, carrier, token)
-                if arrival_ns is not None:
-                    note(arrival_ns, arrived, token)
+        for medium, to in frames:
+            self._count(kind, size_bytes)
+            to_id = medium.id if multicast else ids[to[0]]
+            graph.put(pack(now_ns, self._control, own, to_id, kind_id, size_bytes))
+            note = None if in_advance is None else in_advance(to[0])
+            if note is None:
+                sends = medium if multicast else self.way(medium, source, to)
+                if socket is None:
+                    sends.transmit(source, to, size_bytes, segments, multicast, carrier, token)
+                else:
+                    socket.send(medium, to, size_bytes, segments, multicast, carrier, token,
+                                sends=sends)
+                continue
+            arrival_ns = medium.post(source, (to[0],), size_bytes, carrier, token)
+            if arrival_ns is not None:
+                note(arrival_ns, arrived, token)
         graph.trace.flush_if_full()
 
     def way(self, medium: Medium | Way, source: int, receivers: Sequence[int]
@@ -214,10 +210,10 @@ class GraphContext:
         if self._graph.passages is not None:
             self._graph.passages.waited(TimePart.SENDER, since_ns)
 
-    def _count(self, kind: str, frames: int, size_bytes: int) -> None:
-        """Count so many frames of one size."""
-        self.discovery_bytes[kind] = self.discovery_bytes.get(kind, 0) + frames * size_bytes
-        self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + frames
+    def _count(self, kind: str, size_bytes: int) -> None:
+        """Count a frame."""
+        self.discovery_bytes[kind] = self.discovery_bytes.get(kind, 0) + size_bytes
+        self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + 1
 
 
 class _Arrivals(Carrier[object]):

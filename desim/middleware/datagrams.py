@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
-from desim.middleware.transports import datagram_frame
+from desim.middleware.headers import datagram_frame
 from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
@@ -35,26 +35,11 @@ class Datagram(Carrier["Message"]):
 
     def connect(self, receivers: list[int]) -> list[int]:
         """Send to ``receivers`` from now on. Returns the new ones among those that have a way."""
-        by_medium: dict[Medium | Way, list[int]] = {}
-        routes = self._graph.routes
-        route = routes.at_present if self._broadcast else routes.of
-        self._unrouted = []
-        for receiver in receivers:
-            medium = route(self._source, receiver, self._topic)
-            if medium is None:
-                self._unrouted.append(receiver)
-            else:
-                by_medium.setdefault(medium, []).append(receiver)
-        self._routes = self._frames(by_medium)
+        self._routes, self._unrouted = self._graph.routes.frames(
+            self._source, receivers, self._topic, self._broadcast)
         old = self._known
-        self._known = [receiver for group in by_medium.values() for receiver in group]
+        self._known = [receiver for _, group in self._routes for receiver in group]
         return [receiver for receiver in self._known if receiver not in old]
-
-    def _frames(self, by_medium: dict[Medium | Way, list[int]]
-                ) -> list[tuple[Medium | Way, tuple[int, ...]]]:
-        if self._broadcast:
-            return [(medium, tuple(sorted(group))) for medium, group in by_medium.items()]
-        return [(medium, (receiver,)) for medium, group in by_medium.items() for receiver in group]
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
         routes, unrouted = self._routes, self._unrouted

@@ -291,8 +291,11 @@ class Host:
                    ) -> None:
         """Drop the oldest message of a full queue."""
         oldest = next(i for i, entry in enumerate(inbox) if entry[0] is subscription)
-        message = inbox.pop(oldest)[1]
         subscription.waiting -= 1
+        self.overwritten(inbox.pop(oldest)[1])
+
+    def overwritten(self, message: Message) -> None:
+        """``message`` has left a full queue."""
         message.about.counts.overwritten += 1
         graph = self.graph
         graph.trace.row(graph.kernel.now_ns, graph.OVERWRITTEN, self.id, message.origin.id,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from desim.engine.agenda import Call
 from desim.engine.kernel import Phase
+from desim.middleware.headers import LEAST_FRAME_BYTES
 from desim.ports import CutsCarrier
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from desim.network.ways import Path
 
 LINK_STATE = "link_state"  # the kind of these frames
-LINK_STATE_BYTES = 64  # the shortest frame of Ethernet
+LINK_STATE_BYTES = LEAST_FRAME_BYTES
 
 Interface = tuple[int, int]  # a host, and the number of a medium of the graph
 LinkState = tuple[int, int, tuple[Interface, ...]]  # a host, its number, those without a carrier

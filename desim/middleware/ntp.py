@@ -25,12 +25,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from desim.engine.agenda import Call
 from desim.engine.kernel import Phase
 from desim.middleware.clocks import PPB, HostClock
+from desim.middleware.headers import UDP_HEADER_BYTES
 from desim.units import NS_PER_S
 
 if TYPE_CHECKING:
     from desim.middleware.graph import Graph
 
-NTP_BYTES = 48 + 8 + 20 + 14 + 4  # the header of NTP, UDP, IP, Ethernet and its check sequence
+NTP_BYTES = 48 + UDP_HEADER_BYTES
 BURST, BURST_NS = 8, 2 * NS_PER_S  # ntpd's iburst: so many requests, so far apart
 STEP_NS = 128_000_000  # STEPT: a larger offset is stepped, not slewed
 _ANSWERS = 8  # that the clock filter keeps

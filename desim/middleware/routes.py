@@ -8,7 +8,7 @@ states a sender skips interfaces that it knows to be without a carrier.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -93,6 +93,22 @@ class Routing:
             way = self._ways[one, other, choice] = Way(
                 partial(self._path, choice), self._record, paths[0][0][0].id)
         return way
+
+    def frames(self, source: Host, receivers: Iterable[int], topic: str, multicast: bool
+               ) -> tuple[list[tuple[Medium | Way, tuple[int, ...]]], list[int]]:
+        """See ``MiddlewareContext.frames``."""
+        by_medium: dict[Medium | Way, list[int]] = {}
+        unrouted = []
+        route = self.at_present if multicast else self.of
+        for receiver in receivers:
+            medium = route(source, receiver, topic)
+            if medium is None:
+                unrouted.append(receiver)
+            else:
+                by_medium.setdefault(medium, []).append(receiver)
+        return [(medium, to) for medium, group in by_medium.items()
+                for to in ([tuple(sorted(group))] if multicast else [(one,) for one in group])
+                ], unrouted
 
     def inside(self, host: Host, topic: str) -> Medium | None:
         """The medium inside ``host`` that messages of ``topic`` between its nodes take; None: they

@@ -1,4 +1,4 @@
-"""The sizes of frames, and the transport ``Stream`` (TCPROS-like).
+"""The transport ``Stream`` (TCPROS-like).
 
 A transport is one publisher's. It hands frames to media and hears from them, as their carrier,
 what became of each. ``Stream`` simplifies TCP: the sender knows a frame's fate when the medium
@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from functools import lru_cache
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from desim.engine.kernel import Phase, pair
 from desim.engine.trace import pack
+from desim.middleware.headers import stream_frame
 from desim.middleware.jiffies import TICK_NS, fires_ns
 from desim.network.carrier import Carrier
 from desim.network.ways import Way
@@ -26,35 +26,8 @@ if TYPE_CHECKING:
     from desim.network.medium import Medium
     from desim.ports.networks import Handle
 
-LENGTH_BYTES = 4  # roscpp: every serialized message is preceded by its length
-MSS_BYTES = 1448  # Ethernet MTU 1500 - 20 IP - 32 TCP with timestamps
-SEGMENT_HEADER_BYTES = 14 + 4 + 20 + 32  # Ethernet, its check sequence, IP, TCP
-UDPROS_PAYLOAD_BYTES = 1500 - 8  # roscpp transport_udp: datagrams of 1500 B with an 8 B header
-DATAGRAM_HEADER_BYTES = 14 + 4 + 20 + 8 + 8  # Ethernet, its check sequence, IP, UDP, UDPROS
 RTO_MIN_NS = 200_000_000  # Linux TCP_RTO_MIN
 RTO_MAX_NS = 120_000_000_000  # Linux TCP_RTO_MAX
-
-
-@lru_cache(maxsize=1 << 12)
-def on_wire(payload_bytes: int) -> tuple[int, int]:
-    """Bytes with all headers, and segments, of a TCP train of ``payload_bytes``."""
-    segments = -(-payload_bytes // MSS_BYTES)
-    return payload_bytes + segments * SEGMENT_HEADER_BYTES, segments
-
-
-@lru_cache(maxsize=1 << 12)
-def stream_frame(size_bytes: int) -> tuple[int, int]:
-    """Bytes with all headers, and segments, of a message of ``size_bytes`` over TCP."""
-    return on_wire(size_bytes + LENGTH_BYTES)
-
-
-@lru_cache(maxsize=1 << 12)
-def datagram_frame(size_bytes: int) -> tuple[int, int]:
-    """Bytes with all headers, and datagrams, of a message of ``size_bytes`` over UDPROS. That IP
-    would cut each full datagram (1528 B) once more is left out."""
-    payload = size_bytes + LENGTH_BYTES
-    segments = -(-payload // UDPROS_PAYLOAD_BYTES)
-    return payload + segments * DATAGRAM_HEADER_BYTES, segments
 
 
 class Link(Protocol):

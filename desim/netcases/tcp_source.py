@@ -9,8 +9,8 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
+from desim.middleware.headers import on_wire
 from desim.middleware.tcp import Connection, Tcp, TcpParams
-from desim.middleware.transports import on_wire
 from desim.netcases.sources import Source
 from desim.network.medium import Medium
 from desim.ports.cases import Flow

@@ -8,7 +8,7 @@ ports. They also use the kernel's phases, and the helpers in ``desim.middleware`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
 from typing import Any, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, runtime_checkable
 
@@ -185,7 +185,7 @@ class MiddlewareContext(Protocol):
         """Whether ``host`` runs."""
 
     def life(self, host: int) -> int:
-        """How often ``host`` has started so far, which numbers its lives."""
+        """The number of starts of ``host`` so far: which of its lives it is in."""
 
     def changed(self, topic: str) -> None:
         """Report that ``subscribers`` may now return something else for publishers of ``topic``."""
@@ -231,12 +231,16 @@ class MiddlewareContext(Protocol):
     def default_transport(self, offer: Offer) -> Transport:
         """The transport that desim takes where the middleware has none of its own."""
 
-    def route(self, source: int, receiver: int, topic: str = "", *, at_present: bool = False
-              ) -> Route | None:
+    def route(self, source: int, receiver: int, topic: str = "") -> Route | None:
         """The way for frames from ``source`` to ``receiver``, with messages of ``topic`` (absolute)
         if they carry some; None: there is none. It may lead over another medium later, or through
-        hosts that forward. ``at_present``: the medium that it leads over now, to group the
-        receivers of a multicast by."""
+        hosts that forward."""
+
+    def frames(self, source: int, receivers: Iterable[int], topic: str, multicast: bool
+               ) -> tuple[Sequence[tuple[Route, tuple[int, ...]]], list[int]]:
+        """The frames that bring a datagram to ``receivers``: the way of each and those whom it is
+        for, one receiver, or with ``multicast`` all on the medium that their ways take now. And the
+        receivers to whom no way leads. ``topic``: of the message, "" without one."""
 
     def resolve_addresses(self, tick_ns: int) -> AddressTables:
         """Switch on ARP: hosts resolve each other's addresses. ``tick_ns`` is the granularity of

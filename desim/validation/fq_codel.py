@@ -32,8 +32,7 @@ from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from desim.ports.cases import Check, Play
 from desim.units import NS_PER_S
-from desim.validation.laboratory import CHECK_SEQUENCE_BYTES, within
-from desim.validation.tcp import LabCargo
+from desim.validation.laboratory import CHECK_SEQUENCE_BYTES, lab_message, within
 
 # The kernel's, and trains as short as its own; with the default of 4 ms a flow waits longer.
 TCP = {"tick": "10 ms", "syn_linear": 0, "piece_segments": 22, "burst": "1 ms"}
@@ -163,7 +162,7 @@ def _fill(graph: Graph) -> None:
 
     def write() -> None:
         while sender.takes:
-            sender.send(65_536, lambda _: None, LabCargo(0), None)
+            sender.send(65_536, lambda _: None, lab_message(0), None)
         sender.when_writable(write)
 
     write()

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from statistics import median
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from desim import plugins, ports
 from desim.engine.kernel import Kernel, Phase
@@ -17,6 +17,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
+from desim.middleware.tcp import StreamMessage
 from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from desim.ports.cases import Check
@@ -25,6 +26,18 @@ from desim.units import NS_PER_S
 
 KNOWN_ADDRESSES = {"arp": "static"}  # of TCP's parameters: how it was measured
 CHECK_SEQUENCE_BYTES = 4  # of an Ethernet packet; tcpdump does not see it
+
+
+class LabMessage(NamedTuple):
+    """A message of which only its number matters."""
+
+    seq: int
+    topic: str = "/bench"
+
+
+def lab_message(seq: int) -> StreamMessage[LabMessage]:
+    """A message as TCP sees one."""
+    return StreamMessage(LabMessage(seq))
 
 
 class LabNode(Node):

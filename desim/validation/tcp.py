@@ -19,19 +19,9 @@ from desim.network.medium import Medium
 from desim.network.surroundings import Nowhere
 from desim.ports.cases import Check
 from desim.units import NS_PER_S
-from desim.validation.laboratory import LabNode, Laboratory, alike, within
+from desim.validation.laboratory import LabNode, Laboratory, alike, lab_message, within
 
 EMULATOR_MS = 0.2  # what the emulated path adds each way: round trips in captures are 4.4, 40.4 ms
-
-
-class LabCargo:
-    """A message as TCP sees one."""
-
-    topic = "/bench"
-
-    def __init__(self, seq: int) -> None:
-        self.seq = seq
-        self.first_ns = self.last_ns = -1
 
 
 class Socket:
@@ -60,7 +50,7 @@ class Socket:
 
     def send(self, size_bytes: int) -> None:
         self.sent_ns.append(self.kernel.now_ns)
-        self.sender.send(size_bytes, self._arrived, LabCargo(len(self.sent_ns)), None)
+        self.sender.send(size_bytes, self._arrived, lab_message(len(self.sent_ns)), None)
 
     def _arrived(self, _: object) -> None:
         self.received_ns.append(self.kernel.now_ns)

@@ -24,7 +24,7 @@ from desim.campaign.deploy.testbed import (
 )
 from desim.campaign.design.design import load_design
 from desim.campaign.design.plan import Plan
-from desim.middleware.transports import stream_frame
+from desim.middleware.headers import stream_frame
 
 IMAGE_BYTES = 100_000_000
 RATE_BPS = 1_000_000_000

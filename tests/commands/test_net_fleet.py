@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from desim.cli import app
 from desim.commands.views.fleet_load import verdict
-from desim.middleware.transports import stream_frame
+from desim.middleware.headers import stream_frame
 
 
 def test_what_arrives_too_late_is_not_carried():

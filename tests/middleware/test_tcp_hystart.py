@@ -2,8 +2,8 @@
 
 import pytest
 
+from desim.middleware.headers import MSS_BYTES
 from desim.middleware.tcp.hystart import HyStart
-from desim.middleware.transports import MSS_BYTES
 from desim.validation.tcp import EMULATOR_MS, Socket
 
 MS = 10**6

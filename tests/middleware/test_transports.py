@@ -4,7 +4,7 @@ import pytest
 from graphs import MS, Net, S, listener, silent, talker
 from tcp_hosts import Takes
 
-from desim.middleware.transports import datagram_frame, stream_frame
+from desim.middleware.headers import datagram_frame, stream_frame
 from desim.ports import Deliver, Drop
 from desim.testing import ImmediateNetwork
 from netmodels.access_link import AccessLink

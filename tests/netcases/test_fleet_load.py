@@ -6,7 +6,7 @@ import pytest
 from desim.commands.views.fleet_load import description, verdict
 from desim.engine.streams import Streams
 from desim.middleware.contents import occupancy_grid_bytes
-from desim.middleware.transports import stream_frame
+from desim.middleware.headers import stream_frame
 from desim.netcases import fleet_load
 from desim.netcases.fleet_load import FleetLoad
 from desim.netcases.map_message_size import free_place

@@ -7,8 +7,8 @@ from tcp_hosts import Pair, Takes, link
 
 from desim import ports
 from desim.errors import ModelError
+from desim.middleware.headers import stream_frame
 from desim.middleware.tcp.parameters import runs
-from desim.middleware.transports import stream_frame
 from desim.ports import FULL_PACKET_BYTES, Drop
 from desim.testing import Bench
 from netmodels.access_link import AccessLink

@@ -28,8 +28,8 @@ from desim.middleware.contents import (
     laser_scan_bytes,
     occupancy_grid_bytes,
 )
+from desim.middleware.headers import on_wire, stream_frame
 from desim.middleware.ros1.sizes import CALLS
-from desim.middleware.transports import on_wire, stream_frame
 from desim.monitor.traffic import family
 from desim.robot.transform_broadcaster import ODOMETRY_BYTES as TF_BYTES
 from desim.scenario.load import load

@@ -9,7 +9,7 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names
 from desim.errors import InputError
-from desim.middleware.transports import stream_frame
+from desim.middleware.headers import stream_frame
 from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.ports import NetworkModel, natural_key

@@ -21,10 +21,10 @@ from desim.export.pcap.packet_headers import (
     Segment,
 )
 from desim.files import target
+from desim.middleware.headers import SEGMENT_HEADER_BYTES
 from desim.middleware.tcp import end
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.sender import Sender
-from desim.middleware.transports import SEGMENT_HEADER_BYTES
 from desim.network.carrier import Carrier
 from desim.network.medium import Medium
 from desim.network.taps import tap

@@ -11,7 +11,7 @@ from desim.engine.kernel import Phase
 from desim.middleware.batches.batch import Batch, Member
 from desim.middleware.batches.way import BatchWay
 from desim.middleware.contents import Content
-from desim.middleware.transports import stream_frame
+from desim.middleware.headers import stream_frame
 
 if TYPE_CHECKING:
     from desim.middleware.topics import Publisher

@@ -110,13 +110,6 @@ class BusyHost(Host):
             self._booked = True
             self.graph.kernel.after(0, _CONTROL, self.id, self._take_turns)
 
-    def overwritten(self, message: Message) -> None:
-        """``message`` has left a full queue."""
-        message.about.counts.overwritten += 1
-        graph = self.graph
-        graph.trace.row(graph.kernel.now_ns, graph.OVERWRITTEN, self.id, message.origin.id,
-                        message.seq, message.about.id)
-
     def program(self, node: str) -> str:
         """The name of ``node`` without its namespace: ``slam`` of ``robot_3/slam``."""
         return node.rpartition("/")[2]

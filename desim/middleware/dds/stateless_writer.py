@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 from desim.network.carrier import Carrier
@@ -45,7 +45,7 @@ class StatelessWriter(Carrier[BestEffortSample]):
         self._node = offer.publisher.node
         self._guid = dds.participants[self._host].guid
         self._multicast = offer.via == Addressing.BROADCAST
-        self._routes: list[tuple[Route, tuple[int, ...]]] = []
+        self._routes: Sequence[tuple[Route, tuple[int, ...]]] = ()
         self._known: dict[int, Guid] = {}  # receivers and their participants
         self._unrouted: list[int] = []
         self._flying = self._sent = 0
@@ -53,16 +53,10 @@ class StatelessWriter(Carrier[BestEffortSample]):
 
     def connect(self, receivers: list[int]) -> list[int]:
         old = self._known
-        by_medium: dict[Route | None, list[int]] = {}
-        for receiver in sorted(receivers):
-            medium = self._context.route(self._host, receiver, self._topic,
-                                         at_present=self._multicast)
-            by_medium.setdefault(medium, []).append(receiver)
-        self._unrouted = by_medium.pop(None, [])
-        self._routes = [(medium, tuple(part)) for medium, group in by_medium.items() if medium
-                        for part in ([group] if self._multicast else [[one] for one in group])]
+        self._routes, self._unrouted = self._context.frames(
+            self._host, sorted(receivers), self._topic, self._multicast)
         self._known = {receiver: self._dds.reader(self._host, receiver, self._topic)
-                       for group in by_medium.values() for receiver in group}
+                       for _, group in self._routes for receiver in group}
         return [receiver for receiver, guid in self._known.items() if old.get(receiver) != guid]
 
     def send(self, message: Message, only: list[int] | None = None) -> None:

@@ -13,9 +13,10 @@ from enum import StrEnum
 from functools import cache
 from typing import NamedTuple, TypeVar
 
-UDP_BYTES = 14 + 4 + 20 + 8  # Ethernet, its check sequence, IP, UDP
-FRAGMENT_BYTES = 14 + 4 + 20  # around each further IP fragment of a datagram
-IP_PAYLOAD_BYTES = 1500 - 20
+from desim.middleware.headers import ETHERNET_BYTES, IP_BYTES, MTU_BYTES, UDP_HEADER_BYTES
+
+FRAGMENT_BYTES = ETHERNET_BYTES + IP_BYTES  # around each further IP fragment of a datagram
+IP_PAYLOAD_BYTES = MTU_BYTES - IP_BYTES
 HEADER_BYTES = 20
 TIME_BYTES = 12  # INFO_TS
 TO_BYTES = 16  # INFO_DST
@@ -156,7 +157,7 @@ class RtpsDialect:
         one packet."""
         size_bytes = rtps_bytes + self.trailer_bytes
         packets = -(-(size_bytes + 8) // IP_PAYLOAD_BYTES)
-        return Chunk(size_bytes + UDP_BYTES + (packets - 1) * FRAGMENT_BYTES, packets)
+        return Chunk(size_bytes + UDP_HEADER_BYTES + (packets - 1) * FRAGMENT_BYTES, packets)
 
     @property
     def head_bytes(self) -> int:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple
 
+from desim.middleware.headers import UDP_HEADER_BYTES
 from desim.middleware.multimaster.parameters import (
     DiscoveryTiming,
     MultimasterConstants,
@@ -19,9 +20,8 @@ from desim.middleware.ros1.sizes import Sizes
 from desim.middleware.timers import Lifetime
 from desim.ports.middleware import HostState
 
-# Payload ('cBBiiHii'), UDP, IP, Ethernet and its check sequence; master_discovery itself reckons
-# with 68 B.
-HEARTBEAT_BYTES = 24 + 8 + 20 + 14 + 4
+# Payload ('cBBiiHii') and headers; master_discovery itself reckons with 68 B.
+HEARTBEAT_BYTES = 24 + UDP_HEADER_BYTES
 # masterContacts; estimated from getParam, 300 and 330 B, which answers less.
 CONTACTS = Sizes(300, 0, 500, 0)
 

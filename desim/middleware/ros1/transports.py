@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 
+from desim.middleware.headers import LENGTH_BYTES
 from desim.middleware.message import Message
 from desim.middleware.ros1.client import RosPublication
 from desim.middleware.ros1.links import RosLink
-from desim.middleware.tcp import Connection
-from desim.middleware.transports import LENGTH_BYTES, LinkedTransport
+from desim.middleware.tcp import Connection, StreamMessage
+from desim.middleware.transports import LinkedTransport
 from desim.ports.middleware import MiddlewareContext, Transport
 
 
@@ -34,21 +35,6 @@ class Tcpros(LinkedTransport["Outlet"]):
         return self.unfinished
 
 
-class WrittenMessage:
-    """A message in a socket: TCP's ``Cargo``."""
-
-    __slots__ = ("message", "seq", "first_ns", "last_ns")
-
-    def __init__(self, message: Message) -> None:
-        self.message = message
-        self.seq = message.seq
-        self.first_ns = self.last_ns = -1
-
-    @property
-    def topic(self) -> str:
-        return self.message.topic
-
-
 class Outlet:
     """The way to one subscriber: an outbox of ``limit`` messages (0: any number) that drops its
     oldest, and the messages in the socket. roscpp writes one more when poll() reports room; a
@@ -67,7 +53,7 @@ class Outlet:
         self._receiver = receiver
         self._limit, self._blocks = limit, blocks
         self._outbox: deque[Message] = deque()
-        self._written: deque[WrittenMessage] = deque()
+        self._written: deque[StreamMessage[Message]] = deque()
         self._closed = False
 
     def offer(self, message: Message) -> None:
@@ -101,11 +87,11 @@ class Outlet:
         return len(self._written) + len(self._outbox)
 
     def _write(self, message: Message) -> None:
-        written = WrittenMessage(message)
+        written = StreamMessage(message)
         self._written.append(written)
         self._sender.send(message.size_bytes + LENGTH_BYTES, self._arrived, written, None)
 
-    def _arrived(self, written: WrittenMessage) -> None:
+    def _arrived(self, written: StreamMessage[Message]) -> None:
         if not self._closed:
             self._written.popleft()
             self._transport.unfinished -= 1

@@ -4,8 +4,8 @@ One process per host, so a connection is between two hosts. Data goes in *trains
 segments that the network carries as one frame and may lose in part.
 """
 
-from desim.middleware.tcp.connection import Connection
+from desim.middleware.tcp.connection import Connection, StreamMessage
 from desim.middleware.tcp.parameters import TcpParams
 from desim.middleware.tcp.stack import Tcp
 
-__all__ = ["Connection", "Tcp", "TcpParams"]
+__all__ = ["Connection", "StreamMessage", "Tcp", "TcpParams"]

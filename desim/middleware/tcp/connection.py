@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from desim.middleware.tcp.end import OPEN, End
 from desim.middleware.tcp.transit import FIN, Token
@@ -16,16 +16,32 @@ if TYPE_CHECKING:
 Closed = Callable[["Connection", str], object]
 
 
-class Cargo(Protocol):
-    """A message of ``topic`` as data of a connection. ``seq`` is its number in trace rows;
-    ``first_ns`` and ``last_ns`` are when the first and the last frame with bytes of it were sent
-    (below 0: none yet)."""
+class Numbered(Protocol):
+    """A message of ``topic``. ``seq`` is its number in trace rows."""
 
     @property
     def topic(self) -> str: ...
-    seq: int
-    first_ns: int
-    last_ns: int
+    @property
+    def seq(self) -> int: ...
+
+
+M = TypeVar("M", bound=Numbered)
+
+
+class StreamMessage(Generic[M]):
+    """A message as data of a connection. ``first_ns`` and ``last_ns`` are when the first and the
+    last frame with bytes of it were sent (below 0: none yet)."""
+
+    __slots__ = ("message", "seq", "first_ns", "last_ns")
+
+    def __init__(self, message: M, first_ns: int = -1, last_ns: int = -1) -> None:
+        self.message = message
+        self.seq = message.seq
+        self.first_ns, self.last_ns = first_ns, last_ns
+
+    @property
+    def topic(self) -> str:
+        return self.message.topic
 
 
 class Connection:
@@ -59,9 +75,9 @@ class Connection:
              token: Token = None, kind: str | None = None, writes: int = 1) -> None:
         """Send a message of ``size_bytes`` (above 0, with its framing) from host ``source``.
         ``arrived(token)`` is called when all of it is at the other end, after all earlier messages.
-        Its bytes are discovery of ``kind``; without one they are data, ``token`` is a ``Cargo``.
-        Before the connection is open, it waits. Without Nagle's algorithm each of several
-        ``writes`` is a packet of its own."""
+        Its bytes are discovery of ``kind``; without one they are data, ``token`` is a
+        ``StreamMessage``. Before the connection is open, it waits. Without Nagle's algorithm each
+        of several ``writes`` is a packet of its own."""
         self.ends[source != self.client].sender.send(size_bytes, arrived, token, kind,
                                                      writes if self.nodelay else 1)
 

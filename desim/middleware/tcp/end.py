@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase, pair
+from desim.middleware.headers import SEGMENT_HEADER_BYTES
 from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.parameters import SYN_BYTES
 from desim.middleware.tcp.receiver import Receiver
 from desim.middleware.tcp.sender import Sender
 from desim.middleware.tcp.transit import FIN, Token, Train, parts
 from desim.middleware.timers import Timer
-from desim.middleware.transports import SEGMENT_HEADER_BYTES
 from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from desim.middleware.transports import MSS_BYTES
+from desim.middleware.headers import MSS_BYTES
 
 LOW_WINDOW_BYTES = 16 * MSS_BYTES  # hystart_low_window: below it slow start goes on
 _SAMPLES = 8  # of a round (HYSTART_MIN_SAMPLES), before its least round trip tells

@@ -9,7 +9,7 @@ from typing import Literal
 from pydantic import Field
 
 from desim import ports
-from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES
+from desim.middleware.headers import MSS_BYTES, SEGMENT_HEADER_BYTES
 from desim.units import ByteSize, Duration, Pace, Period
 
 TIMEOUT_MIN_NS = 2_000_000  # Linux 6.7 TCP_TIMEOUT_MIN_US; two ticks before

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
 from desim.middleware.context import ACKS
+from desim.middleware.headers import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 from desim.middleware.jiffies import fires_ns
 from desim.middleware.tcp.parameters import runs
 from desim.middleware.tcp.transit import Train
-from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 from desim.network.carrier import Carrier
 from desim.units import NEVER_NS
 

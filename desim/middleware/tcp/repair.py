@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim.middleware.headers import MSS_BYTES
 from desim.middleware.tcp.parameters import TIMEOUT_MIN_NS
 from desim.middleware.tcp.scoreboard import ARRIVED, LOST, Scoreboard
-from desim.middleware.transports import MSS_BYTES
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.sender import Sender

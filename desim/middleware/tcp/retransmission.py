@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim.middleware.headers import MSS_BYTES
 from desim.middleware.jiffies import fires_ns, whole_ticks
 from desim.middleware.tcp.parameters import TIMEOUT_MIN_NS
 from desim.middleware.tcp.repair import DISORDER
 from desim.middleware.tcp.scoreboard import ARRIVED
 from desim.middleware.timers import Timer, Timers
-from desim.middleware.transports import MSS_BYTES
 
 if TYPE_CHECKING:
     from desim.middleware.tcp.sender import Sender

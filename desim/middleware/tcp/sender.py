@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from desim.middleware.headers import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 from desim.middleware.tcp.hystart import LOW_WINDOW_BYTES
 from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.retransmission import RetransmissionTimer
@@ -13,7 +14,6 @@ from desim.middleware.tcp.scoreboard import Scoreboard
 from desim.middleware.tcp.transit import FIN, Token, Transit, parts
 from desim.middleware.tcp.window import CongestionWindow
 from desim.middleware.timers import NEVER
-from desim.middleware.transports import MSS_BYTES, SEGMENT_HEADER_BYTES, on_wire
 from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:

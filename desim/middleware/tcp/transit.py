@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 FIN = "fin"  # the kind of a FIN, which takes a byte of the stream as a message does
 
-Token: TypeAlias = Any  # its user's: a ``Cargo`` where the kind is None, else anything
+Token: TypeAlias = Any  # its user's: a ``StreamMessage`` where the kind is None, else anything
 Entry = tuple[int, Callable[..., object], Token, "str | None"]  # end, arrived, token, kind
 
 # A train. In its header: first byte, end, the first byte that its sender has not received, when it

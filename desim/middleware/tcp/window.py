@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from desim.middleware.headers import MSS_BYTES
 from desim.middleware.tcp.cubic import Cubic
 from desim.middleware.tcp.hystart import HyStart
 from desim.middleware.tcp.parameters import TcpConstants
-from desim.middleware.transports import MSS_BYTES
 from desim.units import NEVER_NS
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 
+from desim.middleware.headers import ETHERNET_BYTES
 from desim.ports import packet_sizes
 
-ETHERNET_BYTES = 14 + 4  # header and check sequence, which are in the sizes of packets
 ROOM_BYTES = 31  # for the header: LL_RESERVED_SPACE of Ethernet and 15 (ip_output.c)
 INFO_BYTES = 320  # struct skb_shared_info
 SK_BUFF_BYTES = 256  # struct sk_buff

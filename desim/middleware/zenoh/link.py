@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from desim.middleware.tcp import Connection
-from desim.middleware.zenoh.link_queue import LinkQueue, Parcel
+from desim.middleware.zenoh.link_queue import LinkQueue, Push
 from desim.middleware.zenoh.sizes import (
     INIT_ACK_BYTES,
     INIT_SYN_BYTES,
@@ -70,12 +70,12 @@ class RouterLink:
         self.sent_ns = self._context.now_ns
         self.connection.send(self.host, size_bytes, self._received, (arrived, what), kind, writes)
 
-    def carried(self, parcel: Parcel) -> None:
-        """A parcel has arrived at the other end."""
+    def carried(self, push: Push) -> None:
+        """A push has arrived at the other end."""
         if self.unread:
-            parcel.drop("unknown_key")
-        elif not parcel.gone:
-            self.far.router.received(parcel)
+            push.drop("unknown_key")
+        elif not push.gone:
+            self.far.router.received(push)
 
     def close(self, *_: object) -> None:
         """End it: all messages on it are lost. Timers and TCP call this, too."""

@@ -6,34 +6,29 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from desim.middleware.message import Message
+from desim.middleware.tcp import StreamMessage
 from desim.middleware.zenoh.sizes import push_bytes
 
 if TYPE_CHECKING:
-    from desim.middleware.message import Message
     from desim.middleware.zenoh.link import RouterLink
     from desim.middleware.zenoh.publication import ZenohPublication
     from desim.ports.networks import Handle
 
 
-class Parcel:
-    """A message on one link, TCP's ``Cargo``, for the hosts ``to`` behind it. A ``gone`` parcel is
-    for no host any more. ``first_ns`` and ``last_ns``: of its frames on all links so far."""
+class Push(StreamMessage[Message]):
+    """A message on one link (Zenoh's Push), for the hosts ``to`` behind it. A ``gone`` one is for
+    no host any more. ``first_ns`` and ``last_ns``: of its frames on all links so far."""
 
-    __slots__ = ("message", "publication", "to", "seq", "first_ns", "last_ns", "hops", "gone")
+    __slots__ = ("publication", "to", "hops", "gone")
 
     def __init__(self, message: Message, publication: ZenohPublication, to: tuple[int, ...],
                  first_ns: int, last_ns: int, hops: int) -> None:
-        self.message = message
+        super().__init__(message, first_ns, last_ns)
         self.publication = publication
         self.to = to
-        self.seq = message.seq
-        self.first_ns, self.last_ns = first_ns, last_ns
         self.hops = hops
         self.gone = False
-
-    @property
-    def topic(self) -> str:
-        return self.message.topic
 
     def drop(self, reason: str) -> None:
         if not self.gone:
@@ -53,47 +48,47 @@ class LinkQueue:
         self._sender = link.connection.sender(link.host)
         self._context, self._constants = link.router.context, link.router.constants
         self._kernel = self._context.kernel
-        self._writing: deque[tuple[Parcel, int]] = deque()
-        self._filling: deque[tuple[Parcel, int]] = deque()
+        self._writing: deque[tuple[Push, int]] = deque()
+        self._filling: deque[tuple[Push, int]] = deque()
         self._bytes = 0  # of what fills
         self._most_bytes = (self._constants.batches - 1) * self._constants.batch_bytes
-        self._waiting: deque[Parcel] = deque()
+        self._waiting: deque[Push] = deque()
         self._moved_ns = 0
         self._closer: Handle | None = None
         self._asked = False
         self._flushed: Callable[[], object] | None = None
 
-    def offer(self, parcel: Parcel) -> None:
-        size_bytes = self._size(parcel)
+    def offer(self, push: Push) -> None:
+        size_bytes = self._size(push)
         if self._flushed is not None:
-            parcel.drop("link_closed")
+            push.drop("link_closed")
         elif not self._writing and self._sender.takes:
-            self._go(parcel, size_bytes)
+            self._go(push, size_bytes)
         elif not self._writing:
-            self._writing.append((parcel, size_bytes))
+            self._writing.append((push, size_bytes))
             self._ask()
         elif not self._waiting and self._fits(size_bytes):
-            self._fill(parcel, size_bytes)
+            self._fill(push, size_bytes)
         else:
-            self._wait(parcel, size_bytes)
+            self._wait(push, size_bytes)
 
-    def parcels(self) -> list[Parcel]:
-        """All parcels that have not arrived."""
+    def pushes(self) -> list[Push]:
+        """All pushes that have not arrived."""
         flying = [token for token in self._connection.undelivered(self._host)
-                  if type(token) is Parcel]
-        written = [parcel for parcel, _ in (*self._writing, *self._filling)]
+                  if type(token) is Push]
+        written = [push for push, _ in (*self._writing, *self._filling)]
         return flying + written + list(self._waiting)
 
     def flush(self, flushed: Callable[[], object]) -> None:
-        """Take nothing more; call ``flushed()`` when the socket has all parcels that were written.
-        Blocked parcels stay blocked."""
+        """Take nothing more; call ``flushed()`` when the socket has all pushes that were written.
+        Blocked pushes stay blocked."""
         self._flushed = flushed
         if not self._writing:
             flushed()
 
     def close(self, reason: str) -> None:
-        for parcel in self.parcels():
-            parcel.drop(reason)
+        for push in self.pushes():
+            push.drop(reason)
         self._writing.clear()
         self._filling.clear()
         while self._waiting:
@@ -102,16 +97,16 @@ class LinkQueue:
             self._closer.cancel()
             self._closer = None
 
-    def _go(self, parcel: Parcel, size_bytes: int) -> None:
+    def _go(self, push: Push, size_bytes: int) -> None:
         link = self._link
         link.sent_ns = self._kernel.now_ns
-        self._sender.send(size_bytes, link.carried, parcel, None)
+        self._sender.send(size_bytes, link.carried, push, None)
 
     def _fits(self, size_bytes: int) -> bool:
         return not self._filling or self._bytes + size_bytes <= self._most_bytes
 
-    def _fill(self, parcel: Parcel, size_bytes: int) -> None:
-        self._filling.append((parcel, size_bytes))
+    def _fill(self, push: Push, size_bytes: int) -> None:
+        self._filling.append((push, size_bytes))
         self._bytes += size_bytes
 
     def _ask(self) -> None:
@@ -132,61 +127,61 @@ class LinkQueue:
             self._flushed()
 
     def _next_batch(self) -> None:
-        """Write the batch that has filled first; waiting parcels fill others."""
+        """Write the batch that has filled first; waiting pushes fill others."""
         most_bytes = self._constants.batch_bytes
         while self._filling and (not self._writing or self._filling[0][1] <= most_bytes):
-            parcel, size_bytes = self._filling.popleft()
+            push, size_bytes = self._filling.popleft()
             self._bytes -= size_bytes
             most_bytes -= size_bytes
-            self._writing.append((parcel, size_bytes))
+            self._writing.append((push, size_bytes))
         while self._waiting and self._flushed is None:
-            parcel = self._waiting[0]
-            size_bytes = self._size(parcel)
+            push = self._waiting[0]
+            size_bytes = self._size(push)
             if self._writing and not self._fits(size_bytes):
                 return
             self._moved_ns = self._context.now_ns
             self._unblock(self._waiting.popleft())
             if self._writing:
-                self._fill(parcel, size_bytes)
+                self._fill(push, size_bytes)
             else:
-                self._writing.append((parcel, size_bytes))
+                self._writing.append((push, size_bytes))
 
-    def _size(self, parcel: Parcel) -> int:
-        return push_bytes(parcel.message.size_bytes, self._constants.batch_bytes)
+    def _size(self, push: Push) -> int:
+        return push_bytes(push.message.size_bytes, self._constants.batch_bytes)
 
-    def _wait(self, parcel: Parcel, size_bytes: int) -> None:
+    def _wait(self, push: Push, size_bytes: int) -> None:
         context, constants = self._context, self._constants
-        self._waiting.append(parcel)
-        if parcel.publication.source == self._host:
-            context.block(self._host, parcel.publication.node)
-        if not parcel.publication.blocks:
+        self._waiting.append(push)
+        if push.publication.source == self._host:
+            context.block(self._host, push.publication.node)
+        if not push.publication.blocks:
             batches = -(-size_bytes // constants.batch_bytes)
             patience_ns = min(batches * constants.wait_before_drop_ns,
                               max(constants.wait_before_drop_ns,
                                   constants.wait_before_drop_fragments_ns))
-            context.at(context.now_ns + patience_ns, self._host, self._late, parcel)
+            context.at(context.now_ns + patience_ns, self._host, self._late, push)
         elif self._closer is None:
             self._moved_ns = context.now_ns
             self._closer = context.at(context.now_ns + constants.wait_before_close_ns,
                                       self._host, self._stuck)
 
-    def _late(self, parcel: Parcel) -> None:
-        """Drop a parcel that is still waiting."""
-        if parcel in self._waiting:
-            self._waiting.remove(parcel)
-            self._unblock(parcel)
-            parcel.drop("congested")
+    def _late(self, push: Push) -> None:
+        """Drop a push that is still waiting."""
+        if push in self._waiting:
+            self._waiting.remove(push)
+            self._unblock(push)
+            push.drop("congested")
 
-    def _unblock(self, parcel: Parcel) -> None:
-        """``parcel`` waits no more."""
-        if parcel.publication.source == self._host:
-            self._context.unblock(self._host, parcel.publication.node)
+    def _unblock(self, push: Push) -> None:
+        """``push`` waits no more."""
+        if push.publication.source == self._host:
+            self._context.unblock(self._host, push.publication.node)
 
     def _stuck(self, _: object) -> None:
         self._closer = None
         context = self._context
         due_ns = self._moved_ns + self._constants.wait_before_close_ns
-        if not any(parcel.publication.blocks for parcel in self._waiting):
+        if not any(push.publication.blocks for push in self._waiting):
             return
         if context.now_ns >= due_ns:
             self._link.router.part(self._link.peer)

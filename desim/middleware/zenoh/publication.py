@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from desim.middleware.message import Message
-from desim.middleware.zenoh.link_queue import Parcel
+from desim.middleware.zenoh.link_queue import Push
 from desim.middleware.zenoh.router import ZenohRouter
 from desim.ports.middleware import MiddlewareContext, Offer, TransportKind
 
@@ -43,13 +43,13 @@ class ZenohPublication:
 
     # Fates, from routers.
 
-    def arrived(self, parcel: Parcel, receiver: int) -> None:
+    def arrived(self, push: Push, receiver: int) -> None:
         self._pending -= 1
-        self._context.deliver(parcel.message, receiver, parcel.first_ns, parcel.last_ns)
+        self._context.deliver(push.message, receiver, push.first_ns, push.last_ns)
 
-    def dropped(self, parcel: Parcel, reason: str) -> None:
-        for receiver in parcel.to:
-            self.lost(parcel.message, receiver, reason, parcel.first_ns, parcel.last_ns)
+    def dropped(self, push: Push, reason: str) -> None:
+        for receiver in push.to:
+            self.lost(push.message, receiver, reason, push.first_ns, push.last_ns)
 
     def lost(self, message: Message, receiver: int, reason: str, first_ns: int,
              last_ns: int) -> None:

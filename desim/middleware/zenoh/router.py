@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim.middleware.zenoh.gossip import Gossip
 from desim.middleware.zenoh.link import SERVICE, RouterLink
-from desim.middleware.zenoh.link_queue import Parcel
+from desim.middleware.zenoh.link_queue import Push
 from desim.middleware.zenoh.link_state_flood import LinkStateFlood
 from desim.middleware.zenoh.registry import Declaration, DeclarationRegistry, Part
 from desim.middleware.zenoh.sizes import DECLARATIONS_BYTES
@@ -227,7 +227,7 @@ class ZenohRouter:
         if len(to) == 1 and hops < self._most_hops:  # as nearly always
             link = self.links.get(ways.get(to[0], _NO_WAY))
             if link is not None:
-                link.line.offer(Parcel(message, publication, (to[0],), first_ns, last_ns,
+                link.line.offer(Push(message, publication, (to[0],), first_ns, last_ns,
                                        hops + 1))
                 return
         groups: dict[int, list[int]] = {}
@@ -236,28 +236,28 @@ class ZenohRouter:
         for neighbour, group in groups.items():
             link = self.links.get(neighbour)
             if link is not None and hops < self._most_hops:
-                link.line.offer(Parcel(message, publication, tuple(group), first_ns, last_ns,
+                link.line.offer(Push(message, publication, tuple(group), first_ns, last_ns,
                                        hops + 1))
             else:
                 for receiver in group:
                     publication.lost(message, receiver, "no_route", first_ns, last_ns)
 
-    def received(self, parcel: Parcel) -> None:
-        to, own = parcel.to, self.host
-        parcel.gone = True
+    def received(self, push: Push) -> None:
+        to, own = push.to, self.host
+        push.gone = True
         if own in to:
-            parcel.publication.arrived(parcel, own)
+            push.publication.arrived(push, own)
             if len(to) == 1:
                 return
             to = tuple(receiver for receiver in to if receiver != own)
         if to:
-            self.context.relay(parcel.message, own)
-            self.forward(parcel.message, parcel.publication, to, parcel.first_ns, parcel.last_ns,
-                         parcel.hops)
+            self.context.relay(push.message, own)
+            self.forward(push.message, push.publication, to, push.first_ns, push.last_ns,
+                         push.hops)
 
     def discard(self, publication: ZenohPublication, reason: str) -> None:
         """A publisher of its host is gone, and its waiting messages with it."""
         for link in self.links.values():
-            for parcel in link.line.parcels():
-                if parcel.publication is publication:
-                    parcel.drop(reason)
+            for push in link.line.pushes():
+                if push.publication is publication:
+                    push.drop(reason)

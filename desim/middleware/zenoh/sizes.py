@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-UDP_HEADER_BYTES = 14 + 4 + 20 + 8  # Ethernet, its check sequence, IP, UDP
+from desim.middleware.headers import UDP_HEADER_BYTES
 
 SCOUT_BYTES = 3 + UDP_HEADER_BYTES
 HELLO_BYTES = 40 + UDP_HEADER_BYTES  # estimate: 19 B of head and id, one locator of 21 B

@@ -10,6 +10,7 @@ from desim.engine.kernel import Phase
 from desim.middleware.tcp import Tcp, TcpParams
 from desim.simulation.simulation import Simulation
 from desim.units import NS_PER_S
+from desim.validation.laboratory import lab_message
 from desim.validation.real.cell import DRIVE, Act, Attach, Cell, Heard, Place, Played
 from desim.validation.real.figures import (
     JudgedQuantity,
@@ -66,16 +67,6 @@ def _start_s(pair: int) -> float:
     return round(1 + 0.237 * pair, 3)
 
 
-class LinkCargo:
-    """A message as TCP sees one."""
-
-    topic = "/link"
-
-    def __init__(self, seq: int) -> None:
-        self.seq = seq
-        self.first_ns = self.last_ns = -1
-
-
 def _attached(row: LinkTalk) -> Attach:
     def attach(simulation: Simulation, cell: Cell) -> Callable[[], list[Heard]]:
         tcp = Tcp(simulation.graph.context, TcpParams.model_validate({"constants": GUEST}))
@@ -115,7 +106,7 @@ class LinkTalker:
         """
         if self._kernel.now_ns < self._end_ns:
             self._sent_ns.append(self._kernel.now_ns)
-            self._sender.send(self._row.size_bytes, self._arrived, LinkCargo(len(self._sent_ns)),
+            self._sender.send(self._row.size_bytes, self._arrived, lab_message(len(self._sent_ns)),
                               None)
             self._go_on()
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 from pydantic import Field
 
 from desim import ports
-from desim.middleware.transports import SEGMENT_HEADER_BYTES
+from desim.middleware.headers import SEGMENT_HEADER_BYTES
 from desim.units import Duration
 from desim.validation.real.cell import SentFrames
 
