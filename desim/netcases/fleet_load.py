@@ -188,10 +188,11 @@ class LoadRun:
 
 
 def play(scenario: Scenario, params: FleetLoad) -> Measures:
-    """``topics`` (by family) and ``media`` (by name) with their measures, of ``measured_s``; what
-    was assumed: ``spread``; ``map_bytes`` of an update (None: robots exchange no maps), and
-    ``map_given``; ``left_out``, topics that cross, but nobody says how often. Raises ``InputError``
-    for what does not fit together."""
+    """``topics`` (by family) and ``media`` (by name) with their measures, of ``measured_s``, and
+    of ``awaited_s`` behind them in which messages may still arrive; what was assumed: ``spread``;
+    ``map_bytes`` of an update (None: robots exchange no maps), and ``map_given``; ``left_out``,
+    topics that cross, but nobody says how often. Raises ``InputError`` for what does not fit
+    together."""
     parts = Simulation(scenario)
     map_bytes, maps = params.map_bytes, own_maps(scenario)
     if map_bytes is None and maps is not None and parts.world.robots:
@@ -202,7 +203,7 @@ def play(scenario: Scenario, params: FleetLoad) -> Measures:
                             longest_ns + params.duration_ns).played()
     hosts = frozenset(host.name for host in parts.plan)
     return {"hosts": len(hosts), "measured_s": params.duration_ns / NS_PER_S,
-            "spread": params.spread, "map_bytes": map_bytes,
+            "awaited_s": longest_ns / NS_PER_S, "spread": params.spread, "map_bytes": map_bytes,
             "map_given": params.map_bytes is not None,
             "left_out": sorted({family(topic, hosts) for topic in left_out}),
             "topics": topics, "media": media}

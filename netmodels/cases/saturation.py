@@ -15,10 +15,9 @@ from netmodels.ethernet import ETHERNET_BYTES
 from netmodels.radio.dcf.radio import DcfRadio
 from netmodels.radio.dcf.stations import Aggregation
 from netmodels.radio.modulation import Modulation
-from netmodels.radio.standards import STANDARDS
+from netmodels.radio.standards import FIVE_GHZ, STANDARDS
 
 _FRAMES = 50_000  # that the rate could carry in the time that is measured
-_FIRST_OF_5_GHZ = 36  # where there are channels of any width
 _WARM_UP = 0.1  # of that time
 
 
@@ -83,7 +82,7 @@ class Saturation:
         if self.params.basic_rates_bps:
             given["basic_rates"] = [f"{bps} b/s" for bps in self.params.basic_rates_bps]
         if self.params.has_mcs:
-            given["channel"] = _FIRST_OF_5_GHZ
+            given["channel"] = FIVE_GHZ
         elif "rate" not in given:
             highest_mbps = STANDARDS[self.params.standard].rates[-1].mbps
             given["rate"] = f"{highest_mbps} Mb/s"

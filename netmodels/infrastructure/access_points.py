@@ -22,9 +22,20 @@ class AccessPoint(Antenna):
 
     at_m: tuple[Position, Position] = Field(examples=[["3 m", "-2.5 m"]],
                                             description="where it stands, x and y")
-    channel: int = Field(1, ge=1, le=196, description="its number (the first)")
+    channel: int = Field(1, ge=1, le=196, description="its number (that of the radio)")
     height_m: Length = Field("2.5 m", description=(
         "of its antenna above the ground (our estimate: under the ceiling of a room)"))
+
+
+def with_channels(given: object) -> object:
+    """Parameters of a radio whose access points have its channel where they name none."""
+    if not isinstance(given, dict) or not isinstance(given.get("channel"), int):
+        return given
+    points = given.get("access_points")
+    if not isinstance(points, list | tuple):
+        return given
+    return {**given, "access_points": tuple(
+        {"channel": given["channel"], **one} if isinstance(one, dict) else one for one in points)}
 
 
 def names_of(access_points: Sequence[AccessPoint], hosts: tuple[str, ...]) -> tuple[str, ...]:
@@ -40,16 +51,14 @@ def names_of(access_points: Sequence[AccessPoint], hosts: tuple[str, ...]) -> tu
 def check_channels(access_points: Sequence[AccessPoint], standard: Standard) -> None:
     """Raises ``InputError`` for channels that the standard does not have, and for different ones
     that overlap."""
-    apart = standard.channels_apart
     for k, one in enumerate(access_points):
         if complaint := standard.no_channel(one.channel):
             raise InputError(f".access_points.{k}.channel: {complaint}")
         for j, other in enumerate(access_points[:k]):
-            if 0 < abs(one.channel - other.channel) < apart:
+            if allowed := standard.overlap(one.channel, standard, other.channel):
                 raise InputError(
                     f".access_points.{k}.channel: {one.channel} overlaps channel {other.channel} "
-                    f"of access point {j}, which this model knows nothing of; allowed: the same, "
-                    f"or {apart} and more apart")
+                    f"of access point {j}, which this model knows nothing of; allowed: {allowed}")
 
 
 class WithAccessPoints:

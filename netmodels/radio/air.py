@@ -337,12 +337,11 @@ class Airs:
                 joined.radios[:0] = air.radios
                 self.all.remove(air)
             for one in sorted(own):
-                near = [number for number in sorted(numbers)
-                        if 0 < abs(one - number) < radio.standard.channels_apart]
-                if near:
-                    raise InputError(f".channel: {one} overlaps channel {near[0]} of another "
-                                     "medium, which this model knows nothing of; allowed: the "
-                                     f"same, or {radio.standard.channels_apart} and more apart")
+                for number in sorted(numbers):
+                    if allowed := radio.standard.overlap(one, other.standard, number):
+                        raise InputError(f".channel: {one} overlaps channel {number} of another "
+                                         "medium, which this model knows nothing of; allowed: "
+                                         + allowed)
         self.all.append(joined)
         for member in joined.radios:
             member.air = joined

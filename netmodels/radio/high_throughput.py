@@ -81,15 +81,14 @@ def high_throughput(name: str, width_mhz: int, streams: int, guard_ns: int | Non
     low = channel in G.allowed_channels and name != "11ac"
     if low and width_mhz > 40:
         raise InputError(f".width: channel {channel} is in 2.4 GHz, which has no channels of "
-                         f"{width_mhz} MHz; allowed: 20 MHz, 40 MHz")
+                         f"{width_mhz} MHz; allowed: 20 MHz, 40 MHz, or a channel of 5 GHz")
     base = replace(G, slot_ns=9_000) if low else A  # a short slot: nobody has 802.11b alone
     rates = _rates(name, width_mhz, streams, guard_ns or form.guards_ns[0])
     return replace(base, rates=base.rates + rates, aifsn=3, qos_bytes=2,
                    alone_bytes=0 if name == "11n" else DELIMITER_BYTES,
                    block_ack_bytes=56 if name == "11ax" else 32,
-                   channels_apart=max(base.channels_apart, width_mhz // 5),
-                   allowed_channels=base.allowed_channels if low else
-                   (*(1,) * (name == "11ac"), *channels_5ghz(width_mhz)))
+                   width_mhz=width_mhz,
+                   allowed_channels=base.allowed_channels if low else channels_5ghz(width_mhz))
 
 
 def _rates(name: str, width_mhz: int, streams: int, guard_ns: int) -> tuple[Rate, ...]:

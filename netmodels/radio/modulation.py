@@ -18,11 +18,17 @@ from netmodels.radio.high_throughput import (
     mcs_index,
     with_fewer_streams,
 )
-from netmodels.radio.standards import STANDARDS, Access, RadioName, Standard, chosen_rates
+from netmodels.radio.standards import (
+    FIVE_GHZ,
+    STANDARDS,
+    Access,
+    RadioName,
+    Standard,
+    chosen_rates,
+)
 
 USUAL_HZ, USUAL_BPS = 20e6, 54_000_000
 _MOST_HT_AMSDU_BYTES = 4065  # (802.11-2016, 9.3.2.2.2)
-FIVE_GHZ = 36  # a channel of the band that all of them have
 
 
 class Modulation(ports.Params):

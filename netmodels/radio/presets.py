@@ -46,6 +46,7 @@ from __future__ import annotations
 
 from desim import ports
 from netmodels.radio.cards import with_card
+from netmodels.radio.standards import FIVE_GHZ
 
 PRESETS: dict[str, dict[str, object]] = {
     "indoor": {
@@ -73,8 +74,11 @@ PRESETS: dict[str, dict[str, object]] = {
 
 def filled(given: object) -> object:
     """Parameters with the values of their card where ``given`` has none, and then with those of
-    their preset; inside of a parameter key by key, unless it names another model."""
+    their preset; inside of a parameter key by key, unless it names another model. Standards of
+    5 GHz alone have a channel there."""
     given = with_card(given)
+    if isinstance(given, dict) and given.get("standard") in ("11a", "11ac"):
+        given = {"channel": FIVE_GHZ, **given}
     if isinstance(given, dict) and given.get("preset") == "ns3_3_44":
         with_1_mbps = given.get("standard", "11g") in ("11b", "11g")
         given = {"broadcast_rate": "1 Mb/s" if with_1_mbps else "6 Mb/s", **given}

@@ -5,17 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from desim import ports
 from netmodels.ideal import Ideal
 from netmodels.infrastructure import Infrastructure
-from netmodels.infrastructure.access_points import STOPPED, AccessPoint, names_of
+from netmodels.infrastructure.access_points import (
+    STOPPED,
+    AccessPoint,
+    names_of,
+    with_channels,
+)
 from netmodels.infrastructure.floods import ENDED
 from netmodels.infrastructure.settings import Settings
 from netmodels.multihop.hop_choice import as_fast
 from netmodels.multihop.multihop import Multihop
 from netmodels.radio.dcf.radio import DcfRadio
+from netmodels.radio.presets import filled
 from netmodels.radio.uncontended import Uncontended
 
 _RUNGS: dict[str, Callable[[DcfRadio.Params], ports.NetworkModel]] = {
@@ -62,6 +68,11 @@ class Radio:
         infrastructure: Settings = Field(Settings(), description=(
             "wires behind the access points, and how stations hang on them (its own defaults)"))
 
+        @model_validator(mode="before")
+        @classmethod
+        def _filled(cls, given: object) -> object:
+            return with_channels(filled(given))
+
         @property
         def reads_marks(self) -> bool:
             """``ports.ReadsMarks``: where there are access categories and contention."""
@@ -81,7 +92,7 @@ class Radio:
                 yield ports.UnusedKeys([".access_points"], f"on the rung {self.fidelity} hosts "
                                                            "talk to each other directly")
             else:
-                usual = {Radio.Params(card=self.card).channel,
+                usual = {Radio.Params(card=self.card, standard=self.standard).channel,
                          *(one.channel for one in self.access_points)}
                 yield ports.UnusedKeys([] if self.channel in usual else [".channel"],
                                        "stations take the channels of their access points")

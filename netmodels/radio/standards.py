@@ -86,19 +86,18 @@ class Access(NamedTuple):
 @dataclass(frozen=True)
 class Standard:
     """One PHY standard. Contention windows are in slots; ``rates`` ascend. ``basic_mbps``: the
-    basic rates, which every station understands. ``channels_apart``: the least difference of
-    channel numbers (5 MHz each) without overlap. Channel 0 would lie at ``band_hz``."""
+    basic rates, which every station understands. Channel 0 would lie at ``band_hz``."""
 
     slot_ns: int
     sifs_ns: int
     cw_min: int
     rates: tuple[Rate, ...]
     basic_mbps: tuple[float, ...]
-    channels_apart: int
     band_hz: float
     allowed_channels: tuple[int, ...]
     extension_ns: int = 0  # silence behind OFDM frames (ERP: for the decoder)
     cw_max: int = 1023
+    width_mhz: int = 20  # of a channel
     slow: bool = False  # DSSS alone, or stations with it on the channel
     # Since 802.11n: slots of the wait before a backoff (AIFSN; DIFS has 2), bytes that QoS adds to
     # a packet and a delimiter to one that goes alone.
@@ -130,11 +129,41 @@ class Standard:
             return None
         last = allowed[-1]
         listed = f"1 to {last}" if len(allowed) == last else ", ".join(map(str, allowed))
-        return f"there is no channel {channel} in this band; allowed: {listed}"
+        said = (f"there is no channel {channel} of {self.width_mhz} MHz in {self.band}; allowed: "
+                f"{listed}")
+        if self.band == "2.4 GHz" or channel not in CHANNELS_5GHZ:
+            return said
+        most_mhz = max(mhz for mhz in (20, 40, 80) if channel in channels_5ghz(mhz))
+        return f"{said}; channel {channel} has at most {most_mhz} MHz"
+
+    @property
+    def band(self) -> str:
+        """The band in words."""
+        return "5 GHz" if self.allowed_channels[0] == CHANNELS_5GHZ[0] else "2.4 GHz"
 
     def carrier_hz(self, channel: int) -> float:
         """Centre of a channel (17.3.8.4.2, 16.3.6.3)."""
         return self.band_hz + 5e6 * channel
+
+    def spectrum(self, channel: int) -> tuple[float, float]:
+        """From where to where a channel reaches, as channel numbers of 5 MHz each: in 5 GHz the
+        whole group of 20 MHz channels (table E-4), in 2.4 GHz at least 25 MHz, as wide as DSSS
+        and numbers of which the model does not know on which side the second 20 MHz lie."""
+        if self.band == "2.4 GHz":
+            half = max(5, self.width_mhz // 5) / 2
+            return channel - half, channel + half
+        first, last = next(group for group in groups_5ghz(self.width_mhz)
+                           if group[0] <= channel <= group[1])
+        return first - 2, last + 2
+
+    def overlap(self, channel: int, other: Standard, others: int) -> str | None:
+        """The channels allowed instead, where two different ones overlap; else None."""
+        (low, high), (from_, to) = self.spectrum(channel), other.spectrum(others)
+        if channel == others or high <= from_ or to <= low:
+            return None
+        if self.band == "2.4 GHz":
+            return f"the same, or {(high - low + to - from_) / 2:g} and more apart"
+        return f"the same, or one outside of {from_ + 2:g} to {to - 2:g}"
 
     def rate(self, mbps: float) -> int:
         """The index of a rate. Raises ValueError if there is none of that many Mb/s."""
@@ -204,28 +233,32 @@ def train_bytes(size_bytes: int, segments: int, more_bytes: int = 0) -> tuple[in
     return psdu_bytes(sizes[0], 1) + more_bytes, psdu_bytes(sizes[-1], 1) + more_bytes
 
 
+FIVE_GHZ = 36  # the first channel of the band, of any width
 CHANNELS_2GHZ = tuple(range(1, 15))
 CHANNELS_5GHZ = (*range(36, 65, 4), *range(100, 145, 4), *range(149, 166, 4))
 
 
-def channels_5ghz(width_mhz: int) -> tuple[int, ...]:
-    """The channels of 20 MHz that a channel of this width may have as its primary one: of 40 MHz
+def groups_5ghz(width_mhz: int) -> list[tuple[int, int]]:
+    """The first and the last one of the 20 MHz channels of each channel of this width: of 40 MHz
     and more are whole groups of them (IEEE 802.11-2020, table E-4, classes 115 to 130)."""
-    count = width_mhz // 20
-    groups = [tuple(range(band, band + 4 * count, 4)) for first, last in ((36, 64), (100, 144),
-                                                                          (149, 165))
-              for band in range(first, last + 1, 4 * count)]
-    return tuple(channel for group in groups if {*group} <= {*CHANNELS_5GHZ} for channel in group)
+    step = width_mhz // 5
+    return [(channel, channel + step - 4) for first, last in ((36, 64), (100, 144), (149, 165))
+            for channel in range(first, last + 1, step) if channel + step - 4 <= last]
 
 
-# Channel 1 at 5.005 GHz is the default, for those to whom the number does not matter.
+def channels_5ghz(width_mhz: int) -> tuple[int, ...]:
+    """The channels of 20 MHz that a channel of this width may have as its primary one."""
+    return tuple(channel for first, last in groups_5ghz(width_mhz)
+                 for channel in range(first, last + 1, 4))
+
+
 A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
-             channels_apart=4, band_hz=5e9, allowed_channels=(1, *channels_5ghz(20)))
+             band_hz=5e9, allowed_channels=CHANNELS_5GHZ)
 B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2, 5.5, 11),
-             channels_apart=5, band_hz=2.407e9, allowed_channels=CHANNELS_2GHZ, slow=True)
+             band_hz=2.407e9, allowed_channels=CHANNELS_2GHZ, slow=True)
 # Without an access point, and where stations of 802.11b may be: their slots.
 G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
-             basic_mbps=(1, 2, 5.5, 11, 6, 12, 24), channels_apart=5,
+             basic_mbps=(1, 2, 5.5, 11, 6, 12, 24),
              band_hz=2.407e9, allowed_channels=CHANNELS_2GHZ, extension_ns=6_000)
 
 StandardName = Literal["11a", "11b", "11g"]
@@ -252,13 +285,12 @@ def channels_of(hosts: tuple[str, ...], channel: int, by_host: dict[str, int], s
     for host in by_host:
         if host not in hosts:
             raise InputError(f".channels: no host {host!r}{did_you_mean(host, hosts)}")
-    apart = standard.channels_apart
     for key, number in (("channel", channel), *((f"channels.{host}", number)
                                                 for host, number in by_host.items())):
         if complaint := standard.no_channel(number):
             raise InputError(f".{key}: {complaint}")
     for one, other in pairwise(sorted({*by_host.values(), channel})):
-        if other - one < apart:
+        if allowed := standard.overlap(other, standard, one):
             raise InputError(f".channels: {one} and {other} overlap, which this model knows "
-                             f"nothing of; allowed: the same, or {apart} and more apart")
+                             f"nothing of; allowed: {allowed}")
     return np.array([by_host.get(host, channel) for host in hosts])

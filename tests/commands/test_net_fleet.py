@@ -40,13 +40,22 @@ def test_the_command():
         "two, seed 7: 2 hosts, 20 s\n"
         "  robots stand where they start\n"
         "  a map update is 857 B: as given\n"
-        "  all drive, and have a new map to tell each time; there are no faults\n\n"
+        "  all drive, and have a new map to tell each time; there are no faults\n"
+        "  arrived: until 5 s after these 20 s; delays are of those that arrived\n\n"
         "topic            from  to   Hz    B   Mb/s  arrived      mean      95 %      99 %  lost\n"
         "/map_exchange/*     2   2  0.2  857  0.003   1.0000  0.931 ms  0.931 ms  0.931 ms\n\n"
         "medium   Mb/s  carried    busy  at most  packets  lost\n"
         "air     0.003    0.003  0.0002   0.0002        8\n\n"
         "carries: 1 of all messages arrive, 95 % of each topic's within 0.931 ms "
         "(/map_exchange/*)\n")
+
+
+def test_delays_beyond_the_measured_time_are_explained():
+    """Two updates each of 10 MB at 8 Mb/s, 10 s of air: the first of one robot arrives after 10 s,
+    the rest when nobody counts any more."""
+    said = desim("fleet", "two.yaml", "--map", "10 MB", "--duration", "10")
+    assert ("  arrived: until 5 s after these 10 s; delays are of those that arrived; with such "
+            "losses another --seed may differ widely\n") in said
 
 
 def test_the_command_in_json():

@@ -372,13 +372,14 @@ def test_broadcasts_wait_for_a_dtim(dtim):
 
 @pytest.mark.parametrize(("params", "text"), [
     ({"access_points": ((0, 40),), "standard": "11g"},
-     ".access_points.0.channel: there is no channel 40 in this band; allowed: 1 to 14"),
+     ".access_points.0.channel: there is no channel 40 of 20 MHz in 2.4 GHz; allowed: "
+     "1 to 14"),
     ({"access_points": ((0, 36), (9, 40)), "standard": "11n", "width": "40 MHz"},
      ".access_points.1.channel: 40 overlaps channel 36 of access point 0, which this model knows "
-     "nothing of; allowed: the same, or 8 and more apart"),
+     "nothing of; allowed: the same, or one outside of 36 to 40"),
     ({"access_points": ((0, 36), (9, 37))},
-     ".access_points.1.channel: there is no channel 37 in this band; allowed: 1, 36, 40, 44, 48, "
-     "52, 56, 60, 64, 100, 104, 108, 112, 116, 120, 124, 128, 132, 136, 140, 144, 149, 153, 157, "
+     ".access_points.1.channel: there is no channel 37 of 20 MHz in 5 GHz; allowed: 36, 40, 44, "
+     "48, 52, 56, 60, 64, 100, 104, 108, 112, 116, 120, 124, 128, 132, 136, 140, 144, 149, 153, 157, "
      "161, 165"),
     ({"channels": {"a": 44}},
      ".channels: stations take the channels of their access points; allowed: access_points "
@@ -401,10 +402,21 @@ def test_a_host_with_the_name_of_an_access_point():
                                "allowed: another name for the host")
 
 
+def test_an_access_point_has_the_channel_of_its_radio():
+    def channels(**given):
+        points = [{"at": ["0 m", "0 m"]}, {"at": ["9 m", "0 m"], "channel": 44}]
+        return [one.channel for one in Radio.Params(access_points=points, **given).access_points]
+
+    assert channels(card="pi_4") == channels(standard="11a") == [36, 44]
+    assert channels(standard="11n", channel=40) == [40, 44]
+    assert channels() == [1, 44]
+
+
 @pytest.mark.parametrize(("params", "keys"), [
     ({}, []), ({"infrastructure": {"wired": ["base"]}}, [".infrastructure"]),
     ({"access_points": [{"at": ["0 m", "0 m"]}], "fidelity": "disk"}, [".access_points"]),
-    ({"access_points": [{"at": ["0 m", "0 m"]}], "channel": 6}, [".channel"])])
+    ({"access_points": [{"at": ["0 m", "0 m"]}], "channel": 6}, []),  # that of the access point
+    ({"access_points": [{"at": ["0 m", "0 m"], "channel": 1}], "channel": 6}, [".channel"])])
 def test_keys_without_effect_are_known(params, keys):
     assert [key for unused in Radio.Params(**params).without_effect(None)
             for key in unused.keys] == keys

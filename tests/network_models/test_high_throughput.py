@@ -80,6 +80,31 @@ def test_bands_are_by_channel():
     assert standard_of("11ac", 80, channel=6).band_hz == 5e9
 
 
+def test_without_a_channel_it_is_the_first_of_the_band():
+    assert {name: DcfRadio.Params(standard=name, mcs=None).channel for name in (
+        "11a", "11b", "11g", "11n", "11ac", "11ax")} == {
+        "11a": 36, "11b": 1, "11g": 1, "11n": 1, "11ac": 36, "11ax": 1}
+
+
+@pytest.mark.parametrize(("one", "other", "allowed"), [
+    (("11ac", 80, 48), ("11ac", 80, 52), None),  # 5170 to 5250, and from there on
+    (("11ac", 80, 36), ("11ac", 80, 48), "the same, or one outside of 36 to 48"),
+    (("11ac", 80, 36), ("11ac", 80, 36), None),  # the same
+    (("11ac", 20, 40), ("11ac", 80, 36), "the same, or one outside of 36 to 48"),
+    (("11ac", 80, 36), ("11ac", 20, 40), "the same, or one outside of 40 to 40"),
+    (("11ac", 20, 36), ("11ac", 20, 40), None),
+    (("11ac", 160, 64), ("11ac", 160, 100), None),
+    (("11n", 20, 1), ("11n", 20, 5), "the same, or 5 and more apart"),
+    (("11n", 20, 1), ("11n", 20, 6), None),
+    (("11n", 40, 1), ("11n", 40, 8), "the same, or 8 and more apart"),
+    (("11n", 40, 1), ("11n", 40, 9), None)])
+def test_channels_overlap_where_their_spectra_do(one, other, allowed):
+    """IEEE 802.11-2020, table E-4, classes 115 to 130: 80 MHz of channels 36 to 48, 52 to 64."""
+    standards = [high_throughput(name, width, 1, None, channel) for name, width, channel in
+                 (one, other)]
+    assert standards[0].overlap(one[2], standards[1], other[2]) == allowed
+
+
 @pytest.mark.parametrize(("scheme", "db", "error"), [
     (60, 23, .511344), (60, 24, .0354768), (72, 27.5, .679143), (72, 28.5, .0658242),
     (80, 28.5, .877436), (80, 29.5, .118537), (90, 33.5, .494229), (100, 35, .305235)])
@@ -94,17 +119,21 @@ ALLOWED = ("36, 40, 44, 48, 52, 56, 60, 64, 100, 104, 108, 112, 116, 120, 124, 1
 
 @pytest.mark.parametrize(("given", "allowed"), [
     ({"standard": "11n", "channel": 15}, f"{ALLOWED}, 165"),
+    ({"standard": "11ac", "channel": 1}, f"{ALLOWED}, 165"),
     ({"standard": "11n", "channel": 37}, f"{ALLOWED}, 165"),
-    ({"standard": "11n", "channel": 165, "width": "40 MHz"}, ALLOWED),
-    ({"standard": "11ac", "channel": 165, "width": "80 MHz"}, f"1, {ALLOWED}"),
+    ({"standard": "11n", "channel": 165, "width": "40 MHz"},
+     f"{ALLOWED}; channel 165 has at most 20 MHz"),
+    ({"standard": "11ac", "channel": 165, "width": "80 MHz"},
+     f"{ALLOWED}; channel 165 has at most 20 MHz"),
     ({"standard": "11ax", "channel": 132, "width": "160 MHz"}, ALLOWED[:-len(
-        ", 132, 136, 140, 144, 149, 153, 157, 161")])])
+        ", 132, 136, 140, 144, 149, 153, 157, 161")] + "; channel 132 has at most 80 MHz")])
 def test_a_channel_has_a_place_in_the_table_for_its_width(given, allowed):
     """IEEE 802.11-2020, table E-4: 165 is alone; the twin on channel 100 goes."""
     with pytest.raises(InputError) as said:
         Bench(DcfRadio(DcfRadio.Params(**given)), 2)
-    assert str(said.value) == (f".channel: there is no channel {given['channel']} in this band; "
-                               f"allowed: {allowed}")
+    assert str(said.value) == (
+        f".channel: there is no channel {given['channel']} of {given.get('width', '20 MHz')} in "
+        f"5 GHz; allowed: {allowed}")
     Bench(DcfRadio(DcfRadio.Params(**given | {"channel": 100})), 2)
 
 
@@ -118,7 +147,7 @@ def test_a_channel_has_a_place_in_the_table_for_its_width(given, allowed):
     ({"standard": "11n", "width": "80 MHz"},
      ".width: 11n has no channels of 80 MHz; allowed: 20 MHz, 40 MHz"),
     ({"standard": "11ax", "width": "80 MHz", "channel": 1}, ".width: channel 1 is in 2.4 GHz, "
-     "which has no channels of 80 MHz; allowed: 20 MHz, 40 MHz"),
+     "which has no channels of 80 MHz; allowed: 20 MHz, 40 MHz, or a channel of 5 GHz"),
     ({"standard": "11n", "guard_interval": "1600 ns"},
      ".guard_interval: 11n has none of 1600 ns; allowed: 800 ns, 400 ns"),
     ({"standard": "11n", "rate": "24 Mb/s"}, ".rate: 11n has an mcs instead"),

@@ -171,7 +171,7 @@ def test_rts_is_true_or_false_or_a_size():
     ({"basic_rates": ["6 Mb/s"]}, True), ({"queue": 400}, False),
 ])
 def test_parameters_of_the_radio_have_an_effect(keys, differs):
-    plain = {"places": [[0.0, 0.0], [58.0, 0.0]]}
+    plain = {"places": [[0.0, 0.0], [57.0, 0.0]]}
     assert (one_flow(**plain, **keys) != one_flow(**plain)) == differs
 
 
@@ -256,7 +256,7 @@ def test_tcp_over_the_radio_carries_what_the_air_leaves_to_it():
 def test_messages_over_tcp_arrive_though_packets_are_lost():
     """At the edge some of what is sent is lost, and with one attempt UDP loses that;
     TCP sends it again. Its delay is from the write on."""
-    edge = {"places": [[0.0, 0.0], [52.0, 0.0]], "retries": 1, "power": "11 dBm"}
+    edge = {"places": [[0.0, 0.0], [52.0, 0.0]], "retries": 1, "power": "11.3 dBm"}
     flow = {"payload": "1000 B", "arrivals": "periodic", "period": "100 ms"}
     lossy, udp = tcp(**edge, flow=flow), tcp(**edge, flow=flow | {"protocol": "udp"})
     assert udp["loss"] > 0.02

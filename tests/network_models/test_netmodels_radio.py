@@ -280,9 +280,10 @@ def test_hosts_on_different_channels_are_apart_for_the_monitor():
 
 @pytest.mark.parametrize(("params", "says"), [
     ({"channels": {"host_2": 3}}, r"\.channels: 1 and 3 overlap"),
-    ({"channels": {"host_2": 99}}, r"\.channels\.host_2: there is no channel 99 in this band; "
-                                   "allowed: 1 to 14"),
-    ({"channel": 99}, r"\.channel: there is no channel 99 in this band; allowed: 1 to 14"),
+    ({"channels": {"host_2": 99}}, r"\.channels\.host_2: there is no channel 99 of 20 MHz in "
+                                    r"2\.4 GHz; allowed: 1 to 14"),
+    ({"channel": 99}, r"\.channel: there is no channel 99 of 20 MHz in 2\.4 GHz; "
+     "allowed: 1 to 14"),
     ({"channels": {"host_7": 6}}, r"\.channels: no host 'host_7'"),
     ({"rate": "10 Mb/s"}, r"\.rate: 10 Mb/s is no rate of 11g; allowed: 1 Mb/s, 2 Mb/s"),
     ({"standard": "11b", "rate": "11 Mb/s", "broadcast_rate": "6 Mb/s"}, r"\.broadcast_rate: 6 Mb"),

@@ -56,8 +56,19 @@ def _assumed(found: Load) -> Iterator[str]:
                + ("as given" if found["map_given"] else
                   "the map of the whole terrain (--map: another size)"))
     yield "  all drive, and have a new map to tell each time; there are no faults"
+    yield _delays_of(found)
     if found["left_out"]:
         yield f"  left out, for nobody says how often: {', '.join(found['left_out'])}"
+
+
+def _delays_of(found: Load) -> str:
+    """Of which messages the delays are: a network that is full delivers a part of them, late."""
+    said = (f"  arrived: until {found['awaited_s']:g} s after these {found['measured_s']:g} s; "
+            "delays are of those that arrived")
+    shares = [topic["delivery_ratio"] for topic in found["topics"].values()]
+    if any(share is not None and share < 0.95 for share in shares):
+        return f"{said}; with such losses another --seed may differ widely"
+    return said
 
 
 def _topic_row(name: str, topic: Load) -> tuple[str, ...]:

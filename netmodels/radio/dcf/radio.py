@@ -120,8 +120,9 @@ class DcfRadio:
         rate_control: RateControl | None = Field(None, description=(
             "learns from acknowledgements how fast to send to whom: minstrel_ht, of all; else "
             "of the rates of the same modulation as rate, which is the first (none: always rate)"))
-        channel: int = Field(1, ge=1, le=196, description="its number: who is on different ones "
-                                                          "does not hear the other (the first)")
+        channel: int = Field(1, ge=1, le=196, description=(
+            "its number: who is on different ones does not hear the other (the first of the band: "
+            "36 with 11a and 11ac)"))
         channels: dict[str, Annotated[int, Field(ge=1, le=196)]] = Field(
             {}, description="by host, instead of channel (none)")
         power_dbm: Level = Field("16.0206 dBm", description="sent, antennas included (ns-3: 40 mW)")
