@@ -27,7 +27,7 @@ _POSES_PER_S = 2000  # of the whole fleet: beyond it a lower rate is taken
 # Kinds of rows that a run has by the message, by the tick or by the sample.
 _FREQUENT = ("sent", "frame", "delivered", "callback", "read", "lost", "dropped", "overwritten",
              "repeated", "pose", "sample", "sample_traffic", "sample_motion", "control",
-             "link_quality")
+             "link_quality", "acknack", "heartbeat")
 _NO_OBSTACLES = np.empty((0, 3))
 
 

@@ -14,13 +14,14 @@ class Departures:
     leaves when it is settled; ``held``: what to call then, and with what, by the frame's number.
     """
 
-    __slots__ = ("known", "held", "_parts")
+    __slots__ = ("known", "held", "_parts", "foretold")
 
     def __init__(self, model: object, rules: Iterable[object]) -> None:
         self.known = isinstance(model, KnowsDepartures)
         self.held: dict[int, tuple[Callable[[int], object], int]] = {}
         self._parts = [part.departure_ns for part in (model, *rules)
                        if isinstance(part, KnowsDepartures)]
+        self.foretold = bool(self._parts)  # by the model or a rule
 
     def last_ns(self, host: int) -> int:
         """The time when all that ``host`` has sent so far has left it, as far as the model and the

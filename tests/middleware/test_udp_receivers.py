@@ -103,7 +103,7 @@ def test_a_datagram_that_crosses_the_limit_is_cut_and_fills_the_memory():
     assert refused(1 * S, {}) == list(range(7, 45))
     assert refused(2 * S, {}) == list(range(45))
     assert refused(33 * S, {}) == []
-    assert memory.at_rest
+    assert not memory.expiring
 
 
 def test_single_packets_need_no_reassembly():

@@ -24,54 +24,49 @@ class HeldCall(NamedTuple):
 
 
 class BlockedCalls:
-    """The calls of one node. The first one waits for room; the others are those that the node makes
-    behind it in the same callback. A call without room for ``max_blocking_time`` returns an error,
-    and its message is dropped as ``history_full``, as is what somebody else publishes in the name
-    of the node meanwhile."""
+    """The calls of one node that are ``waiting``, the first one for room; the others are those
+    that the node makes behind it in the same callback. A call without room for
+    ``max_blocking_time`` returns an error, and its message is dropped as ``history_full``, as is
+    what somebody else publishes in the name of the node meanwhile."""
 
     def __init__(self, dds: Dds, host: int, node: str) -> None:
         self._dds, self._context = dds, dds.context
         self._host, self._node = host, node
-        self._calls: deque[HeldCall] = deque()
+        self.waiting: deque[HeldCall] = deque()
         self._since_ns = 0
         self._end: Handle | None = None
-
-    @property
-    def waits(self) -> bool:
-        """Whether the node is blocked."""
-        return bool(self._calls)
 
     def hold(self, call: HeldCall) -> None:
         """Let ``call`` wait behind the others."""
         now_ns = self._context.now_ns
-        if not self._calls:
+        if not self.waiting:
             self._since_ns = now_ns
         elif self._since_ns != now_ns:
             self._refuse(call)
             return
         self._context.block(self._host, self._node)
-        self._calls.append(call)
-        if len(self._calls) == 1:
+        self.waiting.append(call)
+        if len(self.waiting) == 1:
             self._await_room()
 
     def held(self, writer: StatefulWriter) -> int:
         """Receptions of messages of ``writer`` that wait."""
-        return sum(len(call.receivers) for call in self._calls if call.writer is writer)
+        return sum(len(call.receivers) for call in self.waiting if call.writer is writer)
 
     def go_on(self, _: object = None) -> None:
         """Make the calls that there is room for."""
-        while self._calls and self._calls[0].writer.has_room(waited=True):
+        while self.waiting and self.waiting[0].writer.has_room(waited=True):
             call = self._return()
             call.writer.write(call.message, call.receivers, call.message.born_ns)
-        if self._calls and self._end is None:
+        if self.waiting and self._end is None:
             self._await_room()
 
     def drop(self, writer: StatefulWriter, reason: str) -> None:
         """The host stops: drop the messages of ``writer``."""
-        for call in [call for call in self._calls if call.writer is writer]:
-            self._calls.remove(call)
+        for call in [call for call in self.waiting if call.writer is writer]:
+            self.waiting.remove(call)
             self._refuse(call, reason)
-        if not self._calls and self._end is not None:
+        if not self.waiting and self._end is not None:
             self._end.cancel()
             self._end = None
 
@@ -81,13 +76,13 @@ class BlockedCalls:
             self._end.cancel()
             self._end = None
         self._context.unblock(self._host, self._node)
-        return self._calls.popleft()
+        return self.waiting.popleft()
 
     def _await_room(self) -> None:
         context = self._context
         self._end = context.at(
             context.now_ns + self._dds.constants.max_blocking_time_ns, self._host, self._expired)
-        for due_ns in self._calls[0].writer.acknowledgements_ns():
+        for due_ns in self.waiting[0].writer.acknowledgements_ns():
             self.acknowledged_at(due_ns)
 
     def acknowledged_at(self, due_ns: int) -> None:

@@ -43,8 +43,8 @@ class Bundling(Carrier[BundleToken]):
     def arrived(self, token: BundleToken, receiver: int) -> None:
         samples, first, beat = token
         for sample in samples:
-            last = sample is samples[-1]
-            self._link.received(sample, range(sample.parts), first, beat if last else NO_HEARTBEAT)
+            self._link.arrived((sample, range(sample.parts), first,
+                                beat if sample is samples[-1] else NO_HEARTBEAT, ()), receiver)
 
     def arrived_in_part(self, token: BundleToken, receiver: int, lost: dict[int, str]) -> None:
         self.lost(token, receiver, next(iter(lost.values())))

@@ -43,8 +43,9 @@ T = TypeVar("T")
 # An arrival within this time is soon: no heartbeat overtakes it (80 ms at least), no lease ends.
 SOON_NS = 50_000_000
 
-# A sample, its train, the first number that the writer still has, and the kind of its heartbeats.
-DataToken = tuple[ReliableSample, wire.SampleTrain, int, int]
+# A sample, its fragments in this train, the first number that the writer still has, the kind of the
+# heartbeat in it, and its messages.
+DataToken = tuple[ReliableSample, range, int, int, tuple[wire.DdsMessage, ...]]
 
 
 class ReaderProxy(Carrier[DataToken]):
@@ -60,8 +61,8 @@ class ReaderProxy(Carrier[DataToken]):
     socket = "rtps"  # a participant sends all by one
 
     __slots__ = ("guid", "waiting", "received_ns", "writer_proxy", "_dds", "_context", "_kernel",
-                 "_constants", "_from", "_from_id", "_receiver", "_to_id", "_to", "_udp", "_medium",
-                 "_node", "_record_frame", "_depth", "_history", "_unacked_bytes",
+                 "_constants", "_from", "_from_id", "_receiver", "_to_id", "_to", "_send",
+                 "_medium", "_node", "_record_frame", "_depth", "_history", "_unacked_bytes",
                  "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
                  "_beating", "_bundling", "coming", "_requested", "_retransmission",
                  "_retransmit_ns", "_announced", "_smooth", "_quick", "_steady", "_period_ns",
@@ -78,7 +79,7 @@ class ReaderProxy(Carrier[DataToken]):
         self._from, self._from_id = source, context.host_ids[source]
         self._receiver, self._to_id = receiver, context.host_ids[receiver]
         self._to, self._node = (receiver,), offer.publisher.node
-        self._udp, self._medium = context.socket(source, self.socket), medium
+        self._send, self._medium = context.socket(source, self.socket).send, medium
         self._record_frame = context.record_frame
         self._depth, self._piggyback, self._calls = writer.depth, writer.piggyback, writer.calls
         self._history: deque[ReliableSample] = deque()
@@ -106,7 +107,7 @@ class ReaderProxy(Carrier[DataToken]):
     def offer(self, message: Message, beats: tuple[bool, ...]) -> None:
         """Send a new sample, with heartbeats on those of its messages."""
         history, constants, now_ns = self._history, self._constants, self._kernel.now_ns
-        if self.coming:
+        if self.coming and self.coming[0][0] < now_ns:
             self.take_acknowledgements(now_ns)
         self._last = number = self._last + 1
         trains = (self._long_trains if self._quick else self._trains)(message.size_bytes, beats)
@@ -118,29 +119,32 @@ class ReaderProxy(Carrier[DataToken]):
             oldest = history.popleft()
             self._unacked_bytes -= oldest.message.size_bytes
             oldest.kept = False
-            self.settle(oldest, "overwritten")
+            if oldest.state == OPEN:
+                self.settle(oldest, "overwritten")
         asks = (now_ns - self._beat_ns >= constants.heartbeat_asks_after_ns
                 or self._unacked_bytes >= constants.high_water_bytes)
         self._beats = 0
         self._beat_ns = now_ns
         for train in trains:
             self._transmit(sample, train, NOT_FINAL if asks else FINAL, self._node)
-        if self._announced:
-            self._expect(self._beat_ns + self._period_ns)
+        if self._announced and not (self._steady and self._timer.deadline_ns < NEVER):
+            self._timer.expect(now_ns + self._period_ns)
 
     def _transmit(self, sample: ReliableSample, train: wire.SampleTrain, beat: int,
-                  node: str | None = None) -> int | None:
+                  node: str | None = None) -> None:
         """Send some fragments of a sample; heartbeats that ride on them are of the kind ``beat``.
-        ``node`` waits for room in the socket. Returns when they will arrive, where the medium
-        knows."""
-        size_bytes, packets = train.chunk
-        self.leaves(sample, size_bytes)
-        return self._udp.send(self._medium, self._to, size_bytes, packets, False, self,
-                              (sample, train, self._history[0].number, beat),
-                              train.messages[0].packets, node)
+        ``node`` waits for room in the socket."""
+        part, (size_bytes, packets), messages, beats = train
+        sample.sent_ns = self._kernel.now_ns
+        sample.flying += 1
+        record_frame, send = self._record_frame, self._send
+        record_frame(self._from_id, self._to_id, sample.message.seq, size_bytes)
+        send(self._medium, self._to, size_bytes, packets, False, self,
+             (sample, part, self._history[0].number, beat if beats else NO_HEARTBEAT, messages),
+             messages[0].packets, node)
 
     def leaves(self, sample: ReliableSample, size_bytes: int) -> None:
-        """Count and record a frame with fragments of ``sample`` that is sent now."""
+        """Count and record a frame with ``sample`` whole that is sent now."""
         sample.sent_ns = self._kernel.now_ns
         sample.flying += 1
         self._record_frame(self._from_id, self._to_id, sample.message.seq, size_bytes)
@@ -148,7 +152,7 @@ class ReaderProxy(Carrier[DataToken]):
     def send(self, chunk: wire.Chunk, carrier: Carrier[T], token: T) -> None:
         """Send a message to the reader."""
         size_bytes, packets = chunk
-        self._udp.send(self._medium, self._to, size_bytes, packets, False, carrier, token, packets)
+        self._send(self._medium, self._to, size_bytes, packets, False, carrier, token, packets)
 
     def _expect(self, due_ns: int) -> None:
         """Send a heartbeat by itself at that time, or when a steady one is due anyway."""
@@ -177,7 +181,7 @@ class ReaderProxy(Carrier[DataToken]):
         now_ns = self._kernel.now_ns
         self.take_acknowledgements(now_ns)
         self._acknowledge(now_ns, base)
-        if self._calls.waits:
+        if self._calls.waiting:
             self._calls.acknowledged_at(now_ns)
         if missing:
             self._quick = False
@@ -194,7 +198,7 @@ class ReaderProxy(Carrier[DataToken]):
         """An acknowledgement of all before ``base`` will arrive at ``due_ns``."""
         if self._closed is None:
             self.coming.append((due_ns, base))
-            if self._calls.waits:
+            if self._calls.waiting:
                 self._calls.acknowledged_at(due_ns)
             if base > self._last and due_ns < self._timer.deadline_ns and not self._steady:
                 self._timer.deadline_ns = NEVER
@@ -202,22 +206,21 @@ class ReaderProxy(Carrier[DataToken]):
     def take_acknowledgements(self, now_ns: int) -> None:
         """Apply the acknowledgements that have arrived before ``now_ns``."""
         coming = self.coming
-        while coming and coming[0][0] < now_ns:
-            self._acknowledge(*coming.popleft())
+        if coming and coming[0][0] < now_ns:
+            while coming and coming[0][0] < now_ns:
+                time_ns, base = coming.popleft()
+            self._acknowledge(time_ns, base)  # the last one says all that those before it do
 
     def _acknowledge(self, time_ns: int, base: int) -> None:
         """The reader has acknowledged all before ``base``, at ``time_ns``."""
         self.received_ns = time_ns
-        self._release(base)
-
-    def _release(self, base: int) -> None:
-        """The reader has all before ``base``."""
         history = self._history
         while history and history[0].number < base:
             sample = history.popleft()
             self._unacked_bytes -= sample.message.size_bytes
             sample.kept = False
-            self.settle(sample, "overwritten")
+            if sample.state == OPEN:
+                self.settle(sample, "overwritten")
         if self._requested.missing:
             self._requested.acknowledged(base)
 
@@ -341,31 +344,28 @@ class ReaderProxy(Carrier[DataToken]):
         return token[0].first_ns
 
     def arrived(self, token: DataToken, receiver: int) -> None:
-        sample, train, first, beat = token
+        sample, part, first, beat, _ = token
         if self._smooth and sample.message.size_bytes > wire.TRAIN_BYTES:
             self._quick = self._kernel.now_ns - sample.sent_ns < SOON_NS
-        self.received(sample, train.part, first, beat if train.beats else NO_HEARTBEAT)
-
-    def received(self, sample: ReliableSample, part: range, first: int, beat: int) -> None:
-        """``part`` of a sample has arrived, with a heartbeat of this kind."""
         sample.flying -= 1
-        if self._closed == "link_closed" or not self.writer_proxy.take(sample, part, first, beat):
-            self._after_arrival(sample, "unmatched")
-        else:
-            self._after_arrival(sample, "overwritten")
+        closed, take = self._closed, self.writer_proxy.take
+        matched = closed != "link_closed" and take(sample, part, first, beat)
+        if sample.state != DONE and (closed or sample.state == OPEN):
+            self._after_arrival(sample, matched)
 
-    def _after_arrival(self, sample: ReliableSample, reason: str) -> None:
-        """The reader has taken some of ``sample``: drop it for ``reason`` if that was of no use."""
+    def _after_arrival(self, sample: ReliableSample, matched: bool) -> None:
+        """The reader has taken some of ``sample``, if it is ``matched``: drop it if that was of no
+        use."""
         closed = self._closed
         if sample.state == OPEN:
-            self.settle(sample, closed or reason)
+            self.settle(sample, closed or ("overwritten" if matched else "unmatched"))
         elif closed and sample.state == HELD:
             self.writer_proxy.drop(closed)  # nobody will bring what it waits for
 
     def arrived_in_part(self, token: DataToken, receiver: int, lost: dict[int, str]) -> None:
         """A message is lost if any IP packet of it is, and a heartbeat with its message."""
-        sample, train, first, beat = token
-        whole = wire.whole(train.messages, lost)
+        sample, _, first, beat, messages = token
+        whole = wire.whole(messages, lost)
         if not whole or self._closed == "link_closed":
             self.lost(token, receiver, next(iter(lost.values())))
             return
@@ -373,9 +373,9 @@ class ReaderProxy(Carrier[DataToken]):
         self._record_loss(sample, lost.values())
         for _, part, beats in whole:
             if not self.writer_proxy.take(sample, part, first, beat if beats else NO_HEARTBEAT):
-                self._after_arrival(sample, "unmatched")
+                self._after_arrival(sample, False)
                 return
-        self._after_arrival(sample, "overwritten")
+        self._after_arrival(sample, True)
 
     def lost(self, token: DataToken, receiver: int, reason: str) -> None:
         self.lose(token[0], reason)

@@ -30,6 +30,7 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
         # KEEP_ALL: the samples that may wait for acknowledgements, or their bytes; 0: any number.
         self._most_samples = 0 if self.depth else constants.max_samples or 0
         self._high_bytes = 0 if self.depth else constants.high_bytes or 0
+        self._limited = bool(self._most_samples or self._high_bytes)
         self.calls = dds.calls(self._host, offer.publisher.node)
         self._written = 0
         self.piggyback: Always | WhenFull = Always()
@@ -62,7 +63,7 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
         self._closed = [link for link in (*self._closed, *(
             link for receiver, link in old.items() if links.get(receiver) is not link))
             if link.waiting]
-        if self.calls.waits:
+        if self.calls.waiting:
             self.calls.go_on()
         if new:
             context.at(context.now_ns + self._dds.constants.initial_heartbeat_ns, self._host,
@@ -101,7 +102,8 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
             link.writer_proxy.heartbeat(first, last, DIRECTED)
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
-        if only is None and self._links and (self.calls.waits or not self.has_room()):
+        if only is None and self._links and (
+                self.calls.waiting or self._limited and not self.has_room()):
             self.calls.hold(HeldCall(self, message, [*self._links]))
         else:
             self._send(message, only)

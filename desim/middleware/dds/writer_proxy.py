@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim.engine.kernel import Phase
 from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
@@ -80,10 +81,10 @@ class WriterProxy(Carrier[Acknack]):
 
     socket = "rtps"  # a participant sends all by one
 
-    __slots__ = ("_link", "_dds", "_context", "_kernel", "_constants", "_host", "_writer", "_topic",
-                 "_to", "_to_id", "_send", "_post", "_next", "_known", "_held", "_parts", "_timer",
-                 "_due_ns", "_seen", "_remote", "_preemptive", "_nack_timing", "_asked", "_acked",
-                 "_acked_ns")
+    __slots__ = ("_link", "_dds", "_context", "_kernel", "_constants", "_host", "_host_id",
+                 "_after", "_writer", "_topic", "_to", "_to_id", "_send", "_post", "_next",
+                 "_known", "_held", "_parts", "_timer", "_due_ns", "_seen", "_remote",
+                 "_preemptive", "_nack_timing", "_asked", "_acked", "_acked_ns")
 
     def __init__(self, link: ReaderProxy, dds: Dds, offer: Offer, host: int,
                  medium: Route) -> None:
@@ -91,7 +92,7 @@ class WriterProxy(Carrier[Acknack]):
         self._link, self._dds, self._constants = link, dds, dds.constants
         self._context = context = dds.context
         self._kernel = context.kernel
-        self._host = host
+        self._host, self._host_id, self._after = host, context.host_ids[host], context.kernel.after
         self._writer = dds.participants[source].guid
         self._topic = offer.publisher.topic
         self._to, self._to_id = (source,), context.host_ids[source]
@@ -122,12 +123,15 @@ class WriterProxy(Carrier[Acknack]):
 
     def take(self, sample: ReliableSample, part: range, first: int, beat: int) -> bool:
         """Take some fragments of a sample. Returns False if no reader is here."""
-        remote = self._match()
+        if self._seen != self._dds.matches:
+            self._match()
+        remote = self._remote
         if remote is None:
             return False
         remote.received_ns = self._kernel.now_ns
         number = sample.number
-        if sample.state == OPEN and number >= self._next and self._complete(sample, part):
+        if sample.state == OPEN and number >= self._next and (
+                len(part) == sample.parts and not self._parts or self._complete(sample, part)):
             if number == self._next and not self._held:
                 self._deliver(sample)
             else:
@@ -179,15 +183,12 @@ class WriterProxy(Carrier[Acknack]):
             del self._parts[number]
 
     def _take_heartbeat(self, first: int, last: int, beat: int) -> None:
+        """Answer a heartbeat, or ask for missing samples, after the usual delay."""
         if first > self._next or self._held:
             self._advance(first)
         if last > self._known:
             self._known = last
         self._preemptive = False  # it has its answer
-        self._respond(beat)
-
-    def _respond(self, beat: int) -> None:
-        """Answer a heartbeat, or ask for missing samples, after the usual delay."""
         if beat >= NOT_FINAL:
             self._asked = True
             if beat == DIRECTED:
@@ -217,15 +218,17 @@ class WriterProxy(Carrier[Acknack]):
                 return
             self._timer.cancel()
         if delay_ns:
-            self._due_ns = due_ns
-            self._timer = self._context.at(due_ns, self._host, self._send_acknack)
+            self._due_ns, after = due_ns, self._after
+            self._timer = after(delay_ns, Phase.NETWORK, self._host_id, self._send_acknack)
         else:
             self._send_acknack(None)
 
     def _send_acknack(self, _: object) -> None:
         """Acknowledge all before the next number, or request what is missing from there."""
         self._timer = None
-        if self._match() is None:
+        if self._seen != self._dds.matches:
+            self._match()
+        if self._remote is None:
             return
         missing = self._missing() if self._next <= self._known else ()
         preemptive, self._preemptive = self._preemptive, False
@@ -262,7 +265,8 @@ class WriterProxy(Carrier[Acknack]):
             return
         size_bytes = self._dds.ack_chunk.size_bytes
         self._record_answer(base, 0, size_bytes)
-        due_ns = self._post(self._host, self._to, size_bytes, self, (base, (), False))
+        post = self._post
+        due_ns = post(self._host, self._to, size_bytes, self, (base, (), False))
         if due_ns is not None:
             self._link.acknowledged_at(due_ns, base)
 

@@ -30,7 +30,10 @@ class CutTrain(WrappedCarrier[range]):
         self._carrier.unresolved(self._token)
 
     def arrived(self, token: range, receiver: int) -> None:
-        self._settle(receiver, {})
+        left = self._left
+        left[receiver] -= 1
+        if not left[receiver]:
+            self._carrier.settled(self._token, receiver, self._packets, self._lost[receiver])
 
     def arrived_in_part(self, token: range, receiver: int, lost: dict[int, str]) -> None:
         self._settle(receiver, {token[number]: reason for number, reason in lost.items()})
@@ -48,11 +51,9 @@ class CutTrain(WrappedCarrier[range]):
             self._carrier.repeated(self._token, receiver)
 
     def _settle(self, receiver: int, lost: dict[int, str]) -> None:
-        """A part has its fate."""
+        """A part has lost some of its packets."""
         self._lost[receiver] |= lost
-        self._left[receiver] -= 1
-        if not self._left[receiver]:
-            self._carrier.settled(self._token, receiver, self._packets, self._lost[receiver])
+        self.arrived(range(0), receiver)
 
 
 def parts_of(size_bytes: int, packets: int, each: int, most: int) -> list[tuple[range, int]]:

@@ -41,24 +41,24 @@ class HostSockets:
         """Since when ``node`` is blocked; None: it is not."""
         return self._blocked[node][0] if node in self._blocked else None
 
-    def block(self, node: str | None) -> None:
-        """One more train of ``node`` waits, or call of it in the middleware."""
+    def block(self, node: str | None, trains: int = 1) -> None:
+        """So many more trains of ``node`` wait, or a call of it in the middleware."""
         if node is not None:
             now_ns = self.host.graph.kernel.now_ns
             if node not in self._blocked:
                 self._since_ns = self._since_ns if self._blocked else now_ns
                 self._blocked[node] = now_ns, 0
                 self.host.block(node)
-            since_ns, trains = self._blocked[node]
-            self._blocked[node] = since_ns, trains + 1
+            since_ns, before = self._blocked[node]
+            self._blocked[node] = since_ns, before + trains
 
-    def unblock(self, node: str | None) -> None:
-        """One of these waits no more."""
-        if node not in self._blocked:  # nobody, or its host has stopped
+    def unblock(self, node: str | None, trains: int = 1) -> None:
+        """So many of these wait no more."""
+        if node not in self._blocked or not trains:  # nobody, or its host has stopped
             return
-        since_ns, trains = self._blocked[node]
-        self._blocked[node] = since_ns, trains - 1
-        if trains == 1:
+        since_ns, before = self._blocked[node]
+        self._blocked[node] = since_ns, before - trains
+        if before == trains:
             host = self.host
             host.graph.kernel.after(0, Phase.CONTROL, host.id, self._goes_on, node)
 

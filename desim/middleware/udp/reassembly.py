@@ -18,23 +18,19 @@ class Reassembly:
     come of it fills the memory up to the limit.
     """
 
-    __slots__ = ("_limit_bytes", "_time_ns", "_kept_bytes", "_expiring")
+    __slots__ = ("_limit_bytes", "_time_ns", "_kept_bytes", "expiring")
 
     def __init__(self, limit_bytes: int, time_ns: int) -> None:
         self._limit_bytes, self._time_ns = limit_bytes, time_ns
         self._kept_bytes = 0
-        self._expiring: deque[tuple[int, int]] = deque()  # when, how many bytes
-
-    @property
-    def at_rest(self) -> bool:
-        """Whether no fragment waits, as far as has been noticed."""
-        return not self._expiring
+        # When, and how many bytes; empty: no fragment waits, as far as has been noticed.
+        self.expiring: deque[tuple[int, int]] = deque()
 
     def take(self, now_ns: int, size_bytes: int, packets: int, each: int, lost: dict[int, str]
              ) -> dict[int, str]:
         """A train of datagrams of ``each`` packets arrives without the packets ``lost``. Returns
         those, and the packets that are not taken."""
-        expiring = self._expiring
+        expiring = self.expiring
         while expiring and expiring[0][0] <= now_ns:
             self._kept_bytes -= expiring.popleft()[1]
         refused: dict[int, str] = {}

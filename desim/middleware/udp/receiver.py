@@ -87,9 +87,10 @@ class ReceivedTrain(WrappedCarrier[object]):
         self._size_bytes, self._packets, self._each = size_bytes, packets, each
 
     def arrived(self, token: object, receiver: int) -> None:
-        if self._graph.sockets.read_ns:
+        graph = self._graph
+        if graph.sockets.read_ns:
             self.arrived_in_part(token, receiver, {})
-        elif self._reception(receiver).reassembly.at_rest:
+        elif not graph.hosts[receiver].sockets.reception.reassembly.expiring:
             self._carrier.arrived(token, receiver)
         else:
             self._carrier.settled(token, receiver, self._packets, self._reassembled(receiver, {}))

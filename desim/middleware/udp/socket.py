@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from desim.network.medium import Medium
     from desim.ports.middleware import Sends
 
+_new = tuple.__new__  # Datagrams at half the price
 HALF = 2  # the part of the buffer that has to be free before one who waits goes on
 PART_PACKETS = 16  # of a train that does not fit: it takes room, and gives it back, by these
 
@@ -74,16 +75,17 @@ class UdpSocket:
              node: str | None = None, sends: Sends | None = None) -> int | None:
         """Send a train (``Datagrams``), maybe past an entry of an address table (``sends``).
         Returns what ``Medium.transmit`` does; None if some of it waits."""
-        train = Datagrams(medium, sends or medium, receivers, size_bytes, packets, broadcast,
-                          carrier, token, each, node)
         if node not in self._waiting and (packets == each or not self._slow):
-            before = truesize_before_last(size_bytes, packets, each) if packets > each else 0
-            if self.used_bytes + before < self._limit_bytes:
-                return self._transmit(train)
-            self._forget_left()
-            if self.used_bytes + before < self._limit_bytes:
-                return self._transmit(train)
-        self._wait(train)
+            room_bytes = self._limit_bytes
+            if packets > each:
+                room_bytes -= truesize_before_last(size_bytes, packets, each)
+            if self.used_bytes >= room_bytes:
+                self._forget_left()
+            if self.used_bytes < room_bytes:
+                return self._transmit(medium, sends or medium, receivers, size_bytes, packets,
+                                      broadcast, carrier, token, each)
+        self._wait(Datagrams(medium, sends or medium, receivers, size_bytes, packets, broadcast,
+                             carrier, token, each, node))
         return None
 
     @property
@@ -103,22 +105,24 @@ class UdpSocket:
             for receiver in train.receivers:
                 train.carrier.lost(train.token, receiver, "sender_down")
 
-    def _transmit(self, train: Datagrams) -> int | None:
-        medium, sends, receivers, size_bytes, packets, broadcast, carrier, token, each, _ = train
+    def _transmit(self, medium: Medium | Way, sends: Sends, receivers: tuple[int, ...],
+                  size_bytes: int, packets: int, broadcast: bool, carrier: AnyCarrier,
+                  token: object, each: int, node: str | None = None) -> int | None:
         if each > 1 or self._slow:
             carrier = ReceivedTrain(self._graph, carrier, size_bytes, packets, each)
         first = medium.first(self._host, receivers[0]) if isinstance(medium, Way) else medium
         number = first.frames + 1
         due_ns = sends.transmit(self._host, receivers, size_bytes, packets, broadcast, carrier,
                                 token)
-        leaves_ns = first.departures.last_ns(self._host)
+        departures = first.departures
+        leaves_ns = departures.last_ns(self._host) if departures.foretold else 0
         if leaves_ns > self._kernel.now_ns:
             taken = truesize_bytes(size_bytes, packets)
             heappush(self._leaving, (leaves_ns, taken))
             self.used_bytes += taken
-        elif due_ns is None and not first.departures.known and first.is_open(number):
+        elif due_ns is None and not departures.known and first.is_open(number):
             taken = truesize_bytes(size_bytes, packets)
-            first.departures.held[number] = self._left, taken
+            departures.held[number] = self._left, taken
             self.used_bytes += taken
         return due_ns
 
@@ -134,16 +138,17 @@ class UdpSocket:
                          1 if self._slow else PART_PACKETS)
         trains = deque([train])
         if len(parts) > 1:
-            cut = CutTrain(train.carrier, train.token, train.receivers, train.packets, len(parts))
-            trains = deque(train._replace(size_bytes=size_bytes, packets=len(numbers), carrier=cut,
-                                          token=numbers) for numbers, size_bytes in parts)
+            medium, sends, receivers, _, packets, broadcast, carrier, token, each, _ = train
+            cut = CutTrain(carrier, token, receivers, packets, len(parts))
+            trains = deque([_new(Datagrams, (medium, sends, receivers, size_bytes, len(numbers),
+                                             broadcast, cut, numbers, each, node))
+                            for numbers, size_bytes in parts])
         if node not in self._waiting:
             while trains and self.used_bytes < self._limit_bytes:
-                self._transmit(trains.popleft())
+                self._transmit(*trains.popleft())
         if trains:
-            self._waiting.setdefault(node, deque()).extend((now_ns, one) for one in trains)
-        for _ in trains:
-            self._sockets.block(node)
+            self._waiting.setdefault(node, deque()).extend([(now_ns, one) for one in trains])
+            self._sockets.block(node, len(trains))
         self._book()
 
     def _resume(self, _: object) -> None:
@@ -153,17 +158,22 @@ class UdpSocket:
         waiting, passages = self._waiting, self._graph.passages
         self._forget_left()
         turns = deque(reversed(waiting))
+        sent = dict.fromkeys(waiting, 0)
         while turns and self.used_bytes < self._limit_bytes:
             node = turns.popleft()
             since_ns, train = waiting[node].popleft()
+            sent[node] += 1
             if waiting[node]:
                 turns.append(node)
             else:
                 del waiting[node]
             if passages is not None:
                 passages.waited(TimePart.SENDER, since_ns)
-            self._transmit(train)
-            self._sockets.unblock(node)
+            self._transmit(*train)
+            if node not in waiting:
+                self._sockets.unblock(node, sent.pop(node))
+        for node, count in sent.items():
+            self._sockets.unblock(node, count)
         self._book()
         while self._when_free and not self._waiting:
             self._when_free.pop(0)()
@@ -171,7 +181,7 @@ class UdpSocket:
     def _left(self, taken: int) -> None:
         """Packets that took so many bytes have left."""
         self.used_bytes -= taken
-        if self._waiting:
+        if self._waiting and (self._leaving or HALF * self.used_bytes < self._limit_bytes):
             self._book()
 
     def _forget_left(self) -> None:
