@@ -27,6 +27,9 @@ class Obstacles:
 
     A wall counts once, whether it is drawn as a line or shown by a map as cells. A block is thicker
     than walls are (1 m); it counts where a line goes in and where it comes out.
+
+    ``people`` [n, 4] x, y, radius, height in m as of the last tick, a new array after each; None:
+    there are none.
     """
 
     segments: np.ndarray
@@ -38,6 +41,7 @@ class Obstacles:
     crossing: Callable[[np.ndarray, np.ndarray], np.ndarray]
     block: np.ndarray | None = None
     toll: Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], np.ndarray] | None = None
+    people: np.ndarray | None = None
 
     def crossings(self, pairs: np.ndarray) -> np.ndarray:
         """Walls and faces of blocks that the straight lines ``pairs`` [k, 4] x1 y1 x2 y2 in m go

@@ -18,6 +18,7 @@ from desim.world.obstacles import crossing
 from desim.world.terrain import Terrain
 from desim.world.wall_index import TileIndex, tile_index
 
+HEIGHT_M = 1.7  # of a blocker of radio waves (3GPP TR 38.901, 7.6.4.2)
 RADIUS_M = 0.25  # half the breadth of shoulders (Weidmann 1993: 0.46 m and some)
 WANTED_MPS, SPREAD_MPS = 1.34, 0.26  # of people's speeds, mean and standard deviation (the paper)
 _SLOWEST_MPS = 0.4
@@ -44,6 +45,16 @@ class Crowd:
         """[n, 3] x, y, radius in m, a new array."""
         places = self.walkers.places
         return np.column_stack((places, np.full(len(places), RADIUS_M)))
+
+    @property
+    def bodies(self) -> np.ndarray | None:
+        """[n, 4] x, y, radius, height in m, a new array, read-only; None if there is nobody."""
+        if not len(self.walkers.places):
+            return None
+        discs = self.discs
+        bodies = np.column_stack((discs, np.full(len(discs), HEIGHT_M)))
+        bodies.setflags(write=False)
+        return bodies
 
     def advance(self, dt_s: float, others: np.ndarray, doors: np.ndarray) -> None:
         """Walk on for ``dt_s`` among ``others`` [k, 3] x, y, radius, robots and moving obstacles,

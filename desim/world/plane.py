@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from math import isfinite
@@ -164,6 +165,8 @@ class Plane:
         self._movers.advance(dt_s, robots, closed)
         self._crowd.advance(dt_s, np.concatenate([robots, self._movers.discs]), closed)
         self._discs = np.concatenate([self._movers.discs, self._crowd.discs])
+        if self._obstacles is not None and self._obstacles.people is not None:
+            self._obstacles = replace(self._obstacles, people=self._crowd.bodies)
         if self._doors.advance(then_ns, np.concatenate([robots, self._discs])):
             self._epoch += 1
             self._obstacles = None
@@ -243,7 +246,7 @@ class Plane:
         return self.terrain.matter()
 
     def obstacles(self) -> Obstacles:
-        """Walls and closed doors. The epoch grows when a door moves."""
+        """Walls, closed doors and people. The epoch grows when a door moves."""
         if self._obstacles is None:
             doors, fixed = self._doors, self._matter
             moving = (doors.lines, doors.material, doors.thickness_m, doors.height_m,
@@ -255,7 +258,8 @@ class Plane:
             segments, material, thickness_m, height_m, block = columns
             self._obstacles = Obstacles(segments, material, thickness_m, height_m, materials.NAMES,
                                         self._epoch, fixed.crossing, block,
-                                        toll if fixed.crossing is crossing else None)
+                                        toll if fixed.crossing is crossing else None,
+                                        self._crowd.bodies)
         return self._obstacles
 
     def _arena(self, specs: list[RobotSpec], tick_s: float) -> ports.Arena:

@@ -93,6 +93,7 @@ class Air:
         self._waiting: dict[tuple[int, int], QueuedFrame] = {}  # by station and place in its queue
         self._arrived: dict[tuple[int, int], QueuedFrame] = {}  # the last one that left each place
         self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
+        self._people: np.ndarray | None = None
         self._losses: PairLosses
         self._powers_of: PairLosses | None = None  # those whose powers are known
         self._powers_dbm: np.ndarray
@@ -235,12 +236,15 @@ class Air:
         return float(links.mw[k]) / self._noise_mw if k < end and links.hearer[k] == hearer else 0.0
 
     def _update_links(self, now_ns: int) -> None:
-        """Make the links anew if places or walls may have changed and it is time, or fading has."""
+        """Make the links anew if fading has changed; or places, people or walls may have, and it is
+        time."""
         places = self._context.positions(now_ns) if self._alone else self._where(now_ns)
         obstacles, fades = self._context.obstacles, self._fades
         if obstacles.epoch != self._epoch or (
-                places is not self._places and now_ns >= self._updated_ns + self._update_ns):
+                (places is not self._places or obstacles.people is not self._people)
+                and now_ns >= self._updated_ns + self._update_ns):
             self._updated_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
+            self._people = obstacles.people
             self._losses = self._budget.losses(places, obstacles)
             self._mean = self._budget.on_channels(self._losses)
         elif fades is None or now_ns < fades.until_ns:

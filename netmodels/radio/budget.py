@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from desim import ports
+from netmodels.radio.body_loss import BodyLoss
 from netmodels.radio.path_loss import PathLoss, reach_m
 from netmodels.radio.shadowing import Shadows
 from netmodels.radio.walls import Walls
@@ -74,6 +75,7 @@ class Budget:
     found_dbm: float
     channels: np.ndarray
     antennas: ports.Antennas
+    bodies: BodyLoss | None = None
 
     @cached_property
     def sent_dbm(self) -> np.ndarray:
@@ -113,6 +115,10 @@ class Budget:
             most_db = best_dbm[near] - self.heard_dbm - loss_db + _SLACK_DB
             loss_db += _walls_db(self.walls, places[one], places[other], obstacles, most_db,
                                  np.column_stack([height_m[one], height_m[other]]))
+        if self.bodies is not None and obstacles.people is not None:
+            loss_db += self.bodies.loss_db(
+                obstacles.people, np.hstack([places[one], places[other]]),
+                np.column_stack([height_m[one], height_m[other]]))
         return PairLosses(one, other, loss_db)
 
     def on_channels(self, losses: PairLosses) -> RadioLinks:
@@ -159,6 +165,10 @@ class Budget:
             loss_db = loss_db + _walls_db(
                 self.walls, starts, to_m, obstacles,
                 heights_m=None if heights_m is None else np.tile(heights_m, (len(to_m), 1)))
+        if self.bodies is not None and obstacles.people is not None:
+            loss_db = loss_db + self.bodies.loss_db(
+                obstacles.people, np.hstack([starts, to_m]),
+                np.tile((low_m, high_m), (len(to_m), 1)))
         return self.power_dbm - loss_db
 
     def _pairs(self, places: np.ndarray, best_db: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""Fading as a function of a counter: it does not depend on earlier calls."""
+"""Loops over links: fading as a function of a counter, and people between antennas."""
 
 from __future__ import annotations
 
@@ -6,11 +6,12 @@ import math
 
 import numpy as np
 
-from desim.ports.kernels import cos, lean, log, types, uniform_half_open
+from desim.ports.kernels import atan2, cos, lean, log, types, uniform_half_open
 
 float64, int64, uint64, void = types.float64, types.int64, types.uint64, types.void
 
 _TWO_PI = 2 * math.pi
+_NEPER_DB = 8.685889638065037  # 20 / ln 10
 _ONE, _TWO = np.uint64(1), np.uint64(2)
 _LOW, _TOP = np.uint64(11), np.uint64(52)
 _QUARTER, _TURN = np.uint64(1024), np.uint64(4095)
@@ -66,3 +67,28 @@ def echoes(start, rate, step, steady, cosines, out):
             imaginary += cosines[(at + _QUARTER) & _TURN]
         real = real / math.sqrt(count) + math.sqrt(steady)
         out[k] = (real * real + imaginary * imaginary / count) / (steady + 1.0)
+
+
+@lean(void(float64[:, ::1], float64[:, ::1], float64[:, ::1], float64, float64[::1]))
+def bodies(people, lines, heights, wave, out):
+    """[k] dB that ``people`` [n, 4] x, y, radius, height take of waves ``wave`` long, all in m, on
+    ``lines`` [k, 4] x1 y1 x2 y2 between ``heights`` [k, 2]. See ``body_loss.py``."""
+    for k in range(out.size):
+        x, y = lines[k, 0], lines[k, 1]
+        along_x, along_y = lines[k, 2] - x, lines[k, 3] - y
+        long = math.sqrt(along_x * along_x + along_y * along_y)
+        out[k] = 0.0
+        for n in range(people.shape[0] if long > 0.0 else 0):
+            to_x, to_y = people[n, 0] - x, people[n, 1] - y
+            before = (to_x * along_x + to_y * along_y) / long
+            aside = (to_x * along_y - to_y * along_x) / long
+            high = heights[k, 0] + before / long * (heights[k, 1] - heights[k, 0])
+            if not (0.0 < before < long and abs(aside) < people[n, 2] and high < people[n, 3]):
+                continue
+            through = 1.0
+            for edge in (people[n, 2] + aside, people[n, 2] - aside):
+                detour = (math.sqrt(before * before + edge * edge)
+                          + math.sqrt((long - before) ** 2 + edge * edge) - long)
+                through -= atan2(0.5 * math.pi * math.sqrt(math.pi * detour / wave),
+                                 1.0) / math.pi
+            out[k] -= _NEPER_DB * log(through)

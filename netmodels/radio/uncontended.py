@@ -35,6 +35,7 @@ class NearbyHosts:
     def __init__(self, budget: Budget, context: ports.Context, update_ns: int) -> None:
         self.budget, self._context, self._update_ns = budget, context, update_ns
         self._updated_ns, self._epoch, self._places = 0, -1, np.empty((0, 2))
+        self._people: np.ndarray | None = None
 
     def of(self, host: int) -> list[int]:
         """The hosts near to this one, ascending."""
@@ -48,9 +49,11 @@ class NearbyHosts:
         now_ns = self._context.now_ns
         places, obstacles = self._context.positions(now_ns), self._context.obstacles
         if obstacles.epoch == self._epoch and (
-                places is self._places or now_ns < self._updated_ns + self._update_ns):
+                (places is self._places and obstacles.people is self._people)
+                or now_ns < self._updated_ns + self._update_ns):
             return
         self._updated_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
+        self._people = obstacles.people
         self._links = self.budget.links(places, obstacles)
         self._near: dict[int, list[int]] = {}
 

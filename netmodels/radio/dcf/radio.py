@@ -18,6 +18,7 @@ from netmodels.ethernet import FULL_BYTES
 from netmodels.queues import refuse
 from netmodels.radio.access_categories import BEACON_MARK, BEACONS, categories, rank_of
 from netmodels.radio.air import Air, Airs
+from netmodels.radio.body_loss import BodyLoss
 from netmodels.radio.budget import Budget
 from netmodels.radio.cards import CARDS
 from netmodels.radio.dcf.stations import Aggregation, Reception
@@ -130,6 +131,8 @@ class DcfRadio:
             "model: log_distance, free_space, two_ray, itu_p1238 or fixed, with its parameters "
             "(log_distance, ns-3's, whose first metre is as in free space)"))
         walls: Walls | None = Field(Walls(), description="what walls cost (null: nothing)")
+        people: bool = Field(True, description="who stand on the line between two antennas weaken "
+                                               "the signal (3GPP TR 38.901, 7.6.4.2)")
         shadowing: Shadowing | None = Field(None, description="log-normal, of what is not drawn "
                                                               "(none; ns-3)")
         fading: Fading | None = Field(None, description="by echoes, Rayleigh or Rician (none; "
@@ -214,7 +217,8 @@ class DcfRadio:
                 self.power_dbm, self.loss(), self.walls, self.shadows(context, hosts),
                 heard_dbm, found_dbm,
                 channels_of(hosts, self.channel, self.channels, self.of_standard()),
-                context.antennas)
+                context.antennas, BodyLoss(LIGHT_MPS / self.of_standard().carrier_hz(self.channel))
+                if self.people else None)
 
     reasons: tuple[str, ...] = ("channel_error", "collision", "expired", "out_of_reach",
                                 "queue_full", "retry_limit")
