@@ -12,8 +12,8 @@ def test_of_what_went_again_an_early_answer_is_for_the_first_copy():
     newest = []
     for una, now_ns in ((500, 109), (1000, 109), (1500, 110)):
         board.acknowledge(una, (), now_ns, 10, 0)
-        newest.append((*board.newest, board.newest_rtt_ns))
+        newest.append((*board.rack, board.rack_rtt_ns))
     assert newest == [(-1, -1, 0), (-1, -1, 0), (100, 1500, 10)]
     once = Scoreboard(0, [(3000, 100)])
     once.acknowledge(1000, (), 109, 10, 0)
-    assert (*once.newest, once.newest_rtt_ns) == (100, 1000, 9)
+    assert (*once.rack, once.rack_rtt_ns) == (100, 1000, 9)

@@ -5,9 +5,9 @@ from graphs import MS, S
 from tcp_hosts import Losing, Pair, Takes, Word, link, partition
 
 from desim.middleware.tcp.cubic import Cubic
+from desim.middleware.tcp.loss_recovery import LossRecovery
 from desim.middleware.tcp.parameters import TcpConstants
 from desim.middleware.tcp.receiver import Receiver
-from desim.middleware.tcp.repair import Repair
 from desim.middleware.tcp.retransmission import RetransmissionTimer
 
 OPENED = [(0, "opened"), (0, "accepted")]  # where the network takes no time
@@ -176,7 +176,7 @@ def test_a_timeout_is_taken_back_if_only_its_first_segment_was_lost(monkeypatch,
     probe. The timeout's repetition is acknowledged with two that went once: all but the first had
     arrived (F-RTO, RFC 5682, 3.1, step 3b). Without F-RTO the window starts from one segment."""
     if not known:
-        monkeypatch.setattr(Repair, "_doubt", nothing)
+        monkeypatch.setattr(LossRecovery, "_process_frto", nothing)
     pair = Pair(wire(), [Losing(3, 7), Losing(2, 3, 4, source=1)])
     pair.call(nodelay=True)
     for k in range(4):
@@ -193,7 +193,7 @@ def test_a_probe_that_arrives_twice_was_not_needed(monkeypatch, known, window):
     """The acknowledgement of a message is lost. The probe's answer says that its bytes have come
     twice (D-SACK), so the window stays; without that it would shrink at the next message."""
     if not known:
-        monkeypatch.setattr(RetransmissionTimer, "copied", nothing)
+        monkeypatch.setattr(RetransmissionTimer, "dsacked", nothing)
     pair = Pair(wire(), [Losing(2, source=1)])
     pair.call()
     pair.at(100 * MS, pair.say, 1).at(S, pair.say, 2).run(2 * S)
@@ -221,9 +221,9 @@ def test_cubic_keeps_its_pace_within_a_tick():
     distance from 10 counts in whole segments, it aims at 8: a segment more for each 7. That stays
     so for the tick, though 8 is reached; later it would take 800 (Linux bictcp_update)."""
     cubic = Cubic()
-    assert cubic.less(10) == 7
-    assert [cubic.more(window, 7, 0, 300_000) for window in (7, 8, 9)] == [1, 1, 1]
-    assert [cubic.more(10, 7, k * 4 * MS, 300_000) for k in range(1, 8)] == [0] * 7
+    assert cubic.recalc_ssthresh(10) == 7
+    assert [cubic.growth(window, 7, 0, 300_000) for window in (7, 8, 9)] == [1, 1, 1]
+    assert [cubic.growth(10, 7, k * 4 * MS, 300_000) for k in range(1, 8)] == [0] * 7
 
 
 @pytest.mark.parametrize(("latency", "params", "trains"), [

@@ -48,7 +48,7 @@ def no_word_of_addresses(monkeypatch):
 
 def half_the_window(monkeypatch):
     """Reno's loss in place of CUBIC's."""
-    monkeypatch.setattr(Cubic, "less", lambda cubic, window: max(window // 2, 2))
+    monkeypatch.setattr(Cubic, "recalc_ssthresh", lambda cubic, window: max(window // 2, 2))
 
 
 def no_selective_acknowledgements(monkeypatch):

@@ -162,11 +162,11 @@ def _segment(carrier: Carrier[Never], token: object) -> Segment | None:
     match carrier, token:
         case Receiver(), (int(start), int(_), int(ack), int(_), int(_), bool(last), int(_)):
             return Segment(1 + start, 1 + ack, ACK | PUSH | last * FIN)
-        case Sender(), (int(ack), int(_), tuple(_)):
-            return Segment(1 + carrier.end.far.sender.nxt, 1 + ack, ACK)
+        case Sender(), (int(ack), int(_), tuple(_), _):
+            return Segment(1 + carrier.end.far.sender.snd_nxt, 1 + ack, ACK)
         case end.End(), (int(what), int(_), int(_)):
             ahead = what not in (end.SYN, end.SYN_ACK)
             back = what == end.PROBE  # a keep-alive repeats the last byte's number
-            return Segment(ahead * (1 + carrier.sender.nxt) - back,
-                           0 if what == end.SYN else 1 + carrier.receiver.nxt, _FLAGS[what])
+            return Segment(ahead * (1 + carrier.sender.snd_nxt) - back,
+                           0 if what == end.SYN else 1 + carrier.receiver.rcv_nxt, _FLAGS[what])
     return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
-from desim.middleware.tcp.end import OPEN, End
+from desim.middleware.tcp.end import ESTABLISHED, End
 from desim.middleware.tcp.transit import FIN, Token
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class Connection:
 
     def holds(self, host: int) -> bool:
         """Whether ``host`` takes the connection for open."""
-        return self.end(host).state == OPEN
+        return self.end(host).state == ESTABLISHED
 
     def unacked(self, source: int) -> list[Token]:
         """Tokens of the messages of ``source`` that were not acknowledged."""

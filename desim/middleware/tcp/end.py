@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from desim.middleware.tcp.connection import Closed, Connection
     from desim.ports.networks import Handle
 
-# States of an end. A NEW one knows nothing of the connection; a CLOSING one has been closed by its
-# owner and still sends; the peer has all data of a DONE one; a GONE one answers by resets.
-NEW, CALLING, CALLED, OPEN, CLOSING, DONE, GONE = range(7)
+# States of an end, by RFC 9293, 3.3.2. A LISTEN one knows nothing of the connection, whether its
+# host listens or not; a FIN_WAIT one has been closed by its owner and still sends (FIN-WAIT-1,
+# CLOSING, LAST-ACK); the peer has all data and the FIN of a TIME_WAIT one (FIN-WAIT-2, too); a
+# CLOSED one answers by resets.
+LISTEN, SYN_SENT, SYN_RECEIVED, ESTABLISHED, FIN_WAIT, TIME_WAIT, CLOSED = range(7)
 
 # Segments without data: the kind, when sent, and the time that they echo.
 Control = tuple[int, int, int]
@@ -42,7 +44,7 @@ class End(Carrier[Control]):
         self.host, self.peer = host, peer
         self._host_id, self._peer_id = ids[host], ids[peer]
         self._entity = pair(ids[host], ids[peer])
-        self.state = NEW
+        self.state = LISTEN
         self.way = tcp.way(connection.medium, host, peer)
         self.closed: Closed | None = None
         self.sender = Sender(connection, self, self._entity)
@@ -68,15 +70,15 @@ class End(Carrier[Control]):
 
     def call(self) -> None:
         """The client sends its SYN."""
-        self.state = CALLING
-        self._shake(SYN)
+        self.state = SYN_SENT
+        self._send_handshake(SYN)
 
     def give_up(self, reason: str) -> None:
         """There is no way to the server."""
-        self.state = CALLING
+        self.state = SYN_SENT
         self._timer = self._kernel.after(0, Phase.NETWORK, self._entity, self.fail, reason)
 
-    def _shake(self, what: int) -> None:
+    def _send_handshake(self, what: int) -> None:
         """Send a SYN or SYN-ACK, and again after timeouts that double (for a SYN, after the linear
         ones)."""
         self._send_control(what)
@@ -92,15 +94,15 @@ class End(Carrier[Control]):
         constants = self._constants
         if self._tries <= (constants.syn_retries + constants.syn_linear if what == SYN
                            else constants.synack_retries):
-            self._shake(what)
+            self._send_handshake(what)
         elif what == SYN:
             self.fail("timeout")
         else:
             self.vanish()
 
     def _establish(self, rtt_ns: int) -> None:
-        self.state = OPEN
-        self._rest()
+        self.state = ESTABLISHED
+        self._stop_timers()
         self.received_ns = self._kernel.now_ns
         if rtt_ns >= 0:
             self.sender.sample(rtt_ns, self.received_ns)
@@ -109,7 +111,7 @@ class End(Carrier[Control]):
         if self.connection.keepalive:
             self._set_keepalive(self._constants.keepalive_idle_ns)
 
-    def _rest(self) -> None:
+    def _stop_timers(self) -> None:
         self._tries = 0
         if self._timer is not None:
             self._timer.cancel()
@@ -130,110 +132,112 @@ class End(Carrier[Control]):
 
     def unresolved(self, segment: Control) -> None:
         """The segment could not leave: a caller learns that the host is unreachable."""
-        if self.state == CALLING:
+        if self.state == SYN_SENT:
             self.fail("unreachable")
-        elif self.state == CALLED:
+        elif self.state == SYN_RECEIVED:
             self.vanish()
 
     def _syn(self, _: int) -> None:
-        if self.state == NEW and self.connection.tcp.listening(self.host, self.connection.service):
-            self.state = CALLED
-            self.connection.tcp.hold(self)
-            self._shake(SYN_ACK)
-        elif self.state == CALLED:
+        connection = self.connection
+        if self.state == LISTEN and connection.tcp.listening(self.host, connection.service):
+            self.state = SYN_RECEIVED
+            connection.tcp.hold(self)
+            self._send_handshake(SYN_ACK)
+        elif self.state == SYN_RECEIVED:
             self._send_control(SYN_ACK)
-        elif self.state in (NEW, GONE):
+        elif self.state in (LISTEN, CLOSED):
             self._send_control(RESET)
 
     def _syn_ack(self, rtt_ns: int) -> None:
-        if self.state == CALLING:
+        if self.state == SYN_SENT:
             self._establish(rtt_ns)
             self._send_control(ACK)
             self.connection.open = True
             self.sender.push()
             self.connection.tcp.opened(self.connection)
-        elif self.state in (OPEN, CLOSING, DONE):
+        elif self.state in (ESTABLISHED, FIN_WAIT, TIME_WAIT):
             self._send_control(ACK)
         else:
             self._send_control(RESET)
 
     def _ack(self, rtt_ns: int) -> None:
-        if self.state == CALLED:
+        if self.state == SYN_RECEIVED:
             self._establish(rtt_ns)
             self.connection.tcp.accepted(self.connection)
-        elif self.state in (NEW, GONE):
+        elif self.state in (LISTEN, CLOSED):
             self._send_control(RESET)
 
     def _reset(self, _: int) -> None:
-        if self.state == CALLING:
+        if self.state == SYN_SENT:
             self.fail("refused")
-        elif self.state == OPEN:
+        elif self.state == ESTABLISHED:
             self.fail("reset")
         else:
             self.vanish()
 
     def _probe(self, _: int) -> None:
-        self._send_control(ALIVE if self.state in (OPEN, CLOSING, DONE) else RESET)
+        self._send_control(ALIVE if self.state in (ESTABLISHED, FIN_WAIT, TIME_WAIT) else RESET)
 
     def _alive(self, _: int) -> None:
         """A keepalive answer: only the time of its arrival matters."""
 
     def stray(self, half: Sender | Receiver, token: Token) -> None:
         """Data or an acknowledgement has arrived at a half that is not open."""
-        if self.state == CALLED:
+        if self.state == SYN_RECEIVED:
             self._ack(-1)  # the ACK was lost, and with it the measurement
-            if self.state == OPEN:
+            if self.state == ESTABLISHED:
                 half.arrived(token, self.host)
-        elif self.state in (NEW, GONE):
+        elif self.state in (LISTEN, CLOSED):
             self._send_control(RESET)
-        elif self.state in (CLOSING, DONE) and half is self.receiver:
+        elif self.state in (FIN_WAIT, TIME_WAIT) and half is self.receiver:
             self._late(token)
 
     def _late(self, train: Train) -> None:
         """Data after this end was closed: the peer's FIN is acknowledged, its data refused."""
         start, end, ack, sent_ns, echo_ns, fin, _ = train
-        if ack > self.sender.una:
+        if ack > self.sender.snd_una:
             self.sender.acked(ack, echo_ns)
         receiver = self.receiver
-        if end > receiver.nxt and (start > receiver.nxt or not fin or receiver.nxt < end - 1):
+        rcv_nxt = receiver.rcv_nxt
+        if end > rcv_nxt and (start > rcv_nxt or not fin or rcv_nxt < end - 1):
             self._send_control(RESET)
             self.vanish()
             return
-        if end > receiver.nxt:
-            receiver.nxt = end
+        if end > rcv_nxt:
+            receiver.rcv_nxt = end
             receiver.transit.delivered += 1
-        receiver.echo_ns = sent_ns
+        receiver.ts_recent_ns = sent_ns
         receiver.acknowledge(1)
 
     # The close.
 
     def close(self) -> None:
-        if self.state == CALLING:
+        if self.state == SYN_SENT:
             self.vanish()
-        elif self.state == OPEN:
-            self.state = CLOSING
+        elif self.state == ESTABLISHED:
+            self.state = FIN_WAIT
             self.connection.open = False
-            self._rest()
+            self._stop_timers()
             self.receiver.shut()
             self.sender.finish(self.far.finishes)
 
     def finishes(self, _: object) -> None:
         """The peer's FIN has arrived, after all its data."""
-        if self.state == OPEN:
+        if self.state == ESTABLISHED:
             self.connection.open = False
             self._notify_owner("fin")
 
     def finished(self) -> None:
         """All that this end sent has arrived at the peer, its FIN too."""
-        self.state = DONE
+        self.state = TIME_WAIT
         self.connection.tcp.release(self)
 
     def fail(self, reason: str) -> None:
         """End the connection here, and notify the owner."""
-        owned = self.state in (CALLING, OPEN)
-        self.state = GONE
+        owned = self.state in (SYN_SENT, ESTABLISHED)
+        self.state = CLOSED
         self.connection.open = False
-        self._rest()
+        self._stop_timers()
         self.sender.open = False
         self.receiver.shut()
         if owned:
@@ -243,11 +247,11 @@ class End(Carrier[Control]):
     def vanish(self) -> None:
         """End without a segment; the server's end of an unfinished handshake is as if it never was.
         """
-        self.state = NEW if self.state in (NEW, CALLED) else GONE
-        self._rest()
+        self.state = LISTEN if self.state in (LISTEN, SYN_RECEIVED) else CLOSED
+        self._stop_timers()
         self.sender.shut()
         self.receiver.shut()
-        if self.far.state != OPEN:
+        if self.far.state != ESTABLISHED:
             self.connection.open = False
         self.connection.tcp.release(self)
 
@@ -268,7 +272,7 @@ class End(Carrier[Control]):
         """Record that the medium lost a train of this end, which does not know: a row for each of
         its messages of data."""
         context, sender = self.connection.tcp.context, self.sender
-        for message, kind, _ in parts(sender.transit.messages, sender.una, start, end):
+        for message, kind, _ in parts(sender.transit.messages, sender.snd_una, start, end):
             if kind is None:
                 context.record_loss(self.host, self.peer, message.seq, reason)
 

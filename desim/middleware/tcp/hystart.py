@@ -20,7 +20,7 @@ class HyStart:
     def __init__(self) -> None:
         self._end = self._begin_ns = self._last_ns = self._least_ns = self._samples = 0
 
-    def ends(self, una: int, acked: int, nxt: int, rtt_ns: int, least_rtt_ns: int, now_ns: int
+    def ends(self, una: int, acked: int, nxt: int, rtt_ns: int, min_rtt_ns: int, now_ns: int
              ) -> bool:
         """Whether the acknowledgement of ``acked`` bytes up to byte ``una`` with this round trip
         ends slow start; ``nxt`` is the next to be sent (hystart_update). That of a train stands for
@@ -31,11 +31,11 @@ class HyStart:
             self._least_ns = rtt_ns
         if now_ns - self._last_ns <= _GAP_NS:
             self._last_ns = now_ns
-            if 2 * (now_ns - self._begin_ns) > least_rtt_ns + _SEND_NS:
+            if 2 * (now_ns - self._begin_ns) > min_rtt_ns + _SEND_NS:
                 return True
         self._least_ns = min(self._least_ns, rtt_ns)
         self._samples += acked // (2 * MSS_BYTES) or 1
         if self._samples <= _SAMPLES:
             return False
-        more_ns = min(max(least_rtt_ns >> 3, _LEAST_MORE_NS), _MOST_MORE_NS)
-        return self._least_ns > least_rtt_ns + more_ns
+        more_ns = min(max(min_rtt_ns >> 3, _LEAST_MORE_NS), _MOST_MORE_NS)
+        return self._least_ns > min_rtt_ns + more_ns

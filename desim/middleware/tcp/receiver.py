@@ -28,19 +28,19 @@ class Receiver(Carrier[Train]):
     """Receives the trains of ``transit``, as their carrier. ``back`` is the sender at this end,
     with whose data an acknowledgement may travel.
 
-    All before byte ``nxt`` has arrived; ``ranges`` are the bytes behind a gap, sorted and disjoint.
-    All before ``acknowledged`` was acknowledged; the rest will be with the next data of this end,
-    or at ``due_ns`` (0: there is no rest). At most a full segment waits: in ``pingpong`` mode (this
-    end answers each message) any, else one amid a message. The end of a message is acknowledged at
-    once, because the reader is always waiting (Linux tcp_cleanup_rbuf, ICSK_ACK_PUSHED). A
-    ``prompt`` receiver acknowledges a whole message even before it hands it over.
+    All before byte ``rcv_nxt`` has arrived (RCV.NXT of RFC 9293); ``out_of_order`` are the bytes
+    behind a gap, sorted and disjoint. All before ``last_ack_sent`` (RFC 7323) was acknowledged; the
+    rest will be with the next data of this end, or at ``ack_due_ns`` (0: there is no rest), with
+    the time stamp ``ts_recent_ns``. At most a full segment waits: in ``pingpong`` mode (this end
+    answers each message) any, else one amid a message. The end of a message is acknowledged at
+    once, because the reader is always waiting (Linux tcp_cleanup_rbuf, ICSK_ACK_PUSHED).
     """
 
     protocol = "tcp"
-    __slots__ = ("end", "back", "transit", "open", "nxt", "ranges", "due_ns", "echo_ns",
-                 "received_ns", "acknowledged", "pingpong", "_full", "_every", "_behind",
-                 "_copy", "_quick", "_delay_ns", "_tick_ns", "_timer", "_kernel", "_transmit",
-                 "_counts", "_frames", "_host", "_to", "_entity")
+    __slots__ = ("end", "back", "transit", "open", "rcv_nxt", "out_of_order", "ack_due_ns",
+                 "ts_recent_ns", "received_ns", "last_ack_sent", "pingpong", "_rcv_mss", "_every",
+                 "_behind", "_dsack", "_quickack_end", "_delay_ns", "_tick_ns", "_timer", "_kernel",
+                 "_transmit", "_counts", "_frames", "_host", "_to", "_entity")
 
     transit: Transit
 
@@ -48,13 +48,13 @@ class Receiver(Carrier[Train]):
         context = connection.tcp.context
         self.end, self.back = end, end.sender
         self.open = self.pingpong = False
-        self.nxt = self.acknowledged = 0
-        self.ranges: list[tuple[int, int]] = []
-        self.due_ns = self.echo_ns = 0
+        self.rcv_nxt = self.last_ack_sent = 0
+        self.out_of_order: list[tuple[int, int]] = []
+        self.ack_due_ns = self.ts_recent_ns = 0
         self.received_ns = -NEVER_NS
-        self._copy: tuple[int, int] | None = None  # bytes that have come twice (D-SACK, RFC 2883)
-        self._quick = _QUICK_BYTES  # up to there data is acknowledged at once
-        self._full = _FIRST_MSS_BYTES  # bytes of the largest segment seen
+        self._dsack: tuple[int, int] | None = None  # bytes that have come twice (D-SACK, RFC 2883)
+        self._quickack_end = _QUICK_BYTES  # up to there data is acknowledged at once
+        self._rcv_mss = _FIRST_MSS_BYTES  # bytes of the largest segment seen
         constants = connection.tcp.constants
         self._every = every = constants.ack_every
         self._behind = every if every > 2 else 1  # of them, where they come behind a gap
@@ -83,15 +83,15 @@ class Receiver(Carrier[Train]):
             return
         now_ns, heard_ns = self._kernel.now_ns, self.received_ns
         self.received_ns = now_ns
-        if ack > self.back.una:
+        if ack > self.back.snd_una:
             self.back.acked(ack, echo_ns)
-        if start != self.nxt or self.ranges:
-            self._take([(start, end)], sent_ns)
+        if start != self.rcv_nxt or self.out_of_order:
+            self._take_out_of_order([(start, end)], sent_ns)
             return
-        self.nxt = end
-        if not self.due_ns:
-            self.echo_ns = sent_ns
-            self.due_ns = now_ns + self._delay_ns
+        self.rcv_nxt = end
+        if not self.ack_due_ns:
+            self.ts_recent_ns = sent_ns
+            self.ack_due_ns = now_ns + self._delay_ns
         transit = self.transit
         messages, delivered = transit.messages, transit.delivered
         if len(messages) > delivered and messages[delivered][0] == end:  # as nearly always: whole
@@ -101,17 +101,17 @@ class Receiver(Carrier[Train]):
             pushed = True
         else:
             if now_ns - heard_ns > self.back.rto_ns:
-                self._be_quick()
-            pushed = self._deliver() or end <= self._quick
-        if not self.due_ns:  # it was acknowledged, maybe by an answer, or all is over
+                self._enter_quickack()
+            pushed = self._deliver() or end <= self._quickack_end
+        if not self.ack_due_ns:  # it was acknowledged, maybe by an answer, or all is over
             return
-        if end - start > self._full:
-            self._full = min(end - start, MSS_BYTES)
-        pending = self.nxt - self.acknowledged
-        if pending > self._full or pushed and not self.pingpong:
+        if end - start > self._rcv_mss:
+            self._rcv_mss = min(end - start, MSS_BYTES)
+        pending = self.rcv_nxt - self.last_ack_sent
+        if pending > self._rcv_mss or pushed and not self.pingpong:
             self.acknowledge(pending // MSS_BYTES // self._every or 1)
         elif self._timer is None:
-            self._wait()
+            self._set_delack_timer()
 
     def arrived_in_part(self, train: Train, receiver: int, lost: dict[int, str]) -> None:
         """Some segments have arrived, which the acknowledgement tells."""
@@ -126,10 +126,10 @@ class Receiver(Carrier[Train]):
             self.arrived((*pieces[0], ack, sent_ns, echo_ns, fin, 0), receiver)
             return
         self.received_ns = self._kernel.now_ns
-        if ack > self.back.una:
+        if ack > self.back.snd_una:
             self.back.acked(ack, echo_ns)
         if self.open:
-            self._take(pieces, sent_ns)
+            self._take_out_of_order(pieces, sent_ns)
 
     def lost(self, train: Train, receiver: int, reason: str) -> None:
         self.transit.lose([(train[0], train[1], reason)], train[1])
@@ -144,52 +144,52 @@ class Receiver(Carrier[Train]):
 
     def acknowledge(self, segments: int) -> None:
         """Send so many acknowledgements as one train of them."""
-        self.due_ns = 0
-        self.acknowledged = nxt = self.nxt
-        ack = nxt, self.echo_ns, tuple(self.ranges), self._copy
-        self._copy = None
+        self.ack_due_ns = 0
+        self.last_ack_sent = nxt = self.rcv_nxt
+        ack = nxt, self.ts_recent_ns, tuple(self.out_of_order), self._dsack
+        self._dsack = None
         size_bytes = segments * SEGMENT_HEADER_BYTES
         self._counts[ACKS] += size_bytes
         self._frames[ACKS] += 1
         self._transmit(self._host, self._to, size_bytes, segments, False, self.transit.sender,
                        ack)
 
-    def answer(self, now_ns: int) -> int:
+    def piggyback(self, now_ns: int) -> int:
         """Data goes the other way, and an acknowledgement with it. Returns the time that it echoes,
         -1 if it acknowledges nothing new. An end that answers soon is taken to do so again
         (pingpong mode)."""
         if now_ns - self.received_ns < self._delay_ns:
             self.pingpong = True
-        self.acknowledged = self.nxt
-        if not self.due_ns:
+        self.last_ack_sent = self.rcv_nxt
+        if not self.ack_due_ns:
             return -1
-        self.due_ns = 0
-        return self.echo_ns
+        self.ack_due_ns = 0
+        return self.ts_recent_ns
 
     def shut(self) -> None:
         """Take nothing more."""
         self.open = False
-        self.due_ns = 0
+        self.ack_due_ns = 0
         if self._timer is not None:
             self._timer.cancel()
             self._timer = None
 
-    def _wait(self) -> None:
-        fires = fires_ns(self.due_ns - self._delay_ns, self._delay_ns, self._tick_ns)
-        self._timer = self._kernel.at(fires, _CONTROL, self._entity, self._delay_over)
+    def _set_delack_timer(self) -> None:
+        fires = fires_ns(self.ack_due_ns - self._delay_ns, self._delay_ns, self._tick_ns)
+        self._timer = self._kernel.at(fires, _CONTROL, self._entity, self._delack_expired)
 
-    def _delay_over(self, _: object) -> None:
+    def _delack_expired(self, _: object) -> None:
         self._timer = None
-        if self.due_ns > self._kernel.now_ns:
-            self._wait()
-        elif self.due_ns:
+        if self.ack_due_ns > self._kernel.now_ns:
+            self._set_delack_timer()
+        elif self.ack_due_ns:
             self.pingpong = False  # there was no answer (Linux tcp_delack_timer_handler)
             self.acknowledge(1)
 
     def _deliver(self) -> bool:
         """Hand over each message that is complete now. Returns whether that is all: the reader has
         emptied the socket after the end of what was written, which is marked (PSH)."""
-        transit, nxt = self.transit, self.nxt
+        transit, nxt = self.transit, self.rcv_nxt
         messages = transit.messages
         end = 0
         while len(messages) > (delivered := transit.delivered) and messages[delivered][0] <= nxt:
@@ -197,46 +197,46 @@ class Receiver(Carrier[Train]):
             transit.delivered = delivered + 1
             arrived(token)
             if not self.open:  # closed by this message: the rest is refused
-                self.nxt = end
+                self.rcv_nxt = end
                 break
-        return end == self.nxt
+        return end == self.rcv_nxt
 
-    def _be_quick(self) -> None:
+    def _enter_quickack(self) -> None:
         """Acknowledge some segments at once (Linux tcp_enter_quickack_mode)."""
-        self._quick = self.nxt + _QUICK_BYTES
+        self._quickack_end = self.rcv_nxt + _QUICK_BYTES
 
-    def _take(self, pieces: list[tuple[int, int]], sent_ns: int) -> None:
+    def _take_out_of_order(self, pieces: list[tuple[int, int]], sent_ns: int) -> None:
         """Take data that is not simply the next: behind a gap, before data that has arrived, or a
         copy. It is acknowledged at once, each segment behind a gap by itself."""
         self.pingpong = False
-        before = self.nxt
+        before = self.rcv_nxt
         answers = 0
         for start, end in pieces:
-            if start <= self.acknowledged:
-                self.echo_ns = sent_ns
-            if end <= self.nxt:
+            if start <= self.last_ack_sent:
+                self.ts_recent_ns = sent_ns
+            if end <= self.rcv_nxt:
                 answers += 1
-                self._copy = start, end
-                self._be_quick()
+                self._dsack = start, end
+                self._enter_quickack()
                 continue
-            self._add(max(start, self.nxt), end)
-            if self.ranges[0][0] == self.nxt:
-                self.nxt = self.ranges.pop(0)[1]
+            self._queue_out_of_order(max(start, self.rcv_nxt), end)
+            if self.out_of_order[0][0] == self.rcv_nxt:
+                self.rcv_nxt = self.out_of_order.pop(0)[1]
             else:
                 answers += -(-on_wire(end - start)[1] // self._behind)
-        answers += (self.nxt - before) // MSS_BYTES // self._every
-        if self.nxt > before:
+        answers += (self.rcv_nxt - before) // MSS_BYTES // self._every
+        if self.rcv_nxt > before:
             self._deliver()
         if self.open:
             self.acknowledge(answers or 1)
 
-    def _add(self, start: int, end: int) -> None:
+    def _queue_out_of_order(self, start: int, end: int) -> None:
         kept = []
-        for other_start, other_end in self.ranges:
+        for other_start, other_end in self.out_of_order:
             if other_end < start or end < other_start:
                 kept.append((other_start, other_end))
             else:
                 start, end = min(start, other_start), max(end, other_end)
         kept.append((start, end))
         kept.sort()
-        self.ranges = kept
+        self.out_of_order = kept

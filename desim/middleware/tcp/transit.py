@@ -44,11 +44,11 @@ class Transit:
         knows: they are for the account, and for the sender's model of Linux's timer."""
         for start, stop, reason in losses:
             self.sender.end.lost_train(start, stop, reason)
-        self.sender.retransmission.hide(end)
+        self.sender.retransmission.lost_unnoticed(end)
 
     def first_sent(self, start: int, end: int, now_ns: int) -> int:
         """The time when bytes ``start`` to ``end``, which are sent now, were sent first."""
-        firsts, una = self.firsts, self.sender.una
+        firsts, una = self.firsts, self.sender.snd_una
         if firsts is None:
             firsts = self.firsts = deque()
         while firsts and firsts[0][0] <= una:
@@ -60,7 +60,7 @@ class Transit:
     def topics(self, start: int, end: int) -> tuple[str, ...]:
         """The topics of the messages of data in bytes ``start`` to ``end``."""
         return tuple([message.topic for message, kind, _ in parts(
-            self.messages, self.sender.una, start, end) if kind is None])
+            self.messages, self.sender.snd_una, start, end) if kind is None])
 
     def clear(self) -> None:
         """Forget all messages."""

@@ -134,6 +134,19 @@ def test_ports_are_those_of_source_and_destination_on_both_ways(radio):
     assert ways.keys() == began | answered
 
 
+def test_an_acknowledgement_without_data_pushes_nothing(radio):
+    """RFC 9293, 3.7.4: PSH marks data, and a segment without any acknowledges what came before."""
+    acks = []
+    for packet in records(radio)[1]:
+        head = packet.data[packet.data[2] + 24 + 8:]
+        if packet.data[packet.data[2] + 30:][:2] == b"\x08\x00" and head[9] == 6:
+            data_bytes = struct.unpack_from(">H", head, 2)[0] - 20 - (head[32] >> 4) * 4
+            if not data_bytes and head[33] not in (0x02, 0x12):  # no SYN
+                acks.append((head[33], struct.unpack_from(">I", head, 28)[0]))
+    assert {flags for flags, _ in acks} == {0x10}
+    assert max(number for _, number in acks) > 1000
+
+
 @pytest.mark.parametrize(("size_bytes", "ip_bytes", "udp_bytes"), [
     (1518, 1500, 1480), (47, 29, 9), (46, 28, 8), (20, 28, 8)])
 def test_the_bytes_of_a_datagram(size_bytes, ip_bytes, udp_bytes):
