@@ -45,6 +45,14 @@ def check_callback(callback: Callable[..., object], *arguments: str) -> None:
                          ) from None
 
 
+def check_sources(sources: Collection[str] | None, team: Collection[str]) -> None:
+    """Hosts of the team, whose messages are wanted."""
+    for name in sources or ():
+        if name not in team:
+            raise ModelError(f"sources are hosts of the team, not {name!r}"
+                             f"{did_you_mean(name, team)}; the team: {', '.join(team)}")
+
+
 def check_period(period_ns: object) -> None:
     """A period of 1 ms or more."""
     if type(period_ns) is not int or period_ns < SHORTEST_NS:

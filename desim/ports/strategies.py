@@ -7,7 +7,7 @@ each call it gets a ``StrategyContext``, through which it acts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -254,8 +254,9 @@ class StrategyContext(Protocol):
         middleware; messages published before that do not reach them, unless ``latch``."""
 
     def subscribe(self, topic: str, callback: Callable[[StrategyContext, StrategyMessage], object],
-                  *, queue: int = 10) -> None:
-        """Call ``callback(context, message)`` for each message of ``topic`` from the team."""
+                  *, sources: Collection[str] | None = None, queue: int = 10) -> None:
+        """Call ``callback(context, message)`` for each message of ``topic`` from the team, or from
+        those of it that ``sources`` names."""
 
     def publish(self, topic: str, content: Any, size_bytes: int | None = None) -> None:
         """Send ``content`` to the subscribers of ``topic``. Without a size it is sent as JSON in a

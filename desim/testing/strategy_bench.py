@@ -8,7 +8,7 @@ part of the team: it delivers messages, or loses them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -26,6 +26,7 @@ from desim.ports.arguments import (
     check_limit,
     check_new_topic,
     check_period,
+    check_sources,
     check_timers,
     check_topic,
     check_work,
@@ -158,9 +159,11 @@ class StrategyBench:
         check_new_topic(topic, self._advertised)
         self._advertised.add(topic)
 
-    def subscribe(self, topic: str, callback: OnMessage, *, queue: int = 10) -> None:
+    def subscribe(self, topic: str, callback: OnMessage, *, sources: Collection[str] | None = None,
+                  queue: int = 10) -> None:
         check_topic(topic, queue)
         check_callback(callback, "context", "message")
+        check_sources(sources, self.team)
         self.subscriptions.append((topic, callback))
 
     def publish(self, topic: str, content: Any, size_bytes: int | None = None) -> None:

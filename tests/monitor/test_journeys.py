@@ -1,5 +1,8 @@
 """Journeys on a made-up fleet: when they end, and goals from MovingAI's files."""
 
+import math
+
+import numpy as np
 import pytest
 
 from desim.errors import InputError
@@ -56,6 +59,14 @@ def test_files_that_do_not_fit(tmp_path, rows, text):
     assert str(caught.value) == path + text
 
 
-def test_more_goals_than_places():
-    with pytest.raises(InputError, match=r"^\.goals: there are \d+ places that are 0.8 m away "):
-        journeys(goals=9999)
+def test_more_robots_than_places(monkeypatch):
+    monkeypatch.setattr("desim.monitor.tasks.journeys.free_cells", lambda *_: np.zeros((1, 2)))
+    with pytest.raises(InputError, match=r"^\.goals: there are 1 places that are 0.8 m away from "
+                                         "walls, not 2$"):
+        journeys()
+
+
+def test_goals_of_one_number_are_apart():
+    """A second goal may lie where another robot's first one does; two first ones may not."""
+    goals = journeys(goals=50).task.briefing().goals.values()
+    assert all(math.dist(*pair) > 2 for pair in zip(*goals, strict=True))

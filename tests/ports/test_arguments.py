@@ -39,6 +39,7 @@ def frontiers(count):
 
 RIGHT = [
     (arguments.check_topic, "bid", 0), (arguments.check_topic, "b1/best_2/x", 5),
+    (arguments.check_sources, None, ("a", "b")), (arguments.check_sources, ["b"], ("a", "b")),
     (arguments.check_callback, two, "context", "message"),
     (arguments.check_callback, Stubborn(), "context"),
     (arguments.check_callback, max, "context"),  # a built-in function does not say what it takes
@@ -82,6 +83,8 @@ WRONG = [
     (NO_TOPIC + "'größe'", arguments.check_topic, "größe", 1),
     (NO_QUEUE + "-1", arguments.check_topic, "bid", -1),
     (NO_QUEUE + "True", arguments.check_topic, "bid", True),
+    ("sources are hosts of the team, not 'bose' (did you mean 'base'?); the team: a, base",
+     arguments.check_sources, ["bose"], ("a", "base")),
     ("a callback is a function of (context, message), not 'f'",
      arguments.check_callback, "f", "context", "message"),
     ("a callback takes (context); two takes (context, message)",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from itertools import chain
+
 from pydantic import Field
 
 from desim import ports
@@ -22,7 +24,8 @@ class ManyJourneys:
 
     class Params(ports.Params):
         goals: int = Field(1, ge=1, le=10_000, description=(
-            "of each robot; drawn from the free space, far apart, where no file has them"))
+            "of each robot; where no file has them, drawn from the free space, those of all robots "
+            "that have the same number far apart"))
         file: ports.File | None = Field(None, description=(
             "a scenario of the MovingAI benchmarks (.scen): the k-th line has the goal of the k-th "
             "robot, in cells of 1 m; with more goals, the next lines have the next ones"))
@@ -42,10 +45,12 @@ class ManyJourneys:
             places = goals_of(self._params.file, count, context.ground)
         else:
             cells_m = free_cells(context.ground, starts_m, _CLEARANCE_M)
-            if len(cells_m) < count:
+            if len(cells_m) < len(names):
                 raise InputError(f".goals: there are {len(cells_m)} places that are "
-                                 f"{LENGTH.format(_CLEARANCE_M)} away from walls, not {count}")
-            places = drawn(cells_m, count, context.stream("goals"))
+                                 f"{LENGTH.format(_CLEARANCE_M)} away from walls, not {len(names)}")
+            stream = context.stream("goals")
+            places = tuple(chain.from_iterable(drawn(cells_m, len(names), stream)
+                                               for _ in range(self._params.goals)))
         self._journeys = Journeys({name: places[k::len(names)] for k, name in enumerate(names)},
                                   _WITHIN_M)
         self._reached_ns: dict[str, list[int]] = {name: [] for name in names}
@@ -74,11 +79,11 @@ class ManyJourneys:
                 "sum_of_costs_s": sum(whole) / NS_PER_S if is_done and whole else None}
 
     def _sample(self, context: TaskContext) -> None:
-        poses = context.poses()[self._robots, :2]
+        poses = context.poses()[self._robots, :2].tolist()
         for name, at_m in zip(context.explorers, poses, strict=True):
             reached_ns, goals = self._reached_ns[name], self._journeys.goals[name]
             if len(reached_ns) < len(goals) and \
-                    np.hypot(*(at_m - goals[len(reached_ns)])) <= _WITHIN_M:
+                    math.dist(at_m, goals[len(reached_ns)]) <= _WITHIN_M:
                 context.record("arrived", name, len(reached_ns))
                 reached_ns.append(context.now_ns)
         if all(len(times_ns) == self._params.goals for times_ns in self._reached_ns.values()):

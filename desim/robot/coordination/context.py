@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
 from types import MappingProxyType
@@ -34,6 +34,7 @@ from desim.ports.arguments import (
     check_limit,
     check_new_topic,
     check_period,
+    check_sources,
     check_timers,
     check_topic,
     checked_marks,
@@ -201,10 +202,12 @@ class HostContext:
         except InputError as error:
             raise ModelError(str(error)) from error
 
-    def subscribe(self, topic: str, callback: OnMessage, *, queue: int = 10) -> None:
+    def subscribe(self, topic: str, callback: OnMessage, *, sources: Collection[str] | None = None,
+                  queue: int = 10) -> None:
         check_topic(topic, queue)
         check_callback(callback, "context", "message")
-        for name in self._team.names:
+        check_sources(sources, self.team)
+        for name in self._team.names if sources is None else sources:
             self._node.subscribe(_absolute(name, topic), partial(self._receive, topic, callback),
                                  queue)
 

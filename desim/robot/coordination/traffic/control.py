@@ -3,17 +3,16 @@
 
 from __future__ import annotations
 
-import math
-
 from pydantic import Field
 
 from desim import ports
 from desim.ports.tasks import Journeys
 from desim.robot.coordination.traffic.cells import Cell, CellGraph, cells_of
 from desim.robot.coordination.traffic.planners import TrafficPlanner
+from desim.robot.coordination.traffic.schedule import Schedule, Visit
 from desim.units import NS_PER_S, Length
 
-_PERIOD_NS = NS_PER_S // 2  # of reports and grants; each holds all that counts, so losses heal
+_PERIOD_NS = NS_PER_S // 2  # of reports and grants, which are repeated, so losses heal
 
 
 class TrafficParams(ports.Params):
@@ -21,42 +20,42 @@ class TrafficParams(ports.Params):
 
     cell_m: Length = Field("2 m", gt=0, description=(
         "the width of a cell; two robots side by side have room (an example)"))
+    ahead: int = Field(10, ge=1, description=(
+        "the number of steps that are planned ahead of the robot that is farthest behind; with 1 "
+        "all make a step before the next one is planned"))
 
 
 class TrafficControl:
     """Base of strategies whose robots ask a host without a body for each cell.
 
     Robots report the cell where they stand, and drive to the one that they are granted; without a
-    grant they stand. The host grants a step of the plan when the cell is free by the reports:
-    nobody stands in it or has been granted it. The robots of a circle, each of which waits for the
-    next, are granted their cells together. The next step is planned when all have reported this
-    one. Failsafe: a robot that hears nothing stands in its cell, and all others wait for it.
+    grant they stand. The host plans steps of all robots ``ahead`` of their reports, and grants the
+    cells in the order of the plan. Each robot hears its grants on a topic of its own, as VDA 5050
+    has it for orders. Failsafe: a robot that hears nothing stands in its cell, and the others come
+    no further than ``ahead`` steps.
     """
 
     traits = ports.StrategyTraits(needs=Journeys, needs_coordinator=True)
 
     def __init__(self, planner: TrafficPlanner, params: TrafficParams) -> None:
-        self._planner, self._cell_m = planner, params.cell_m
+        self._planner, self._cell_m, self._ahead = planner, params.cell_m, params.ahead
         self._graph: CellGraph | None = None
-        # On a robot: the place that it was granted and has come to.
-        self._stands: ports.Place | None = None
-        # At the host: the places and cells where robots stand, the cells that they are granted,
-        # those of the plan, and the number of goals that each has reached.
-        self._places: dict[str, ports.Place] = {}
-        self._at: dict[str, Cell] = {}
-        self._granted: dict[str, Cell] = {}
-        self._planned: dict[str, Cell] = {}
+        self._stands: ports.Place | None = None  # on a robot: where it was granted and has come to
+        # At the host: what is planned, and the number of goals that each robot reaches by it.
+        self._schedule = Schedule()
         self._reached: dict[str, int] = {}
 
     def on_start(self, host: ports.StrategyContext) -> None:
         if host.has_body:
             host.advertise("stands")
-            host.subscribe("grants", self._on_grants)
+            hosts = [name for name in host.team if name not in host.task.goals]
+            host.subscribe(f"grants/{host.name}", self._on_grant, sources=hosts)
             host.every(_PERIOD_NS, self._report)
         else:
-            host.advertise("grants")
+            for name in host.task.goals:
+                host.advertise(f"grants/{name}")
             host.subscribe("stands", self._on_stands)
-            host.every(_PERIOD_NS, self._grant)
+            host.every(_PERIOD_NS, self._repeat)
 
     # -------------------------------------------------------------------------------- a robot
 
@@ -77,12 +76,10 @@ class TrafficControl:
         elif self._stands is not None:
             robot.publish("stands", {"at": list(self._stands)})
 
-    def _on_grants(self, robot: ports.StrategyContext, grants: ports.StrategyMessage) -> None:
-        granted = grants.content.get(robot.name)
-        if granted is not None and robot.pose is not None:
-            place = ports.Place(*granted)
-            if place not in (self._stands, robot.goal):
-                robot.go(place)
+    def _on_grant(self, robot: ports.StrategyContext, grant: ports.StrategyMessage) -> None:
+        place = ports.Place(*grant.content["to"])
+        if robot.pose is not None and place not in (self._stands, robot.goal):
+            robot.go(place)
 
     # --------------------------------------------------------------------------------- the host
 
@@ -91,80 +88,66 @@ class TrafficControl:
         graph = self._cells(host)
         if graph is None or name not in host.task.goals:
             return
+        granted = self._schedule.granted
         if "at" in content:
-            cell = graph.nearest(content["at"])
-            if cell == self._granted.get(name):
-                self._at[name], self._places[name] = cell, ports.Place(*content["at"])
-        elif name not in self._granted:
-            self._granted[name] = graph.nearest_but(content["start"], self._granted.values())
-        self._plan_on(host)
+            if name in granted and self._schedule.arrive(name, ports.Place(*content["at"])):
+                self._go_on(host, graph)
+        elif name not in granted:
+            taken = [visit.cell for visit in granted.values()]
+            cell = graph.nearest_but(content["start"], taken)
+            self._schedule.start(name, self._visit(host, graph, name, cell))
+            self._tell(host, name)
 
     def _cells(self, host: ports.StrategyContext) -> CellGraph | None:
         if self._graph is None and host.known_m2() > 0:
             self._graph = cells_of(host.costmap(), host.grid, self._cell_m)
         return self._graph
 
-    def _plan_on(self, host: ports.StrategyContext) -> None:
-        """Plan the next step if all robots have made this one; grant what is free."""
+    def _go_on(self, host: ports.StrategyContext, graph: CellGraph) -> None:
+        """Plan steps as far ahead as is allowed, and grant the cells that are free."""
         names = host.task.goals
-        if len(self._at) < len(names):
-            return  # not all have come to their first cells
-        if all(self._at[name] == self._planned.get(name, self._at[name]) for name in names):
-            goals = {name: self._goal(host, name) for name in names}
-            before = dict(self._planned)
-            assert self._graph is not None
-            self._planned = self._planner.step(self._graph, self._at, goals)
-            if self._planned == before and self._planned == self._at:
-                return
-        if self._free_cells():
-            host.publish("grants", self._grants(host))
+        if len(self._schedule.granted) == len(names):
+            while (max(map(self._schedule.steps_ahead, names)) < self._ahead
+                   and self._plan_step(host, graph)):
+                pass
+        for name in self._schedule.grant():
+            self._tell(host, name)
 
-    def _goal(self, host: ports.StrategyContext, name: str) -> Cell:
-        """The cell of the robot's present goal; its last one when it has been at all."""
-        goals, graph = host.task.goals[name], self._graph
-        assert graph is not None
-        reached = self._reached.setdefault(name, 0)
-        is_there = math.dist(self._places[name], goals[reached]) <= host.task.within_m
-        if is_there and reached + 1 < len(goals):
+    def _plan_step(self, host: ports.StrategyContext, graph: CellGraph) -> bool:
+        """Plan one step of all robots. Whether any of them moves by it."""
+        ends = self._schedule.ends()
+        at = {name: visit.cell for name, visit in ends.items()}
+        goals = {name: graph.nearest(self._goal(host, name, visit.place))
+                 for name, visit in ends.items()}
+        moves = False
+        for name, cell in self._planner.step(graph, at, goals).items():
+            visit = self._visit(host, graph, name, cell)
+            if visit != ends[name]:
+                self._schedule.plan(name, visit)
+                moves = True
+        return moves
+
+    def _goal(self, host: ports.StrategyContext, name: str, place: ports.Place) -> ports.Place:
+        """The goal of a robot that is at ``place`` by the plan: the last one if it was at all."""
+        goals, reached = host.task.goals[name], self._reached.setdefault(name, 0)
+        if place == goals[reached] and reached + 1 < len(goals):
             self._reached[name] = reached = reached + 1
-        return graph.nearest(goals[reached])
+        return goals[reached]
 
-    def _free_cells(self) -> bool:
-        """Grant planned cells that are free, and those of circles. Whether any was granted."""
-        waiting = {name: cell for name, cell in self._planned.items()
-                   if self._granted[name] != cell and self._at[name] == self._granted[name]}
-        taken = {*self._at.values(), *self._granted.values()}
-        free = [name for name, cell in waiting.items() if cell not in taken]
-        holders = {self._at[name]: name for name in waiting}
-        for name in waiting:
-            if name not in free:
-                ring = _ring(name, waiting, holders)
-                free += [one for one in ring if one not in free]
-        for name in free:
-            self._granted[name] = waiting[name]
-        return bool(free)
+    def _visit(self, host: ports.StrategyContext, graph: CellGraph, name: str, cell: Cell
+               ) -> Visit:
+        """A visit of the cell's centre, or of the goal that lies there."""
+        goal = host.task.goals[name][self._reached.get(name, 0)]
+        return Visit(cell, goal if graph.nearest(goal) == cell else graph.centre(cell))
 
-    def _grant(self, host: ports.StrategyContext) -> None:
-        if self._granted and self._graph is not None:
-            host.show("grants", (ports.Mark(*self._graph.centre(cell), name)
-                                 for name, cell in self._granted.items()))
-            host.publish("grants", self._grants(host))
+    def _tell(self, host: ports.StrategyContext, name: str) -> None:
+        host.publish(f"grants/{name}", {"to": list(self._schedule.granted[name].place)})
 
-    def _grants(self, host: ports.StrategyContext) -> dict[str, list[float]]:
-        """The places of the cells that are granted: their centres, or the goal that lies there."""
-        assert self._graph is not None
-        places = {}
-        for name, cell in self._granted.items():
-            goal = host.task.goals[name][self._reached.get(name, 0)]
-            places[name] = list(goal if self._graph.nearest(goal) == cell
-                                else self._graph.centre(cell))
-        return places
-
-
-def _ring(name: str, waiting: dict[str, Cell], holders: dict[Cell, str]) -> list[str]:
-    """The robots of the circle in which ``name`` waits for a cell, none if it is in none."""
-    ring, one = [name], holders.get(waiting[name])
-    while one is not None and one != name and len(ring) <= len(waiting) < math.inf:
-        ring.append(one)
-        one = holders.get(waiting[one])
-    return ring if one == name else []
+    def _repeat(self, host: ports.StrategyContext) -> None:
+        if self._graph is None:
+            return
+        host.show("grants", (ports.Mark(*self._graph.centre(visit.cell), name)
+                             for name, visit in self._schedule.granted.items()))
+        for name in self._schedule.under_way():
+            self._tell(host, name)
+        self._go_on(host, self._graph)
