@@ -60,3 +60,22 @@ def test_a_bad_word_of_a_page_is_found_outside_of_code(tmp_path: Path):
 # and traffic, 350 for local planners, 205 for the judge of real programs, 510 for a
 # pose graph of the fleet, 345 for Linux's access points and queues, 166 for faults
 # and places of access points, 335 for cards. It only falls.
+MOST_WORDS = 60_983
+
+
+def test_pages_are_no_longer_than_they_were():
+    assert len((ROOT / "README.md").read_text().split()) <= 450
+    assert sum(page.words for path, page in pages().items() if path != "README.md") <= MOST_WORDS
+
+
+def test_sentences_are_short():
+    """At most 25 words in the mean of each page."""
+    long = {path: page.in_sentences / page.sentences for path, page in pages().items()
+            if page.sentences and page.in_sentences > 25 * page.sentences}
+    assert long == {}
+
+
+def test_words_in_code_tables_and_links_are_no_sentences():
+    text = ("# A head\n\nOne two [three](four.md).\n\n```\ncode\n```\n\n| a | b |\n\n"
+            "Five six seven.\n")
+    assert count(text) == (10, 6, 2)

@@ -1,7 +1,8 @@
-"""People who walk along ways by the social force model (Helbing and Molnar 1995)."""
+"""People who walk along ways by the social force model (Helbing and Molnar 1995), and in groups."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
 
@@ -24,6 +25,7 @@ WANTED_MPS, SPREAD_MPS = 1.34, 0.26  # of people's speeds, mean and standard dev
 _SLOWEST_MPS = 0.4
 _TILE_M = 8.0
 _APART_M = 0.35  # at the start; bodies are less deep than broad
+_TOGETHER_M = 1.0  # along and aside of a group's first, at the start
 _TRIES = 200  # for a place where nobody stands
 
 
@@ -79,7 +81,7 @@ class Crowd:
 
 class _Group:
     """A group at its start: ``points`` [p, 2] and ``normals`` of its way, and of each person
-    ``places``, ``offsets``, ``target``, ``step``."""
+    ``places``, ``offsets``, ``target``, ``step``, ``company``."""
 
     def __init__(self, points: np.ndarray, group: People, speeds_mps: np.ndarray) -> None:
         self.points, self.normals = points, _normals(points)
@@ -89,6 +91,7 @@ class _Group:
         self.offsets: list[float] = []
         self.target: list[int] = []
         self.step: list[int] = []
+        self.company: list[tuple[int, int]] = []
 
 
 def _group(i: int, group: People, terrain: Terrain, robots: np.ndarray,
@@ -105,26 +108,59 @@ def _group(i: int, group: People, terrain: Terrain, robots: np.ndarray,
     for side_m in dict.fromkeys((-half_m, 0.0, half_m)):
         _check_free(what, found.points + side_m * found.normals, terrain, group.width_m)
     ends_m = np.cumsum(steps_m)
-    for _ in range(group.count):
-        for _ in range(_TRIES):
-            at_m, offset_m = draws.uniform(0.0, ends_m[-1]), draws.uniform(-half_m, half_m)
-            leg = int(np.searchsorted(ends_m, at_m))
-            share = 1.0 - (ends_m[leg] - at_m) / steps_m[leg]
-            lines = found.points + offset_m * found.normals
-            place = lines[leg] + share * (lines[leg + 1] - lines[leg])
-            taken = np.array([*((*other, _APART_M - RADIUS_M) for other in found.places), *robots])
-            if not len(taken) or (np.hypot(*(taken[:, :2] - place).T)
-                                  >= taken[:, 2] + RADIUS_M).all():
-                break
-        else:
-            raise InputError(f"{what}.count: no room for {group.count} people; "
-                             f"{len(found.places)} have a place")
-        back = not found.closed and bool(draws.integers(2))
-        found.places.append(place)
-        found.offsets.append(offset_m)
-        found.target.append(leg if back else leg + 1)
-        found.step.append(-1 if back else 1)
+    low_m, high_m = np.array([0.0, -half_m]), np.array([ends_m[-1], half_m])
+    for size in _sizes(group.count, group.groups, draws):
+        first = len(found.places)
+        near_m, far_m = low_m, high_m  # along the way and aside, of the group's first
+        for _ in range(size):
+            at_m, place = _free_place(found, ends_m, near_m, far_m, robots, draws)
+            if place is None:
+                raise InputError(f"{what}.count: no room for {group.count} people; "
+                                 f"{len(found.places)} have a place")
+            if len(found.places) == first:
+                back = not found.closed and bool(draws.integers(2))
+                near_m = np.maximum(at_m - _TOGETHER_M, low_m)
+                far_m = np.minimum(at_m + _TOGETHER_M, high_m)
+                offset_m = at_m[1]
+            leg = int(np.searchsorted(ends_m, at_m[0]))
+            found.places.append(place)
+            found.offsets.append(offset_m)
+            found.target.append(leg if back else leg + 1)
+            found.step.append(-1 if back else 1)
+            found.company.append((first, first + size))
     return found
+
+
+def _free_place(found: _Group, ends_m: np.ndarray, near_m: np.ndarray, far_m: np.ndarray,
+                robots: np.ndarray, draws: np.random.Generator
+                ) -> tuple[np.ndarray, np.ndarray | None]:
+    """A point between ``near_m`` and ``far_m`` along the way and aside of it, and its place, where
+    nobody stands; None: there is none."""
+    begins_m = np.concatenate([[0.0], ends_m[:-1]])
+    taken = np.array([*((*other, _APART_M - RADIUS_M) for other in found.places), *robots])
+    for _ in range(_TRIES):
+        at_m = np.array([draws.uniform(near, far)
+                         for near, far in zip(near_m, far_m, strict=True)])
+        leg = int(np.searchsorted(ends_m, at_m[0]))
+        share = 1.0 - (ends_m[leg] - at_m[0]) / (ends_m[leg] - begins_m[leg])
+        lines = found.points + at_m[1] * found.normals
+        place = lines[leg] + share * (lines[leg + 1] - lines[leg])
+        if not len(taken) or (np.hypot(*(taken[:, :2] - place).T) >= taken[:, 2] + RADIUS_M).all():
+            return at_m, place
+    return at_m, None
+
+
+def _sizes(count: int, rate: float, draws: np.random.Generator) -> list[int]:
+    """Sizes of groups of ``count`` people, by a zero-truncated Poisson distribution of ``rate``."""
+    sizes: list[int] = []
+    while (left := count - sum(sizes)) > 0:
+        size = 1
+        if rate:
+            share = draws.uniform(0.0, math.expm1(rate))
+            while (share := share - rate ** size / math.factorial(size)) > 0.0:
+                size += 1
+        sizes.append(min(size, left))
+    return sizes
 
 
 def _check_free(what: str, points: np.ndarray, terrain: Terrain, width_m: float) -> None:
@@ -169,5 +205,7 @@ def _walkers(groups: Sequence[_Group]) -> kernels.Walkers:
         joined([np.array(group.step) for group in groups], (0,), np.int64), first, last,
         each([group.closed for group in groups], bool),
         each([group.yields for group in groups], bool),
+        joined([start + np.array(group.company) for start, group in zip(
+            np.cumsum([0, *counts]), groups, strict=False)], (0, 2), np.int64),
         joined([group.points for group in groups], (0, 2)),
         joined([group.normals for group in groups], (0, 2)))

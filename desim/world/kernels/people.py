@@ -1,11 +1,14 @@
-"""The social force model of pedestrians (Helbing and Molnar, Physical Review E 51, 1995)."""
+"""The social force model of pedestrians and their groups.
+
+Helbing and Molnar, Physical Review E 51, 1995; groups: Moussaid, Perozo, Garnier, Helbing,
+Theraulaz, PLoS ONE 5, 2010."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from desim.ports.kernels import exp, inner, kernel, types
+from desim.ports.kernels import atan2, exp, inner, kernel, types
 from desim.world.wall_index import TileIndex
 
 RELAXATION_S = 0.5  # in which a person gets to the wanted velocity
@@ -16,6 +19,11 @@ WALL_M2_S2, WALL_M = 10.0, 0.2  # strength and range of the repulsion by walls
 COS_VIEW, BEHIND = -0.17364817766693033, 0.5  # of 100 degrees: what is not in view counts half
 REACH_M = 5.0  # beyond it nobody counts: the repulsion is below 1e-6 m/s^2 there
 ARRIVED_M = 0.5  # from a way point
+# Of groups: who looks back at the others slows down, who is far comes, who is near goes (1/s, and
+# m/s^2 twice).
+VISION, ATTRACTION, APART = 4.0, 3.0, 1.0
+SIDEWAYS = math.pi / 2  # the others are in view up to this angle from the walking direction
+NEAR_M = 0.8  # between two of a group
 
 _ROWS = types.Array(types.float64, 2, "C", readonly=True)
 
@@ -27,6 +35,7 @@ class Walkers(NamedTuple):
     ``offsets`` [n] m to the left of their ways | ``target`` [n] the row of ``points`` that is next,
     ``step`` [n] 1 or -1 to the one behind it, ``first`` and ``last`` [n] rows of their way,
     ``closed`` [n] whether it is a ring | ``yields`` [n] whether robots count as people |
+    ``company`` [n, 2] the rows of their group, from the first to before the second |
     ``points`` [p, 2] m, ``normals`` [p, 2] to the left of the way there
     """
 
@@ -41,6 +50,7 @@ class Walkers(NamedTuple):
     last: np.ndarray
     closed: np.ndarray
     yields: np.ndarray
+    company: np.ndarray
     points: np.ndarray
     normals: np.ndarray
 
@@ -57,7 +67,8 @@ _TILES = types.NamedTuple([types.int64[:, ::1], types.int64[::1], types.float64[
 WALKERS = types.NamedTuple(
     [types.float64[:, ::1], types.float64[:, ::1], types.float64[::1], types.float64,
      types.float64[::1], types.int64[::1], types.int64[::1], types.int64[::1], types.int64[::1],
-     types.boolean[::1], types.boolean[::1], types.float64[:, ::1], types.float64[:, ::1]], Walkers)
+     types.boolean[::1], types.boolean[::1], types.int64[:, ::1], types.float64[:, ::1],
+     types.float64[:, ::1]], Walkers)
 BARRIER = types.NamedTuple([_ROWS, types.int64, _TILES], Barrier)
 _PAIR = types.UniTuple(types.float64, 2)
 
@@ -134,6 +145,28 @@ def _aim(i, people):
     return x / distance, y / distance
 
 
+@inner(_PAIR(types.int64, WALKERS))
+def _company(i, people):
+    """The acceleration of person i by the others of its group: by the angle by which the centre of
+    them is out of view against its velocity, to the centre of all if that is more than (size - 1) /
+    2 m away, and away from each that is near."""
+    begin, end = people.company[i]
+    x, y = people.places[i]
+    vx, vy = people.velocities[i]
+    size, cx, cy, fx, fy = end - begin, 0.0, 0.0, 0.0, 0.0
+    for j in range(begin, end):
+        rx, ry = x - people.places[j, 0], y - people.places[j, 1]
+        cx, cy = cx - rx, cy - ry
+        apart = _length(rx, ry)
+        if 1e-9 < apart < NEAR_M:
+            fx, fy = fx + APART * rx / apart, fy + APART * ry / apart
+    away = _length(cx, cy) / size
+    if away > (size - 1) / 2:
+        fx, fy = fx + ATTRACTION * cx / (size * away), fy + ATTRACTION * cy / (size * away)
+    hidden = max(atan2(abs(vx * cy - vy * cx), vx * cx + vy * cy) - SIDEWAYS, 0.0)
+    return fx - VISION * hidden * vx, fy - VISION * hidden * vy
+
+
 @kernel(types.void(WALKERS, _ROWS, BARRIER, types.float64))
 def walk(people, others, barrier, dt):
     """People walk on for ``dt`` s, among ``others`` [k, 5]: x m, y m, radius m, velocity m/s. A
@@ -151,6 +184,9 @@ def walk(people, others, barrier, dt):
                 px, py = _repulsion(x - people.places[j, 0], y - people.places[j, 1],
                                     people.velocities[j, 0], people.velocities[j, 1], ex, ey)
                 fx, fy = fx + px, fy + py
+        if people.company[i, 1] - people.company[i, 0] > 1:
+            px, py = _company(i, people)
+            fx, fy = fx + px, fy + py
         if people.yields[i]:
             for k in range(len(others)):
                 rx, ry = x - others[k, 0], y - others[k, 1]
