@@ -172,13 +172,14 @@ class GraphContext:
         if segments > 1 or multicast or self._neighbours is not None:
             in_advance = None
         now_ns, own, kind_id = self.kernel.now_ns, ids[source], self._id(kind)
+        self._count(kind, size_bytes, len(frames))
         for medium, to in frames:
-            self._count(kind, size_bytes)
             to_id = medium.id if multicast else ids[to[0]]
             graph.put(pack(now_ns, self._control, own, to_id, kind_id, size_bytes))
             note = None if in_advance is None else in_advance(to[0])
             if note is None:
-                sends = medium if multicast else self.way(medium, source, to)
+                sends = medium if self._neighbours is None or multicast \
+                    else self.way(medium, source, to)
                 if socket is None:
                     sends.transmit(source, to, size_bytes, segments, multicast, carrier, token)
                 else:
@@ -210,10 +211,11 @@ class GraphContext:
         if self._graph.passages is not None:
             self._graph.passages.waited(TimePart.SENDER, since_ns)
 
-    def _count(self, kind: str, size_bytes: int) -> None:
-        """Count a frame."""
-        self.discovery_bytes[kind] = self.discovery_bytes.get(kind, 0) + size_bytes
-        self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + 1
+    def _count(self, kind: str, size_bytes: int, frames: int = 1) -> None:
+        """Count so many frames of one size."""
+        if frames:
+            self.discovery_bytes[kind] = self.discovery_bytes.get(kind, 0) + frames * size_bytes
+            self.discovery_frames[kind] = self.discovery_frames.get(kind, 0) + frames
 
 
 class _Arrivals(Carrier[object]):

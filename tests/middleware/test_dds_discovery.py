@@ -131,7 +131,7 @@ def test_those_of_fast_dds_too():
     assert FAST.acknacks(1).size_bytes - 4 == 166
     assert FAST.acknacks(1, 9).size_bytes - 4 == 170
     announced = FAST.built_in_endpoints((1, 1), "robot_1")
-    in_order = sorted(announced, key=wire.is_reader)
+    in_order = sorted(announced, key=lambda item: item.kind in wire.READERS)
     assert sorted(each.size_bytes for each in announced) == sorted([
         412, 384, 404, 424, 424, 424, 432, 432, 448, 412, 404, 428, 428, 428, 436, 436, 444])
     assert [(letter.chunk.size_bytes - 4 * letter.chunk.packets, letter.chunk.packets, letter.items)

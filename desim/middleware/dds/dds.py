@@ -111,8 +111,9 @@ class Dds:
         items = {one.guid: len(one.endpoints.items) for one in processes}
         if self.server is None:
             domains = [self._domains[one.host] for one in processes]
-            matched = sum(0 < items.get(remote.guid, 0) <= remote.got
-                          for one in processes for remote in one.direct())
+            matched = sum([0 < items.get(remote.guid, 0) <= remote.got
+                           for one in processes for remote in one.remotes.values()
+                           if remote.direct])
             return matched, sum(map(domains.count, domains)) - len(domains)
         server = self.participants.get(self.server)
         clients = [] if server is None else server.direct()
@@ -141,7 +142,7 @@ class Dds:
         hosts = {remote.host: None for remote in me.remotes.values() if topic in remote.readers}
         if topic in me.readers:
             hosts[me.host] = None
-        return tuple(Endpoint(host, "", topic) for host in sorted(hosts))
+        return tuple([Endpoint(host, "", topic) for host in sorted(hosts)])
 
     def transport(self, offer: Offer) -> Transport:
         if offer.transport != TransportKind.STREAM or offer.via != Addressing.UNICAST:
@@ -166,9 +167,11 @@ class Dds:
     def reader(self, host: int, receiver: int, topic: str) -> Guid:
         """The participant on ``receiver`` whose reader a writer of ``host`` has matched, the
         latest if there are several."""
-        me = self.participants[host]
-        return max((remote.guid for remote in me.of(receiver) if topic in remote.readers),
-                   default=NOBODY)
+        found = NOBODY
+        for guid, remote in self.participants[host].remotes.items():
+            if guid[0] == receiver and guid > found and guid[2] == 0 and topic in remote.readers:
+                found = guid
+        return found
 
     def writer(self, guid: Guid, receiver: int, topic: str) -> RemoteParticipant | None:
         """The state that ``receiver`` keeps of ``guid``, if it reads its ``topic``."""
@@ -248,8 +251,8 @@ class Dds:
         former life is not read. Of several heartbeats or acknowledgements in one train any stands
         for all."""
         sender, guid, handler, content = envelope
-        me = self.on(receiver, guid[2])
-        if me is None or me.guid != guid:
+        number, processes = guid[2], self._processes[receiver]  # ``on`` without its call
+        if number >= len(processes) or (me := processes[number]).guid != guid:
             return
         remote = me.remotes.get(sender)
         if remote is not None and remote.direct:

@@ -83,8 +83,8 @@ class SharedRepairs:
             for number in remote.requested:
                 wanted.setdefault(number, []).append(remote)
             remote.requested = ()
-        parts = self._parted(
-            sorted(wanted, key=lambda number: (wire.is_reader(out[number]), number)), out)
+        readers = [number for number in wanted if out[number].kind in wire.READERS]
+        parts = self._parted(sorted(wanted.keys() - readers) + sorted(readers), out)
         mails = [(to, list(same)) for part in parts
                  for to, same in groupby(part, wanted.__getitem__)]
         for to, group in groupby(mails, itemgetter(0)):
@@ -110,10 +110,11 @@ class SharedRepairs:
             return [list(numbers)]
         me, head_bytes = self._me, self._me.dds.wire.head_bytes
         for number in numbers:
-            me.resent_bytes += wire.TIME_BYTES + out[number].size_bytes + (
+            item = out[number]
+            me.resent_bytes += wire.TIME_BYTES + item.size_bytes + (
                 0 if parts[-1] else head_bytes)
             parts[-1].append(number)
-            if self.spent[wire.is_reader(out[number])].over(me.resent_bytes):
+            if self.spent[item.kind in wire.READERS].over(me.resent_bytes):
                 me.resent_bytes += head_bytes + wire.HEARTBEAT_BYTES
                 parts.append([])
         return parts

@@ -145,8 +145,9 @@ class Endpoints:
         out, at = remotes[0].out, 0
         mails: list[Mail] = []
         for chunk, count in letters:
-            mails.append(Mail(chunk.packets, tuple(
-                (number, out[number]) for number in numbers[at:at + count]), None))
+            part = numbers[at:at + count]
+            items = zip(part, map(out.__getitem__, part), strict=True)
+            mails.append(Mail(chunk.packets, tuple(items), None))
             at += count
         mails[-1] = mails[-1]._replace(known=known)
         self._send_all("sedp", remotes, [chunk for chunk, _ in letters], Endpoints.receive,
@@ -170,7 +171,8 @@ class Endpoints:
                   in_advance: Callable[[int], InAdvance | None] | None = None) -> None:
         """Send messages in one train: by multicast if that is usual and there are several remotes.
         """
-        chunk, me, dds = wire.together(chunks), self._me, self._me.dds
+        chunk = chunks[0] if len(chunks) == 1 else wire.together(chunks)
+        me, dds = self._me, self._me.dds
         if me.outbox is not None and not self._multicast:
             post = me.outbox.post
             for remote in remotes:
@@ -272,14 +274,17 @@ class Endpoints:
         """Items have arrived, in messages of a train without the packets ``lost``."""
         if not self._goes_on(remote, series):
             return
-        known = None
+        known, held = None, remote.held
         for mail in wire.whole(mails, lost):
             known = mail.known
-            remote.held.update(each for each in mail.items if each[0] >= remote.got)
-        while remote.got in remote.held:
-            item = remote.held.pop(remote.got)
+            for number, item in mail.items:
+                if number >= remote.got:
+                    held[number] = item
+        learn = self._me.learn
+        while remote.got in held:
+            item = held.pop(remote.got)
             remote.got += 1
-            self._me.learn(remote, item)
+            learn(remote, item)
         if known is not None:
             self.heartbeats(remote, (), series, known, 2, True)
 
@@ -317,8 +322,9 @@ class Endpoints:
     def _answer(self, remote: RemoteParticipant) -> None:
         """Acknowledge, and ask for what is missing if that was not done just now."""
         now_ns = self._context.now_ns
-        missing = tuple(number for number in range(remote.got, remote.known)
-                        if number not in remote.held)
+        missing = tuple(range(remote.got, remote.known))
+        if remote.held:
+            missing = tuple([number for number in missing if number not in remote.held])
         if missing:
             first = missing[0], 0
             wait_ns = remote.nack_timing.wait_ns(first, now_ns, ASK_AGAIN_NS)

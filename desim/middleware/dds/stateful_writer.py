@@ -106,19 +106,16 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
                 self.calls.waiting or self._limited and not self.has_room()):
             self.calls.hold(HeldCall(self, message, [*self._links]))
         else:
-            self._send(message, only)
+            links = self._links
+            to = links.values() if only is None else [links[receiver] for receiver in only]
+            if to:
+                beats = self.piggyback.new(self._dds.message_sizes(message.size_bytes))
+                self._written += only is None
+                for link in to:
+                    link.offer(message, beats)
         if only is None:
             for receiver in self._unrouted:
                 self._drop(message, receiver, "no_route")
-
-    def _send(self, message: Message, only: list[int] | None) -> None:
-        links = self._links
-        to = links.values() if only is None else [links[receiver] for receiver in only]
-        if to:
-            beats = self.piggyback.new(self._dds.message_sizes(message.size_bytes))
-            self._written += only is None
-            for link in to:
-                link.offer(message, beats)
 
     # Calls that wait.
 
@@ -138,7 +135,7 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
         matched."""
         self._written += 1
         self._dds.context.waited(since_ns)
-        self._send(message, [receiver for receiver in receivers if receiver in self._links])
+        self.send(message, [receiver for receiver in receivers if receiver in self._links])
         for receiver in receivers:
             if receiver not in self._links:
                 self._drop(message, receiver, "link_closed")

@@ -83,9 +83,8 @@ class Item(NamedTuple):
     size_bytes: int
 
 
-def is_reader(item: Item) -> bool:
-    """Whether the writer of subscriptions announces it, not the one of publications."""
-    return item.kind.endswith("reader")
+# Kinds of items that the writer of subscriptions announces, not the one of publications.
+READERS = (ItemKind.READER, ItemKind.BUILT_IN_READER)
 
 
 class DdsMessage(NamedTuple):
@@ -120,6 +119,8 @@ M = TypeVar("M", DdsMessage, Mail)
 
 def whole(messages: Iterable[M], lost: Collection[int]) -> list[M]:
     """The messages of a train that are whole, where these of its packets are lost."""
+    if not lost:
+        return list(messages)
     out, start = [], 0
     for message in messages:
         if not any(number in lost for number in range(start, start + message.packets)):
@@ -136,7 +137,7 @@ def together(chunks: Sequence[Chunk]) -> Chunk:
     return Chunk(sum(sizes), sum(packets))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RtpsDialect:
     """The dialect of one implementation."""
 
@@ -152,6 +153,7 @@ class RtpsDialect:
     several_nack_frags: bool  # a reader asks for fragments of several samples in one message
     bundles_bytes: int  # at most, of a message of whole samples that are repeated; 0: each alone
 
+    @cache  # noqa: B019 - there are three dialects
     def udp(self, rtps_bytes: int) -> Chunk:
         """An RTPS message of so many bytes in a UDP datagram. IP fragments it if it does not fit
         one packet."""
@@ -292,7 +294,12 @@ class RtpsDialect:
     def new_endpoints(self, items: Sequence[Item], addressed: bool) -> list[Letter]:
         """SEDP: each in a message of its own, which may be ``addressed`` to one participant."""
         head = HEADER_BYTES + TO_BYTES * addressed + TIME_BYTES
-        return [Letter(self.udp(head + item.size_bytes), 1) for item in items]
+        return self._each(head, *[item.size_bytes for item in items])
+
+    @cache  # noqa: B019 - there are three dialects
+    def _each(self, head_bytes: int, *sizes: int) -> list[Letter]:
+        """A message for each item of these sizes."""
+        return [Letter(self.udp(head_bytes + size), 1) for size in sizes]
 
     def known_endpoints(self, items: Sequence[Item], message_bytes: int, beats: bool,
                         addressed: bool = True) -> list[Letter]:
@@ -303,12 +310,12 @@ class RtpsDialect:
         counts: list[int] = []
         left_bytes, before = 0, None
         for item in items:
-            need = TIME_BYTES + item.size_bytes
-            if need > left_bytes or (self.apart and before != is_reader(item)):
+            need, is_reader = TIME_BYTES + item.size_bytes, item.kind in READERS
+            if need > left_bytes or (self.apart and before != is_reader):
                 sizes.append(HEADER_BYTES + TO_BYTES * addressed)
                 counts.append(0)
                 left_bytes = message_bytes - sizes[-1]
-            before = is_reader(item)
+            before = is_reader
             sizes[-1] += need
             counts[-1] += 1
             left_bytes -= need

@@ -84,7 +84,8 @@ class WriterProxy(Carrier[Acknack]):
     __slots__ = ("_link", "_dds", "_context", "_kernel", "_constants", "_host", "_host_id",
                  "_after", "_writer", "_topic", "_to", "_to_id", "_send", "_post", "_next",
                  "_known", "_held", "_parts", "_timer", "_due_ns", "_seen", "_remote",
-                 "_preemptive", "_nack_timing", "_asked", "_acked", "_acked_ns")
+                 "_preemptive", "_nack_timing", "_asked", "_acked", "_acked_ns",
+                 "_record", "_ack_bytes")
 
     def __init__(self, link: ReaderProxy, dds: Dds, offer: Offer, host: int,
                  medium: Route) -> None:
@@ -96,7 +97,8 @@ class WriterProxy(Carrier[Acknack]):
         self._writer = dds.participants[source].guid
         self._topic = offer.publisher.topic
         self._to, self._to_id = (source,), context.host_ids[source]
-        self._send, self._post = medium.transmit, medium.post
+        self._send, self._post, self._record = medium.transmit, medium.post, context.record
+        self._ack_bytes = dds.ack_chunk.size_bytes
         self._next = 1
         self._known = 0
         self._held: dict[int, ReliableSample] = {}
@@ -263,9 +265,8 @@ class WriterProxy(Carrier[Acknack]):
         base, now_ns = self._next, self._kernel.now_ns
         if base == self._acked and now_ns < self._acked_ns + self._constants.ack_again_ns:
             return
-        size_bytes = self._dds.ack_chunk.size_bytes
+        size_bytes, post = self._ack_bytes, self._post
         self._record_answer(base, 0, size_bytes)
-        post = self._post
         due_ns = post(self._host, self._to, size_bytes, self, (base, (), False))
         if due_ns is not None:
             self._link.acknowledged_at(due_ns, base)
@@ -276,7 +277,8 @@ class WriterProxy(Carrier[Acknack]):
         if not self._known and base == 1:
             self._context.record_control("acknack", self._host, self._to_id, size_bytes)
         self._asked, self._acked, self._acked_ns = False, base, now_ns
-        self._context.record("acknack", self._host, self._to_id, base, missing)
+        record = self._record
+        record("acknack", self._host, self._to_id, base, missing)
 
     def _missing(self) -> Missing:
         """The samples and fragments that the reader lacks: an ACKNACK and NACK_FRAGs (of Cyclone
