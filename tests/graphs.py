@@ -14,6 +14,7 @@ from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
+from desim.middleware.graph_options import GraphOptions
 from desim.middleware.node import Node
 from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
@@ -73,7 +74,7 @@ class Net:
                 Memory(costs, memory_bytes) if isinstance(costs, MemoryModel) else None)
                 for host in nodes}
         self.graph = Graph(self.kernel, self.names, self.trace, streams, middleware or Direct(),
-                           nodes, **options)
+                           nodes, GraphOptions(**options))
         hosts = [host.name for host in self.graph.hosts]
         self.media = {}
         for name, (own, its_rules, attached) in {"lan": (model or Ideal(Ideal.Params()), rules, on),

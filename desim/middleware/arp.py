@@ -6,7 +6,7 @@ States and times are those of Linux (net/core/neighbour.c, net/ipv4/arp.c).
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from desim.engine.kernel import Phase, pair
 from desim.middleware.headers import LEAST_FRAME_BYTES
@@ -35,8 +35,17 @@ NONE, INCOMPLETE, FAILED, STALE, DELAY, PROBE, REACHABLE = range(7)
 QUESTION, ANSWER = range(2)
 
 
-# The arguments of ``transmit``.
-Frame = tuple[int, tuple[int, ...], int, int, bool, AnyCarrier, object]
+class WaitingFrame(NamedTuple):
+    """A frame that waits for an address since ``since_ns``, as ``transmit`` takes it."""
+
+    since_ns: int
+    source: int
+    receivers: tuple[int, ...]
+    size_bytes: int
+    segments: int
+    broadcast: bool
+    carrier: AnyCarrier
+    token: object
 
 
 class Neighbours:
@@ -100,7 +109,7 @@ class Neighbour(Carrier[int]):
     def __init__(self, all_: Neighbours, medium: Route, host: int, peer: int, entity: int) -> None:
         self.confirmed_ns = self.used_ns = -DELAY_NS - REACHABLE_NS
         self._state = NONE
-        self._queue: deque[tuple[int, Frame]] = deque()  # with the time since when each waits
+        self._queue: deque[WaitingFrame] = deque()
         self._probes = 0
         self._call: Handle | None = None
         self._all = all_
@@ -116,7 +125,8 @@ class Neighbour(Carrier[int]):
         """As ``Medium.transmit``. (``*frame`` would cost a thousand instructions more.)"""
         if self._state <= STALE:
             if self._state < STALE:
-                self._hold((source, receivers, size_bytes, segments, broadcast, carrier, token))
+                self._hold(WaitingFrame(self._kernel.now_ns, source, receivers, size_bytes,
+                                        segments, broadcast, carrier, token))
                 return None
             self._state = DELAY
             self._set_timer(DELAY_NS)
@@ -152,10 +162,10 @@ class Neighbour(Carrier[int]):
             self.confirmed_ns = self._kernel.now_ns
             self._set_timer(self._all.reachable_ns(self._host))
         queue, self._queue = self._queue, deque()
-        for since_ns, frame in queue:
+        for frame in queue:
             if self._all.passages is not None:
-                self._all.passages.waited(TimePart.RESOLUTION, since_ns)
-            self.transmit(*frame)
+                self._all.passages.waited(TimePart.RESOLUTION, frame.since_ns)
+            self.transmit(*frame[1:])
 
     # Timers.
 
@@ -183,15 +193,15 @@ class Neighbour(Carrier[int]):
             self._state = FAILED
             self._lose("no_neighbour")
 
-    def _hold(self, frame: Frame) -> None:
+    def _hold(self, frame: WaitingFrame) -> None:
         """Queue a frame until the address is known; drop the oldest above QUEUE_BYTES."""
-        now_ns = self._kernel.now_ns
-        self._queue.append((now_ns, frame))
+        queue = self._queue
+        queue.append(frame)
         if self._all.passages is not None:
-            frame[5].first_sent(frame[6], now_ns)
-        while sum(waiting[2] for _, waiting in self._queue) > QUEUE_BYTES and len(self._queue) > 1:
-            *_, carrier, token = self._queue.popleft()[1]
-            carrier.lost(token, self._peer, "no_neighbour")
+            frame.carrier.first_sent(frame.token, frame.since_ns)
+        while sum(waiting.size_bytes for waiting in queue) > QUEUE_BYTES and len(queue) > 1:
+            oldest = queue.popleft()
+            oldest.carrier.lost(oldest.token, self._peer, "no_neighbour")
         if self._state != INCOMPLETE:
             self._ask(INCOMPLETE)
 
@@ -213,10 +223,10 @@ class Neighbour(Carrier[int]):
 
     def _lose(self, reason: str) -> None:
         queue, self._queue = self._queue, deque()
-        for _, (*_, carrier, token) in queue:
-            carrier.lost(token, self._peer, reason)
+        for frame in queue:
+            frame.carrier.lost(frame.token, self._peer, reason)
             if reason == "no_neighbour":
-                carrier.unresolved(token)
+                frame.carrier.unresolved(frame.token)
 
     def _set_timer(self, delay_ns: int) -> None:
         self._cancel_timer()

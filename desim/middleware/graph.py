@@ -18,41 +18,37 @@ came to a host where nobody listens any more).
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from desim.computers.computer import Computer
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace, pack, pack_each
 from desim.errors import InputError, below, did_you_mean
 from desim.middleware.batches.publisher import BatchPublisher
-from desim.middleware.batches.way import TakesArrivals, pack_delivered
 from desim.middleware.busy.host import BusyHost
 from desim.middleware.context import GraphContext
+from desim.middleware.fates import TakesArrivals, pack_delivered
+from desim.middleware.graph_options import PLAIN, GraphOptions
 from desim.middleware.host import Host, receive_all
 from desim.middleware.message import Message
 from desim.middleware.routes import Routing
 from desim.middleware.topics import Latest, Topic
 from desim.ports import natural_key
 from desim.ports.middleware import HasDomains, Middleware
-from desim.scenario.schema.sockets import Sockets
 
 if TYPE_CHECKING:
-    from desim.middleware.busy.timed_executor import PublishingCallback
     from desim.network.association_rows import AssociationRows
     from desim.network.background import BackgroundFlow
     from desim.network.medium import Medium
-    from desim.network.passages import Passages
 
 _SELDOM = (1 << 12) - 1  # rows and latencies are flushed after so many messages: a mask
 
 # A message, the host that has it, since when (ns); the instants of its first and its last frame.
 Arrival = tuple[Message, Host, int, int, int]
-OnFate = Callable[[Message, int, int, "str | None", int, int], object]
 # Host, kind, points [n, 2] m, texts [n] or none.
 OnDisplay = Callable[[str, str, np.ndarray, tuple[str, ...]], object]
 
@@ -61,33 +57,20 @@ class Graph:
     """All hosts and topics of a run, and the account of every message.
 
     ``hosts``: names in any order; their indices follow the natural order, and ``by_name`` has them
-    all. ``others``: how many hosts outside of the fleet its media have, with the indices after.
-    ``payloads`` says when a lazy content is read: ``lazy`` (by the callback that wants it),
-    ``birth`` or ``delivery``; no result depends on it. ``on_fate(message, receiver, time_ns,
-    reason, first_ns, last_ns)`` is called with each message's fate at each receiving host:
-    ``reason`` None for delivered, the instants of its first and last frame, -1 for a message that
-    never became a frame. If it ``TakesArrivals``, it gets deliveries in its way. Where there is a
-    ledger, ``passages`` are those of its media, and ``callbacks`` gets the callbacks that publish,
-    if computers get busy. ``computers``: those of all hosts by name; None: callbacks take no time.
-    ``sockets``: the buffers of each host's UDP sockets (None: Linux's)."""
+    all."""
 
     def __init__(self, kernel: Kernel, names: Names, trace: Trace, streams: Streams,
-                 middleware: Middleware, hosts: Iterable[str], *, others: int = 0,
-                 payloads: str = "lazy", on_fate: OnFate | None = None,
-                 passages: Passages | None = None,
-                 callbacks: list[PublishingCallback] | None = None,
-                 computers: Mapping[str, Computer] | None = None,
-                 sockets: Sockets | None = None) -> None:
-        if payloads not in ("lazy", "birth", "delivery"):
-            raise InputError(f"payloads are read lazy, at birth or at delivery, not {payloads!r}")
+                 middleware: Middleware, hosts: Iterable[str], options: GraphOptions = PLAIN
+                 ) -> None:
         self.kernel, self.names, self.trace, self.streams = kernel, names, trace, streams
         self.put = trace.put
         self.middleware = middleware
-        self.payloads = payloads
-        self.read_at_birth = payloads == "birth"
-        self._read_at_delivery = payloads == "delivery"
-        self.on_fate, self.passages, self.callbacks = on_fate, passages, callbacks
-        self.sockets = sockets or Sockets()
+        self.payloads, computers = options.payloads, options.computers
+        self.read_at_birth = self.payloads == "birth"
+        self._read_at_delivery = self.payloads == "delivery"
+        self.on_fate = on_fate = options.on_fate
+        self.passages = options.passages
+        self.callbacks, self.sockets = options.callbacks, options.sockets
         self._takes = takes = on_fate if isinstance(on_fate, TakesArrivals) else None
         self.on_arrivals = None if takes is None else takes.arrivals
         self._note_delivered = None if takes is None else takes.note_delivered
@@ -113,7 +96,7 @@ class Graph:
         self.hosts = [Host(self, name, index) if computers is None
                       else BusyHost(self, name, index, computers[name])
                       for index, name in enumerate(sorted(hosts, key=natural_key))]
-        self.up = [False] * len(self.hosts) + [True] * others
+        self.up = [False] * len(self.hosts) + [True] * options.others
         self._packed_ids = [host.packed_id for host in self.hosts]
         for host in self.hosts:
             host.last_arrival_ns = array("q", bytes(8 * len(self.hosts)))

@@ -7,7 +7,7 @@ from struct import Struct
 import numpy as np
 
 from desim.middleware.busy.timed_executor import PublishingCallback
-from desim.middleware.graph import OnFate
+from desim.middleware.fates import OnFate
 from desim.middleware.message import Message
 from desim.network.passages import Passage, Passages, Stamp
 from desim.ports import TimePart

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from operator import attrgetter, itemgetter
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from desim.engine.kernel import Phase
 from desim.engine.trace import pack
@@ -18,6 +18,7 @@ from desim.middleware.transports import Stream, StreamLink
 from desim.ports.middleware import Addressing, Offer, Transport
 
 if TYPE_CHECKING:
+    from desim.middleware.batches.batch import Member
     from desim.middleware.host import Host
 
 
@@ -78,33 +79,6 @@ class Subscription:
         self.callback = self._own if held is None else keep
 
 
-class Expecting(Protocol):
-    """A link with a message on its way that nobody waits for: its arrival is no event."""
-
-    def land(self, message: Message, due_ns: int) -> object:
-        """``message`` arrived at ``due_ns``, and was taken."""
-
-    def await_(self, message: Message, due_ns: int) -> object:
-        """Somebody waits for ``message`` now: make an event of its arrival at ``due_ns``."""
-
-
-class Feed(Protocol):
-    """One place of a publisher's batches, whose messages are made when they are read."""
-
-    @property
-    def size_bytes(self) -> int:
-        """The size of each of them."""
-
-    def newer(self, known: Message | None) -> Message | None:
-        """Its last message that has arrived, unless it is ``known`` or older."""
-
-    def landed(self) -> int:
-        """The number of messages that have arrived so far."""
-
-    def release(self) -> None:
-        """Make events of arrivals that are still to come, at all places of the batches."""
-
-
 class Latest:
     """A subscription without a callback: the newest message waits here until its node reads it, as
     in a node that spins at its own rate (ros::spinOnce with a queue of one). Messages are put here
@@ -117,11 +91,11 @@ class Latest:
     __slots__ = ("feed", "number", "host", "_message", "_unread", "_expected", "_ready")
 
     def __init__(self, host: Host, wait_set: WaitSet | None = None) -> None:
-        self.feed: Feed | None = None
+        self.feed: Member | None = None
         self.host = host
         self._message: Message | None = None
         self._unread = False
-        self._expected: list[tuple[int, Expecting, Message]] = []  # by time of arrival
+        self._expected: list[tuple[int, StreamLink, Message]] = []  # by time of arrival
         self._ready = None if wait_set is None else wait_set.ready
         self.number = 0 if wait_set is None else wait_set.join()
 
@@ -151,7 +125,7 @@ class Latest:
         if self._ready is not None:
             self._ready[self] = None
 
-    def expect(self, link: Expecting, message: Message, due_ns: int) -> None:
+    def expect(self, link: StreamLink, message: Message, due_ns: int) -> None:
         """``message`` will arrive over ``link`` at ``due_ns``."""
         self._expected.append((due_ns, link, message))
         if len(self._expected) > 1:
@@ -180,7 +154,7 @@ class Latest:
         if not expected:
             self.host.graph.expecting.pop(self, None)
 
-    def take_from(self, feed: Feed | None) -> None:
+    def take_from(self, feed: Member | None) -> None:
         """From now on messages come from ``feed``, too."""
         self.catch_up()
         self.feed = feed

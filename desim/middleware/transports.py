@@ -209,7 +209,7 @@ class StreamLink(Carrier["Message"]):
         latest.expect(self, message, arrival_ns)
 
     def land(self, message: Message, due_ns: int) -> None:
-        """The message arrived at ``due_ns``."""
+        """The message, whose arrival was no event, arrived at ``due_ns`` and was taken."""
         host, flights = self._host, self._flights
         assert flights is not None
         note, enter = flights.landed, self._graph.landed
@@ -221,7 +221,7 @@ class StreamLink(Carrier["Message"]):
         enter((message, host, due_ns, self._first_ns, self._sent_ns))
 
     def await_(self, message: Message, due_ns: int) -> None:
-        """Somebody waits for the message on the wire."""
+        """Somebody waits for the message on the wire now, which arrives at ``due_ns``."""
         self._latest = None
         self.book(message, due_ns)
 

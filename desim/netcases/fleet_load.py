@@ -16,6 +16,7 @@ from pydantic import Field
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
+from desim.middleware.graph_options import GraphOptions
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -149,7 +150,7 @@ class LoadRun:
         place.obstacles = parts.world.obstacles()
         place.antennas = _host_places(parts).antennas
         self.graph = wired(parts.scenario, place, kernel, Trace(Names()), streams, hosts,
-                           on_fate=self._settle)
+                           GraphOptions(on_fate=self._settle))
         for host in self.graph.hosts:
             host.software = self._nodes
 

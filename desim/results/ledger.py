@@ -12,7 +12,7 @@ import pyarrow as pa
 from desim.engine.trace import Names, RowSink
 from desim.errors import InputError
 from desim.middleware.busy.timed_executor import PublishingCallback
-from desim.middleware.graph import OnFate
+from desim.middleware.fates import OnFate
 from desim.middleware.message_ledger import PARTS, ROW, STAMP, MessageLedger
 from desim.network.passages import KnownMedium, Passages
 from desim.results.association_waits import association_waits

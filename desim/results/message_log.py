@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from desim.middleware.batches.way import BatchArrivals, pack_delivered
+from desim.middleware.fates import BatchArrivals, pack_delivered
 from desim.middleware.message import Message
 
 BATCH = 1 << 14  # rows at a time: 1.3 MB, a row group of the table

@@ -18,7 +18,8 @@ from desim.engine.garbage import rare_collections
 from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, RowSink, Trace
-from desim.middleware.graph import OnFate
+from desim.middleware.fates import OnFate
+from desim.middleware.graph_options import GraphOptions
 from desim.middleware.host import Host
 from desim.middleware.message_ledger import MessageLedger
 from desim.middleware.node import Node
@@ -98,11 +99,11 @@ class Simulation:
         busy = computers_of(scenario, self.plan, self.kernel, self.trace)
         self._nodes = cluster_nodes_of(scenario, self.plan, self.kernel, busy) if busy else {}
         self.graph = wired(scenario, places, self.kernel, self.trace, self.streams,
-                           [host.name for host in self.plan], payloads=payloads,
-                           on_fate=on_fate if ledger is None else ledger,
-                           passages=None if ledger is None else ledger.passages,
-                           callbacks=None if ledger is None else ledger.callbacks,
-                           computers=busy)
+                           [host.name for host in self.plan], GraphOptions(
+                               payloads=payloads, on_fate=ledger or on_fate,
+                               passages=None if ledger is None else ledger.passages,
+                               callbacks=None if ledger is None else ledger.callbacks,
+                               computers=busy))
         set_clocks(self.graph, self.plan)
         self._signals = LinkSignals(self.graph, places)
         # The observer, and what drives sensors and motors.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from math import nan
 from typing import Any
@@ -11,13 +12,12 @@ from typing import Any
 import numpy as np
 
 from desim import plugins
-from desim.computers.computer import Computer
 from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Trace
 from desim.errors import InputError, below
-from desim.middleware.busy.timed_executor import PublishingCallback
-from desim.middleware.graph import Graph, OnFate, give_interfaces
+from desim.middleware.graph import Graph, give_interfaces
+from desim.middleware.graph_options import PLAIN, GraphOptions
 from desim.middleware.link_states import LinkStates
 from desim.network.association_rows import AssociationRows
 from desim.network.background import (
@@ -30,7 +30,6 @@ from desim.network.background import (
 )
 from desim.network.itemized_medium import ItemizedMedium
 from desim.network.medium import Medium
-from desim.network.passages import Passages
 from desim.network.scoped_rule import scoped
 from desim.network.surroundings import Surroundings
 from desim.ports import KnowsHandovers, Obstacles, Rule, Snapshot, World, antenna, model_of
@@ -80,19 +79,16 @@ def _rows(indices: np.ndarray) -> slice | np.ndarray:
 
 
 def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace, streams: Streams,
-          hosts: Sequence[str], *, payloads: str = "lazy", on_fate: OnFate | None = None,
-          passages: Passages | None = None, callbacks: list[PublishingCallback] | None = None,
-          computers: Mapping[str, Computer] | None = None) -> Graph:
-    """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware and media;
-    ``payloads``, ``on_fate``, ``passages``, ``callbacks`` and ``computers`` as ``Graph`` takes
-    them. Raises ``InputError`` that begins with the path of what does not fit."""
+          hosts: Sequence[str], options: GraphOptions = PLAIN) -> Graph:
+    """A graph of ``hosts`` that stand at ``place``, with the scenario's middleware, media and
+    sockets. Raises ``InputError`` that begins with the path of what does not fit."""
     with below("middleware"):
         middleware = _plugin(scenario.middleware)
     others = scenario.network.others
-    graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, others=len(others),
-                  payloads=payloads, on_fate=on_fate, passages=passages, callbacks=callbacks,
-                  computers=computers, sockets=scenario.network.sockets)
-    new_medium = Medium if passages is None else partial(ItemizedMedium, passages)
+    graph = Graph(kernel, trace.names, trace, streams, middleware, hosts, replace(
+        options, others=len(others), sockets=scenario.network.sockets))
+    new_medium = (Medium if options.passages is None
+                  else partial(ItemizedMedium, options.passages))
 
     mark = graph.routes.mark if any(
         choice.dscp for choice in scenario.topics.values()) else None

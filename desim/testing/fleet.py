@@ -14,6 +14,7 @@ from desim.engine.kernel import Kernel, Phase
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph
+from desim.middleware.graph_options import GraphOptions
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
@@ -92,7 +93,7 @@ class Fleet:
         self.kernel, names = Kernel(), Names()
         self.trace, streams = Trace(names), Streams(seed)
         self.graph = Graph(self.kernel, names, self.trace, streams, middleware, hosts,
-                           on_fate=self._fate)
+                           GraphOptions(on_fate=self._fate))
         self.hosts = self.graph.hosts
         self.apart = Apart(len(self.hosts))
         self.graph.attach(Medium("lan", model or ImmediateNetwork(), [self.apart, *rules],

@@ -20,6 +20,7 @@ from desim.engine.trace import Names, Trace
 from desim.middleware.dds.wire import CYCLONEDDS
 from desim.middleware.direct import Direct
 from desim.middleware.graph import Graph
+from desim.middleware.graph_options import GraphOptions
 from desim.middleware.host import Host
 from desim.middleware.node import Node
 from desim.network.carrier import Carrier
@@ -163,8 +164,8 @@ class UdpPath:
         buffers = {name: f"{2 * path.of(f'{name}_bytes'):.0f} B"
                    for name in ("send_buffer", "receive_buffer") if path.of(f"{name}_bytes")}
         graph = Graph(self.kernel, names, Trace(names), streams, Direct(Direct.Params()),
-                      ("a", "b"), sockets=Sockets(
-                          read=f"{path.of('reader_sleeps_ms')} ms", **buffers))
+                      ("a", "b"), GraphOptions(sockets=Sockets(
+                          read=f"{path.of('reader_sleeps_ms')} ms", **buffers)))
         link, chance = plugins.load("network", "link"), plugins.load("rule", "loss")
         rate_mbps = path.of("rate_mbps") * (1 + CHECK_SEQUENCE_BYTES / TOKEN_BUCKET_BYTES)
         self.medium = Medium(

@@ -116,6 +116,7 @@ class Member(Carrier[Batch]):
 
     @property
     def size_bytes(self) -> int:
+        """The size of each message."""
         return self._batches.size_bytes
 
     def landed(self) -> int:
@@ -126,7 +127,7 @@ class Member(Carrier[Batch]):
         return batch.ordinal - self._elsewhere + (batch is not last and self.index in last.given)
 
     def release(self) -> None:
-        """See ``Feed``."""
+        """Make events of arrivals that are still to come, at all places of the batches."""
         self._batches.release()
 
     def give(self, batch: Batch) -> None:

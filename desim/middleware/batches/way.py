@@ -2,57 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain, compress
-from struct import Struct
-from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from desim.engine.kernel import Phase
 from desim.engine.trace import ROW
 from desim.middleware.batches.batch import Batch, Member
+from desim.middleware.fates import BatchArrivals
 from desim.network.medium import Medium
 from desim.units import NEVER_NS
 
 if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.topics import Publisher
-
-
-class BatchArrivals(NamedTuple):
-    """Messages of one host that were delivered: the host, their size, and arrays of their numbers,
-    trace ids of their topics, receiving hosts, births (when their frames were sent, too) and
-    arrivals."""
-
-    source: int
-    size_bytes: int
-    numbers: np.ndarray
-    topics: np.ndarray
-    receivers: np.ndarray
-    born_ns: np.ndarray
-    arrived_ns: np.ndarray
-
-
-# A message that was delivered: number, topic's id, source, receiver, bytes, the times (ns) of its
-# birth, of its first frame and of its last one, 0, and the time (ns) of its arrival.
-pack_delivered = Struct("<10q").pack
-
-
-@runtime_checkable
-class TakesArrivals(Protocol):
-    """A listener to the fates of messages that takes deliveries as rows, and many at once."""
-
-    @property
-    def note_delivered(self) -> Callable[[bytes], object]:
-        """A message was delivered: ``pack_delivered`` of it."""
-
-    def flush_if_full(self) -> object:
-        """Now and then there is time to pass on what was delivered."""
-
-    def arrivals(self, batch: BatchArrivals) -> object:
-        """All of these messages were delivered."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,13 @@ from desim.engine.trace import pack
 from desim.middleware.busy.executor import Executor
 from desim.middleware.contents import Content
 from desim.middleware.message import Message
-from desim.middleware.topics import Expecting, Feed, Latest, Publisher, Subscription, Topic, WaitSet
+from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
 from desim.ports.middleware import Addressing, Offer
 
 if TYPE_CHECKING:
+    from desim.middleware.batches.batch import Member
     from desim.middleware.busy.host import BusyHost
+    from desim.middleware.transports import StreamLink
 
 
 class QueuedSubscription(Subscription):
@@ -100,13 +102,13 @@ class PaidLatest(Latest):
                 executor.owed_ns += fresh * executor.receive_ns(trigger, size_bytes)
         return True
 
-    def take_from(self, feed: Feed | None) -> None:
+    def take_from(self, feed: Member | None) -> None:
         self.charge_readers()
         super().take_from(feed)
         self._paid = 0
         self._mark_uncharged()
 
-    def expect(self, link: Expecting, message: Message, due_ns: int) -> None:
+    def expect(self, link: StreamLink, message: Message, due_ns: int) -> None:
         super().expect(link, message, due_ns)
         self._mark_uncharged()
 
@@ -161,6 +163,7 @@ class HeldPublisher(Publisher):
             calling.owed_ns += calling.send_ns(self._name, content.size_bytes, self._links)
 
     def release(self, content: Content) -> None:
+        """The callback that published ``content`` is over: send it."""
         self._newest_bytes = content.size_bytes
         Publisher.publish(self, content)  # ``super()`` costs as much as two calls
         if self._receivers:

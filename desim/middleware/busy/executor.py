@@ -12,12 +12,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
-from desim.computers.computer import Computer
 from desim.computers.processors import Job
 from desim.ports.arguments import check_work
 from desim.ports.computers import QUANTITIES
 
 if TYPE_CHECKING:
+    from desim.middleware.busy.endpoints import HeldPublisher, PaidLatest
+    from desim.middleware.busy.host import BusyHost
     from desim.middleware.contents import Content
 
 
@@ -39,34 +40,6 @@ class QueuedCallback(Protocol):
         """Its time is over."""
 
 
-class HoldingPublisher(Protocol):
-    """A publisher that holds back its messages."""
-
-    def release(self, content: Content) -> None:
-        """Publish ``content`` now."""
-
-
-class PolledSubscription(Protocol):
-    """A subscription without a callback, which its node reads when it runs."""
-
-    def charge_readers(self) -> bool:
-        """Charge the nodes that read it for the receipt of what has arrived by now. Returns whether
-        more messages may arrive without an event."""
-
-
-class ExecutorHost(Protocol):
-    """The host of executors. ``calling``: the one whose callback is being called now. After each
-    callback ``after_callback``, if it is not None, gets the name of its node."""
-
-    name: str
-    computer: Computer
-    calling: Executor | None
-    after_callback: Callable[[str], object] | None
-
-    def wake(self, executor: Executor) -> None:
-        """``executor`` has something in its queue, and may be idle."""
-
-
 class Executor(Job):
     """Runs the callbacks of ``node``, a node of ``host``. ``program``: its name without its
     namespace, by which cost models know it.
@@ -82,19 +55,19 @@ class Executor(Job):
     __slots__ = ("node", "program", "receive_ns", "send_ns", "owed_ns", "uncharged", "queue", "add",
                  "current", "held", "computing_ns", "host", "_processors", "_work")
 
-    def __init__(self, node: str, program: str, host: ExecutorHost) -> None:
+    def __init__(self, node: str, program: str, host: BusyHost) -> None:
         super().__init__(host.computer.priorities.get(program, 0))
         self.node, self.program = node, program
         self.host, self._processors = host, host.computer.processors
         costs = host.computer.costs
         self.receive_ns, self.send_ns = costs.receive_ns, costs.send_ns
         self.owed_ns = self.computing_ns = 0
-        self.uncharged: dict[PolledSubscription, None] = {}
+        self.uncharged: dict[PaidLatest, None] = {}
         self.queue: list[QueuedCallback] = []  # short: a deque would fill more of the caches
         self.add: Callable[[QueuedCallback], object] = self.queue.append
         self.current: QueuedCallback | None = None  # was called; its time may be over
         self._work: dict[str, int] = {}  # of it, as far as the node has declared it
-        self.held: list[tuple[HoldingPublisher, Content]] = []  # published by it
+        self.held: list[tuple[HeldPublisher, Content]] = []  # published by it
 
     def cost_of(self, trigger: str) -> Callable[[Mapping[str, int]], int]:
         """``CostModel.callback_ns`` of this node, as a function of the quantities."""

@@ -32,8 +32,8 @@ class BusyHost(Host):
     """A host whose callbacks run on the processors of ``computer``, those of a node one at a time.
 
     Nothing else takes time there: neither frames, nor the middleware's own messages, nor drivers,
-    which stand for sensors and motors. ``after_callback`` checks the limit of memory, if there is
-    one.
+    which stand for sensors and motors. ``after_callback`` gets the name of the node after each
+    callback, and checks the limit of memory, if there is one.
     """
 
     __slots__ = ("computer", "memory", "after_callback", "programs", "_executors",
