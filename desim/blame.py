@@ -111,13 +111,14 @@ def _host(owner: object) -> str | None:
     from desim.middleware.busy.memory import HostMemory
     from desim.middleware.host import Host
     from desim.middleware.node import Node
-    from desim.middleware.topics import Latest, Publisher
+    from desim.middleware.topics import PolledSubscription, Publisher
     from desim.network.medium import Medium
     from desim.robot.coordination.context import HostContext
     from desim.robot.localization.context import SensorContext
     from desim.robot.sharing.context import MapContext
 
-    if isinstance(owner, Node | Executor | HostMemory | Latest | Publisher | QueuedSubscription):
+    if isinstance(owner, Node | Executor | HostMemory | PolledSubscription | Publisher
+                  | QueuedSubscription):
         return owner.host.name
     if isinstance(owner, Host | HostContext | MapContext | SensorContext):
         return owner.name

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from desim.errors import ModelError, class_of
-from desim.ports.middleware import CarriesMessages, Endpoint, Middleware, Offer, Transport
+from desim.ports.middleware import Advertisement, CarriesMessages, Endpoint, Middleware, Transport
 
 
-def transport_of(middleware: CarriesMessages, offer: Offer) -> Transport:
-    """The transport of a middleware for an offer. Raises ``ModelError`` unless it is one."""
-    transport = middleware.transport(offer)
+def transport_of(middleware: CarriesMessages, advertised: Advertisement) -> Transport:
+    """The transport of a middleware for an advertised. Raises ``ModelError`` unless it is one."""
+    transport = middleware.transport(advertised)
     missing = [f"{name}()" for name in ("connect", "send", "close", "waiting")
                if not callable(getattr(transport, name, None))]
     if missing:
         raise ModelError(f"{class_of(middleware)} gave the transport {transport!r} for "
-                         f"{offer.publisher.topic}, which has no {', '.join(missing)}")
+                         f"{advertised.publisher.topic}, which has no {', '.join(missing)}")
     return transport
 
 

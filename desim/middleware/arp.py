@@ -102,22 +102,23 @@ class Neighbour(Carrier[int]):
     question also confirms its address here."""
 
     protocol = "arp"
-    __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_all",
+    __slots__ = ("confirmed_ns", "used_ns", "_state", "_queue", "_probes", "_call", "_tables",
                  "_medium", "_transmit", "_host", "_peer", "_entity", "_kernel", "_tick_ns",
                  "_up_ns")
 
-    def __init__(self, all_: Neighbours, medium: Route, host: int, peer: int, entity: int) -> None:
+    def __init__(self, tables: Neighbours, medium: Route, host: int, peer: int, entity: int
+                 ) -> None:
         self.confirmed_ns = self.used_ns = -DELAY_NS - REACHABLE_NS
         self._state = NONE
         self._queue: deque[WaitingFrame] = deque()
         self._probes = 0
         self._call: Handle | None = None
-        self._all = all_
+        self._tables = tables
         self._medium, self._transmit = medium, medium.transmit
         self._host, self._peer = host, peer
         self._entity = entity
-        self._kernel = all_.context.kernel
-        self._tick_ns, self._up_ns = all_.tick_ns, all_.up_ns(host)
+        self._kernel = tables.context.kernel
+        self._tick_ns, self._up_ns = tables.tick_ns, tables.up_ns(host)
 
     def transmit(self, source: int, receivers: tuple[int, ...], size_bytes: int, segments: int,
                  broadcast: bool, carrier: Carrier[T_contra],
@@ -144,9 +145,9 @@ class Neighbour(Carrier[int]):
 
     def arrived(self, what: int, receiver: int) -> None:
         if what == QUESTION:
-            self._all.of(self._medium, self._peer, self._host).answer_question()
+            self._tables.of(self._medium, self._peer, self._host).answer_question()
         else:
-            self._all.of(self._medium, self._peer, self._host).found(REACHABLE)
+            self._tables.of(self._medium, self._peer, self._host).found(REACHABLE)
 
     def answer_question(self) -> None:
         """The peer asks for this host's address, and its question holds its own."""
@@ -160,11 +161,11 @@ class Neighbour(Carrier[int]):
         self._state = state
         if state == REACHABLE:
             self.confirmed_ns = self._kernel.now_ns
-            self._set_timer(self._all.reachable_ns(self._host))
+            self._set_timer(self._tables.reachable_ns(self._host))
         queue, self._queue = self._queue, deque()
         for frame in queue:
-            if self._all.passages is not None:
-                self._all.passages.waited(TimePart.RESOLUTION, frame.since_ns)
+            if self._tables.passages is not None:
+                self._tables.passages.waited(TimePart.RESOLUTION, frame.since_ns)
             self.transmit(*frame[1:])
 
     # Timers.
@@ -174,7 +175,7 @@ class Neighbour(Carrier[int]):
         self._call = None
         now_ns, state = self._kernel.now_ns, self._state
         if state == REACHABLE:
-            late_ns = now_ns - self.confirmed_ns - self._all.reachable_ns(self._host)
+            late_ns = now_ns - self.confirmed_ns - self._tables.reachable_ns(self._host)
             if late_ns < 0:
                 self._set_timer(-late_ns)
             elif now_ns <= self.used_ns + DELAY_NS:
@@ -184,7 +185,7 @@ class Neighbour(Carrier[int]):
                 self._state = STALE
         elif state == DELAY and now_ns <= self.confirmed_ns + DELAY_NS:
             self._state = REACHABLE
-            self._set_timer(self._all.reachable_ns(self._host))
+            self._set_timer(self._tables.reachable_ns(self._host))
         elif state == DELAY:
             self._ask(PROBE)
         elif self._probes < PROBES:
@@ -197,7 +198,7 @@ class Neighbour(Carrier[int]):
         """Queue a frame until the address is known; drop the oldest above QUEUE_BYTES."""
         queue = self._queue
         queue.append(frame)
-        if self._all.passages is not None:
+        if self._tables.passages is not None:
             frame.carrier.first_sent(frame.token, frame.since_ns)
         while sum(waiting.size_bytes for waiting in queue) > QUEUE_BYTES and len(queue) > 1:
             oldest = queue.popleft()
@@ -216,7 +217,7 @@ class Neighbour(Carrier[int]):
         self._send(QUESTION)
 
     def _send(self, what: int) -> None:
-        context = self._all.context
+        context = self._tables.context
         broadcast = what == QUESTION and self._state == INCOMPLETE
         context.record_control("arp", self._host, context.host_ids[self._peer], ARP_BYTES)
         self._transmit(self._host, (self._peer,), ARP_BYTES, 1, broadcast, self, what)

@@ -24,6 +24,7 @@ from desim.network.carrier import BEFORE_NS, Carrier
 from desim.ports import TimePart
 from desim.ports.middleware import (
     Addressing,
+    Advertisement,
     CarriesMessages,
     DatagramSocket,
     Endpoint,
@@ -31,7 +32,6 @@ from desim.ports.middleware import (
     InAdvance,
     Informs,
     Middleware,
-    Offer,
     Published,
     Sends,
     Transport,
@@ -59,7 +59,7 @@ class GraphContext:
     def __init__(self, graph: Graph, middleware: Middleware) -> None:
         self._graph = graph
         self._middleware = middleware
-        self.transport: Callable[[Offer], Transport] = (
+        self.transport: Callable[[Advertisement], Transport] = (
             partial(transport_of, middleware) if isinstance(middleware, CarriesMessages)
             else self.default_transport)
         self.hosts = tuple(host.name for host in graph.hosts)
@@ -96,10 +96,10 @@ class GraphContext:
             watcher(host, False)
         self._middleware.switched(host, False)
 
-    def advertised(self, offer: Offer) -> None:
+    def advertised(self, advertised: Advertisement) -> None:
         if self.beliefs is not None:
-            self.beliefs.advertises(offer.publisher.host, offer.publisher.topic)
-        self._middleware.advertise(offer)
+            self.beliefs.advertises(advertised.publisher.host, advertised.publisher.topic)
+        self._middleware.advertise(advertised)
 
     def subscribed(self, subscriber: Endpoint) -> None:
         if self.beliefs is not None:
@@ -124,12 +124,12 @@ class GraphContext:
         if self.beliefs is not None:
             self.beliefs.sees(believer, other, state)
 
-    def default_transport(self, offer: Offer) -> Transport:
-        host = self._graph.hosts[offer.publisher.host]
-        if (offer.transport, offer.via) == (TransportKind.STREAM, Addressing.UNICAST):
-            return Stream(host, offer.queue, offer.publisher.topic)
-        return Datagram(host, offer.via == Addressing.BROADCAST, offer.publisher.topic,
-                        offer.publisher.node)
+    def default_transport(self, advertised: Advertisement) -> Transport:
+        host = self._graph.hosts[advertised.publisher.host]
+        if (advertised.transport, advertised.via) == (TransportKind.STREAM, Addressing.UNICAST):
+            return Stream(host, advertised.queue, advertised.publisher.topic)
+        return Datagram(host, advertised.via == Addressing.BROADCAST, advertised.publisher.topic,
+                        advertised.publisher.node)
 
     def route(self, source: int, receiver: int, topic: str = "") -> Medium | Way | None:
         return self._graph.routes.of(self._graph.hosts[source], receiver, topic)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_left
 
 from desim import ports
-from desim.ports.middleware import Endpoint, MiddlewareContext, Offer
+from desim.ports.middleware import Advertisement, Endpoint, MiddlewareContext
 
 
 class Direct:
@@ -24,7 +24,7 @@ class Direct:
     def start(self, context: MiddlewareContext) -> None:
         self._changed = context.changed
 
-    def advertise(self, offer: Offer) -> None:
+    def advertise(self, advertised: Advertisement) -> None:
         """Publishers need not be known: they ask for their subscribers."""
 
     def subscribe(self, subscriber: Endpoint) -> None:

@@ -2,11 +2,12 @@
 
 ``publish`` makes a ``Message``; the registries name the hosts that listen; the publisher's
 transport takes it to them; each of them puts it into its subscriptions' queues and runs the
-callbacks in phase CONTROL of the same instant, or into its ``Latest``, where a node reads it later.
-Every message between hosts leaves rows in the trace: ``sent`` (entity: the source), ``frame`` for
-each frame (the source), ``lost`` for each frame that a stream will send again, ``delivered`` or
-``dropped``, ``callback`` or ``read``, ``repeated``, ``overwritten`` (the destination). Hosts that a
-broadcast did not reach have one row together, of the medium and with the reason as its kind.
+callbacks in phase CONTROL of the same instant, or into its ``PolledSubscription``, where a node
+reads it later. Every message between hosts leaves rows in the trace: ``sent`` (entity: the source),
+``frame`` for each frame (the source), ``lost`` for each frame that a stream will send again,
+``delivered`` or ``dropped``, ``callback`` or ``read``, ``repeated``, ``overwritten`` (the
+destination). Hosts that a broadcast did not reach have one row together, of the medium and with the
+reason as its kind.
 
 A message is dropped for what a datagram's frame was dropped for, or as ``outbox_full``,
 ``link_closed`` (its receiver stopped or no longer listens), ``sender_down``, ``no_route`` (no
@@ -36,7 +37,7 @@ from desim.middleware.graph_options import PLAIN, GraphOptions
 from desim.middleware.host import Host, receive_all
 from desim.middleware.message import Message
 from desim.middleware.routes import Routing
-from desim.middleware.topics import Latest, Topic
+from desim.middleware.topics import PolledSubscription, Topic
 from desim.ports import natural_key
 from desim.ports.middleware import HasDomains, Middleware
 
@@ -85,7 +86,7 @@ class Graph:
         self.media: list[Medium] = []
         self.inside: list[Medium] = []  # media within hosts
         self.routes = Routing(self)
-        self.expecting: dict[Latest, None] = {}  # with messages on their way
+        self.expecting: dict[PolledSubscription, None] = {}  # with messages on their way
         self._landed: list[Arrival] = []  # not in the account yet
         self.landed = self._landed.append
         self.batches: list[BatchPublisher] = []

@@ -17,9 +17,9 @@ from desim.engine.trace import pack, pack_each, pack_id
 from desim.errors import InputError, KernelError
 from desim.middleware.clocks import HostClock
 from desim.middleware.message import Message
-from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
+from desim.middleware.topics import PolledSubscription, Publisher, Subscription, Topic, WaitSet
 from desim.middleware.udp.host_sockets import HostSockets
-from desim.ports.middleware import Addressing, Endpoint, Offer, TransportKind
+from desim.ports.middleware import Addressing, Advertisement, Endpoint, TransportKind
 from desim.ports.networks import Handle
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ MAX_CALLBACKS = 100_000  # on one host in one instant
 
 _CONTROL = Phase.CONTROL  # looking a member up costs more than using it
 
-Ends = tuple[Latest | None, list[Subscription]]  # of one topic on one host
+Ends = tuple[PolledSubscription | None, list[Subscription]]  # of one topic on one host
 
 
 class Host:
@@ -181,12 +181,12 @@ class Host:
         except ValueError:
             raise InputError(f"topic {about.name}: no transport {transport!r} via {via!r}; "
                              "allowed: stream or datagram, unicast or broadcast") from None
-        offer = Offer(Endpoint(self.index, node, about.name), *kinds, queue, latch)
+        advertised = Advertisement(Endpoint(self.index, node, about.name), *kinds, queue, latch)
         self.graph.connections += 1
-        publisher = self._new_publisher(about, offer)
+        publisher = self._new_publisher(about, advertised)
         about.publishers.append(publisher)
         self._publishers.append(publisher)
-        self.graph.context.advertised(offer)
+        self.graph.context.advertised(advertised)
         return publisher
 
     def subscribe(self, node: str, topic: str, callback: Callable[[Message], object],
@@ -203,7 +203,7 @@ class Host:
         self.graph.context.subscribed(Endpoint(self.index, node, about.name))
         return subscription
 
-    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
+    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> PolledSubscription:
         """See ``Node.latest``; ``topic`` is absolute."""
         self.graph.connections += 1
         latest, subscriptions = self._ends_of(topic)
@@ -236,15 +236,15 @@ class Host:
             if one.name == node:
                 one.unblock()
 
-    def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
-        return Publisher(self, topic, offer)
+    def _new_publisher(self, topic: Topic, advertised: Advertisement) -> Publisher:
+        return Publisher(self, topic, advertised)
 
     def _new_subscription(self, node: str, topic: Topic, callback: Callable[[Message], object],
                           queue: int) -> Subscription:
         return Subscription(topic, callback, queue)
 
-    def _new_latest(self, topic: str, wait_set: WaitSet | None) -> Latest:
-        return Latest(self, wait_set)
+    def _new_latest(self, topic: str, wait_set: WaitSet | None) -> PolledSubscription:
+        return PolledSubscription(self, wait_set)
 
     def _ends_of(self, topic: str) -> Ends:
         return self._ends.setdefault(topic, (None, []))
@@ -336,7 +336,7 @@ def receive_all(message: Message, receivers: Sequence[int]) -> Sequence[int]:
     deaf: list[int] = []
     for receiver in receivers:
         end = end_at(receiver)
-        if type(end) is Latest:
+        if type(end) is PolledSubscription:
             end.put(message)
             continue
         host = hosts[receiver]

@@ -13,7 +13,7 @@ from desim.engine.agenda import Ticker
 from desim.errors import InputError
 from desim.middleware.contents import Content
 from desim.middleware.message import Message
-from desim.middleware.topics import Latest, Publisher, Subscription, WaitSet
+from desim.middleware.topics import PolledSubscription, Publisher, Subscription, WaitSet
 from desim.ports.networks import Handle
 from desim.units import NS_PER_S
 
@@ -123,7 +123,7 @@ class Node:
         self._subscriptions.append(
             self.host.subscribe(self.name, self._absolute(topic), callback, queue))
 
-    def latest(self, topic: str, wait_set: WaitSet | None = None) -> Latest:
+    def latest(self, topic: str, wait_set: WaitSet | None = None) -> PolledSubscription:
         """Subscribe to ``topic`` without a callback: ``.read()`` of the result is the last one
         that has arrived, or None. ``wait_set`` finds it where there is news."""
         return self.host.latest(self.name, self._absolute(topic), wait_set)

@@ -15,7 +15,7 @@ from desim.middleware.counts import TopicCounts
 from desim.middleware.inside import WithInside
 from desim.middleware.message import Message
 from desim.middleware.transports import Stream, StreamLink
-from desim.ports.middleware import Addressing, Offer, Transport
+from desim.ports.middleware import Addressing, Advertisement, Transport
 
 if TYPE_CHECKING:
     from desim.middleware.batches.batch import Member
@@ -34,11 +34,11 @@ class Topic:
         self.id = id_
         self.counts = TopicCounts()
         self.publishers: list[Publisher] = []
-        self.listening: dict[int, Subscription | Latest | None] = {}
-        self.latest: dict[int, Latest] = {}
+        self.listening: dict[int, Subscription | PolledSubscription | None] = {}
+        self.latest: dict[int, PolledSubscription] = {}
 
-    def listens(self, host: int, latest: Latest | None, subscriptions: Sequence[Subscription]
-                ) -> None:
+    def listens(self, host: int, latest: PolledSubscription | None,
+                subscriptions: Sequence[Subscription]) -> None:
         """``host`` has these ends from now on."""
         before = host in self.listening
         if latest is None and not subscriptions:
@@ -79,7 +79,7 @@ class Subscription:
         self.callback = self._own if held is None else keep
 
 
-class Latest:
+class PolledSubscription:
     """A subscription without a callback: the newest message waits here until its node reads it, as
     in a node that spins at its own rate (ros::spinOnce with a queue of one). Messages are put here
     when they arrive, or taken from the ``feed`` at a reading.
@@ -179,7 +179,7 @@ class WaitSet:
     __slots__ = ("ready", "_members")
 
     def __init__(self) -> None:
-        self.ready: dict[Latest, None] = {}  # those that may have something new
+        self.ready: dict[PolledSubscription, None] = {}  # those that may have something new
         self._members = 0
 
     def join(self) -> int:
@@ -187,7 +187,7 @@ class WaitSet:
         self._members += 1
         return self._members
 
-    def news(self) -> list[tuple[Latest, Message]]:
+    def news(self) -> list[tuple[PolledSubscription, Message]]:
         """The subscriptions with a message that has arrived and was not read, and that message, in
         the order of subscribing."""
         ready, news = sorted(self.ready, key=_by_number), []
@@ -211,20 +211,20 @@ class Publisher:
     It asks the registries again only after a change of the topic.
     """
 
-    __slots__ = ("host", "topic", "offer", "transport", "latch", "batches", "_stream", "_send",
+    __slots__ = ("host", "topic", "advertised", "transport", "latch", "batches", "_stream", "_send",
                  "_fans_out", "_last", "_local", "_inside", "_stale", "_receivers",
                  "_has_subscribers", "_unmatched", "_owed")
 
-    def __init__(self, host: Host, topic: Topic, offer: Offer) -> None:
+    def __init__(self, host: Host, topic: Topic, advertised: Advertisement) -> None:
         self.host = host
         self.topic = topic
-        self.offer = offer
+        self.advertised = advertised
         self._inside = host.graph.routes.inside(host, topic.name) is not None
-        self.transport: Transport = host.graph.context.transport(offer)
+        self.transport: Transport = host.graph.context.transport(advertised)
         if self._inside:
             self.transport = WithInside(host.index, host.graph.context.default_transport(
-                offer._replace(via=Addressing.UNICAST)), self.transport)
-        self.latch = offer.latch
+                advertised._replace(via=Addressing.UNICAST)), self.transport)
+        self.latch = advertised.latch
         self.batches: BatchPublisher | None = None  # of which it is one
         self._stream = self.transport if isinstance(self.transport, Stream) else None
         self._send: Callable[[Message], object] = self.transport.send  # to all receivers of now
@@ -326,7 +326,7 @@ class Publisher:
         self._stale = False
         own = self.host.index
         hosts = dict.fromkeys(end.host for end in subscribers_of(self.host.graph.middleware,
-                                                                 self.offer.publisher))
+                                                                 self.advertised.publisher))
         self._local = not self._inside and hosts.pop(own, own) is None
         self._receivers = hosts
         self._has_subscribers = self._local or bool(hosts)

@@ -22,7 +22,7 @@ from desim.ports import packet_sizes
 if TYPE_CHECKING:
     from desim.middleware.host import Host
     from desim.middleware.message import Message
-    from desim.middleware.topics import Latest
+    from desim.middleware.topics import PolledSubscription
     from desim.network.medium import Medium
     from desim.ports.networks import Handle
 
@@ -156,7 +156,7 @@ class StreamLink(Carrier["Message"]):
         self._closed: str | None = None
         self._entity = pair(source.id, destination.id)
         self.ahead = self._flights is not None
-        self._latest: Latest | None = None  # expects the message on the wire
+        self._latest: PolledSubscription | None = None  # expects the message on the wire
 
     # For batches.
 

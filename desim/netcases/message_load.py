@@ -28,7 +28,7 @@ from desim.middleware.graph import Graph
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Publisher, Subscription, WaitSet
+from desim.middleware.topics import PolledSubscription, Publisher, Subscription, WaitSet
 from desim.ports import GridSpec
 from desim.robot.sharing.kinds.own_maps import OwnMaps
 from desim.scenario.schema.scenario import Scenario
@@ -189,6 +189,6 @@ class _Stage(Host):
         self.subscribed.add(topic)
         return Subscription(self.graph.topic(topic), callback, queue)
 
-    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
+    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> PolledSubscription:
         self.subscribed.add(topic)
-        return Latest(self)
+        return PolledSubscription(self)

@@ -58,7 +58,7 @@ class HostState(StrEnum):
     REMOVED = "removed"
 
 
-class Offer(NamedTuple):
+class Advertisement(NamedTuple):
     """A publisher, and the way in which it wants its messages carried. ``queue``: messages that may
     wait per receiver (0: no limit). ``latch``: a new receiver gets the last message."""
 
@@ -228,7 +228,7 @@ class MiddlewareContext(Protocol):
 
     # Messages, for transports of the middleware's own.
 
-    def default_transport(self, offer: Offer) -> Transport:
+    def default_transport(self, advertised: Advertisement) -> Transport:
         """The transport that desim takes where the middleware has none of its own."""
 
     def route(self, source: int, receiver: int, topic: str = "") -> Route | None:
@@ -322,7 +322,7 @@ class Middleware(Protocol):
         """The host starts, with nothing remembered, or has stopped: what it advertised and
         subscribed to is gone with it. Whether a registry notices that is the model's matter."""
 
-    def advertise(self, offer: Offer) -> None:
+    def advertise(self, advertised: Advertisement) -> None:
         """A node of a host that runs begins to publish."""
 
     def subscribe(self, subscriber: Endpoint) -> None:
@@ -337,9 +337,9 @@ class CarriesMessages(Protocol):
     """A middleware with transports of its own. The messages of others travel by desim's streams and
     datagrams, which know nothing of registries."""
 
-    def transport(self, offer: Offer) -> Transport:
+    def transport(self, advertised: Advertisement) -> Transport:
         """A transport for a publisher's messages. Raises ``InputError``, ``.via: ...``, for an
-        offer that it cannot meet."""
+        advertisement that it cannot meet."""
 
 
 @runtime_checkable

@@ -12,7 +12,7 @@ from desim.middleware.contents import POSE_STAMPED_BYTES, Goal
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest
+from desim.middleware.topics import PolledSubscription
 from desim.ports import Place
 from desim.robot.team import Team
 from desim.scenario.schema.communication import TeamStateParams
@@ -39,7 +39,7 @@ class TeamStateNode(Node):
         super().__init__(host, "team_state")
         self._params, self._team, self._robots = params, team, robots
         self._has_body = has_body
-        self._pose: Latest  # of a host with a body
+        self._pose: PolledSubscription  # of a host with a body
         self._goal: Place | None = None
 
     def start(self) -> None:

@@ -26,7 +26,7 @@ from desim.middleware.contents import (
 )
 from desim.middleware.host import Host
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Publisher, WaitSet
+from desim.middleware.topics import PolledSubscription, Publisher, WaitSet
 from desim.ports import Snapshot, World
 from desim.robot.declared_traffic import Copied
 from desim.scenario.schema.robot import Equipment, Laser, Sonar
@@ -90,7 +90,7 @@ class Driver(Node):
                           for own in equipment]
         self._alone = {i: np.array([i]) for i in self.robots}
         self._bumpers: dict[int, str] = {}  # the topic of each robot that has one
-        self._motors: dict[Latest, int] = {}  # the robot of each topic of velocities
+        self._motors: dict[PolledSubscription, int] = {}  # the robot of each topic of velocities
         self._commands = WaitSet()
 
     def start(self) -> None:

@@ -9,7 +9,7 @@ from desim.engine.kernel import Kernel
 from desim.engine.streams import Streams
 from desim.engine.trace import Names, Trace
 from desim.middleware.graph import Graph
-from desim.ports.middleware import Addressing, Endpoint, Middleware, Offer, TransportKind
+from desim.ports.middleware import Addressing, Advertisement, Endpoint, Middleware, TransportKind
 from desim.testing.advice import PluginClass, check_form, made, need
 from desim.testing.checks import own_streams
 from desim.testing.fleet import HOSTS, Fleet
@@ -44,14 +44,15 @@ def check_middleware(cls: PluginClass[Middleware], **params: object) -> None:
     depend on the order of subscribing, changes are announced, a stopped host is no surprise."""
     check_form("middleware", cls, params)
     ends = [Endpoint(host, node, "/map") for host in (2, 0, 10) for node in ("b", "a")]
-    offer = Offer(Endpoint(1, "talker", "/map"), TransportKind.STREAM, Addressing.UNICAST, 1, False)
-    publisher, answers = offer.publisher, []
+    advertised = Advertisement(Endpoint(1, "talker", "/map"), TransportKind.STREAM,
+                               Addressing.UNICAST, 1, False)
+    publisher, answers = advertised.publisher, []
     for order in (ends, ends[::-1]):
         middleware, counter, names = made(cls, params), _ChangeCounter(), Names()
         graph = Graph(Kernel(), names, Trace(names), Streams(0), middleware,
                       [f"host_{i}" for i in range(12)])
         graph.topic("/map").publishers.append(counter)  # type: ignore[arg-type] # all of it that is used here
-        middleware.advertise(offer)
+        middleware.advertise(advertised)
         for end in order:
             before = middleware.subscribers(publisher)
             middleware.subscribe(end)

@@ -85,7 +85,7 @@ def test_links_end_where_processes_hang_up_with_the_master(monkeypatch):
 def test_new_links_form_where_processes_need_no_master(monkeypatch):
     """A twin: they know each other without asking."""
     def call(process, _=None):
-        topic, running = process._calls[0][1], map(process.all.on, (0, 1))
+        topic, running = process._calls[0][1], map(process.processes.on, (0, 1))
         process._registered(True, tuple(one.uri for one in running if topic in one.publications))
 
     monkeypatch.setattr(Process, "_call", call)

@@ -138,8 +138,9 @@ def without_a_route(monkeypatch, until_s):
 
     def fails(link, _):
         connect(link, _)
-        if link.process.all.context.now_ns < S:
-            link.process.all.context.at(round(3.1 * S), link.process.host, lambda _: link._closed(
+        context = link.process.processes.context
+        if context.now_ns < S:
+            context.at(round(3.1 * S), link.process.host, lambda _: link._closed(
                 link._connection, "unreachable"))
 
     with monkeypatch.context() as patch:

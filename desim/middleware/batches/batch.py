@@ -14,7 +14,7 @@ from desim.units import NEVER_NS
 if TYPE_CHECKING:
     from desim.middleware.batches.publisher import BatchPublisher
     from desim.middleware.host import Host
-    from desim.middleware.topics import Latest, Publisher
+    from desim.middleware.topics import PolledSubscription, Publisher
     from desim.middleware.transports import StreamLink
 
 
@@ -65,7 +65,7 @@ class Member(Carrier[Batch]):
         self._elsewhere = batches.published  # earlier batches, and messages that the link has taken
 
     @property
-    def ends(self) -> tuple[StreamLink, Latest | None]:
+    def ends(self) -> tuple[StreamLink, PolledSubscription | None]:
         """The link, and where messages are kept at its other end."""
         return self.link, self.latest
 

@@ -9,8 +9,8 @@ from desim.engine.trace import pack
 from desim.middleware.busy.executor import Executor
 from desim.middleware.contents import Content
 from desim.middleware.message import Message
-from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
-from desim.ports.middleware import Addressing, Offer
+from desim.middleware.topics import PolledSubscription, Publisher, Subscription, Topic, WaitSet
+from desim.ports.middleware import Addressing, Advertisement
 
 if TYPE_CHECKING:
     from desim.middleware.batches.batch import Member
@@ -67,7 +67,7 @@ class QueuedSubscription(Subscription):
         """Do nothing: each message has its own turn."""
 
 
-class PaidLatest(Latest):
+class BusyPolledSubscription(PolledSubscription):
     """A subscription without a callback. Each message that arrives costs each node that reads the
     topic (``readers``) time."""
 
@@ -140,8 +140,8 @@ class HeldPublisher(Publisher):
     __slots__ = ("_busy_host", "_name", "_newest_bytes", "_is_at_rest", "_links",
                  "_connections")
 
-    def __init__(self, host: BusyHost, topic: Topic, offer: Offer) -> None:
-        super().__init__(host, topic, offer)
+    def __init__(self, host: BusyHost, topic: Topic, advertised: Advertisement) -> None:
+        super().__init__(host, topic, advertised)
         self._busy_host = host
         self._name = host.graph.without_hosts(topic.name)
         self._newest_bytes = 0  # of the message that a callback published last
@@ -182,7 +182,7 @@ class HeldPublisher(Publisher):
         if self._stale:
             self._refresh()
         self._links = len(self._receivers)
-        if self._links > 1 and self.offer.via is Addressing.BROADCAST:
+        if self._links > 1 and self.advertised.via is Addressing.BROADCAST:
             self._links = 1
         if self._local:
             self._links += self._busy_host.readers(self.topic.name)

@@ -17,7 +17,7 @@ from desim.ports.arguments import check_work
 from desim.ports.computers import QUANTITIES
 
 if TYPE_CHECKING:
-    from desim.middleware.busy.endpoints import HeldPublisher, PaidLatest
+    from desim.middleware.busy.endpoints import BusyPolledSubscription, HeldPublisher
     from desim.middleware.busy.host import BusyHost
     from desim.middleware.contents import Content
 
@@ -62,7 +62,7 @@ class Executor(Job):
         costs = host.computer.costs
         self.receive_ns, self.send_ns = costs.receive_ns, costs.send_ns
         self.owed_ns = self.computing_ns = 0
-        self.uncharged: dict[PaidLatest, None] = {}
+        self.uncharged: dict[BusyPolledSubscription, None] = {}
         self.queue: list[QueuedCallback] = []  # short: a deque would fill more of the caches
         self.add: Callable[[QueuedCallback], object] = self.queue.append
         self.current: QueuedCallback | None = None  # was called; its time may be over

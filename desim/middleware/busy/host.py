@@ -9,15 +9,19 @@ from typing import TYPE_CHECKING, Any
 from desim.computers.computer import Computer
 from desim.engine.kernel import Phase
 from desim.errors import KernelError
-from desim.middleware.busy.endpoints import HeldPublisher, PaidLatest, QueuedSubscription
+from desim.middleware.busy.endpoints import (
+    BusyPolledSubscription,
+    HeldPublisher,
+    QueuedSubscription,
+)
 from desim.middleware.busy.executor import Executor
 from desim.middleware.busy.memory import HostMemory
 from desim.middleware.busy.timed_executor import TimedExecutor
 from desim.middleware.busy.timers import BusyTimer, OneShot
 from desim.middleware.host import MAX_CALLBACKS, Host
 from desim.middleware.message import Message
-from desim.middleware.topics import Latest, Publisher, Subscription, Topic, WaitSet
-from desim.ports.middleware import Offer
+from desim.middleware.topics import PolledSubscription, Publisher, Subscription, Topic, WaitSet
+from desim.ports.middleware import Advertisement
 from desim.ports.networks import Handle
 
 if TYPE_CHECKING:
@@ -78,9 +82,9 @@ class BusyHost(Host):
               ) -> Handle:
         return OneShot(self.graph.kernel, self.id, self._executor(node), name, delay_ns, fn, arg)
 
-    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> Latest:
+    def latest(self, node: str, topic: str, wait_set: WaitSet | None) -> PolledSubscription:
         latest = super().latest(node, topic, wait_set)
-        assert isinstance(latest, PaidLatest)  # ``_new_latest`` has made it
+        assert isinstance(latest, BusyPolledSubscription)  # ``_new_latest`` has made it
         latest.read_by(self._executor(node))
         return latest
 
@@ -116,8 +120,9 @@ class BusyHost(Host):
 
     def readers(self, topic: str) -> int:
         """The number of connections to nodes of this host that subscribe to ``topic``."""
-        latest, subscriptions = self._ends_of(topic)
-        return len(subscriptions) + (len(latest.readers) if isinstance(latest, PaidLatest) else 0)
+        polled, subscriptions = self._ends_of(topic)
+        readers = polled.readers if isinstance(polled, BusyPolledSubscription) else ()
+        return len(subscriptions) + len(readers)
 
     def waiting_bytes(self, node: str) -> int:
         """The bytes of the messages of ``node`` that wait: for its callbacks, and at each link on
@@ -145,9 +150,9 @@ class BusyHost(Host):
             self.memory.freed()
         super()._end(media)
 
-    def _new_publisher(self, topic: Topic, offer: Offer) -> Publisher:
-        publisher = HeldPublisher(self, topic, offer)
-        self._ends_by_node.setdefault(offer.publisher.node, []).append(publisher)
+    def _new_publisher(self, topic: Topic, advertised: Advertisement) -> Publisher:
+        publisher = HeldPublisher(self, topic, advertised)
+        self._ends_by_node.setdefault(advertised.publisher.node, []).append(publisher)
         return publisher
 
     def _new_subscription(self, node: str, topic: Topic, callback: Callable[[Message], object],
@@ -157,8 +162,8 @@ class BusyHost(Host):
         self._ends_by_node.setdefault(node, []).append(subscription)
         return subscription
 
-    def _new_latest(self, topic: str, wait_set: WaitSet | None) -> Latest:
-        return PaidLatest(self, topic, wait_set)
+    def _new_latest(self, topic: str, wait_set: WaitSet | None) -> PolledSubscription:
+        return BusyPolledSubscription(self, topic, wait_set)
 
     def _executor(self, node: str) -> Executor:
         """The thread of the node called ``node``."""

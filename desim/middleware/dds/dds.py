@@ -20,9 +20,9 @@ from desim.middleware.dds.wire import LONG_TRAIN_BYTES, Guid, SampleTrain
 from desim.middleware.timers import Timers
 from desim.ports.middleware import (
     Addressing,
+    Advertisement,
     Endpoint,
     MiddlewareContext,
-    Offer,
     Transport,
     TransportKind,
 )
@@ -126,8 +126,8 @@ class Dds:
         processes = self._processes[host]
         return processes[number] if number < len(processes) else None
 
-    def advertise(self, offer: Offer) -> None:
-        self.participants[offer.publisher.host].advertise(offer.publisher.topic)
+    def advertise(self, advertised: Advertisement) -> None:
+        self.participants[advertised.publisher.host].advertise(advertised.publisher.topic)
 
     def subscribe(self, subscriber: Endpoint) -> None:
         known = subscriber.topic in self.participants[subscriber.host].readers
@@ -144,10 +144,10 @@ class Dds:
             hosts[me.host] = None
         return tuple([Endpoint(host, "", topic) for host in sorted(hosts)])
 
-    def transport(self, offer: Offer) -> Transport:
-        if offer.transport != TransportKind.STREAM or offer.via != Addressing.UNICAST:
-            return StatelessWriter(self, offer)
-        writer, (host, _, topic) = StatefulWriter(self, offer), offer.publisher
+    def transport(self, advertised: Advertisement) -> Transport:
+        if advertised.transport != TransportKind.STREAM or advertised.via != Addressing.UNICAST:
+            return StatelessWriter(self, advertised)
+        writer, (host, _, topic) = StatefulWriter(self, advertised), advertised.publisher
         self._writers[host].setdefault(topic, []).append(writer)
         return writer
 

@@ -93,7 +93,7 @@ class Endpoints:
         self._book(self._constants.discovery_heartbeat_period_ns)
 
     def found(self, remote: RemoteParticipant) -> None:
-        """Offer all items to a new participant, and ask for its own."""
+        """Advertisement all items to a new participant, and ask for its own."""
         constants, delay_ns = self._constants, self._constants.initial_acknack_ns
         self._beats = 0
         if constants.initial_heartbeat_ns:

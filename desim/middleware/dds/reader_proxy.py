@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from desim.middleware.dds.stateful_writer import StatefulWriter
     from desim.middleware.dds.wire import Guid
     from desim.middleware.message import Message
-    from desim.ports.middleware import Offer, Route
+    from desim.ports.middleware import Advertisement, Route
     from desim.ports.networks import Handle
 
 T = TypeVar("T")
@@ -68,9 +68,9 @@ class ReaderProxy(Carrier[DataToken]):
                  "_retransmit_ns", "_announced", "_smooth", "_quick", "_steady", "_period_ns",
                  "_calls", "_piggyback", "_trains", "_long_trains")
 
-    def __init__(self, dds: Dds, offer: Offer, writer: StatefulWriter, receiver: int,
+    def __init__(self, dds: Dds, advertised: Advertisement, writer: StatefulWriter, receiver: int,
                  guid: Guid, medium: Route) -> None:
-        context, source, topic = dds.context, offer.publisher.host, offer.publisher.topic
+        context, source, topic = dds.context, advertised.publisher.host, advertised.publisher.topic
         self.guid = guid
         self.waiting = 0  # samples without a fate
         self.received_ns = 0  # the last acknowledgement that counts so far
@@ -78,7 +78,7 @@ class ReaderProxy(Carrier[DataToken]):
         self._kernel = context.kernel
         self._from, self._from_id = source, context.host_ids[source]
         self._receiver, self._to_id = receiver, context.host_ids[receiver]
-        self._to, self._node = (receiver,), offer.publisher.node
+        self._to, self._node = (receiver,), advertised.publisher.node
         self._send, self._medium = context.socket(source, self.socket).send, medium
         self._record_frame = context.record_frame
         self._depth, self._piggyback, self._calls = writer.depth, writer.piggyback, writer.calls
@@ -99,7 +99,7 @@ class ReaderProxy(Carrier[DataToken]):
         self._retransmit_ns = 0
         self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
         self.coming: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
-        self.writer_proxy = WriterProxy(self, dds, offer, receiver, medium)
+        self.writer_proxy = WriterProxy(self, dds, advertised, receiver, medium)
         dds.linked(self)
 
     # The writer.

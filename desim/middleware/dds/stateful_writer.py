@@ -13,7 +13,7 @@ from desim.middleware.transports import LinkedTransport
 if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.message import Message
-    from desim.ports.middleware import Offer
+    from desim.ports.middleware import Advertisement
 
 
 class StatefulWriter(LinkedTransport[ReaderProxy]):
@@ -21,17 +21,17 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
     samples; 0: all that are not acknowledged, as many as its resources allow. Then a call waits for
     room."""
 
-    def __init__(self, dds: Dds, offer: Offer) -> None:
+    def __init__(self, dds: Dds, advertised: Advertisement) -> None:
         super().__init__(self._link_to_reader, dds.context.drop)
-        self._dds, self._offer = dds, offer
-        self._host, self._topic = offer.publisher.host, offer.publisher.topic
+        self._dds, self._advertised = dds, advertised
+        self._host, self._topic = advertised.publisher.host, advertised.publisher.topic
         params, constants = dds.params, dds.constants
-        self.depth = offer.queue if params.depth is None else params.depth
+        self.depth = advertised.queue if params.depth is None else params.depth
         # KEEP_ALL: the samples that may wait for acknowledgements, or their bytes; 0: any number.
         self._most_samples = 0 if self.depth else constants.max_samples or 0
         self._high_bytes = 0 if self.depth else constants.high_bytes or 0
         self._limited = bool(self._most_samples or self._high_bytes)
-        self.calls = dds.calls(self._host, offer.publisher.node)
+        self.calls = dds.calls(self._host, advertised.publisher.node)
         self._written = 0
         self.piggyback: Always | WhenFull = Always()
         if constants.heartbeat_rides != "always":
@@ -51,7 +51,7 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
     def matches(self) -> None:
         """Send heartbeats to the readers that the writer matches before anything is published."""
         if not self._connected:
-            ends = self._dds.subscribers(self._offer.publisher)
+            ends = self._dds.subscribers(self._advertised.publisher)
             self._lead_to([end.host for end in ends if end.host != self._host])
 
     def _lead_to(self, receivers: list[int]) -> None:
@@ -78,7 +78,7 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
             return None
         guid = dds.reader(self._host, receiver, self._topic)
         if link is None or link.guid != guid:
-            return ReaderProxy(dds, self._offer, self, receiver, guid, medium)
+            return ReaderProxy(dds, self._advertised, self, receiver, guid, medium)
         return link
 
     def _send_first_heartbeats(self, new: dict[int, ReaderProxy]) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from desim.middleware.dds.dds import Dds
     from desim.middleware.dds.wire import Guid
     from desim.middleware.message import Message
-    from desim.ports.middleware import Offer, Route
+    from desim.ports.middleware import Advertisement, Route
 
 
 class BestEffortSample:
@@ -37,14 +37,14 @@ class StatelessWriter(Carrier[BestEffortSample]):
 
     socket = "rtps"  # a participant sends all by one
 
-    def __init__(self, dds: Dds, offer: Offer) -> None:
-        self._dds, self._topic = dds, offer.publisher.topic
+    def __init__(self, dds: Dds, advertised: Advertisement) -> None:
+        self._dds, self._topic = dds, advertised.publisher.topic
         self._context = dds.context
-        self._host = offer.publisher.host
+        self._host = advertised.publisher.host
         self._udp = self._context.socket(self._host, self.socket)
-        self._node = offer.publisher.node
+        self._node = advertised.publisher.node
         self._guid = dds.participants[self._host].guid
-        self._multicast = offer.via == Addressing.BROADCAST
+        self._multicast = advertised.via == Addressing.BROADCAST
         self._routes: Sequence[tuple[Route, tuple[int, ...]]] = ()
         self._known: dict[int, Guid] = {}  # receivers and their participants
         self._unrouted: list[int] = []

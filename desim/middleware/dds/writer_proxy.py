@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from desim.middleware.dds.reader_proxy import ReaderProxy
     from desim.middleware.dds.remote import RemoteParticipant
     from desim.middleware.message import Message
-    from desim.ports.middleware import Offer, Route
+    from desim.ports.middleware import Advertisement, Route
     from desim.ports.networks import Handle
 
 OPEN, HELD, DONE = 0, 1, 2  # states of a sample at its reader
@@ -87,15 +87,15 @@ class WriterProxy(Carrier[Acknack]):
                  "_preemptive", "_nack_timing", "_asked", "_acked", "_acked_ns",
                  "_record", "_ack_bytes")
 
-    def __init__(self, link: ReaderProxy, dds: Dds, offer: Offer, host: int,
+    def __init__(self, link: ReaderProxy, dds: Dds, advertised: Advertisement, host: int,
                  medium: Route) -> None:
-        source = offer.publisher.host
+        source = advertised.publisher.host
         self._link, self._dds, self._constants = link, dds, dds.constants
         self._context = context = dds.context
         self._kernel = context.kernel
         self._host, self._host_id, self._after = host, context.host_ids[host], context.kernel.after
         self._writer = dds.participants[source].guid
-        self._topic = offer.publisher.topic
+        self._topic = advertised.publisher.topic
         self._to, self._to_id = (source,), context.host_ids[source]
         self._send, self._post, self._record = medium.transmit, medium.post, context.record
         self._ack_bytes = dds.ack_chunk.size_bytes

@@ -46,7 +46,7 @@ class Process:
     know."""
 
     def __init__(self, processes: Processes, uri: Uri, master: int) -> None:
-        self.all = processes
+        self.processes = processes
         self.uri = uri
         self.host = uri.host
         self.master = master
@@ -113,7 +113,7 @@ class Process:
         if self._ended or (method, topic) in self._wanted:
             return
         self._wanted[method, topic] = None
-        asks = self.all.constants.parameters if method == "registerSubscriber" else 0
+        asks = self.processes.constants.parameters if method == "registerSubscriber" else 0
         first = not self._calls
         self._calls.extend([("hasParam", topic)] * asks + [(method, topic)])
         if first:
@@ -123,12 +123,12 @@ class Process:
         if not self.alive:
             return
         method, topic = self._calls[0]
-        self.all.rpc.call(self.host, self.master, "master", method, CALLS[method].call,
+        self.processes.rpc.call(self.host, self.master, "master", method, CALLS[method].call,
                           (method, topic, self.uri), self._registered)
 
     def _registered(self, ok: bool, answer: tuple[Uri, ...]) -> None:
-        context, constants = self.all.context, self.all.constants
-        if not ok and self.all.params.client == "rospy" and not self._met:
+        context, constants = self.processes.context, self.processes.constants
+        if not ok and self.processes.params.client == "rospy" and not self._met:
             self._ended = True  # ROSInitException
             context.record("gave_up", self.host)
             return
@@ -148,25 +148,26 @@ class Process:
     def _poll(self, period_ns: int) -> None:
         """Ask the master for all topics, and again when the period is over or the answer has come,
         whichever is later (ros::Rate)."""
-        context = self.all.context
+        context = self.processes.context
         due_ns = context.now_ns + period_ns
 
         def answered(ok: bool, topics: object) -> None:
             context.at(max(due_ns, context.now_ns), self.host, self._poll, period_ns)
 
         if self.alive:
-            self.all.rpc.call(self.host, self.master, "master", "getPublishedTopics",
+            self.processes.rpc.call(self.host, self.master, "master", "getPublishedTopics",
                               CALLS["getPublishedTopics"].call,
-                              ("getPublishedTopics", self.all.params.polled_topics,
+                              ("getPublishedTopics", self.processes.params.polled_topics,
                                self.master), answered)
 
     # Calls of others.
 
     def _serve(self, call: XmlRpcCall) -> None:
-        self.xmlrpc_thread.event(self.all.context.now_ns)
+        self.xmlrpc_thread.event(self.processes.context.now_ns)
         method, *arguments = call.request
         if method == "requestTopic":
-            call.reply(REQUEST_TOPIC[self.all.params.client].answer, self._requested(*arguments))
+            call.reply(REQUEST_TOPIC[self.processes.params.client].answer,
+                       self._requested(*arguments))
             return
         if method == "publisherUpdate":
             if self._calls and self._calls[0][0] == "registerSubscriber":
@@ -204,15 +205,15 @@ class Process:
         after = {uri.host: None for uri in others}
         for host in before:
             if host not in after:
-                self.all.context.knows(self.host, host, topic, False)
+                self.processes.context.knows(self.host, host, topic, False)
         for host in after:
-            self.all.context.knows(self.host, host, topic, True)
+            self.processes.context.knows(self.host, host, topic, True)
         for uri, link in list(links.items()):
             if uri not in others and link.unlisted():
                 del links[uri]
         for uri in others:
             if uri not in links:
-                links[uri] = _LINKS[self.all.params.client](self, topic, uri)
+                links[uri] = _LINKS[self.processes.params.client](self, topic, uri)
             link = links[uri]
             if not link.asked:
                 link.ask()
@@ -240,7 +241,7 @@ class Process:
     def _serve_link(self, publication: RosPublication, link: RosLink) -> None:
         host = link.process.host
         publication.ends[host] = link.process.subscriptions[link.topic].ends[0]
-        self.all.context.changed(link.topic)
+        self.processes.context.changed(link.topic)
 
     def unlinked(self, link: RosLink, by: Connection) -> None:
         """At the publisher: ``by`` is closed."""
@@ -248,11 +249,12 @@ class Process:
         host = link.process.host
         if publication.connections.get(host) is by:
             del publication.connections[host], publication.ends[host]
-            self.all.context.changed(link.topic)
+            self.processes.context.changed(link.topic)
 
     def count_links(self, publisher: int, more: int) -> None:
         """At the subscriber: ``more`` links from this host have opened, or closed."""
         count = self._links_up.get(publisher, 0) + more
         self._links_up[publisher] = count
-        if self.all.sees is not None and count == max(more, 0):
-            self.all.sees(self.host, publisher, HostState.ONLINE if count else HostState.OFFLINE)
+        if self.processes.sees is not None and count == max(more, 0):
+            self.processes.sees(self.host, publisher,
+                                HostState.ONLINE if count else HostState.OFFLINE)

@@ -37,11 +37,11 @@ class RosLink:
         """requestTopic, over a connection of its own, which is called at once; the request waits
         for the end of the XML-RPC thread's round."""
         self.asked = True
-        all_ = self.process.all
-        self._call = all_.rpc.call(
+        processes = self.process.processes
+        self._call = processes.rpc.call(
             self.process.host, self.uri.host, self.uri.slave, "requestTopic",
-            REQUEST_TOPIC[all_.params.client].call, ("requestTopic", self), self._answered,
-            timeout_ns=all_.constants.connect_timeout_ns, fresh=True, held=True)
+            REQUEST_TOPIC[processes.params.client].call, ("requestTopic", self), self._answered,
+            timeout_ns=processes.constants.connect_timeout_ns, fresh=True, held=True)
         self._at_the_end_of_the_round(self._request)
 
     def unlisted(self) -> bool:
@@ -64,14 +64,14 @@ class RosLink:
 
     def _accepted(self, connection: Connection) -> None:
         """The subscriber's header has arrived."""
-        publisher = self.process.all.on(self.uri.host)
+        publisher = self.process.processes.on(self.uri.host)
         connection.send(self.uri.host, HEADER_ANSWER, self._headed, connection, "tcpros_header")
         connection.on_closed(self.uri.host, self._left)
         publisher.linked(self, connection)
 
     def _left(self, connection: Connection, reason: str) -> None:
         connection.close(self.uri.host)
-        self.process.all.on(self.uri.host).unlinked(self, connection)
+        self.process.processes.on(self.uri.host).unlinked(self, connection)
 
     # At the subscriber.
 
@@ -80,24 +80,24 @@ class RosLink:
             return
         self._cancel_timer()
         if transport is not None:
-            self.process.xmlrpc_thread.event(self.process.all.context.now_ns)
+            self.process.xmlrpc_thread.event(self.process.processes.context.now_ns)
             self._at_the_end_of_the_round(
                 self._connect if transport == TransportKind.STREAM else self._established)
             return
-        retries = self.process.all.params.requests
+        retries = self.process.processes.params.requests
         if retries is not None and retries.covers(self._call.reason):
             self._again(retries, self.ask)
         else:
             self._rest()
 
     def _connect(self, _: object) -> None:
-        all_ = self.process.all
-        timeout_ns = all_.constants.connect_timeout_ns
+        processes = self.process.processes
+        timeout_ns = processes.constants.connect_timeout_ns
         if timeout_ns is not None:
-            self._set_timer(all_.context.now_ns + timeout_ns, self._hang_up)
-        self._connection = all_.tcp.connect(
+            self._set_timer(processes.context.now_ns + timeout_ns, self._hang_up)
+        self._connection = processes.tcp.connect(
             self.process.host, self.uri.host, self.uri.tcpros, "tcpros",
-            opened=self._opened, closed=self._closed, nodelay=all_.params.tcp_nodelay,
+            opened=self._opened, closed=self._closed, nodelay=processes.params.tcp_nodelay,
             topic=self.topic)
 
     def _opened(self, connection: Connection) -> None:
@@ -130,7 +130,7 @@ class RosLink:
     def _broke(self, reason: str) -> None:
         """The connection has ended."""
         self._cancel_timer()
-        self._again(self.process.all.params.connections, self._connect)
+        self._again(self.process.processes.params.connections, self._connect)
 
     def _rest(self) -> None:
         """Wait until the master lists the publisher once more."""
@@ -144,14 +144,14 @@ class RosLink:
 
     def _again(self, retries: Retries, step: Callable[..., object]) -> None:
         self._period_ns = retries.after(self._period_ns)
-        self._set_timer(self.process.all.context.now_ns + self._period_ns, step)
+        self._set_timer(self.process.processes.context.now_ns + self._period_ns, step)
 
     def _set_timer(self, time_ns: int, step: Callable[..., object]) -> None:
-        self._timer = self.process.all.context.at(time_ns, self.process.host, step)
+        self._timer = self.process.processes.context.at(time_ns, self.process.host, step)
 
     def _at_the_end_of_the_round(self, step: Callable[..., object]) -> None:
         """Call ``step`` when the XML-RPC thread's round ends, which events postpone."""
-        now_ns = self.process.all.context.now_ns
+        now_ns = self.process.processes.context.now_ns
         due_ns = self.process.xmlrpc_thread.round_end_ns(now_ns)
         if due_ns <= now_ns:
             step(None)
@@ -160,7 +160,7 @@ class RosLink:
 
     def _request(self, _: object) -> None:
         process = self.process
-        process.xmlrpc_thread.event(process.all.context.now_ns)  # the socket can be written
+        process.xmlrpc_thread.event(process.processes.context.now_ns)  # the socket can be written
         self._call.release()
 
     def _cancel_timer(self) -> None:

@@ -15,10 +15,10 @@ from desim.middleware.ros1.xmlrpc import XmlRpc, XmlRpcCall
 from desim.middleware.tcp import Tcp
 from desim.ports.middleware import (
     Addressing,
+    Advertisement,
     Endpoint,
     HostState,
     MiddlewareContext,
-    Offer,
     Transport,
     TransportKind,
 )
@@ -106,8 +106,8 @@ class RosMiddleware:
     def switched(self, host: int, up: bool) -> None:
         self.processes.switched(host, up)
 
-    def advertise(self, offer: Offer) -> None:
-        self.processes.on(offer.publisher.host).advertise(offer.publisher.topic)
+    def advertise(self, advertised: Advertisement) -> None:
+        self.processes.on(advertised.publisher.host).advertise(advertised.publisher.topic)
 
     def subscribe(self, subscriber: Endpoint) -> None:
         if self.processes.on(subscriber.host).subscribe(subscriber):
@@ -117,13 +117,14 @@ class RosMiddleware:
         process = self.processes.on(publisher.host)
         return tuple(sorted(process.subscribers(publisher.topic)))
 
-    def transport(self, offer: Offer) -> Transport:
-        if offer.via != Addressing.UNICAST:
-            raise InputError(f".via: ROS 1 has no {offer.via}; allowed: unicast")
-        context, host = self.processes.context, offer.publisher.host
-        publication = self.processes.on(host).publication(offer.publisher.topic, offer.transport)
+    def transport(self, advertised: Advertisement) -> Transport:
+        if advertised.via != Addressing.UNICAST:
+            raise InputError(f".via: ROS 1 has no {advertised.via}; allowed: unicast")
+        context, host = self.processes.context, advertised.publisher.host
+        publication = self.processes.on(host).publication(advertised.publisher.topic,
+                                                          advertised.transport)
         if publication.transport == TransportKind.STREAM:
-            return Tcpros(context, host, publication, offer.queue,
+            return Tcpros(context, host, publication, advertised.queue,
                           self.processes.params.client == "rospy")
-        datagrams = offer._replace(transport=TransportKind.DATAGRAM)
+        datagrams = advertised._replace(transport=TransportKind.DATAGRAM)
         return Udpros(context.default_transport(datagrams), publication)

@@ -56,16 +56,17 @@ class RospyLink(RosLink):
             self._check_soon()
 
     def _check_soon(self) -> None:
-        all_ = self.process.all
-        self._set_timer(all_.context.now_ns + all_.constants.reconnect_first_ns, self._check)
+        processes = self.process.processes
+        self._set_timer(processes.context.now_ns + processes.constants.reconnect_first_ns,
+                        self._check)
 
     def _check(self, _: object) -> None:
         """Ask the publisher for its topics (check_if_still_publisher)."""
-        all_ = self.process.all
-        self._call = all_.rpc.call(
+        processes = self.process.processes
+        self._call = processes.rpc.call(
             self.process.host, self.uri.host, self.uri.slave, "getPublications",
             CALLS["getPublications"].call, ("getPublications",), self._checked,
-            timeout_ns=all_.constants.connect_timeout_ns, fresh=True)
+            timeout_ns=processes.constants.connect_timeout_ns, fresh=True)
 
     def _checked(self, ok: bool, topics: tuple[str, ...] | None) -> None:
         if self._dropped:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from desim.middleware.message import Message
 from desim.middleware.zenoh.link_queue import Push
 from desim.middleware.zenoh.router import ZenohRouter
-from desim.ports.middleware import MiddlewareContext, Offer, TransportKind
+from desim.ports.middleware import Advertisement, MiddlewareContext, TransportKind
 
 
 class ZenohPublication:
@@ -15,10 +15,10 @@ class ZenohPublication:
     (congestion control "block"), else it is soon dropped ("drop"); ``node`` waits with it.
     rmw_zenoh blocks for what is reliable and keeps all: a stream without a limit (queue 0)."""
 
-    def __init__(self, offer: Offer, context: MiddlewareContext,
+    def __init__(self, advertised: Advertisement, context: MiddlewareContext,
                  router: Callable[[int], ZenohRouter]) -> None:
-        self.source, self.node = offer.publisher.host, offer.publisher.node
-        self.blocks = offer.transport == TransportKind.STREAM and offer.queue == 0
+        self.source, self.node = advertised.publisher.host, advertised.publisher.node
+        self.blocks = advertised.transport == TransportKind.STREAM and advertised.queue == 0
         self._context = context
         self._router = router
         self._receivers: list[int] = []

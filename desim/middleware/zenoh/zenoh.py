@@ -10,7 +10,7 @@ from desim.middleware.zenoh.publication import ZenohPublication
 from desim.middleware.zenoh.registry import Declaration
 from desim.middleware.zenoh.router import ZenohRouter
 from desim.middleware.zenoh.sizes import node_bytes, subscriber_bytes, token_bytes
-from desim.ports.middleware import Addressing, Endpoint, MiddlewareContext, Offer, Transport
+from desim.ports.middleware import Addressing, Advertisement, Endpoint, MiddlewareContext, Transport
 
 
 class Zenoh:
@@ -58,8 +58,8 @@ class Zenoh:
             self._nodes = {node: None for node in self._nodes if node[0] != host}
             self._tcp.switched(host, False)
 
-    def advertise(self, offer: Offer) -> None:
-        host, node, topic = publisher = offer.publisher
+    def advertise(self, advertised: Advertisement) -> None:
+        host, node, topic = publisher = advertised.publisher
         if host in self._routers:
             tokens = self._tokens(publisher)
             if self._routers[host].registry.publishes(topic):
@@ -83,10 +83,10 @@ class Zenoh:
             Endpoint(host, "", publisher.topic)
             for host in router.registry.listeners(publisher.topic))
 
-    def transport(self, offer: Offer) -> Transport:
-        if offer.via != Addressing.UNICAST:
-            raise InputError(f".via: zenoh has no {offer.via}; allowed: unicast")
-        return ZenohPublication(offer, self._context, self._routers.__getitem__)
+    def transport(self, advertised: Advertisement) -> Transport:
+        if advertised.via != Addressing.UNICAST:
+            raise InputError(f".via: zenoh has no {advertised.via}; allowed: unicast")
+        return ZenohPublication(advertised, self._context, self._routers.__getitem__)
 
     def _tokens(self, end: Endpoint) -> list[Declaration]:
         """The liveliness token of the endpoint's node, if it is not declared yet."""

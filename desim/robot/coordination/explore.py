@@ -13,7 +13,7 @@ from desim.middleware.contents import Float64, Goal, GoalResult, LaserScan, Twis
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Publisher
+from desim.middleware.topics import PolledSubscription, Publisher
 from desim.ports import Frontier, GoalEnd, Place, Pose2D, Strategy
 from desim.ports.arguments import check_choice, check_goal
 from desim.robot.coordination.blacklist import Blacklist
@@ -69,9 +69,9 @@ class Explore(Node):
         self._tolerance_m, self._radius_m = navigation.goal_tolerance_m, body.inscribed_radius_m
         self._context = HostContext(self, team, queries, self, link or TaskLink())
         self._events = StrategyEvents(strategy, self._context, team)
-        self._pose: Latest
+        self._pose: PolledSubscription
         self._laser, self.share_map = laser, share_map
-        self._scans: Latest | None = None  # once the strategy wants them
+        self._scans: PolledSubscription | None = None  # once the strategy wants them
         self._velocity: Publisher | None = None  # as well
         self._mapped = False  # whether the costmap can be used
         self._target: Target | None = None

@@ -12,7 +12,7 @@ from desim.middleware.contents import EMPTY, LaserScan, Pose
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest
+from desim.middleware.topics import PolledSubscription
 from desim.ports import Pose2D
 from desim.ports.computers import Keeps
 from desim.ports.localization import Localization, LocalizationTraits
@@ -70,9 +70,9 @@ class LocalizationNode(Node):
         self._keeper = localization if isinstance(localization, Keeps) else None
         self._usable_m = robot.mapping.usable_range_m
         self._context = SensorContext(self, robot, start, bodies_m)
-        self._scan: Latest
+        self._scan: PolledSubscription
         self._topics = tuple(robot.lasers_by_topic)[1:]
-        self._others: list[Latest] = []  # of the lasers beside the first
+        self._others: list[PolledSubscription] = []  # of the lasers beside the first
         self._odometry: Pose | None = None  # the latest
         self._placed_ns = -PATIENCE_NS  # stamp of the last odometry that had a scan
         self._undrawn: UnreadScan | None = None  # the scan that may be drawn now

@@ -18,7 +18,7 @@ from desim.middleware.contents import (
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest
+from desim.middleware.topics import PolledSubscription
 from desim.ports import Pose2D
 from desim.robot.localization.node import LocalizationNode, publish_pose
 from desim.robot.transforms import motion_to, moved
@@ -53,7 +53,7 @@ class PosePublisher(Node):
 
     def __init__(self, host: Host) -> None:
         super().__init__(host, "pose_publisher")
-        self._correction: Latest
+        self._correction: PolledSubscription
         self._odometry: Pose | None = None  # the latest
 
     def start(self) -> None:

@@ -12,7 +12,7 @@ from desim.middleware.contents import EMPTY, LaserScan, Pose
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest
+from desim.middleware.topics import PolledSubscription
 from desim.robot.mapping.robot_map import RobotMap
 from desim.robot.stamped_poses import between, step
 from desim.scenario.schema import robot as parameters
@@ -37,7 +37,7 @@ class Mapping(Node):
         super().__init__(host, "mapping" if topic == parameters.SCAN else f"{topic}/mapping")
         self.robot_map, self._topic = robot_map, topic
         self._mapping = mapping
-        self._scan: Latest
+        self._scan: PolledSubscription
         self._pose: Pose | None = None  # the latest
         self._integrated: Pose | None = None  # of the last scan that was integrated
         self._matched_ns = -PATIENCE_NS  # stamp of the last pose that had a scan

@@ -11,7 +11,7 @@ from desim.middleware.contents import EMPTY, Goal, GoalResult, Pose
 from desim.middleware.host import Host
 from desim.middleware.message import Message
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest
+from desim.middleware.topics import PolledSubscription
 from desim.ports.local_planners import LocalPlanner
 from desim.robot.navigation.global_costmap import GlobalCostmap
 from desim.robot.navigation.global_planner import GlobalPlanner
@@ -52,8 +52,8 @@ class MoveBase(Node):
         self._patience = patience(navigation)
         self._standing, self._stood_ns = Standing(), 0
         self._ticks = math.ceil(navigation.control_rate_hz)  # of the control, in a second
-        self._sonar: Latest | None = None
-        self._scans: list[Latest] = []
+        self._sonar: PolledSubscription | None = None
+        self._scans: list[PolledSubscription] = []
         self._mapped = False
         self._goal: Goal | None = None
         self._spin: Spin | None = None

@@ -10,7 +10,7 @@ from desim.errors import ModelError, class_of
 from desim.middleware.contents import EMPTY, LaserScan
 from desim.middleware.host import Host
 from desim.middleware.node import Node
-from desim.middleware.topics import Latest, Publisher
+from desim.middleware.topics import PolledSubscription, Publisher
 from desim.ports import Pose2D
 from desim.ports.arguments import check_contribution, check_frame
 from desim.ports.computers import Keeps
@@ -46,7 +46,7 @@ class MapSharing(Node):
         self.robot_map, self.peers, self.team, self.own_map = robot_map, peers, team, own_map
         self._sharing = sharing
         self._keeper = sharing if isinstance(sharing, Keeps) else None
-        self._pose: Latest  # where maps are shared
+        self._pose: PolledSubscription  # where maps are shared
         self._map: Publisher  # there, too
         self._context: MapContext  # there, too
         own = (host.name,) if isinstance(sharing, PlansWithMerged) else ()
