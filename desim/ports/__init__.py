@@ -7,6 +7,7 @@ its own, keyed by the frame's id.
 
 from desim.ports.bodies import Arena, Bodies
 from desim.ports.capabilities import (
+    ChecksHosts,
     CountsAirtime,
     CountsAttempts,
     CountsBusyTime,
@@ -98,11 +99,11 @@ from desim.ports.unused_keys import KnowsUnusedKeys, ReadsMarks, UnusedKeys, cha
 from desim.ports.worlds import GridSpec, HasDoubts, MovesObstacles, RandomStreams, Snapshot, World
 
 __all__ = [
-    "Antennas", "Arena", "BesideScenario", "Bodies", "Builds", "Constants", "Context",
-    "CountsAirtime", "CountsAttempts", "CountsBusyTime", "CountsControl", "CutsCarrier", "Deliver",
-    "Drop", "Duplicate", "FULL_PACKET_BYTES", "Federate", "File", "FollowsGoals", "FollowsHosts",
-    "FollowsMap", "FollowsTask", "FollowsTeam", "Frame", "Frames", "Frontier", "GoalEnd",
-    "GridSpec", "Handle", "Handover", "HasDoubts", "HearsAntennas", "Itemizes",
+    "Antennas", "Arena", "BesideScenario", "Bodies", "Builds", "ChecksHosts", "Constants",
+    "Context", "CountsAirtime", "CountsAttempts", "CountsBusyTime", "CountsControl", "CutsCarrier",
+    "Deliver", "Drop", "Duplicate", "FULL_PACKET_BYTES", "Federate", "File", "FollowsGoals",
+    "FollowsHosts", "FollowsMap", "FollowsTask", "FollowsTeam", "Frame", "Frames", "Frontier",
+    "GoalEnd", "GridSpec", "Handle", "Handover", "HasDoubts", "HearsAntennas", "Itemizes",
     "JudgesTransmissions", "KnowsDepartures", "KnowsHandovers", "KnowsLinks", "KnowsUnusedKeys",
     "Ledger", "LimitsReach", "Mark", "MovesObstacles", "Named", "NamesAccessPoints",
     "NamesChannels", "NetworkModel", "Obstacles", "PASS", "Params", "Pass", "PassesMany", "Peer",

@@ -185,6 +185,15 @@ class KnowsHandovers(Protocol):
 
 
 @runtime_checkable
+class ChecksHosts(Protocol):
+    """Parameters of a network model that know before it starts what does not fit: loading a
+    scenario asks them, and ``start`` has the same check."""
+
+    def check_hosts(self, hosts: tuple[str, ...]) -> None:
+        """Raises ``InputError`` as ``NetworkModel.start`` would with these ``hosts``."""
+
+
+@runtime_checkable
 class NamesAccessPoints(Protocol):
     """Parameters of a network model that is one of ``SwitchesAccessPoints``."""
 

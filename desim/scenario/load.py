@@ -14,7 +14,15 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from desim.errors import InputError
-from desim.scenario import check, file_kinds, merge, plugin_choices, validation_cache, yaml12
+from desim.scenario import (
+    check,
+    file_kinds,
+    merge,
+    network_checks,
+    plugin_choices,
+    validation_cache,
+    yaml12,
+)
 from desim.scenario.complaints import Complaint, lines, validated
 from desim.scenario.complete import complete, lay_on_given_media
 from desim.scenario.schema.fleet import StartFile
@@ -156,15 +164,19 @@ def _loaded(document: merge.Document) -> Loaded:
     result = validation_cache.scenario(data)
     found = plugin_choices.complaints(data)
     wrong = result if isinstance(result, list) else []
-    scenario = _rest(data, wrong) if isinstance(result, list) else result
+    scenario = _rest(data, [*wrong, *found]) if found or isinstance(result, list) else result
     if scenario is not None:
         scenario, starts = _with_listed_starts(scenario, folder)
         wrong = wrong + starts
-        found += check.complaints(scenario, folder, tuple(complaint.path for complaint in wrong))
+        found += check.complaints(scenario, folder, tuple(
+            complaint.path for complaint in [*wrong, *found]))
     found += wrong
     if found or scenario is None:
         raise InputError(*lines(found, places))
-    return Loaded(complete(scenario, folder), places)
+    scenario = complete(scenario, folder)
+    if unfit := list(network_checks.unfit(scenario)):
+        raise InputError(*lines(unfit, places))
+    return Loaded(scenario, places)
 
 
 def _rest(data: Data, wrong: list[Complaint]) -> Scenario | None:
@@ -172,9 +184,10 @@ def _rest(data: Data, wrong: list[Complaint]) -> Scenario | None:
     for _ in range(_MOST_PRUNINGS if len(wrong) <= _MOST_WRONG else 0):
         data = _without(data, wrong)
         scenario = validated(Scenario, {"name": "unnamed", **data})
-        if isinstance(scenario, Scenario):
+        wrong = plugin_choices.complaints(data)
+        if isinstance(scenario, Scenario) and not wrong:
             return scenario
-        wrong = scenario
+        wrong += scenario if isinstance(scenario, list) else []
     return None
 
 

@@ -7,8 +7,9 @@ from fnmatch import fnmatchcase
 
 from desim import plugins
 from desim.errors import InputError
+from desim.ports import ChecksHosts
 from desim.scenario import plugin_choices
-from desim.scenario.complaints import validated
+from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import media
 from desim.scenario.names import host_names, robot_names, unknown
 from desim.scenario.recipients import listeners, monitors, words_of
@@ -16,7 +17,7 @@ from desim.scenario.robot_types import equipment_by_path
 from desim.scenario.schema.communication import MediumChoice
 from desim.scenario.schema.robot import OTHERS, OWN_TOPICS, Publication
 from desim.scenario.schema.scenario import Scenario
-from desim.scenario.source_places import Folder, Path
+from desim.scenario.source_places import Folder, Path, path_of
 from desim.units import DURATION, MESSAGE_SIZE
 
 Found = Iterator[tuple[Path, str]]
@@ -34,6 +35,21 @@ def _attached(scenario: Scenario, _: Folder) -> Found:
         if choice.hosts is not None and len(choice.hosts) < (1 if choice.inside else 2):
             yield path, ("must be at least one host, or left out" if choice.inside else
                          f"must be a list of at least 2, got a list of {len(choice.hosts)}")
+
+
+def unfit(scenario: Scenario) -> Iterator[Complaint]:
+    """The parameters of media that do not fit together, or to the hosts, as their models would say
+    when a run starts; for a complete scenario without other faults."""
+    hosts = (*host_names(scenario), *scenario.network.others)
+    for name, choice in scenario.network.media.items():
+        if not isinstance(choice.params, ChecksHosts):
+            continue
+        try:
+            choice.params.check_hosts(hosts)
+        except InputError as error:
+            for line in map(str, error.args):
+                key, _, text = line.partition(": ")
+                yield Complaint(("network", "media", name, *path_of(key[1:])), text)
 
 
 def _topics(scenario: Scenario, _: Folder) -> Found:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from desim import ports
-from desim.errors import InputError
+from desim.errors import InputError, below
 from desim.ports.scope import matching
 from netmodels.hops import Hops
 from netmodels.infrastructure.access_points import (
@@ -80,10 +80,31 @@ class Infrastructure:
         self._radio.itemize(times.air)
         self._switch.itemize(times.wires)
 
-    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
-        settings, times, params = self._settings, self._times, self._params
-        _check(params)
+    def check(self, hosts: tuple[str, ...]) -> None:
+        """Raises ``InputError`` for what does not fit together, or to the hosts."""
+        _check(self._params)
         check_channels(self._access_points, self._radio.standard)
+        names = (*hosts, *names_of(self._access_points, hosts))
+        self._radio.params.check_radio(names)
+        self._wired_hosts(hosts)
+        with below(".infrastructure.wires"):
+            self._settings.wires.check_hosts(names)
+
+    def _wired_hosts(self, hosts: tuple[str, ...]) -> frozenset[int]:
+        """Raises ``InputError`` for patterns that name no host."""
+        found: set[int] = set()
+        access_points = names_of(self._access_points, hosts)
+        for number, pattern in enumerate(self._settings.wired):
+            path = f".infrastructure.wired.{number}"
+            if pattern in access_points:
+                raise InputError(f"{path}: access points ({', '.join(access_points)}) are wired "
+                                 f"anyway; allowed: hosts, which are {', '.join(hosts)}")
+            found.update(matching(pattern, hosts, path))
+        return frozenset(found)
+
+    def start(self, context: ports.Context, hosts: tuple[str, ...]) -> None:
+        settings, times = self._settings, self._times
+        self.check(hosts)
         count, names = len(hosts), (*hosts, *names_of(self._access_points, hosts))
         self._context, self._names = context, names
         self._dscp = context.dscp if self._radio.categories else None
@@ -93,9 +114,7 @@ class Infrastructure:
             air_ledger, wire_ledger = times.air, times.wires
         self._air = Hops(self._radio, site, names, "", air_ledger, marks=True)
         wires = Hops(self._switch, site, names, ".infrastructure.wires", wire_ledger)
-        self._wired = frozenset(host for number, pattern in enumerate(settings.wired)
-                                for host in matching(pattern, hosts,
-                                                     f".infrastructure.wired.{number}"))
+        self._wired = self._wired_hosts(hosts)
         for host in sorted(self._wired):
             self._air.switched(host, False)
         standard = self._radio.standard

@@ -78,6 +78,13 @@ class Radio:
             """``ports.ReadsMarks``: where there are access categories and contention."""
             return self.fidelity in ("mac", "multihop") and (self.has_mcs or self.qos)
 
+        def check_hosts(self, hosts: tuple[str, ...]) -> None:
+            """``ports.ChecksHosts``: the rung ideal reads nothing."""
+            if self.access_points and self.fidelity == "mac":
+                Infrastructure(self.infrastructure, self, self.access_points).check(hosts)
+            elif self.fidelity != "ideal":
+                self.check_radio(hosts)
+
         def access_point_names(self) -> tuple[str, ...]:
             """``ports.NamesAccessPoints``."""
             return names_of(self.access_points, ()) if self.fidelity == "mac" else ()

@@ -48,10 +48,14 @@ class Switch:
             "2015, net.core.default_qdisc; in testbed pfifo: pfifo_fast of the paper's time)"))
         buffer_bytes: ByteSize = Field("4 MB", description="of an exit, for packets (access "
                                                            "switches have some megabytes)")
-        ports: dict[str, list[str]] = Field({}, description="port name to the hosts that share it; "
-                                                            "all others have one each (none)")
+        ports: dict[str, tuple[str, ...]] = Field({}, description=(
+            "port name to the hosts that share it; all others have one each (none)"))
         local_latency_ns: Duration = Field("0 ns", description="between hosts of one port (the "
                                                                "paper does not say)")
+
+        def check_hosts(self, hosts: tuple[str, ...]) -> None:
+            """``ports.ChecksHosts``."""
+            _assign(self.ports, hosts)
 
     reasons = ("queue_full",)
 
@@ -179,7 +183,7 @@ class Switch:
                 context.settle(frame, receivers[0], _deliver(delay_ns))
 
 
-def _assign(shared: dict[str, list[str]], hosts: tuple[str, ...]) -> list[int]:
+def _assign(shared: dict[str, tuple[str, ...]], hosts: tuple[str, ...]) -> list[int]:
     """Host index to port number. Raises ``InputError`` for unknown hosts and those named twice."""
     port_of: dict[str, int] = {}
     for number, (port, members) in enumerate(shared.items()):

@@ -379,8 +379,8 @@ def test_broadcasts_wait_for_a_dtim(dtim):
      "nothing of; allowed: the same, or one outside of 36 to 40"),
     ({"access_points": ((0, 36), (9, 37))},
      ".access_points.1.channel: there is no channel 37 of 20 MHz in 5 GHz; allowed: 36, 40, 44, "
-     "48, 52, 56, 60, 64, 100, 104, 108, 112, 116, 120, 124, 128, 132, 136, 140, 144, 149, 153, 157, "
-     "161, 165"),
+     "48, 52, 56, 60, 64, 100, 104, 108, 112, 116, 120, 124, 128, 132, 136, 140, 144, 149, 153, "
+     "157, 161, 165"),
     ({"channels": {"a": 44}},
      ".channels: stations take the channels of their access points; allowed: access_points "
      "without it"),

@@ -168,6 +168,20 @@ class DcfRadio:
             ``InputError`` for those that it does not have."""
             return self.rates_of(self.of_standard(), self.rate_bps, self.broadcast_rate_bps)
 
+        def check_hosts(self, hosts: tuple[str, ...]) -> None:
+            """``ports.ChecksHosts``."""
+            self.check_radio(hosts)
+
+        def check_radio(self, hosts: tuple[str, ...]) -> None:
+            """Raises ``InputError`` for what does not fit together, or to the hosts."""
+            self.rates()
+            self.aggregated()
+            self.channel_numbers(hosts)
+
+        def channel_numbers(self, hosts: tuple[str, ...]) -> np.ndarray:
+            """[hosts] their channels. Raises ``InputError`` for those that there are not."""
+            return channels_of(hosts, self.channel, self.channels, self.of_standard())
+
         def receiver(self) -> Reception:
             """Thresholds and noise in the channel's width."""
             found, wider_db = self.reception.for_stations(), 10 * log10(self.width_hz / USUAL_HZ)
@@ -216,8 +230,8 @@ class DcfRadio:
             return Budget(
                 self.power_dbm, self.loss(), self.walls, self.shadows(context, hosts),
                 heard_dbm, found_dbm,
-                channels_of(hosts, self.channel, self.channels, self.of_standard()),
-                context.antennas, BodyLoss(LIGHT_MPS / self.of_standard().carrier_hz(self.channel))
+                self.channel_numbers(hosts), context.antennas,
+                BodyLoss(LIGHT_MPS / self.of_standard().carrier_hz(self.channel))
                 if self.people else None)
 
     reasons: tuple[str, ...] = ("channel_error", "collision", "expired", "out_of_reach",
@@ -245,6 +259,7 @@ class DcfRadio:
         self.params = params = self.params.beside(context.obstacles)
         self.context, self.hosts = context, hosts
         self._dscp = context.dscp
+        params.check_radio(hosts)
         self.rate, self._broadcast_rate = params.rates()
         self.budget = params.budget(context, hosts, self._heard_dbm(),
                                     params.receiver().preamble_dbm)
