@@ -48,8 +48,8 @@ def test_discovery_bytes_are_those_that_were_measured():
 
 
 def test_of_endpoints_that_take_a_tenth_less_they_are_not(monkeypatch):
-    whole = wire.RtpsDialect.built_in_endpoints
-    monkeypatch.setattr(wire.RtpsDialect, "built_in_endpoints", lambda self, *which: [
+    whole = wire.RtpsVendor.built_in_endpoints
+    monkeypatch.setattr(wire.RtpsVendor, "built_in_endpoints", lambda self, *which: [
         each._replace(size_bytes=each.size_bytes * 9 // 10) for each in whole(self, *which)])
     with pytest.raises(AssertionError):
         assert_bytes_are_those_that_were_measured()
@@ -114,14 +114,14 @@ def test_single_messages_are_as_long_as_those_on_the_wire():
     assert [CYCLONE.writer_bytes(f"rr/robot_1/{name}Reply", f"{kind}Response_", wire.QUEUED)
             for name in services] == [292, 292, 292, 296, 296, 304]
     apart = CYCLONE.new_endpoints(announced[:2], False)
-    assert [letter.chunk.size_bytes - 4 for letter in apart] == [350, 390]
+    assert [message.size.size_bytes - 4 for message in apart] == [350, 390]
     again = CYCLONE.known_endpoints([
-        wire.Item((1, 1), wire.ItemKind.WRITER, "", size) for size in (276, 260, 272, 292, 292)],
-        1456, False)
-    assert [(letter.chunk.size_bytes - 4, letter.items) for letter in again] == [
+        wire.DiscoveredData((1, 1), wire.DataKind.WRITER, "", size)
+        for size in (276, 260, 272, 292, 292)], 1456, False)
+    assert [(message.size.size_bytes - 4, message.items) for message in again] == [
         (1226, 4), (382, 1)]
     (sample,) = CYCLONE.trains(804, 1344, 10, (True,))
-    assert sample.chunk.size_bytes - 4 == 938
+    assert sample.size.size_bytes - 4 == 938
 
 
 def test_those_of_fast_dds_too():
@@ -134,15 +134,15 @@ def test_those_of_fast_dds_too():
     in_order = sorted(announced, key=lambda item: item.kind in wire.READERS)
     assert sorted(each.size_bytes for each in announced) == sorted([
         412, 384, 404, 424, 424, 424, 432, 432, 448, 412, 404, 428, 428, 428, 436, 436, 444])
-    assert [(letter.chunk.size_bytes - 4 * letter.chunk.packets, letter.chunk.packets, letter.items)
-            for letter in FAST.known_endpoints(in_order, 65_500, False)] == [
+    assert [(size.size_bytes - 4 * size.packets, size.packets, items)
+            for size, items in FAST.known_endpoints(in_order, 65_500, False)] == [
         (4098, 3, 9), (3718, 3, 8)]
-    assert [letter.chunk.size_bytes - 4 for letter in FAST.new_endpoints(announced[:3], True)] == [
+    assert [message.size.size_bytes - 4 for message in FAST.new_endpoints(announced[:3], True)] == [
         562, 562, 534]
     (sample,) = FAST.trains(1000, 65_324, 1, (True,))
-    assert sample.chunk.size_bytes - 4 == 1210
+    assert sample.size.size_bytes - 4 == 1210
     first, last = FAST.trains(100_000, 65_324, 1, (True, True))
-    assert [(train.chunk.size_bytes - 4 * train.chunk.packets, train.chunk.packets)
+    assert [(train.size.size_bytes - 4 * train.size.packets, train.size.packets)
             for train in (first, last)] == [(67_038, 45), (35_680, 24)]
 
 
@@ -150,7 +150,7 @@ def datagrams(dialect, size_bytes, fragment_bytes, most):
     """UDP messages of a sample: bytes with all headers, and packets of each."""
     count = len(dialect.messages(size_bytes, fragment_bytes, most))
     beats = (False,) * (count - 1) + (True,)
-    return [train.chunk for train in dialect.trains(size_bytes, fragment_bytes, most, beats, 1)]
+    return [train.size for train in dialect.trains(size_bytes, fragment_bytes, most, beats, 1)]
 
 
 def test_a_large_sample_is_a_few_datagrams_that_ip_cuts():
@@ -160,7 +160,7 @@ def test_a_large_sample_is_a_few_datagrams_that_ip_cuts():
     assert (first.size_bytes, first.packets) == (13_536 + 46 + 9 * 38, 10)
     assert (last.size_bytes, last.packets) == (6656 + 46 + 4 * 38, 5)
     assert len(datagrams(CYCLONE, 160_109, 1344, 10)) == 12
-    assert [chunk.packets for chunk in datagrams(FAST, 160_109, 65_324, 1)] == [45, 45, 21]
+    assert [size.packets for size in datagrams(FAST, 160_109, 65_324, 1)] == [45, 45, 21]
 
 
 def test_datagrams_travel_in_trains():
@@ -170,9 +170,9 @@ def test_datagrams_travel_in_trains():
         count = len(dialect.messages(160_109, fragment_bytes, most))
         trains = dialect.trains(160_109, fragment_bytes, most, (False,) * (count - 1) + (True,))
         assert [len(train.messages) for train in trains] == parts
-        assert sum(train.chunk.size_bytes for train in trains) == sum(
-            chunk.size_bytes for chunk in datagrams(dialect, 160_109, fragment_bytes, most))
-        assert all(train.chunk.packets == sum(message.packets for message in train.messages)
+        assert sum(train.size.size_bytes for train in trains) == sum(
+            size.size_bytes for size in datagrams(dialect, 160_109, fragment_bytes, most))
+        assert all(train.size.packets == sum(message.packets for message in train.messages)
                    for train in trains)
 
 

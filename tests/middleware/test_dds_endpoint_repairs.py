@@ -10,10 +10,10 @@ from desim.middleware.dds import endpoint_repairs
 from desim.middleware.dds.dds import Dds
 from desim.middleware.dds.endpoint_repairs import TRAIN, SharedRepairs
 from desim.middleware.dds.parameters import DdsConstants
-from desim.middleware.dds.wire import FASTDDS, Item, ItemKind
+from desim.middleware.dds.wire import FASTDDS, DataKind, DiscoveredData
 
-ITEMS = [Item((0, 1, 0), kind, f"/t{k}", 500) for kind in (ItemKind.READER, ItemKind.WRITER)
-         for k in range(10)]
+ITEMS = [DiscoveredData((0, 1, 0), kind, f"/t{k}", 500)
+         for kind in (DataKind.READER, DataKind.WRITER) for k in range(10)]
 
 
 class Writer:
@@ -33,9 +33,9 @@ class Writer:
     def after(self, delay_ns, fn, arg=None):
         self.calls.append((delay_ns, fn))
 
-    def send_items(self, to, numbers, letters, known):
-        assert sum(letter.items for letter in letters) == len(numbers)
-        self.items.append(([one.number for one in to], list(numbers), len(letters)))
+    def send_items(self, to, numbers, messages, known):
+        assert sum(message.items for message in messages) == len(numbers)
+        self.items.append(([one.number for one in to], list(numbers), len(messages)))
 
     def send_heartbeats(self, to, count, *, directed):
         self.beats.append((len(to), count, directed))

@@ -55,7 +55,7 @@ class Dds:
             size_bytes, fragment_bytes, most, beats))
         self.long_trains: Cuts = lru_cache(1 << 12)(lambda size_bytes, beats: self.wire.trains(
             size_bytes, fragment_bytes, most, beats, LONG_TRAIN_BYTES))
-        self.beat_chunk, self.ack_chunk = self.wire.heartbeats(1), self.wire.acknacks(1)
+        self.heartbeat_size, self.acknack_size = self.wire.heartbeats(1), self.wire.acknacks(1)
 
     def domains(self, hosts: Sequence[str]) -> list[int]:
         params = self.params
@@ -83,7 +83,7 @@ class Dds:
         self.participants: dict[int, Participant] = {}
         self._processes: list[tuple[Participant, ...]] = [()] * len(hosts)
         self._writers: list[dict[str, list[StatefulWriter]]] = [{} for _ in hosts]
-        self._links: dict[tuple[int, int, str], list[ReaderProxy]] = {}
+        self._proxies: dict[tuple[int, int, str], list[ReaderProxy]] = {}
         self._calls: dict[tuple[int, str], BlockedCalls] = {}
 
     def switched(self, host: int, up: bool) -> None:
@@ -94,9 +94,9 @@ class Dds:
                 self.book_arrivals(remote, host)
         if former:
             del self.participants[host]
-            for (_, receiver, _), links in self._links.items():
-                for link in links if receiver == host else ():
-                    link.writer_proxy.drop("host_down")
+            for (_, receiver, _), proxies in self._proxies.items():
+                for proxy in proxies if receiver == host else ():
+                    proxy.writer_proxy.drop("host_down")
             self._writers[host] = {}
         self.matches += 1
         if up:
@@ -181,29 +181,29 @@ class Dds:
         remote = me.remotes.get(guid)
         return remote if remote is not None and topic in remote.writers else None
 
-    def linked(self, link: ReaderProxy) -> None:
-        """Register ``link``, which is open, under its two ends."""
-        self._links.setdefault(link.ends, []).append(link)
+    def linked(self, proxy: ReaderProxy) -> None:
+        """Register ``proxy``, which is open, under its two ends."""
+        self._proxies.setdefault(proxy.ends, []).append(proxy)
 
-    def unlinked(self, link: ReaderProxy) -> None:
-        """``link`` closes. Its writer's participant keeps the instant of the last acknowledgement.
+    def unlinked(self, proxy: ReaderProxy) -> None:
+        """``proxy`` closes. Its writer's participant keeps the instant of the last acknowledgement.
         """
-        self._links[link.ends].remove(link)
-        remote = self.participants[link.ends[0]].remotes.get(link.guid)
+        self._proxies[proxy.ends].remove(proxy)
+        remote = self.participants[proxy.ends[0]].remotes.get(proxy.guid)
         if remote is not None:
-            self._renew_lease(link, remote)
+            self._renew_lease(proxy, remote)
 
     def take_acknowledgements(self, me: Participant, remote: RemoteParticipant) -> None:
         """Renew the lease of ``remote`` at ``me`` by its acknowledgements."""
-        for (host, receiver, _), links in self._links.items():
+        for (host, receiver, _), proxies in self._proxies.items():
             if host == me.host and receiver == remote.host:
-                for link in links:
-                    self._renew_lease(link, remote)
+                for proxy in proxies:
+                    self._renew_lease(proxy, remote)
 
-    def _renew_lease(self, link: ReaderProxy, remote: RemoteParticipant) -> None:
-        link.take_acknowledgements(self.context.now_ns)
-        if link.guid == remote.guid and link.received_ns > remote.received_ns:
-            remote.received_ns = link.received_ns
+    def _renew_lease(self, proxy: ReaderProxy, remote: RemoteParticipant) -> None:
+        proxy.take_acknowledgements(self.context.now_ns)
+        if proxy.guid == remote.guid and proxy.received_ns > remote.received_ns:
+            remote.received_ns = proxy.received_ns
 
     def book_arrivals(self, remote: RemoteParticipant, receiver: int) -> None:
         """``receiver`` forgets ``remote``: arrivals that it had taken in advance become events."""
@@ -218,8 +218,8 @@ class Dds:
 
     def joined(self, me: Participant, remote: RemoteParticipant, topic: str) -> None:
         """A reader of participant ``me`` has matched a writer."""
-        for link in self._links.get((remote.host, me.host, topic), ()):
-            link.writer_proxy.joined()
+        for proxy in self._proxies.get((remote.host, me.host, topic), ()):
+            proxy.writer_proxy.joined()
 
     def announced(self, token: tuple[tuple[Guid, int], bool, int | None], receiver: int,
                   lost: Collection[int] = ()) -> None:

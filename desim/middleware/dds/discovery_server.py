@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.middleware.dds.wire import Guid, Item, ItemKind
+from desim.middleware.dds.wire import DataKind, DiscoveredData, Guid
 
 if TYPE_CHECKING:
     from desim.middleware.dds.participant import Participant
 
-_OPPOSITE = {ItemKind.WRITER: ItemKind.READER, ItemKind.READER: ItemKind.WRITER}
+_OPPOSITE = {DataKind.WRITER: DataKind.READER, DataKind.READER: DataKind.WRITER}
 
 
 class DiscoveryServer:
@@ -18,10 +18,10 @@ class DiscoveryServer:
     def __init__(self, me: Participant) -> None:
         self._me = me
         # By kind and topic, by owner.
-        self._items: dict[tuple[ItemKind, str], dict[Guid, Item]] = {}
-        self._announced: dict[Guid, dict[Item, None]] = {}  # by client
+        self._items: dict[tuple[DataKind, str], dict[Guid, DiscoveredData]] = {}
+        self._announced: dict[Guid, dict[DiscoveredData, None]] = {}  # by client
 
-    def add(self, item: Item) -> None:
+    def add(self, item: DiscoveredData) -> None:
         """Take an endpoint: its owner and the owners of endpoints that match it learn of each
         other."""
         if item.kind not in _OPPOSITE:
@@ -42,19 +42,20 @@ class DiscoveryServer:
             stale = [item for item in announced if item.owner == guid]
             for item in stale:
                 del announced[item]
-            if any(item.kind != ItemKind.GONE for item in stale):
-                self._announce(to, Item(guid, ItemKind.GONE, "",
+            if any(item.kind != DataKind.GONE for item in stale):
+                self._announce(to, DiscoveredData(guid, DataKind.GONE, "",
                                         self._me.dds.wire.announcement_bytes))
 
-    def _announce(self, to: Guid, item: Item) -> None:
+    def _announce(self, to: Guid, item: DiscoveredData) -> None:
         remote, me = self._me.remotes.get(to), self._me
         if remote is None:
             return
         announced = self._announced.setdefault(to, {})
         if item in announced:
             return
-        first = Item(item.owner, ItemKind.PARTICIPANT, "", self._me.dds.wire.announcement_bytes)
-        if item.owner != me.guid and item.kind != ItemKind.GONE and first not in announced:
+        first = DiscoveredData(item.owner, DataKind.PARTICIPANT, "",
+                               self._me.dds.wire.announcement_bytes)
+        if item.owner != me.guid and item.kind != DataKind.GONE and first not in announced:
             announced[first] = None
             remote.out.append(first)
         announced[item] = None

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from desim.middleware.dds.endpoints import Endpoints
     from desim.middleware.dds.participant import Participant
     from desim.middleware.dds.remote import RemoteParticipant
-    from desim.middleware.dds.wire import Item
+    from desim.middleware.dds.wire import DiscoveredData
 
 TRAIN = 10  # messages in one frame, so that a large fleet's start is not a frame for each of them
 
@@ -40,9 +40,10 @@ class SingleRepairs:
         for start in range(0, len(numbers), TRAIN):
             part = numbers[start:start + TRAIN]
             last = start + TRAIN >= len(numbers)
-            letters = me.dds.wire.known_endpoints([remote.out[number] for number in part],
+            messages = me.dds.wire.known_endpoints([remote.out[number] for number in part],
                                                   me.constants.repeated_message_bytes, last)
-            self._endpoints.send_items([remote], part, letters, remote.sent_count if last else None)
+            self._endpoints.send_items([remote], part, messages,
+                                       remote.sent_count if last else None)
         self._endpoints.send_heartbeat_soon()
 
 
@@ -85,24 +86,24 @@ class SharedRepairs:
             remote.requested = ()
         readers = [number for number in wanted if out[number].kind in wire.READERS]
         parts = self._parted(sorted(wanted.keys() - readers) + sorted(readers), out)
-        mails = [(to, list(same)) for part in parts
+        wishes = [(to, list(same)) for part in parts
                  for to, same in groupby(part, wanted.__getitem__)]
-        for to, group in groupby(mails, itemgetter(0)):
+        for to, group in groupby(wishes, itemgetter(0)):
             self._send_train(to, [numbers for _, numbers in group], out)
         self._endpoints.send_heartbeats(me.direct(), len(parts) - 1, directed=False)
 
-    def _send_train(self, to: list[RemoteParticipant], groups: list[list[int]], out: list[Item]
-                    ) -> None:
+    def _send_train(self, to: list[RemoteParticipant], groups: list[list[int]],
+                    out: list[DiscoveredData]) -> None:
         """Send the items of these numbers to the same readers; each group begins a message."""
         me = self._me
         for start in range(0, len(groups), TRAIN):
             some = groups[start:start + TRAIN]
-            letters = [letter for group in some for letter in me.dds.wire.known_endpoints(
+            messages = [message for group in some for message in me.dds.wire.known_endpoints(
                 [out[number] for number in group], me.constants.repeated_message_bytes, False,
                 addressed=len(to) == 1)]
-            self._endpoints.send_items(to, [*chain.from_iterable(some)], letters, None)
+            self._endpoints.send_items(to, [*chain.from_iterable(some)], messages, None)
 
-    def _parted(self, numbers: Sequence[int], out: list[Item]) -> list[list[int]]:
+    def _parted(self, numbers: Sequence[int], out: list[DiscoveredData]) -> list[list[int]]:
         """Cut the numbers of items behind each that a heartbeat to all follows: that is a message
         of its own, and ends the one before it."""
         parts: list[list[int]] = [[]]

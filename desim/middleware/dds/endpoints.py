@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 from desim.middleware.dds import wire
 from desim.middleware.dds.endpoint_repairs import TRAIN, SharedRepairs, SingleRepairs
-from desim.middleware.dds.outbox import LOOPBACK_NS, Posted
+from desim.middleware.dds.outbox import LOOPBACK_NS, OutgoingMessage
 from desim.middleware.dds.remote import RemoteParticipant
-from desim.middleware.dds.wire import Guid, Item, ItemKind, Mail
+from desim.middleware.dds.wire import DataKind, DiscoveredData, Guid, SedpMessage
 from desim.middleware.timers import NEVER
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Endpoints:
         self._wire = me.dds.wire
         self._context = me.context
         self._multicast = me.dds.params.allow_multicast == "all"
-        self.items: list[Item] = []  # those that exist
+        self.items: list[DiscoveredData] = []  # those that exist
         # A node's endpoints are made some time after its participant.
         self._exist = False
         name = self._context.hosts[me.host] + f"/node_{me.number}" * bool(me.number)
@@ -51,7 +51,7 @@ class Endpoints:
         self._beats = 0
         self._repairs = (SharedRepairs if self._wire.apart else SingleRepairs)(me, self)
 
-    def write(self, item: Item) -> None:
+    def write(self, item: DiscoveredData) -> None:
         """Add an endpoint once endpoints exist."""
         if self._exist:
             self._add([item])
@@ -63,7 +63,7 @@ class Endpoints:
         self._exist = True
         self._add(self._coming)
 
-    def _add(self, items: list[Item]) -> None:
+    def _add(self, items: list[DiscoveredData]) -> None:
         me = self._me
         self.items += items
         if me.discovery_server is not None:
@@ -84,9 +84,9 @@ class Endpoints:
         for start in range(first, last, TRAIN):
             numbers = range(start, min(last, start + TRAIN))
             out = remotes[0].out
-            letters = self._wire.new_endpoints([out[number] for number in numbers],
+            messages = self._wire.new_endpoints([out[number] for number in numbers],
                                                self._wire.apart and alone)
-            self.send_items(remotes, numbers, letters, None)
+            self.send_items(remotes, numbers, messages, None)
         for remote in remotes:
             remote.sent_count = last
         self._beats = 0
@@ -107,19 +107,19 @@ class Endpoints:
     def send_first_heartbeat(self, remote: RemoteParticipant, topic: str) -> None:
         """Send the first heartbeat of a writer that every node has, because it has matched a reader
         of ``remote``."""
-        readers, chunk = [remote], self._wire.heartbeats(1)
+        readers, size = [remote], self._wire.heartbeats(1)
         if self._constants.first_heartbeat_to_all:
             readers = [other for other in self._me.direct()
-                       if (ItemKind.BUILT_IN_READER, topic) in other.built_in]
+                       if (DataKind.BUILT_IN_READER, topic) in other.built_in]
             if len(readers) > 1:
-                chunk = self._wire.heartbeat_to_all()
+                size = self._wire.heartbeat_to_all()
         if self._wire.apart or self._multicast:
-            self._send_all("endpoints", readers, [chunk], Endpoints.heartbeat,
+            self._send_all("endpoints", readers, [size], Endpoints.heartbeat,
                            lambda other: (topic, other is remote))
             return
         for other in readers:  # for one that had it before it only shows that this one lives
             send = self._send if other is remote else self._send_in_advance
-            send("endpoints", other, [chunk], Endpoints.heartbeat, topic, other is remote)
+            send("endpoints", other, [size], Endpoints.heartbeat, topic, other is remote)
 
     def expect_first_heartbeat(self, remote: RemoteParticipant, topic: str) -> None:
         """A reader that every node has, has matched a writer of ``remote``. It asks for a heartbeat
@@ -139,44 +139,44 @@ class Endpoints:
                        lambda remote: ("", True))
 
     def send_items(self, remotes: list[RemoteParticipant], numbers: Sequence[int],
-                   letters: list[wire.Letter], known: int | None) -> None:
+                   messages: list[wire.SedpSize], known: int | None) -> None:
         """Send items of these numbers, the same to all; with ``known`` a heartbeat in the last
-        letter tells that so many exist."""
+        message tells that so many exist."""
         out, at = remotes[0].out, 0
-        mails: list[Mail] = []
-        for chunk, count in letters:
+        train: list[SedpMessage] = []
+        for size, count in messages:
             part = numbers[at:at + count]
             items = zip(part, map(out.__getitem__, part), strict=True)
-            mails.append(Mail(chunk.packets, tuple(items), None))
+            train.append(SedpMessage(size.packets, tuple(items), None))
             at += count
-        mails[-1] = mails[-1]._replace(known=known)
-        self._send_all("sedp", remotes, [chunk for chunk, _ in letters], Endpoints.receive,
-                       lambda remote: (remote.series, tuple(mails)))
+        train[-1] = train[-1]._replace(known=known)
+        self._send_all("sedp", remotes, [size for size, _ in messages], Endpoints.receive,
+                       lambda remote: (remote.series, tuple(train)))
 
-    def _send(self, kind: str, remote: RemoteParticipant, chunks: list[wire.Chunk],
+    def _send(self, kind: str, remote: RemoteParticipant, sizes: list[wire.WireSize],
               handler: Callable[..., object], *content: object) -> None:
-        self._send_all(kind, [remote], chunks, handler, lambda _: content)
+        self._send_all(kind, [remote], sizes, handler, lambda _: content)
 
-    def _send_in_advance(self, kind: str, remote: RemoteParticipant, chunks: list[wire.Chunk],
+    def _send_in_advance(self, kind: str, remote: RemoteParticipant, sizes: list[wire.WireSize],
                          handler: Callable[..., object], *content: object) -> None:
         """``_send`` a message that only shows ``remote`` that this participant lives."""
         you = self._me.dds.on(remote.host, remote.number)
         runs = you is not None and you.guid == remote.guid
-        self._send_all(kind, [remote], chunks, handler, lambda _: content,
+        self._send_all(kind, [remote], sizes, handler, lambda _: content,
                        partial(self._me.in_advance, remote.number) if runs else None)
 
-    def _send_all(self, kind: str, remotes: list[RemoteParticipant], chunks: list[wire.Chunk],
+    def _send_all(self, kind: str, remotes: list[RemoteParticipant], sizes: list[wire.WireSize],
                   handler: Callable[..., object],
                   content: Callable[[RemoteParticipant], tuple[object, ...]],
                   in_advance: Callable[[int], InAdvance | None] | None = None) -> None:
         """Send messages in one train: by multicast if that is usual and there are several remotes.
         """
-        chunk = chunks[0] if len(chunks) == 1 else wire.together(chunks)
+        size = sizes[0] if len(sizes) == 1 else wire.together(sizes)
         me, dds = self._me, self._me.dds
         if me.outbox is not None and not self._multicast:
             post = me.outbox.post
             for remote in remotes:
-                post(kind, remote.host, Posted(chunk, dds.take, (
+                post(kind, remote.host, OutgoingMessage(size, dds.take, (
                     me.guid, remote.guid, handler, content(remote))))
             return
         for group in [remotes] if self._multicast else [[remote] for remote in remotes]:
@@ -188,8 +188,8 @@ class Endpoints:
                 me.life.after(LOOPBACK_NS, partial(dds.received, {me.host: to.pop(me.host)}),
                               me.host)
             if to:
-                self._context.send(kind, me.host, list(to), chunk.size_bytes, dds.received, to,
-                                   segments=chunk.packets, multicast=len(group) > 1,
+                self._context.send(kind, me.host, list(to), size.size_bytes, dds.received, to,
+                                   segments=size.packets, multicast=len(group) > 1,
                                    in_part=dds.received, in_advance=in_advance,
                                    socket=me.socket)
 
@@ -237,9 +237,9 @@ class Endpoints:
                         ) -> None:
         """Send so many heartbeats, each of one writer."""
         if remotes and count:
-            chunks = [self._wire.heartbeats(count)] if directed or not self._wire.apart \
+            sizes = [self._wire.heartbeats(count)] if directed or not self._wire.apart \
                 else [self._wire.heartbeat_to_all()] * count
-            self._send_all("sedp_heartbeat", remotes, chunks, Endpoints.heartbeats,
+            self._send_all("sedp_heartbeat", remotes, sizes, Endpoints.heartbeats,
                            lambda remote: (remote.series, remote.sent_count, count, directed))
 
     # Handlers.
@@ -270,14 +270,14 @@ class Endpoints:
         self._book(self._constants.discovery_heartbeat_period_ns)
 
     def receive(self, remote: RemoteParticipant, lost: Collection[int], series: int,
-                mails: Sequence[Mail]) -> None:
+                train: Sequence[SedpMessage]) -> None:
         """Items have arrived, in messages of a train without the packets ``lost``."""
         if not self._goes_on(remote, series):
             return
         known, held = None, remote.held
-        for mail in wire.whole(mails, lost):
-            known = mail.known
-            for number, item in mail.items:
+        for message in wire.whole(train, lost):
+            known = message.known
+            for number, item in message.items:
                 if number >= remote.got:
                     held[number] = item
         learn = self._me.learn
@@ -356,7 +356,7 @@ class Endpoints:
         if not self._wire.apart:
             if new:
                 self._acknowledge_writer(remote)
-        elif not topic or (ItemKind.BUILT_IN_WRITER, topic) in remote.built_in:
+        elif not topic or (DataKind.BUILT_IN_WRITER, topic) in remote.built_in:
             remote.heard_writers[topic] = None
             self._me.after(self._constants.heartbeat_response_ns, self._acknowledge_writer, remote)
 
@@ -365,7 +365,7 @@ class Endpoints:
 
     def preemptive_acknack(self, remote: RemoteParticipant, _: Collection[int], topic: str) -> None:
         """A reader wants the heartbeat of a writer that every node has."""
-        if (ItemKind.BUILT_IN_READER, topic) in remote.built_in:
+        if (DataKind.BUILT_IN_READER, topic) in remote.built_in:
             self.send_first_heartbeat(remote, topic)
 
     def alive(self, remote: RemoteParticipant, _: Collection[int]) -> None:

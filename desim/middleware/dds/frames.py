@@ -9,33 +9,33 @@ from desim.network.carrier import BEFORE_NS, Carrier
 
 if TYPE_CHECKING:
     from desim.middleware.dds.reader_proxy import ReaderProxy
-    from desim.middleware.dds.wire import RtpsDialect
+    from desim.middleware.dds.wire import RtpsVendor
 
 BundleToken = tuple[list[ReliableSample], int, int]  # samples, first number, kind of the heartbeat
 HeartbeatToken = tuple[int, int, int]  # first and last number, kind
 
 
-class Bundling(Carrier[BundleToken]):
+class BundleCarrier(Carrier[BundleToken]):
     """The carrier of several whole samples in one message, which gets lost with any packet of it
     (Fast DDS, of what it repeats)."""
 
     socket = "rtps"  # a participant sends all by one
 
-    def __init__(self, link: ReaderProxy, wire: RtpsDialect) -> None:
-        self._link, self._wire = link, wire
+    def __init__(self, proxy: ReaderProxy, wire: RtpsVendor) -> None:
+        self._proxy, self._wire = proxy, wire
 
     def send(self, bundle: list[tuple[ReliableSample, bool]]) -> None:
         """Send samples together; the flag of each: whether a heartbeat rides on it."""
         if bundle:
-            link, samples = self._link, [sample for sample, _ in bundle]
+            proxy, samples = self._proxy, [sample for sample, _ in bundle]
             beats = sum(rides for _, rides in bundle)
-            chunk = self._wire.bundle([sample.message.size_bytes for sample in samples], beats)
+            size = self._wire.bundle([sample.message.size_bytes for sample in samples], beats)
             for sample in samples:
-                link.leaves(sample, chunk.size_bytes)
-            link.send(chunk, self, (samples, link.first(), DIRECTED if beats else NO_HEARTBEAT))
+                proxy.leaves(sample, size.size_bytes)
+            proxy.send(size, self, (samples, proxy.first(), DIRECTED if beats else NO_HEARTBEAT))
 
     def topics(self, token: BundleToken) -> tuple[str, ...]:
-        return (self._link.ends[2],)
+        return (self._proxy.ends[2],)
 
     def first_sent(self, token: BundleToken, now_ns: int) -> int:
         return token[0][0].first_ns
@@ -43,7 +43,7 @@ class Bundling(Carrier[BundleToken]):
     def arrived(self, token: BundleToken, receiver: int) -> None:
         samples, first, beat = token
         for sample in samples:
-            self._link.arrived((sample, range(sample.parts), first,
+            self._proxy.arrived((sample, range(sample.parts), first,
                                 beat if sample is samples[-1] else NO_HEARTBEAT, ()), receiver)
 
     def arrived_in_part(self, token: BundleToken, receiver: int, lost: dict[int, str]) -> None:
@@ -51,25 +51,25 @@ class Bundling(Carrier[BundleToken]):
 
     def lost(self, token: BundleToken, receiver: int, reason: str) -> None:
         for sample in token[0]:
-            self._link.lose(sample, reason)
+            self._proxy.lose(sample, reason)
 
     def repeated(self, token: BundleToken, receiver: int) -> None:
         for sample in token[0]:
-            self._link.discard_copy(sample)
+            self._proxy.discard_copy(sample)
 
 
-class Beating(Carrier[HeartbeatToken]):
+class HeartbeatCarrier(Carrier[HeartbeatToken]):
     """The carrier of heartbeats to one reader. After a lost one another one will come."""
 
     socket = "rtps"  # a participant sends all by one
 
-    def __init__(self, link: ReaderProxy) -> None:
-        self._link = link
+    def __init__(self, proxy: ReaderProxy) -> None:
+        self._proxy = proxy
 
     def first_sent(self, token: HeartbeatToken, now_ns: int) -> int:
         return BEFORE_NS
 
     def arrived(self, token: HeartbeatToken, receiver: int) -> None:
-        self._link.writer_proxy.heartbeat(*token)
+        self._proxy.writer_proxy.heartbeat(*token)
 
     repeated = arrived

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, NamedTuple
 
-from desim.middleware.dds.wire import Chunk, together
+from desim.middleware.dds.wire import WireSize, together
 
 if TYPE_CHECKING:
     from desim.ports.middleware import DatagramSocket, MiddlewareContext
@@ -18,11 +18,11 @@ MOST_PACKETS = 64  # of a train (ours)
 LOOPBACK_NS = 10_000  # from a participant to another one of its host (ours)
 
 
-class Posted(NamedTuple):
+class OutgoingMessage(NamedTuple):
     """A message, or several that stand for each other, and who takes it at the other end:
     ``arrived(what, receiver, lost)``, with the numbers of its packets that are lost."""
 
-    chunk: Chunk
+    size: WireSize
     arrived: Callable[..., object]
     what: object
 
@@ -32,9 +32,10 @@ class Outbox:
 
     def __init__(self, context: MiddlewareContext, host: int, socket: DatagramSocket) -> None:
         self._context, self._host, self._socket = context, host, socket
-        self._posted: dict[tuple[str, int], list[Posted]] = {}  # by kind and receiving host
+        # By kind and receiving host.
+        self._posted: dict[tuple[str, int], list[OutgoingMessage]] = {}
 
-    def post(self, kind: str, to: int, posted: Posted) -> None:
+    def post(self, kind: str, to: int, posted: OutgoingMessage) -> None:
         """Send a message at the end of this instant."""
         if not self._posted:
             self._context.at(self._context.now_ns, self._host, self.flush)
@@ -47,26 +48,26 @@ class Outbox:
             if to == self._host:
                 self._context.at(self._context.now_ns + LOOPBACK_NS, to, self._loop_back, messages)
                 continue
-            train: list[Posted] = []
+            train: list[OutgoingMessage] = []
             packets = 0
             for message in messages:
-                if train and packets + message.chunk.packets > MOST_PACKETS:
+                if train and packets + message.size.packets > MOST_PACKETS:
                     self._send(kind, to, train)
                     train, packets = [], 0
                 train.append(message)
-                packets += message.chunk.packets
+                packets += message.size.packets
             self._send(kind, to, train)
 
-    def _loop_back(self, messages: list[Posted]) -> None:
+    def _loop_back(self, messages: list[OutgoingMessage]) -> None:
         _arrived(messages, self._host)
 
-    def _send(self, kind: str, to: int, train: list[Posted]) -> None:
-        size_bytes, packets = together([message.chunk for message in train])
+    def _send(self, kind: str, to: int, train: list[OutgoingMessage]) -> None:
+        size_bytes, packets = together([message.size for message in train])
         self._context.send(kind, self._host, [to], size_bytes, _arrived, train, segments=packets,
                            in_part=_arrived, socket=self._socket)
 
 
-def _arrived(train: list[Posted], receiver: int, lost: Collection[int] = ()) -> None:
+def _arrived(train: list[OutgoingMessage], receiver: int, lost: Collection[int] = ()) -> None:
     first = 0
     for (_, packets), arrived, what in train:
         own = [number - first for number in lost if first <= number < first + packets] \

@@ -236,7 +236,7 @@ class DdsParams(ports.Params):
         return self
 
     @property
-    def wire(self) -> wire.RtpsDialect:
+    def wire(self) -> wire.RtpsVendor:
         """The dialect of its implementation."""
         if self.preset not in CYCLONE:
             return wire.FASTDDS

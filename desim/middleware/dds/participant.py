@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 from desim.middleware.dds.discovery_server import DiscoveryServer
 from desim.middleware.dds.endpoints import Endpoints
 from desim.middleware.dds.event_thread import EventThread
-from desim.middleware.dds.outbox import LOOPBACK_NS, Outbox, Posted
+from desim.middleware.dds.outbox import LOOPBACK_NS, Outbox, OutgoingMessage
 from desim.middleware.dds.remote import RemoteParticipant
-from desim.middleware.dds.wire import QUEUED, TYPE_NAME, Chunk, Guid, Item, ItemKind
+from desim.middleware.dds.wire import QUEUED, TYPE_NAME, DataKind, DiscoveredData, Guid, WireSize
 from desim.middleware.timers import Lifetime
 from desim.ports.middleware import HostState
 
@@ -75,15 +75,15 @@ class Participant:
     def advertise(self, topic: str) -> None:
         if topic not in self.writers:
             self.writers[topic] = None
-            self.endpoints.write(Item(
-                self.guid, ItemKind.WRITER, topic,
+            self.endpoints.write(DiscoveredData(
+                self.guid, DataKind.WRITER, topic,
                 self.dds.wire.writer_bytes("rt" + topic, TYPE_NAME, QUEUED)))
 
     def subscribe(self, topic: str) -> None:
         if topic not in self.readers:
             self.readers[topic] = None
-            self.endpoints.write(Item(
-                self.guid, ItemKind.READER, topic,
+            self.endpoints.write(DiscoveredData(
+                self.guid, DataKind.READER, topic,
                 self.dds.wire.reader_bytes("rt" + topic, TYPE_NAME, QUEUED)))
             for remote in self.remotes.values():
                 if topic in remote.writers:
@@ -136,7 +136,7 @@ class Participant:
         for number, hosts in by_number.items():
             self._announce_to(hosts, self.dds.wire.announcement(), number)
 
-    def _announce_to(self, hosts: list[int], chunk: Chunk, number: int | None, calls: bool = False
+    def _announce_to(self, hosts: list[int], size: WireSize, number: int | None, calls: bool = False
                      ) -> None:
         """Announce this participant to those of this ``number`` on ``hosts``; without one to all,
         by multicast, which those of this host hear, too."""
@@ -145,13 +145,13 @@ class Participant:
         away = [host for host in hosts if host != self.host]
         if self.outbox is not None and not multicast:
             for host in away:
-                self.outbox.post("spdp", host, Posted(chunk, self.dds.announced, token))
+                self.outbox.post("spdp", host, OutgoingMessage(size, self.dds.announced, token))
             away = []
         if self.outbox is not None and (multicast or len(away) < len(hosts)):
             self.life.after(LOOPBACK_NS, partial(self.dds.announced, token), self.host)
         if away:
-            self.context.send("spdp", self.host, away, chunk.size_bytes, self.dds.announced, token,
-                              segments=chunk.packets, multicast=multicast,
+            self.context.send("spdp", self.host, away, size.size_bytes, self.dds.announced, token,
+                              segments=size.packets, multicast=multicast,
                               in_advance=None if number is None
                               else partial(self.in_advance, number), socket=self.socket)
 
@@ -230,30 +230,30 @@ class Participant:
 
     # Matching.
 
-    def learn(self, source: RemoteParticipant, item: Item) -> None:
+    def learn(self, source: RemoteParticipant, item: DiscoveredData) -> None:
         """Take an item that ``source`` announces, unless it is of this one's former lives."""
         owner, kind, topic, _ = item
         if owner[0] == self.host and owner[2] == self.number:
             return
         source.named[owner] = None
-        if kind == ItemKind.GONE:
+        if kind == DataKind.GONE:
             if owner in self.remotes and not self.remotes[owner].direct:
                 self.lose(self.remotes[owner])
             return
         remote = source if owner == source.guid else self._known_through_server(owner)
-        if kind == ItemKind.WRITER:
+        if kind == DataKind.WRITER:
             remote.writers[topic] = None
             if topic in self.readers:
                 self._reads(remote, topic)
-        elif kind == ItemKind.READER:
+        elif kind == DataKind.READER:
             remote.readers[topic] = None
             if topic in self.writers:
                 self.dds.changed(self.host, topic)
         elif topic:  # of an endpoint that every node has
             remote.built_in[kind, topic] = None
-            if kind == ItemKind.BUILT_IN_READER:
+            if kind == DataKind.BUILT_IN_READER:
                 self.endpoints.send_first_heartbeat(remote, topic)
-            elif kind == ItemKind.BUILT_IN_WRITER:
+            elif kind == DataKind.BUILT_IN_WRITER:
                 self.endpoints.expect_first_heartbeat(remote, topic)
         if self.discovery_server is not None:
             self.discovery_server.add(item)

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, TypeVar
 
 from desim.middleware.dds import wire
-from desim.middleware.dds.frames import Beating, Bundling
+from desim.middleware.dds.frames import BundleCarrier, HeartbeatCarrier
 from desim.middleware.dds.retransmission import RequestedChanges
 from desim.middleware.dds.writer_proxy import (
     DIRECTED,
@@ -27,6 +27,7 @@ from desim.middleware.dds.writer_proxy import (
     ReliableSample,
     WriterProxy,
 )
+from desim.middleware.earliest import Earliest
 from desim.middleware.timers import NEVER, Timer
 from desim.network.carrier import Carrier
 
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from desim.middleware.dds.wire import Guid
     from desim.middleware.message import Message
     from desim.ports.middleware import Advertisement, Route
-    from desim.ports.networks import Handle
 
 T = TypeVar("T")
 
@@ -64,8 +64,8 @@ class ReaderProxy(Carrier[DataToken]):
                  "_constants", "_from", "_from_id", "_receiver", "_to_id", "_to", "_send",
                  "_medium", "_node", "_record_frame", "_depth", "_history", "_unacked_bytes",
                  "_last", "_beat_ns", "_beats", "_timer", "_closed", "ends",
-                 "_beating", "_bundling", "coming", "_requested", "_retransmission",
-                 "_retransmit_ns", "_announced", "_smooth", "_quick", "_steady", "_period_ns",
+                 "_heartbeats", "_bundles", "coming", "_requested", "_retransmission",
+                 "_announced", "_smooth", "_quick", "_steady", "_period_ns",
                  "_calls", "_piggyback", "_trains", "_long_trains")
 
     def __init__(self, dds: Dds, advertised: Advertisement, writer: StatefulWriter, receiver: int,
@@ -95,9 +95,8 @@ class ReaderProxy(Carrier[DataToken]):
         self._closed: str | None = None
         self.ends = source, receiver, topic
         self._requested = RequestedChanges(dds.constants, dds.wire)
-        self._retransmission: Handle | None = None
-        self._retransmit_ns = 0
-        self._beating, self._bundling = Beating(self), Bundling(self, dds.wire)
+        self._retransmission = Earliest(self._kernel, self._from_id, self._retransmit)
+        self._heartbeats, self._bundles = HeartbeatCarrier(self), BundleCarrier(self, dds.wire)
         self.coming: deque[tuple[int, int]] = deque()  # acknowledgements: when, all before what
         self.writer_proxy = WriterProxy(self, dds, advertised, receiver, medium)
         dds.linked(self)
@@ -149,9 +148,9 @@ class ReaderProxy(Carrier[DataToken]):
         sample.flying += 1
         self._record_frame(self._from_id, self._to_id, sample.message.seq, size_bytes)
 
-    def send(self, chunk: wire.Chunk, carrier: Carrier[T], token: T) -> None:
+    def send(self, size: wire.WireSize, carrier: Carrier[T], token: T) -> None:
         """Send a message to the reader."""
-        size_bytes, packets = chunk
+        size_bytes, packets = size
         self._send(self._medium, self._to, size_bytes, packets, False, carrier, token, packets)
 
     def _expect(self, due_ns: int) -> None:
@@ -179,8 +178,7 @@ class ReaderProxy(Carrier[DataToken]):
         if self._closed is not None:
             return
         now_ns = self._kernel.now_ns
-        self.take_acknowledgements(now_ns)
-        self._acknowledge(now_ns, base)
+        self.take_acknowledgements(now_ns, base)
         if self._calls.waiting:
             self._calls.acknowledged_at(now_ns)
         if missing:
@@ -188,11 +186,11 @@ class ReaderProxy(Carrier[DataToken]):
             delay_ns = self._constants.nack_response_ns
             self._requested.request(missing)
             if delay_ns:
-                self._retransmit_in(delay_ns)
+                self._retransmission.by(now_ns + delay_ns)
             else:
                 self._retransmit(None)
         elif asks:
-            self._beat(self._dds.beat_chunk, DIRECTED)
+            self._beat(self._dds.heartbeat_size, DIRECTED)
 
     def acknowledged_at(self, due_ns: int, base: int) -> None:
         """An acknowledgement of all before ``base`` will arrive at ``due_ns``."""
@@ -203,17 +201,14 @@ class ReaderProxy(Carrier[DataToken]):
             if base > self._last and due_ns < self._timer.deadline_ns and not self._steady:
                 self._timer.deadline_ns = NEVER
 
-    def take_acknowledgements(self, now_ns: int) -> None:
-        """Apply the acknowledgements that have arrived before ``now_ns``."""
-        coming = self.coming
-        if coming and coming[0][0] < now_ns:
-            while coming and coming[0][0] < now_ns:
-                time_ns, base = coming.popleft()
-            self._acknowledge(time_ns, base)  # the last one says all that those before it do
-
-    def _acknowledge(self, time_ns: int, base: int) -> None:
-        """The reader has acknowledged all before ``base``, at ``time_ns``."""
-        self.received_ns = time_ns
+    def take_acknowledgements(self, now_ns: int, now_base: int = 0) -> None:
+        """Apply the acknowledgements that have arrived before ``now_ns``, and one of all before
+        ``now_base`` that arrives now (0: none). The last one says all that those before it do."""
+        coming, base = self.coming, 0
+        while coming and coming[0][0] < now_ns:
+            self.received_ns, base = coming.popleft()
+        if now_base:
+            self.received_ns, base = now_ns, max(base, now_base)
         history = self._history
         while history and history[0].number < base:
             sample = history.popleft()
@@ -221,25 +216,13 @@ class ReaderProxy(Carrier[DataToken]):
             sample.kept = False
             if sample.state == OPEN:
                 self.settle(sample, "overwritten")
-        if self._requested.missing:
+        if base and self._requested.missing:
             self._requested.acknowledged(base)
-
-    def _retransmit_in(self, delay_ns: int) -> None:
-        """Repeat requested fragments at that time, or earlier if others are repeated anyway."""
-        due_ns = self._kernel.now_ns + delay_ns
-        if self._retransmission is not None:
-            if self._retransmit_ns <= due_ns:
-                return
-            self._retransmission.cancel()
-        self._retransmit_ns = due_ns
-        self._retransmission = self._context.at(due_ns, self._from, self._retransmit)
 
     def _retransmit(self, _: object) -> None:
         """Send requested fragments again and a heartbeat at the end, or a GAP for fragments that
         are gone."""
-        if self._retransmission is not None:
-            self._retransmission.cancel()
-            self._retransmission = None
+        self._retransmission.stop()
         if self._closed is not None:
             return
         now_ns = self._kernel.now_ns
@@ -251,7 +234,7 @@ class ReaderProxy(Carrier[DataToken]):
         if gone:
             self._beat(self._dds.wire.gap(), DIRECTED)
         if next_ns is not None:
-            self._retransmit_in(next_ns - now_ns)
+            self._retransmission.by(next_ns)
         self._expect_heartbeat()
 
     def _send_again(self, parts: list[tuple[ReliableSample, range]]) -> None:
@@ -266,7 +249,7 @@ class ReaderProxy(Carrier[DataToken]):
             size_bytes = sample.message.size_bytes
             if cut.bundles_bytes and sample.parts == 1:
                 if size_bytes > left_bytes:
-                    self._bundling.send(bundle)
+                    self._bundles.send(bundle)
                     bundle, left_bytes = [], cut.bundles_bytes
                 bundle.append((sample, next(beats)))
                 left_bytes -= size_bytes + wire.BUNDLED_BYTES
@@ -274,7 +257,7 @@ class ReaderProxy(Carrier[DataToken]):
             train = cut.repetition(size_bytes, fragment_bytes, part,
                                    tuple(next(beats) for _ in part))
             self._transmit(sample, train, DIRECTED)
-        self._bundling.send(bundle)
+        self._bundles.send(bundle)
 
     def _expect_heartbeat(self) -> None:
         """Send a heartbeat after a while if a sample is not acknowledged."""
@@ -297,7 +280,7 @@ class ReaderProxy(Carrier[DataToken]):
             return
         if self._steady or self._next_beat_ns() <= now_ns:
             self._beats += 1
-            self._beat(self._dds.beat_chunk, NOT_FINAL)
+            self._beat(self._dds.heartbeat_size, NOT_FINAL)
         self._expect_heartbeat()
 
     def _next_beat_ns(self) -> int:
@@ -308,13 +291,13 @@ class ReaderProxy(Carrier[DataToken]):
                             << min(16, max(0, self._beats - 2))) + constants.timer_slip_ns
         return self._beat_ns + delay_ns
 
-    def _beat(self, chunk: wire.Chunk, beat: int) -> None:
+    def _beat(self, size: wire.WireSize, beat: int) -> None:
         context = self._context
         self._beat_ns = self._kernel.now_ns
         context.record("heartbeat", self._from, self._to_id, self.first(), self._last)
         if not self._last:
-            context.record_control("heartbeat", self._from, self._to_id, chunk.size_bytes)
-        self.send(chunk, self._beating, (self.first(), self._last, beat))
+            context.record_control("heartbeat", self._from, self._to_id, size.size_bytes)
+        self.send(size, self._heartbeats, (self.first(), self._last, beat))
 
     def close(self, reason: str) -> None:
         """Drop all that waits. Frames on their way meet their own fate."""

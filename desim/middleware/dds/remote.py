@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from desim.middleware.dds.wire import Guid, Item, ItemKind
+from desim.middleware.dds.wire import DataKind, DiscoveredData, Guid
 from desim.middleware.dds.writer_proxy import NackTiming
 
 NOBODY: Guid = (-1, 0, 0)
@@ -16,7 +16,7 @@ class RemoteParticipant:
     """Another participant, as one of them knows it."""
 
     def __init__(self, guid: Guid, lease_ns: int, received_ns: int, direct: bool,
-                 out: list[Item], series: int = 0) -> None:
+                 out: list[DiscoveredData], series: int = 0) -> None:
         self.guid = guid
         self.host, _, self.number = guid
         self.direct = direct  # False: known through a server only, without lease and own items
@@ -28,7 +28,7 @@ class RemoteParticipant:
         # the latter whose writer has sent a heartbeat.
         self.writers: dict[str, None] = {}
         self.readers: dict[str, None] = {}
-        self.built_in: dict[tuple[ItemKind, str], None] = {}
+        self.built_in: dict[tuple[DataKind, str], None] = {}
         self.heard_writers: dict[str, None] = {}
 
         # Items for this remote.
@@ -43,7 +43,7 @@ class RemoteParticipant:
         self.received_series = 0  # the present one
         self.known = 0  # how many it has
         self.got = 0  # how many of them arrived in order
-        self.held: dict[int, Item] = {}  # arrived beyond those, by number
+        self.held: dict[int, DiscoveredData] = {}  # arrived beyond those, by number
         self.named: dict[Guid, None] = {}  # participants in the items of this series
         self.beating = 0  # its writers with a heartbeat that is not answered yet
         self.answering = False  # an answer to its heartbeats is due

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 
 from desim.middleware.dds.parameters import DdsConstants
-from desim.middleware.dds.wire import RtpsDialect
+from desim.middleware.dds.wire import RtpsVendor
 from desim.middleware.dds.writer_proxy import Missing, ReliableSample
 
 
@@ -17,7 +17,7 @@ class RequestedChanges:
     doubles each time.
     """
 
-    def __init__(self, constants: DdsConstants, cut: RtpsDialect) -> None:
+    def __init__(self, constants: DdsConstants, cut: RtpsVendor) -> None:
         self._constants, self._cut = constants, cut
         self.missing: dict[int, tuple[int, ...]] = {}
 

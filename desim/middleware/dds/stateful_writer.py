@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class StatefulWriter(LinkedTransport[ReaderProxy]):
-    """One writer, with a link for each host whose reader it has matched. It keeps ``depth``
+    """One writer, with a proxy for each host whose reader it has matched. It keeps ``depth``
     samples; 0: all that are not acknowledged, as many as its resources allow. Then a call waits for
     room."""
 
     def __init__(self, dds: Dds, advertised: Advertisement) -> None:
-        super().__init__(self._link_to_reader, dds.context.drop)
+        super().__init__(self._proxy_of, dds.context.drop)
         self._dds, self._advertised = dds, advertised
         self._host, self._topic = advertised.publisher.host, advertised.publisher.topic
         params, constants = dds.params, dds.constants
@@ -58,61 +58,62 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
         """Connect to the readers on ``receivers``; new ones get a heartbeat a little later."""
         context, old = self._dds.context, self._links
         new = super().connect(receivers)
-        links = self._links
+        proxies = self._links
         self._fresh += new
-        self._closed = [link for link in (*self._closed, *(
-            link for receiver, link in old.items() if links.get(receiver) is not link))
-            if link.waiting]
+        self._closed = [proxy for proxy in (*self._closed, *(
+            proxy for receiver, proxy in old.items() if proxies.get(receiver) is not proxy))
+            if proxy.waiting]
         if self.calls.waiting:
             self.calls.go_on()
         if new:
             context.at(context.now_ns + self._dds.constants.initial_heartbeat_ns, self._host,
-                       self._send_first_heartbeats, {receiver: links[receiver] for receiver in new})
+                       self._send_first_heartbeats,
+                       {receiver: proxies[receiver] for receiver in new})
 
-    def _link_to_reader(self, receiver: int, link: ReaderProxy | None) -> ReaderProxy | None:
-        """The link to the reader on ``receiver``. A new participant, as after a host's restart,
-        gets a new link."""
+    def _proxy_of(self, receiver: int, proxy: ReaderProxy | None) -> ReaderProxy | None:
+        """The proxy to the reader on ``receiver``. A new participant, as after a host's restart,
+        gets a new proxy."""
         dds = self._dds
         medium = dds.context.route(self._host, receiver, self._topic)
         if medium is None:
             return None
         guid = dds.reader(self._host, receiver, self._topic)
-        if link is None or link.guid != guid:
+        if proxy is None or proxy.guid != guid:
             return ReaderProxy(dds, self._advertised, self, receiver, guid, medium)
-        return link
+        return proxy
 
     def _send_first_heartbeats(self, new: dict[int, ReaderProxy]) -> None:
         """Send the first heartbeat to readers that are new."""
-        dds, links = self._dds, self._links
-        now = {receiver: (link, *link.first_heartbeat()) for receiver, link in new.items()
-               if links.get(receiver) is link}
+        dds, proxies = self._dds, self._links
+        now = {receiver: (proxy, *proxy.first_heartbeat()) for receiver, proxy in new.items()
+               if proxies.get(receiver) is proxy}
         if not now:
             return
-        to, chunk, multicast = list(now), dds.beat_chunk, False
-        if dds.constants.first_heartbeat_to_all and len(links) > 1:
-            to, chunk = list(links), dds.wire.heartbeat_to_all()
+        to, size, multicast = list(now), dds.heartbeat_size, False
+        if dds.constants.first_heartbeat_to_all and len(proxies) > 1:
+            to, size = list(proxies), dds.wire.heartbeat_to_all()
             multicast = dds.params.allow_multicast == "all"
-        dds.context.send("heartbeat", self._host, to, chunk.size_bytes, self._first_heartbeat, now,
+        dds.context.send("heartbeat", self._host, to, size.size_bytes, self._first_heartbeat, now,
                          multicast=multicast,  # other readers ignore it
                          in_advance=lambda receiver: None if receiver in now else lambda *_: None)
 
     def _first_heartbeat(self, now: dict[int, tuple[ReaderProxy, int, int]], receiver: int) -> None:
         if receiver in now:
-            link, first, last = now[receiver]
-            link.writer_proxy.heartbeat(first, last, DIRECTED)
+            proxy, first, last = now[receiver]
+            proxy.writer_proxy.heartbeat(first, last, DIRECTED)
 
     def send(self, message: Message, only: list[int] | None = None) -> None:
         if only is None and self._links and (
                 self.calls.waiting or self._limited and not self.has_room()):
             self.calls.hold(HeldCall(self, message, [*self._links]))
         else:
-            links = self._links
-            to = links.values() if only is None else [links[receiver] for receiver in only]
+            proxies = self._links
+            to = proxies.values() if only is None else [proxies[receiver] for receiver in only]
             if to:
                 beats = self.piggyback.new(self._dds.message_sizes(message.size_bytes))
                 self._written += only is None
-                for link in to:
-                    link.offer(message, beats)
+                for proxy in to:
+                    proxy.offer(message, beats)
         if only is None:
             for receiver in self._unrouted:
                 self._drop(message, receiver, "no_route")
@@ -123,11 +124,11 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
         """Whether the history takes one more sample; of a limit of bytes, for a call that has
         ``waited`` only below the lower mark."""
         if self._most_samples:
-            return max((link.unacknowledged() for link in self._links.values()),
+            return max((proxy.unacknowledged() for proxy in self._links.values()),
                        default=0) < self._most_samples
         if self._high_bytes:
             most = self._dds.constants.low_bytes if waited else self._high_bytes
-            return all(link.unacknowledged_bytes() <= most for link in self._links.values())
+            return all(proxy.unacknowledged_bytes() <= most for proxy in self._links.values())
         return True
 
     def write(self, message: Message, receivers: list[int], since_ns: int) -> None:
@@ -142,7 +143,7 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
 
     def acknowledgements_ns(self) -> list[int]:
         """The instants at which acknowledgements will arrive, as far as that is known."""
-        return [due_ns for link in self._links.values() for due_ns, _ in link.coming]
+        return [due_ns for proxy in self._links.values() for due_ns, _ in proxy.coming]
 
     def close(self, reason: str) -> None:
         self.calls.drop(self, reason)
@@ -155,9 +156,9 @@ class StatefulWriter(LinkedTransport[ReaderProxy]):
         return 0 < (self.depth or self._most_samples) <= self._written + coming
 
     def _many_wait(self, coming: int) -> bool:
-        waiting = max((link.unacknowledged() for link in self._links.values()), default=0)
+        waiting = max((proxy.unacknowledged() for proxy in self._links.values()), default=0)
         return 0 < (self.depth or self._most_samples) <= waiting + coming
 
     def waiting(self) -> int:
-        return (super().waiting() + sum(link.waiting for link in self._closed)
+        return (super().waiting() + sum(proxy.waiting for proxy in self._closed)
                 + self.calls.held(self))

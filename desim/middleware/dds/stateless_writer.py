@@ -76,9 +76,9 @@ class StatelessWriter(Carrier[BestEffortSample]):
         sample = BestEffortSample(message, self._sent, group, len(trains))
         self._flying += len(group)
         for train in trains:
-            chunk = train.chunk
-            context.record_frame(context.host_ids[host], to, message.seq, chunk.size_bytes)
-            self._udp.send(medium, group, chunk.size_bytes, chunk.packets, self._multicast, self,
+            size = train.size
+            context.record_frame(context.host_ids[host], to, message.seq, size.size_bytes)
+            self._udp.send(medium, group, size.size_bytes, size.packets, self._multicast, self,
                            sample, train.messages[0].packets, self._node)
 
     def topics(self, sample: BestEffortSample) -> tuple[str, ...]:

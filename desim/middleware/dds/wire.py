@@ -48,21 +48,21 @@ _SERVICES = ("GetParameters", "GetParameterTypes", "SetParameters", "SetParamete
 Guid = tuple[int, int, int]
 
 
-class Chunk(NamedTuple):
+class WireSize(NamedTuple):
     """One UDP message, or several in a train: bytes with all headers, and IP packets."""
 
     size_bytes: int
     packets: int
 
 
-class Letter(NamedTuple):
+class SedpSize(NamedTuple):
     """A message of discovery, and the number of its items."""
 
-    chunk: Chunk
+    size: WireSize
     items: int
 
 
-class ItemKind(StrEnum):
+class DataKind(StrEnum):
     """The kinds of items of discovery."""
 
     WRITER = "writer"
@@ -73,18 +73,18 @@ class ItemKind(StrEnum):
     GONE = "gone"  # a participant
 
 
-class Item(NamedTuple):
+class DiscoveredData(NamedTuple):
     """One item of discovery: an announcement about ``owner`` and, for an endpoint, its ``topic``
     (of one that every node has, only if it is ever matched)."""
 
     owner: Guid
-    kind: ItemKind
+    kind: DataKind
     topic: str
     size_bytes: int
 
 
 # Kinds of items that the writer of subscriptions announces, not the one of publications.
-READERS = (ItemKind.READER, ItemKind.BUILT_IN_READER)
+READERS = (DataKind.READER, DataKind.BUILT_IN_READER)
 
 
 class DdsMessage(NamedTuple):
@@ -100,21 +100,21 @@ class SampleTrain(NamedTuple):
     """Messages of a sample in one frame, and the fragments in them."""
 
     part: range
-    chunk: Chunk
+    size: WireSize
     messages: tuple[DdsMessage, ...]
     beats: bool  # on any of them
 
 
-class Mail(NamedTuple):
+class SedpMessage(NamedTuple):
     """One message of discovery in a train: its packets, its items with their numbers, and, if a
     heartbeat rides on it, the number of existing items."""
 
     packets: int
-    items: tuple[tuple[int, Item], ...]
+    items: tuple[tuple[int, DiscoveredData], ...]
     known: int | None
 
 
-M = TypeVar("M", DdsMessage, Mail)
+M = TypeVar("M", DdsMessage, SedpMessage)
 
 
 def whole(messages: Iterable[M], lost: Collection[int]) -> list[M]:
@@ -129,17 +129,17 @@ def whole(messages: Iterable[M], lost: Collection[int]) -> list[M]:
     return out
 
 
-def together(chunks: Sequence[Chunk]) -> Chunk:
+def together(sizes: Sequence[WireSize]) -> WireSize:
     """These messages as one train."""
-    if len(chunks) == 1:
-        return chunks[0]
-    sizes, packets = zip(*chunks, strict=True)
-    return Chunk(sum(sizes), sum(packets))
+    if len(sizes) == 1:
+        return sizes[0]
+    sizes_bytes, packets = zip(*sizes, strict=True)
+    return WireSize(sum(sizes_bytes), sum(packets))
 
 
 @dataclass(frozen=True, eq=False)
-class RtpsDialect:
-    """The dialect of one implementation."""
+class RtpsVendor:
+    """The RTPS messages of one implementation."""
 
     announcement_bytes: int  # of a DATA that announces a participant
     writer_base_bytes: int  # of one that announces a writer, without its names
@@ -153,13 +153,13 @@ class RtpsDialect:
     several_nack_frags: bool  # a reader asks for fragments of several samples in one message
     bundles_bytes: int  # at most, of a message of whole samples that are repeated; 0: each alone
 
-    @cache  # noqa: B019 - there are three dialects
-    def udp(self, rtps_bytes: int) -> Chunk:
+    @cache  # noqa: B019 - there are three vendors
+    def udp(self, rtps_bytes: int) -> WireSize:
         """An RTPS message of so many bytes in a UDP datagram. IP fragments it if it does not fit
         one packet."""
         size_bytes = rtps_bytes + self.trailer_bytes
         packets = -(-(size_bytes + 8) // IP_PAYLOAD_BYTES)
-        return Chunk(size_bytes + UDP_HEADER_BYTES + (packets - 1) * FRAGMENT_BYTES, packets)
+        return WireSize(size_bytes + UDP_HEADER_BYTES + (packets - 1) * FRAGMENT_BYTES, packets)
 
     @property
     def head_bytes(self) -> int:
@@ -188,17 +188,17 @@ class RtpsDialect:
         lengths = self.messages(size_bytes, fragment_bytes, most)
         for k, length in enumerate(lengths):
             rides, before_last = bool(beats) and beats[k], bool(beats) and k + 1 < len(lengths)
-            chunk = self.udp(length + HEARTBEAT_BYTES * rides
+            size = self.udp(length + HEARTBEAT_BYTES * rides
                              + self.fragment_beat_bytes * before_last)
             part = range(k * most, min(last, (k + 1) * most))
-            message = DdsMessage(chunk.packets, part, rides)
-            if out and out[-1].chunk.size_bytes + chunk.size_bytes <= train_bytes:
+            message = DdsMessage(size.packets, part, rides)
+            if out and out[-1].size.size_bytes + size.size_bytes <= train_bytes:
                 before = out.pop()
                 out.append(SampleTrain(range(before.part.start, part.stop),
-                                 together((before.chunk, chunk)), (*before.messages, message),
+                                 together((before.size, size)), (*before.messages, message),
                                  before.beats or rides))
             else:
-                out.append(SampleTrain(part, chunk, (message,), rides))
+                out.append(SampleTrain(part, size, (message,), rides))
         return tuple(out)
 
     def repetition(self, size_bytes: int, fragment_bytes: int, part: range, beats: Sequence[bool]
@@ -207,15 +207,15 @@ class RtpsDialect:
         payload = size_bytes + ENCAPSULATION_BYTES
         head = HEADER_BYTES + TO_BYTES + (DATA_BYTES if payload <= fragment_bytes
                                           else DATA_FRAG_BYTES)
-        chunks = [self.udp(head + TIME_BYTES * bool(self.address_bytes or index == 0)
+        sizes = [self.udp(head + TIME_BYTES * bool(self.address_bytes or index == 0)
                            + HEARTBEAT_BYTES * rides
                            + min(fragment_bytes, payload - index * fragment_bytes))
                   for index, rides in zip(part, beats, strict=True)]
-        messages = tuple(DdsMessage(chunk.packets, range(index, index + 1), rides)
-                         for chunk, index, rides in zip(chunks, part, beats, strict=True))
-        return SampleTrain(part, together(chunks), messages, any(beats))
+        messages = tuple(DdsMessage(size.packets, range(index, index + 1), rides)
+                         for size, index, rides in zip(sizes, part, beats, strict=True))
+        return SampleTrain(part, together(sizes), messages, any(beats))
 
-    def bundle(self, sizes: Sequence[int], beats: int) -> Chunk:
+    def bundle(self, sizes: Sequence[int], beats: int) -> WireSize:
         """One message of whole samples of these sizes, with so many heartbeats."""
         return self.udp(HEADER_BYTES + TO_BYTES + beats * HEARTBEAT_BYTES
                         + sum(TIME_BYTES + DATA_BYTES + ENCAPSULATION_BYTES + size
@@ -233,15 +233,15 @@ class RtpsDialect:
         return (self.reader_base_bytes + _padded(topic) + _padded(type_name)
                 + quality * self.qualities)
 
-    def built_in_endpoints(self, owner: Guid, node: str) -> list[Item]:
+    def built_in_endpoints(self, owner: Guid, node: str) -> list[DiscoveredData]:
         """The endpoints that every ROS 2 node has, in the order of their creation. Those that are
         ever matched have a topic."""
-        def writes(topic: str, type_name: str, quality: int, matched: str = "") -> Item:
-            return Item(owner, ItemKind.BUILT_IN_WRITER, matched,
+        def writes(topic: str, type_name: str, quality: int, matched: str = "") -> DiscoveredData:
+            return DiscoveredData(owner, DataKind.BUILT_IN_WRITER, matched,
                         self.writer_bytes(topic, type_name, quality))
 
-        def reads(topic: str, type_name: str, quality: int, matched: str = "") -> Item:
-            return Item(owner, ItemKind.BUILT_IN_READER, matched,
+        def reads(topic: str, type_name: str, quality: int, matched: str = "") -> DiscoveredData:
+            return DiscoveredData(owner, DataKind.BUILT_IN_READER, matched,
                         self.reader_bytes(topic, type_name, quality))
 
         out = [writes(*_INFO, LATCHED, "info"), reads(*_INFO, QUEUED + LATCHED, "info"),
@@ -255,13 +255,13 @@ class RtpsDialect:
                     writes(f"rr/{node}/{snake}Reply", f"{kind}_Response_", QUEUED)]
         return out
 
-    def announcement(self, times: int = 1) -> Chunk:
+    def announcement(self, times: int = 1) -> WireSize:
         """SPDP: ``times`` announcements in one message."""
         to = 0 if self.apart else TO_BYTES
         return self.udp(HEADER_BYTES + to + times * (TIME_BYTES + self.announcement_bytes))
 
-    @cache  # noqa: B019 - there are three dialects
-    def _control(self, submessages: int, each_bytes: int, more_bytes: int = 0) -> Chunk:
+    @cache  # noqa: B019 - there are three vendors
+    def _control(self, submessages: int, each_bytes: int, more_bytes: int = 0) -> WireSize:
         """So many heartbeats or acknowledgements for one participant."""
         head = HEADER_BYTES + TO_BYTES
         if not self.apart:
@@ -269,40 +269,40 @@ class RtpsDialect:
         first = self.udp(head + each_bytes + more_bytes)
         return together([first, *[self.udp(head + each_bytes)] * (submessages - 1)])
 
-    def heartbeats(self, writers: int) -> Chunk:
+    def heartbeats(self, writers: int) -> WireSize:
         """Heartbeats of so many writers for one participant."""
         return self._control(writers, HEARTBEAT_BYTES)
 
-    def heartbeat_to_all(self) -> Chunk:
+    def heartbeat_to_all(self) -> WireSize:
         """The heartbeat of one writer for nobody in particular."""
         return self.udp(HEADER_BYTES + HEARTBEAT_BYTES)
 
-    def acknacks(self, readers: int, asked: int = 0, fragments: Sequence[int] = ()) -> Chunk:
+    def acknacks(self, readers: int, asked: int = 0, fragments: Sequence[int] = ()) -> WireSize:
         """Acknowledgements of so many readers that request ``asked`` whole samples, and of further
         samples so many ``fragments`` each."""
         parts = sum(NACK_FRAG_BYTES - (-count // 32) * 4 for count in fragments)
         return self._control(readers, ACKNACK_BYTES, -(-asked // 32) * 4 + parts)
 
-    def gap(self) -> Chunk:
+    def gap(self) -> WireSize:
         """The bytes of a GAP and a heartbeat."""
         return self.udp(HEADER_BYTES + TO_BYTES + GAP_BYTES + HEARTBEAT_BYTES)
 
-    def liveliness(self) -> Chunk:
+    def liveliness(self) -> WireSize:
         """An assertion of liveliness, with a heartbeat that asks for an answer."""
         return self.udp(HEADER_BYTES + TIME_BYTES + LIVELINESS_BYTES + HEARTBEAT_BYTES)
 
-    def new_endpoints(self, items: Sequence[Item], addressed: bool) -> list[Letter]:
+    def new_endpoints(self, items: Sequence[DiscoveredData], addressed: bool) -> list[SedpSize]:
         """SEDP: each in a message of its own, which may be ``addressed`` to one participant."""
         head = HEADER_BYTES + TO_BYTES * addressed + TIME_BYTES
         return self._each(head, *[item.size_bytes for item in items])
 
-    @cache  # noqa: B019 - there are three dialects
-    def _each(self, head_bytes: int, *sizes: int) -> list[Letter]:
+    @cache  # noqa: B019 - there are three vendors
+    def _each(self, head_bytes: int, *sizes: int) -> list[SedpSize]:
         """A message for each item of these sizes."""
-        return [Letter(self.udp(head_bytes + size), 1) for size in sizes]
+        return [SedpSize(self.udp(head_bytes + size), 1) for size in sizes]
 
-    def known_endpoints(self, items: Sequence[Item], message_bytes: int, beats: bool,
-                        addressed: bool = True) -> list[Letter]:
+    def known_endpoints(self, items: Sequence[DiscoveredData], message_bytes: int, beats: bool,
+                        addressed: bool = True) -> list[SedpSize]:
         """SEDP: the items that a participant has requested, or several, as many in each message as
         fit ``message_bytes``; ``beats``: the heartbeats of both writers ride on the last one. Where
         messages are apart, those of writers and of readers are; ``items`` are in this order."""
@@ -320,7 +320,7 @@ class RtpsDialect:
             counts[-1] += 1
             left_bytes -= need
         sizes[-1] += 2 * HEARTBEAT_BYTES * beats
-        return [Letter(self.udp(size), count) for size, count in zip(sizes, counts, strict=True)]
+        return [SedpSize(self.udp(size), count) for size, count in zip(sizes, counts, strict=True)]
 
 
 def _padded(name: str) -> int:
@@ -331,7 +331,7 @@ def _padded(name: str) -> int:
 # Measured: a ROS 2 node's 17 endpoints, AllowMulticast spdp. Best effort is the default, so that a
 # reader takes 28 B more; built-in writers: publications, subscriptions, liveliness, type look-up
 # and its replies.
-CYCLONEDDS = RtpsDialect(announcement_bytes=304, writer_base_bytes=196, reader_base_bytes=224,
+CYCLONEDDS = RtpsVendor(announcement_bytes=304, writer_base_bytes=196, reader_base_bytes=224,
                   qualities=True, trailer_bytes=0, built_in_writers=5, apart=False,
                   address_bytes=0, fragment_beat_bytes=HEARTBEAT_FRAG_BYTES,
                   several_nack_frags=False, bundles_bytes=0)
@@ -339,7 +339,7 @@ CYCLONEDDS = RtpsDialect(announcement_bytes=304, writer_base_bytes=196, reader_b
 CYCLONEDDS_MULTICAST = replace(CYCLONEDDS, announcement_bytes=360)
 # Measured: it always announces all qualities; the submessage 0x80 of the statistics module follows
 # each message.
-FASTDDS = RtpsDialect(announcement_bytes=356, writer_base_bytes=340, reader_base_bytes=340,
+FASTDDS = RtpsVendor(announcement_bytes=356, writer_base_bytes=340, reader_base_bytes=340,
                qualities=False, trailer_bytes=60, built_in_writers=3, apart=True,
                address_bytes=TO_BYTES, fragment_beat_bytes=0,
                several_nack_frags=True, bundles_bytes=65_000)

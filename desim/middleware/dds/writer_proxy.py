@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim.engine.kernel import Phase
+from desim.middleware.earliest import Earliest
+from desim.middleware.timers import NEVER
 from desim.network.carrier import Carrier
 
 if TYPE_CHECKING:
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
     from desim.middleware.dds.remote import RemoteParticipant
     from desim.middleware.message import Message
     from desim.ports.middleware import Advertisement, Route
-    from desim.ports.networks import Handle
 
 OPEN, HELD, DONE = 0, 1, 2  # states of a sample at its reader
 # A heartbeat that is not final asks for an acknowledgement; a directed one, this reader alone.
@@ -27,7 +27,7 @@ Place = tuple[int, int]  # number of a sample, and of a fragment of it
 
 
 class ReliableSample:
-    """A message on one link. ``kept``: the writer can send it again; ``flying``: frames of it on
+    """A message for one reader. ``kept``: the writer can send it again; ``flying``: frames of it on
     their way; ``lacks``: the fragments that the reader does not have, empty if it has none or all;
     ``again``: for each fragment that was repeated, the end and the length of the pause before it is
     repeated once more."""
@@ -81,30 +81,29 @@ class WriterProxy(Carrier[Acknack]):
 
     socket = "rtps"  # a participant sends all by one
 
-    __slots__ = ("_link", "_dds", "_context", "_kernel", "_constants", "_host", "_host_id",
-                 "_after", "_writer", "_topic", "_to", "_to_id", "_send", "_post", "_next",
-                 "_known", "_held", "_parts", "_timer", "_due_ns", "_seen", "_remote",
-                 "_preemptive", "_nack_timing", "_asked", "_acked", "_acked_ns",
-                 "_record", "_ack_bytes")
+    __slots__ = ("_reader_proxy", "_dds", "_context", "_kernel", "_constants", "_host", "_writer",
+                 "_topic", "_to", "_to_id", "_send", "_post", "_record", "_next", "_known",
+                 "_held", "_parts", "_answer", "_seen", "_remote", "_preemptive", "_nack_timing",
+                 "_asked", "_acked", "_acked_ns", "_ack_bytes", "_response_ns")
 
-    def __init__(self, link: ReaderProxy, dds: Dds, advertised: Advertisement, host: int,
+    def __init__(self, reader_proxy: ReaderProxy, dds: Dds, advertised: Advertisement, host: int,
                  medium: Route) -> None:
         source = advertised.publisher.host
-        self._link, self._dds, self._constants = link, dds, dds.constants
+        self._reader_proxy, self._dds, self._constants = reader_proxy, dds, dds.constants
         self._context = context = dds.context
         self._kernel = context.kernel
-        self._host, self._host_id, self._after = host, context.host_ids[host], context.kernel.after
+        self._host = host
         self._writer = dds.participants[source].guid
         self._topic = advertised.publisher.topic
         self._to, self._to_id = (source,), context.host_ids[source]
         self._send, self._post, self._record = medium.transmit, medium.post, context.record
-        self._ack_bytes = dds.ack_chunk.size_bytes
+        self._ack_bytes = dds.acknack_size.size_bytes
+        self._response_ns: int = dds.constants.heartbeat_response_ns
         self._next = 1
         self._known = 0
         self._held: dict[int, ReliableSample] = {}
         self._parts: dict[int, ReliableSample] = {}  # of which some parts are there
-        self._timer: Handle | None = None
-        self._due_ns = 0
+        self._answer = Earliest(context.kernel, context.host_ids[host], self._send_acknack)
         self._seen = -1  # changes of matches when it last asked for its writer
         self._remote: RemoteParticipant | None = None
         self._preemptive = False  # it asks what there is
@@ -118,7 +117,7 @@ class WriterProxy(Carrier[Acknack]):
         if self._seen != dds.matches:
             self._seen = dds.matches
             me = dds.participants.get(self._host)
-            current = me is not None and me.guid == self._link.guid
+            current = me is not None and me.guid == self._reader_proxy.guid
             self._remote = (dds.writer(self._writer, self._host, self._topic) if current
                             else None)
         return self._remote
@@ -162,8 +161,7 @@ class WriterProxy(Carrier[Acknack]):
 
     def _deliver(self, sample: ReliableSample) -> None:
         sample.state = DONE
-        link = self._link
-        link.waiting -= 1
+        self._reader_proxy.waiting -= 1
         self._next = sample.number + 1
         self._context.deliver(sample.message, self._host, sample.first_ns, sample.sent_ns)
 
@@ -195,7 +193,10 @@ class WriterProxy(Carrier[Acknack]):
             self._asked = True
             if beat == DIRECTED:
                 self._nack_timing.directed = True
-            self._send_acknack_in(self._constants.heartbeat_response_ns)
+            if self._response_ns:  # ``_send_acknack_in`` without its call
+                self._answer.by(self._kernel.now_ns + self._response_ns)
+            else:
+                self._send_acknack_in(0)
         elif self._next <= self._known:
             self._send_acknack_in(self._constants.nack_delay_ns)
 
@@ -215,19 +216,15 @@ class WriterProxy(Carrier[Acknack]):
     def _send_acknack_in(self, delay_ns: int) -> None:
         """Answer at that time, or earlier if an answer is due anyway."""
         due_ns = self._kernel.now_ns + delay_ns
-        if self._timer is not None:
-            if self._due_ns <= due_ns:
-                return
-            self._timer.cancel()
         if delay_ns:
-            self._due_ns, after = due_ns, self._after
-            self._timer = after(delay_ns, Phase.NETWORK, self._host_id, self._send_acknack)
-        else:
+            self._answer.by(due_ns)
+        elif due_ns < self._answer.due_ns:
+            self._answer.stop()
             self._send_acknack(None)
 
     def _send_acknack(self, _: object) -> None:
         """Acknowledge all before the next number, or request what is missing from there."""
-        self._timer = None
+        self._answer.due_ns = NEVER
         if self._seen != self._dds.matches:
             self._match()
         if self._remote is None:
@@ -237,7 +234,13 @@ class WriterProxy(Carrier[Acknack]):
         if missing or preemptive:
             self._send_nack(missing, preemptive)
         elif self._asked:
-            self._send_ack()
+            base, now_ns, post = self._next, self._kernel.now_ns, self._post
+            if base == self._acked and now_ns < self._acked_ns + self._constants.ack_again_ns:
+                return  # it was said just now
+            self._record_answer(base, 0, self._ack_bytes)
+            due_ns = post(self._host, self._to, self._ack_bytes, self, (base, (), False))
+            if due_ns is not None:
+                self._reader_proxy.acknowledged_at(due_ns, base)
 
     def _send_nack(self, missing: Missing, preemptive: bool) -> None:
         """Request ``missing`` fragments unless that was done just now; with ``preemptive``, a
@@ -253,23 +256,12 @@ class WriterProxy(Carrier[Acknack]):
                 return
             end = (last, last_parts[-1] + 1) if last_parts else (last + 1, 0)
             self._nack_timing.requests(first, end, now_ns)
-        chunk = self._dds.wire.acknacks(1, len(missing) - len(fragments), fragments)
-        self._record_answer(base, len(missing), chunk.size_bytes)
-        self._send(self._host, self._to, chunk.size_bytes, chunk.packets, False, self,
+        size = self._dds.wire.acknacks(1, len(missing) - len(fragments), fragments)
+        self._record_answer(base, len(missing), size.size_bytes)
+        self._send(self._host, self._to, size.size_bytes, size.packets, False, self,
                    (base, missing, preemptive))
         if missing and constants.nack_renewal_ns is not None:
             self._send_acknack_in(constants.nack_renewal_ns)
-
-    def _send_ack(self) -> None:
-        """Acknowledge all before the next number, but do not repeat a recent acknowledgement."""
-        base, now_ns = self._next, self._kernel.now_ns
-        if base == self._acked and now_ns < self._acked_ns + self._constants.ack_again_ns:
-            return
-        size_bytes, post = self._ack_bytes, self._post
-        self._record_answer(base, 0, size_bytes)
-        due_ns = post(self._host, self._to, size_bytes, self, (base, (), False))
-        if due_ns is not None:
-            self._link.acknowledged_at(due_ns, base)
 
     def _record_answer(self, base: int, missing: int, size_bytes: int) -> None:
         """Write the trace row of an answer. One before the first sample belongs to discovery."""
@@ -299,17 +291,15 @@ class WriterProxy(Carrier[Acknack]):
         """Drop the samples that the reader holds, for ``reason``."""
         for sample in self._held.values():
             sample.state = DONE
-            self._link.waiting -= 1
+            self._reader_proxy.waiting -= 1
             self._context.drop(sample.message, self._host, reason, sample.first_ns,
                              sample.sent_ns)
         self._held.clear()
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+        self._answer.stop()
 
     # The carrier of its acknowledgements.
 
     def arrived(self, token: Acknack, receiver: int) -> None:
-        self._link.acknack(token, receiver)
+        self._reader_proxy.acknack(token, receiver)
 
     repeated = arrived

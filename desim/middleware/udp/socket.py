@@ -8,14 +8,14 @@ from heapq import heappop, heappush
 from itertools import chain
 from typing import TYPE_CHECKING, NamedTuple
 
-from desim.engine.agenda import Call
-from desim.engine.kernel import Phase
+from desim.middleware.earliest import Earliest
 from desim.middleware.udp.cut_train import CutTrain, parts_of
 from desim.middleware.udp.receiver import ReceivedTrain
 from desim.middleware.udp.skb import truesize_before_last, truesize_bytes
 from desim.network.carrier import AnyCarrier
 from desim.network.ways import Way
 from desim.ports import TimePart
+from desim.units import NEVER_NS
 
 if TYPE_CHECKING:
     from desim.middleware.udp.host_sockets import HostSockets
@@ -53,21 +53,20 @@ class UdpSocket:
     ``sock_def_write_space``).
     """
 
-    __slots__ = ("_sockets", "_graph", "_kernel", "_host", "_entity", "_limit_bytes", "_slow",
-                 "used_bytes", "_leaving", "_waiting", "_call", "_due_ns", "_when_free")
+    __slots__ = ("_sockets", "_graph", "_kernel", "_host", "_limit_bytes", "_slow",
+                 "used_bytes", "_leaving", "_waiting", "_resumption", "_when_free")
 
     def __init__(self, sockets: HostSockets) -> None:
         host = sockets.host
         self._sockets, self._graph, self._kernel = sockets, host.graph, host.graph.kernel
-        self._host, self._entity = host.index, host.id
+        self._host = host.index
         self._limit_bytes = sockets.params.send_buffer_bytes
         self._slow = sockets.params.read_ns > 0  # who reads needs time for each datagram
         self.used_bytes = 0
         self._leaving: list[tuple[int, int]] = []  # a heap: when, how many bytes
         # By node, with the time since when.
         self._waiting: dict[str | None, deque[tuple[int, Datagrams]]] = {}
-        self._call: Call | None = None
-        self._due_ns = 0
+        self._resumption = Earliest(self._kernel, host.id, self._resume)
         self._when_free: list[Callable[[], object]] = []
 
     def send(self, medium: Medium | Way, receivers: tuple[int, ...], size_bytes: int, packets: int,
@@ -154,7 +153,7 @@ class UdpSocket:
     def _resume(self, _: object) -> None:
         """Send what waits while there is room, a datagram of each node in turn. Those that have
         waited least come first: ``prepare_to_wait`` puts them at the head."""
-        self._call = None
+        self._resumption.due_ns = NEVER_NS
         waiting, passages = self._waiting, self._graph.passages
         self._forget_left()
         turns = deque(reversed(waiting))
@@ -200,9 +199,5 @@ class UdpSocket:
                 break
             used, due_ns = used - taken, leaves_ns
         due_ns = max(due_ns, self._kernel.now_ns)
-        if HALF * used >= self._limit_bytes or self._call is not None and self._due_ns <= due_ns:
-            return
-        if self._call is not None:
-            self._call.cancel()
-        self._due_ns = due_ns
-        self._call = self._kernel.at(due_ns, Phase.NETWORK, self._entity, self._resume)
+        if HALF * used < self._limit_bytes:
+            self._resumption.by(due_ns)
