@@ -17,8 +17,8 @@ from contextlib import contextmanager, nullcontext
 import typer
 
 from desim.commands.output import say
-from desim.engine.address_space import refuse_small
 from desim.errors import InputError, described
+from desim.operating_system.address_space import refuse_small
 
 TRACEBACK = "--traceback"
 # What code meets where a table has other columns, or a number is a text. Arrow's are of these.

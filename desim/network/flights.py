@@ -10,7 +10,7 @@ from typing import TypeVar
 from desim.engine.kernel import Kernel, Phase
 from desim.network.account import Account
 from desim.network.carrier import Carrier
-from desim.network.terms import PLAIN, Claim
+from desim.network.terms import PLAIN, RECEIVER, TERMS, Claim
 from desim.ports import packet_sizes
 
 T = TypeVar("T")
@@ -53,14 +53,15 @@ class Flights:
     def begin_on_terms(self, source: int, claim: Claim, delay_ns: int) -> None:
         """The same for a frame that rules may have delayed or copied; it is dropped if they and the
         model have lost all its packets between them."""
-        rules_ns, copies_ns, lost, _ = claim[5]
-        if len(lost) == claim[4]:
+        carrier, token, receiver, _, segments, terms = claim
+        rules_ns, copies_ns, lost, _ = terms
+        if len(lost) == segments:
             reason = next(iter(lost.values()))
             self._account.count_drops(reason, 1, 0)
-            claim[0].lost(claim[1], claim[2], reason)
+            carrier.lost(token, receiver, reason)
             return
         self.count += 1
-        entity = self._sources[source] | self._ids[claim[2]]
+        entity = self._sources[source] | self._ids[receiver]
         if copies_ns and not lost:
             self._after(delay_ns + rules_ns, _DELIVER, entity, self._deliver_often, (entity, claim))
         else:
@@ -141,8 +142,8 @@ class Flights:
     def _deliver_often(self, arrival: tuple[int, Claim]) -> None:
         """A frame that has copies is at one receiver. They come after it, if it comes."""
         entity, claim = arrival
-        if self.up[claim[2]]:
-            for after_ns in claim[5].copies_ns:
+        if self.up[claim[RECEIVER]]:
+            for after_ns in claim[TERMS].copies_ns:
                 self._after(after_ns, _DELIVER, entity, self._repeat, claim)
         self._deliver(claim)
 

@@ -27,7 +27,6 @@ from desim.ports import (
     Frames,
     JudgesTransmissions,
     NetworkModel,
-    Obstacles,
     Pass,
     PassesMany,
     Retransmits,
@@ -171,10 +170,7 @@ class MediumView:
 
     now_ns = property(attrgetter("_kernel.now_ns"))
     antennas = property(attrgetter("_medium.antennas"))
-
-    @property
-    def obstacles(self) -> Obstacles:
-        return self._medium.obstacles
+    obstacles = property(attrgetter("_medium.obstacles"))
 
     def stream(self, *name: str | int) -> np.random.Generator:
         return self._medium.stream(self._name, *name)

@@ -42,11 +42,13 @@ class ItemizedFlights(Flights):
     __slots__ = ()
 
     def begin(self, source: int, claim: Claim, delay_ns: int) -> None:
-        self._enter(claim[0], claim[2], delay_ns)
+        carrier, _, receiver, *_ = claim
+        self._enter(carrier, receiver, delay_ns)
         super().begin(source, claim, delay_ns)
 
     def begin_on_terms(self, source: int, claim: Claim, delay_ns: int) -> None:
-        self._enter(claim[0], claim[2], delay_ns, claim[5].delay_ns)
+        carrier, _, receiver, _, _, terms = claim
+        self._enter(carrier, receiver, delay_ns, terms.delay_ns)
         super().begin_on_terms(source, claim, delay_ns)
 
     def begin_all(self, source: int, carrier: Carrier[T], token: T,

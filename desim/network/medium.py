@@ -30,7 +30,7 @@ from desim.network.gate import Gate, MediumView
 from desim.network.held_frames import HeldFrames
 from desim.network.marks import Mark, marks
 from desim.network.surroundings import Nowhere, Reachability, Surroundings
-from desim.network.terms import PLAIN, Claim, Terms
+from desim.network.terms import PLAIN, RECEIVER, TERMS, Claim, Terms
 from desim.ports import Deliver, Drop, Frame, NetworkModel, packet_sizes
 
 T = TypeVar("T")
@@ -112,10 +112,7 @@ class Medium(Account):
 
     now_ns = property(attrgetter("_kernel.now_ns"))
     antennas = property(attrgetter("_place.antennas"))
-
-    @property
-    def obstacles(self) -> ports.Obstacles:
-        return self._place.obstacles
+    obstacles = property(attrgetter("_place.obstacles"))
 
     def at(self, time_ns: int, fn: Callable[[T], object], arg: T | None = None) -> Call:
         try:
@@ -131,21 +128,21 @@ class Medium(Account):
                 and self._leaves(frame, receiver, verdict, verdict.packets):
             return
         claim = self._open.pop(frame.id, None)
-        if claim is None or claim[2] != receiver:
+        if claim is None or claim[RECEIVER] != receiver:
             claim = self._settled(frame, (receiver,))[0].claim(receiver)
         elif frame.id in self.departures.held:
             call, arg = self.departures.held.pop(frame.id)  # ``left`` without its call
             call(arg)
+        carrier, token, _, _, segments, terms = claim
         if type(verdict) is Deliver:
-            if claim[5] is PLAIN:
-                begin = self._begin  # so read, it costs 100 instructions less
-                begin(frame.source, claim, verdict.delay_ns)
+            if terms is PLAIN:
+                self._begin(frame.source, claim, verdict.delay_ns)
             else:
                 self._begin_on_terms(frame, claim, verdict.delay_ns)
         else:
             reason = reason_of(self.model, self.name, self._reasons, verdict)
-            self._dropped(frame, (receiver,), reason, claim[4] - len(claim[5].lost))
-            claim[0].lost(claim[1], receiver, reason)
+            self._dropped(frame, (receiver,), reason, segments - len(terms.lost))
+            carrier.lost(token, receiver, reason)
 
     def settle_many(self, frame: Frame, receivers: Sequence[int] | None,
                     verdict: Deliver | Drop) -> None:
@@ -219,7 +216,7 @@ class Medium(Account):
         if delay_ns is None:
             return None
         found = self._open.pop(number, None)
-        if found is not claim or at_once or claim[5] is not PLAIN:
+        if found is not claim or at_once or claim[TERMS] is not PLAIN:
             return self._settle_at_once(frame, found, delay_ns, at_once)
         try:
             begin(frame.source, claim, delay_ns)
@@ -379,7 +376,7 @@ class Medium(Account):
         broadcast = self._broadcasts.get(frame.id)
         if broadcast is not None and broadcast.awaits(receiver):
             claim = broadcast.claim(receiver)
-        if claim is None or claim[2] != receiver:
+        if claim is None or claim[RECEIVER] != receiver:
             raise unexpected(self.model, self.name, frame, receiver)
         *_, segments, before = claim
         after = before.losing(before.numbers(packets, segments), reason)
@@ -391,7 +388,7 @@ class Medium(Account):
             sizes = packet_sizes(frame.size_bytes, frame.segments)
             self.count_refused(frame.source, sum(sizes[number] for number in packets))
         if broadcast is None:
-            self._open[frame.id] = (*claim[:5], after)
+            self._open[frame.id] = (*claim[:TERMS], after)
         else:
             broadcast.lose(receiver, after)
         return True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from desim.network.carrier import Carrier
 from desim.ports import Frame, packet_sizes
@@ -47,3 +47,5 @@ PLAIN = Terms(0, (), {}, ())  # no rule changes anything, and no packet is lost
 # A frame at one receiver: carrier, token, receiver, bytes and packets of all of it, terms. The
 # token is the carrier's own: nobody else looks at it.
 Claim = tuple[Carrier[Any], object, int, int, int, Terms]
+RECEIVER: Final = 2  # places in a claim
+TERMS: Final = 5
