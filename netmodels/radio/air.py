@@ -83,8 +83,8 @@ class Air:
                                  first_rate=None if self._learner is None else self._learner.first,
                                  judged=judged, difs_first=params.constants.difs_first,
                                  timed=bool(ledgers), aggregation=params.aggregated(), access=[
-                                     one.params.access(standard)
-                                     for one in self.radios for _ in hosts])
+                                     one.access_of(host)
+                                     for one in self.radios for host in one.hosts])
         self._times = AirTimes(ledgers, self._hosts, self.stations) if ledgers else None
         self._unaware = params.reception.constants.unaware
         self._ranks = [one.params.access(standard).rank for one in self.radios]
@@ -133,7 +133,7 @@ class Air:
         key = station, rank
         if key not in self._contenders:
             radio, host = self.radios[number], station % self._hosts
-            access = radio.access_of(rank)
+            access = radio.access_of(radio.hosts[host], rank)
             self._contenders[key] = self.stations.contend(
                 station, access, int(radio.context.stream(
                     "backoff", radio.hosts[host], access.name).integers(2 ** 64, dtype=np.uint64)))

@@ -10,6 +10,8 @@ from desim import ports
 from desim.units import Decibels, Level
 from netmodels.radio.dcf.stations import Reception
 
+# For who has sent (ns-3, HePhy::SwitchMaybeToCcaBusy: CCA by each 20 MHz, 802.11ax, 27.3.20.6.5).
+IDLE_DBM = -62.0
 _THERMAL_DBM = -100.965  # k T B of 20 MHz at 290 K (Johnson and Nyquist 1928; ns-3)
 
 
@@ -26,6 +28,9 @@ class ReceiverConstants(ports.Constants):
     gives_up: bool = Field(False, description=(
         "a frame whose header has errors is given up, and the medium taken for idle until "
         "something new comes (no receiver is like that, but ns-3's)"))
+    idle_after_sending: bool = Field(False, description=(
+        "who has sent takes the medium for idle below -62 dBm until something new comes (no "
+        "receiver is like that, but ns-3's of 11ax in 40 MHz and more)"))
     eifs: Literal["idle", "frame"] = Field("idle", description=(
         "who could not make out a frame waits for EIFS when the medium is idle, or from the end of "
         "that frame (802.11-2016, 10.3.2.3.7; ns-3: frame)"))

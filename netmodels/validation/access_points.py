@@ -1,8 +1,8 @@
 """Access points of 802.11n, ac and ax, saturated and under load, against ns-3.
 
 Stations and access point have equal powers everywhere, unless half of the stations are hidden from
-the other half. Block acknowledgements were agreed on before, addresses were known, and ns-3's
-queues have no limit.
+the other half, or they stand at different distances. Block acknowledgements were agreed on before,
+addresses were known, and ns-3's queues have no limit.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ from collections.abc import Iterator, Mapping
 from importlib.resources import files
 from types import MappingProxyType
 from typing import NamedTuple
+
+import numpy as np
 
 from desim.ports.cases import NOWHERE, Check, Flow, Play, Setup
 from desim.units import NS_PER_S
@@ -35,7 +37,8 @@ _ALONE_S, _CONTENDING_S, _POISSON_S = 3, 15, 20  # that are measured
 class ApRow(NamedTuple):
     """Means of runs of ns-3, and half of their 95 % intervals: Mb/s of payload in all, the share of
     data and of requests for block acknowledgements that got no reply, and of Poisson flows with
-    ``per_s`` packets a second (0: saturated) the delay."""
+    ``per_s`` packets a second (0: saturated) the delay. Stations stand on a spiral, one turn from
+    ``near_m`` to ``far_m`` away from the access point (0: equal powers)."""
 
     standard: str
     mcs: int
@@ -43,6 +46,8 @@ class ApRow(NamedTuple):
     aggregates: bool
     direction: str
     stations: int
+    near_m: float
+    far_m: float
     hidden: bool
     rts: bool
     per_s: float
@@ -56,6 +61,7 @@ class ApRow(NamedTuple):
         words = [self.standard, f"MCS {self.mcs}", f"{self.mhz} MHz",
                  *([] if self.aggregates else ["no aggregates"]),
                  f"{self.stations} stations", self.direction,
+                 *([f"{self.near_m:g} to {self.far_m:g} m"] if self.near_m else []),
                  *(["hidden"] if self.hidden else []), *(["RTS"] if self.rts else []),
                  *([f"{self.per_s:g} packets/s"] if self.per_s else [])]
         return ", ".join(words)
@@ -65,8 +71,9 @@ def rows() -> list[ApRow]:
     """All of ns-3's. ``access_points_of_ns3.csv`` has them as text, flags as 0 and 1."""
     table = files("netmodels.validation") / "access_points_of_ns3.csv"
     return [ApRow(one["standard"], int(one["mcs"]), int(one["mhz"]), one["aggregates"] == "1",
-                  one["direction"], int(one["stations"]), one["hidden"] == "1", one["rts"] == "1",
-                  *(float(one[name]) for name in ApRow._fields[8:]))
+                  one["direction"], int(one["stations"]), float(one["near_m"]),
+                  float(one["far_m"]), one["hidden"] == "1", one["rts"] == "1",
+                  *(float(one[name]) for name in ApRow._fields[10:]))
             for one in csv.DictReader(table.read_text(encoding="utf-8").splitlines())]
 
 
@@ -128,11 +135,12 @@ def network(row: ApRow, seconds: int, constants: Mapping[str, bool] = MappingPro
     """The network of a row, and ``seconds`` of it, with ``constants`` of the radio that differ from
     ns-3's. Cables take no time, and nothing is lost in queues."""
     flows, hosts = _flows(row), numbered("station", row.stations)
+    path_loss = _FAR_APART if row.hidden else SAME_POWER
     radio = Radio.build(Radio.Params.model_validate({
         "preset": "ns3_3_44", "constants": {**constants}, "standard": row.standard,
         "channel": 36, "mcs": row.mcs,
         "width": f"{row.mhz} MHz", "aggregation": row.aggregates,
-        "path_loss": _FAR_APART if row.hidden else SAME_POWER,
+        **({} if row.near_m else {"path_loss": path_loss}),
         "queue": max(1000, 2 * _BACKLOG * len(flows)), **({"rts": "1 B"} if row.rts else {}),
         "access_points": [{"at": ["0 m", "0 m"], "channel": 36, "height": "0.5 m"}],
         "infrastructure": {
@@ -142,4 +150,13 @@ def network(row: ApRow, seconds: int, constants: Mapping[str, bool] = MappingPro
     if row.hidden:
         places |= {host: (-_SIDES_M if 2 * k < row.stations else _SIDES_M, 0.0)
                    for k, host in enumerate(hosts)}
+    if row.near_m:
+        places |= dict(zip(hosts, _spiral(row), strict=True))
     return Setup(radio, places, flows, (1 + seconds) * NS_PER_S, NS_PER_S)
+
+
+def _spiral(row: ApRow) -> list[tuple[float, float]]:
+    away_m = np.linspace(row.near_m, row.far_m, row.stations)
+    angle = 2 * np.pi * np.arange(row.stations) / row.stations
+    return list(zip((away_m * np.cos(angle)).tolist(), (away_m * np.sin(angle)).tolist(),
+                    strict=True))

@@ -10,7 +10,7 @@ from desim.errors import InputError
 from desim.netcases.case import play
 from desim.ports.cases import Flow, Setup
 from desim.testing import Bench
-from netmodels.radio.access_categories import BEACONS, categories, rank_of
+from netmodels.radio.access_categories import BEACONS, categories, of_hostapd, rank_of
 from netmodels.radio.dcf.stations import DONE, NEVER, RECEIVED
 from netmodels.radio.radio import Radio
 from netmodels.radio.standards import A, B
@@ -32,6 +32,30 @@ def test_the_numbers_of_categories_are_those_of_linux(standard, video_us, voice)
     assert [one.aifsn for one in categories(standard)] == [7, 3, 2, 2]
     assert background.cw_max == best_effort.cw_max == 1023
     assert (video.txop_ns, urgent[1:3]) == (video_us * 1000, voice)
+
+
+@pytest.mark.parametrize(("standard", "slots"), [
+    (A, [(7, 15, 1023), (3, 15, 63), (1, 7, 15), (1, 3, 7)]),
+    (B, [(7, 31, 1023), (3, 31, 127), (1, 15, 31), (1, 7, 15)])])
+def test_the_numbers_of_an_access_point_are_those_of_hostapd(standard, slots):
+    """tx_queue_data3 to 0 of hostapd.conf, with its notes for 802.11b."""
+    assert [one[:3] for one in of_hostapd(standard)] == slots
+    assert [one.txop_ns for one in of_hostapd(standard)] == [
+        one.txop_ns for one in categories(standard)]
+
+
+@pytest.mark.parametrize(("given", "station", "access_point"), [
+    ({}, (2, 3, 7), (1, 3, 7)), ({"preset": "ns3_3_44"}, (2, 3, 7), (2, 3, 7))])
+def test_access_points_have_hostapds_and_stations_their_own(given, station, access_point):
+    """ns-3's access points have those of stations."""
+    radio = Radio.build(Radio.Params(
+        **given, standard="11n", channel=36, infrastructure={"wired": ["base"]},
+        access_points=[{"at": ["0 m", "0 m"], "channel": 36}]))
+    Bench(radio, {"base": NOWHERE, "a": (5, 0)})
+    voice = [radio._radio.access_of(host, 3)[:3] for host in ("a", "ap_0")]
+    assert voice == [station, access_point]
+    best_effort = [radio._radio.access_of(host).cw_max for host in ("a", "ap_0")]
+    assert best_effort == [1023, 1023 if given else 63]
 
 
 def test_of_two_categories_that_would_begin_together_the_higher_one_does():

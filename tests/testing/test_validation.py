@@ -209,6 +209,17 @@ def together(monkeypatch):
     monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "apart", False)
 
 
+def given_up(monkeypatch):
+    """A packet of an aggregate is sent seven times at most."""
+    monkeypatch.setitem(PRESETS["ns3_3_44"]["constants"], "block_endless", False)
+
+
+def busy_after_sending(monkeypatch):
+    """With 802.11ax, too, who has sent finds the medium busy from -82 dBm."""
+    constants = PRESETS["ns3_3_44"]["reception"]["constants"]
+    monkeypatch.setitem(constants, "idle_after_sending", False)
+
+
 def slower_filter(monkeypatch):
     """A period of 17 updates, not 16."""
     monkeypatch.setattr(minstrel_statistics, "_SECOND", 5466)
@@ -295,6 +306,7 @@ TWINS = [
     (MinstrelOfLinux, 1, slower_filter), (MinstrelOfNs3, 2, less_loss),
     (RatesOfNs3, 2, always_as_soon), (RatesOfTwoStreams, 3, bolder_rates),
     (AccessPointsOfNs3, 3, no_requests), (AccessPointsOfNs3, 3, together),
+    (AccessPointsOfNs3, 5, given_up), (AccessPointsOfNs3, 7, busy_after_sending),
     (AccessPointsOfLinux, 2, longer_visits), (AccessPointsOfLinux, 5, exact_signals),
     *(pytest.param(*twin, marks=pytest.mark.validation) for twin in (  # the second of these groups
         (Propagation, 27, less_indoor_loss), (SinglePair, 6, better_receivers),

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from math import log10
+from math import inf, log10
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
@@ -16,7 +16,13 @@ from desim.errors import InputError
 from desim.units import BitRate, ByteSize, Level, Period
 from netmodels.ethernet import FULL_BYTES
 from netmodels.queues import refuse
-from netmodels.radio.access_categories import BEACON_MARK, BEACONS, categories, rank_of
+from netmodels.radio.access_categories import (
+    BEACON_MARK,
+    BEACONS,
+    categories,
+    of_hostapd,
+    rank_of,
+)
 from netmodels.radio.air import Air, Airs
 from netmodels.radio.body_loss import BodyLoss
 from netmodels.radio.budget import Budget
@@ -30,7 +36,7 @@ from netmodels.radio.presets import filled
 from netmodels.radio.rate_control import RateControl
 from netmodels.radio.shadowing import Shadowing, Shadows
 from netmodels.radio.standards import Access, Standard, channels_of, psdu_bytes, train_bytes
-from netmodels.radio.thresholds import Thresholds
+from netmodels.radio.thresholds import IDLE_DBM, Thresholds
 from netmodels.radio.walls import Walls
 
 
@@ -47,6 +53,12 @@ class AccessConstants(ports.Constants):
         "a packet that comes while the medium is idle waits for DIFS from then on, and needs "
         "no backoff if that becomes busy (as ns-3; 802.11-2016, 10.3.4.2: it goes when that "
         "has been idle for DIFS, perhaps at once, and with a backoff if it is busy before)"))
+    edca: Literal["hostapd", "stations"] = Field("hostapd", description=(
+        "access of access points' own categories: hostapd, whose best effort has windows up to 63 "
+        "and whose video and voice have AIFS of one slot, or that of stations (ns-3)"))
+    block_endless: bool = Field(False, description=(
+        "what may go as an aggregate is repeated until it arrives or is too old (as ns-3 and "
+        "802.11-2016, 10.22.2.11.1; cards give it up after retries)"))
     block_requests: bool = Field(False, description=(
         "who misses a block acknowledgement sends a request for it before anything else (as ns-3; "
         "cards send the packets again)"))
@@ -185,9 +197,13 @@ class DcfRadio:
         def receiver(self) -> Reception:
             """Thresholds and noise in the channel's width."""
             found, wider_db = self.reception.for_stations(), 10 * log10(self.width_hz / USUAL_HZ)
+            if not wider_db:
+                return found
             noise_dbm = found.noise_dbm + wider_db
-            return replace(found, noise_dbm=noise_dbm, preamble_dbm=max(
-                found.preamble_dbm, noise_dbm + found.preamble_db)) if wider_db else found
+            deaf = self.standard == "11ax" and self.reception.constants.idle_after_sending
+            return replace(
+                found, noise_dbm=noise_dbm, idle_dbm=IDLE_DBM if deaf else -inf,
+                preamble_dbm=max(found.preamble_dbm, noise_dbm + found.preamble_db))
 
         def aggregated(self) -> Aggregation | None:
             """The limits of aggregates; None: each packet goes alone."""
@@ -200,6 +216,7 @@ class DcfRadio:
             return Aggregation(packets=self.constants.aggregate_packets,
                                size_bytes=self.constants.aggregate_bytes, rts_bytes=self.rts_bytes,
                                amsdu_bytes=self.amsdu_bytes or 0,
+                               endless=self.constants.block_endless,
                                requests=self.constants.block_requests,
                                apart=self.constants.apart)
 
@@ -241,12 +258,17 @@ class DcfRadio:
     air: Air  # that it shares, once it has started
     ledger: ports.Ledger | None = None
 
-    def __init__(self, params: Params, standard: Standard | None = None) -> None:
-        """``standard``: its numbers, where they are not those of the one in ``params``."""
+    def __init__(self, params: Params, standard: Standard | None = None,
+                 access_points: Collection[str] = ()) -> None:
+        """``standard``: its numbers, where they are not those of the one in ``params``.
+        ``access_points``: hosts that are."""
         self.params = params
         self.standard = standard or params.of_standard()
         qos_bytes = self.standard.qos_bytes
         self.categories = categories(self.standard) if qos_bytes else ()
+        self._of_access_points = of_hostapd(self.standard) if (
+            qos_bytes and params.constants.edca == "hostapd") else self.categories
+        self._access_points = frozenset(access_points)
         self._more_bytes = qos_bytes + self.standard.alone_bytes, qos_bytes  # to one, and to all
         self.reach_m = self._reach_m(params.power_dbm)
         if params.channels:
@@ -315,9 +337,15 @@ class DcfRadio:
             return BEACONS.rank
         return rank_of(dscp) if dscp and self.categories else None
 
-    def access_of(self, rank: int) -> Access:
-        """The access to the medium of packets of this rank."""
-        return BEACONS if rank == BEACONS.rank else self.categories[rank]
+    def access_of(self, host: str, rank: int | None = None) -> Access:
+        """A host's access to the medium for packets of this rank (None: that have no mark)."""
+        if rank == BEACONS.rank:
+            return BEACONS
+        usual = self.params.access(self.standard)
+        if not self.categories:
+            return usual
+        own = self._of_access_points if host in self._access_points else self.categories
+        return own[usual.rank if rank is None else rank]
 
     def busy_ns(self, hosts: Sequence[int]) -> list[int]:
         """For how long each of ``hosts`` was sending or its carrier sense was busy. The medium is

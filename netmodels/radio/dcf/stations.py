@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -54,19 +55,22 @@ class Reception:
     unaware: bool = False  # it misses interference that came just before a frame (``arrive``)
     gives_up: bool = False  # it does not follow a frame whose header has errors (``read_header``)
     eifs_at_end: bool = False  # EIFS begins with the end of the frame (``start_slots``)
+    idle_dbm: float = -inf  # less does not make it busy for who has sent, until a new signal comes
 
 
 @dataclass(frozen=True)
 class Aggregation:
-    """The limits of an aggregate of packets. ``requests``: a station that misses a block
-    acknowledgement sends a request for it before it sends anything again. ``apart``: a receiver
-    hands each packet on when that is over, not with the aggregate."""
+    """The limits of an aggregate of packets. ``endless``: no packet is given up, however often it
+    fails. ``requests``: a station that misses a block acknowledgement sends a request for it before
+    it sends anything again. ``apart``: a receiver hands each packet on when that is over, not with
+    the aggregate."""
 
     packets: int = 64  # of a block acknowledgement (802.11-2016, 9.3.1.9.3)
     size_bytes: int = 65_535  # HT (19.3.24)
     time_ns: int = 5_484_000  # the legacy header cannot say more (table 21-29)
     amsdu_bytes: int = 0  # several packets as one MSDU up to this (0: each by itself)
     rts_bytes: int | None = None  # above this size an RTS goes first (None: never)
+    endless: bool = False
     requests: bool = False
     apart: bool = False
 
@@ -108,15 +112,16 @@ def _rate(standard: Standard, rate: int) -> tuple[float, ...]:
             standard.airtime_ns(CF_END_BYTES, lowest))
 
 
-def _limits(standard: Standard, aggregation: Aggregation | None, judged: bool
+def _limits(standard: Standard, aggregation: Aggregation | None, judged: bool, tries: int
             ) -> tuple[int, ...]:
     """The fields of the kernels' setup from ``most_packets`` to ``apart``."""
     if aggregation is None:
-        return 1, 0, 0, 0, 0, 0, 0, 0, 0
+        return 1, 0, 0, 0, 0, 0, 0, 0, 0, 0
     rts_bytes = NEVER if aggregation.rts_bytes is None else aggregation.rts_bytes
     return (aggregation.packets, aggregation.size_bytes, aggregation.time_ns,
             DELIMITER_BYTES - standard.alone_bytes, rts_bytes, aggregation.amsdu_bytes,
-            MAC_BYTES + standard.qos_bytes + standard.alone_bytes, aggregation.requests,
+            MAC_BYTES + standard.qos_bytes + standard.alone_bytes,
+            NEVER if aggregation.endless else tries, aggregation.requests,
             aggregation.apart and not judged)
 
 
@@ -163,11 +168,11 @@ class Stations:
         setup = np.array([(
             standard.slot_ns, standard.sifs_ns, standard.eifs_ns - standard.difs_ns,
             reception.detection_ns, tries, reset_at,
-            _milliwatts(reception.noise_dbm), _milliwatts(reception.energy_dbm),
-            _milliwatts(reception.preamble_dbm), _milliwatts(reception.preamble_db),
+            *map(_milliwatts, (reception.noise_dbm, reception.energy_dbm, reception.idle_dbm,
+                               reception.preamble_dbm, reception.preamble_db)),
             errors.clear, errors.first_db, errors.step_db,
             reception.unaware, reception.eifs_at_end, reception.gives_up,
-            difs_first, judged, *_limits(standard, aggregation, judged),
+            difs_first, judged, *_limits(standard, aggregation, judged, tries),
             standard.qos_bytes > 0, 0)],
             records.SETUP)
         present = records.Dcf(

@@ -299,8 +299,8 @@ def close_block(d, s, now_ns, acknowledged):
             if state & GOT and acknowledged:
                 state |= OVER
             elif state & FLYING:
-                state += 1
-                if state & TRIES >= d.setup[0].try_limit:
+                state += state & TRIES < TRIES
+                if state & TRIES >= d.setup[0].block_limit:
                     state |= OVER
                     if state & GOT == 0:
                         s.dropped += 1

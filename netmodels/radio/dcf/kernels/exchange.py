@@ -51,13 +51,7 @@ from netmodels.radio.dcf.kernels.records import (
     reset_window,
     schedule,
 )
-from netmodels.radio.dcf.kernels.times import (
-    CONTENDED,
-    REPEATED,
-    SENT,
-    keep_times,
-    stamp,
-)
+from netmodels.radio.dcf.kernels.times import CONTENDED, REPEATED, SENT, keep_times, stamp
 from netmodels.radio.dcf.kernels.turns import (
     adapt,
     answer,
@@ -328,6 +322,8 @@ def end_transmission(d, s, now_ns):
         s.txop_ends_ns = 0
         next_packet(setup, due, s, now_ns)
     schedule(due, s)
+    if radio.heard_mw < setup.idle_mw:
+        radio.ignores_energy = 1
     sense_carrier(setup, due, stations, d.touched, radio, now_ns)
 
 

@@ -123,27 +123,29 @@ RATE = np.dtype([("bps", "f8"), ("header_ns", "i8"), ("payload_ns", "i8"), ("hea
 OUTCOME = np.dtype([("time_ns", "i8"), ("what", "i8"), ("station", "i8"), ("position", "i8"),
                     ("receiver", "i8"), ("packet", "i8")])
 
-# ``eifs_ns``: EIFS without DIFS. ``energy_mw`` makes the medium busy; a preamble is found from
-# ``signal_mw`` on, and from a ratio of ``capture_ratio`` to noise and interference; above the ratio
-# ``clear_ratio`` no bit has an error; the table of errors begins at ``table_first_db``.
-# ``unaware``: see ``arrive``, ``gives_up``: ``read_header``, ``eifs_at_end``: ``start_slots``.
-# ``pauses``: a packet that comes while the medium is idle waits for AIFS. ``judged``: the
-# caller judges each unicast transmission. Of aggregates: packets, bytes and ns at most, bytes of
-# the delimiter that a packet gets in them alone; above how many bytes an RTS goes first; bytes of
-# an A-MSDU at most, and of what a packet has beside its MSDU;
-# ``requests``: a missed block acknowledgement is asked for before anything else is sent; ``apart``:
-# a receiver hands a packet on when it is over, not with the aggregate (``end_part``).
-# ``first_counts``: ``sense_carrier``. ``outcomes``: how many were noted.
+# ``eifs_ns``: EIFS without DIFS. ``energy_mw`` makes the medium busy; below ``idle_mw`` not for who
+# has just sent, until a new signal comes. A preamble is found from ``signal_mw`` on, and from a
+# ratio of ``capture_ratio`` to noise and interference; above the ratio ``clear_ratio`` no bit has
+# an error; the table of errors begins at ``table_first_db``. ``unaware``: see ``arrive``,
+# ``gives_up``: ``read_header``, ``eifs_at_end``: ``start_slots``. ``pauses``: a packet that comes
+# while the medium is idle waits for AIFS. ``judged``: the caller judges each unicast transmission.
+# Of aggregates: packets, bytes and ns at most, bytes of the delimiter that a packet gets in them
+# alone; above how many bytes an RTS goes first; bytes of an A-MSDU at most, and of what a packet
+# has beside its MSDU. ``block_limit``: ``try_limit`` of packets in a block; ``requests``: a missed
+# block acknowledgement is asked for before anything else is sent; ``apart``: a receiver hands a
+# packet on when it is over, not with the aggregate (``end_part``). ``first_counts``:
+# ``sense_carrier``. ``outcomes``: how many were noted.
 SETUP = np.dtype([("slot_ns", "i8"), ("sifs_ns", "i8"), ("eifs_ns", "i8"),
                   ("detection_ns", "i8"),
                   ("try_limit", "i8"), ("reset_at", "i8"), ("noise_mw", "f8"),
-                  ("energy_mw", "f8"), ("signal_mw", "f8"), ("capture_ratio", "f8"),
+                  ("energy_mw", "f8"), ("idle_mw", "f8"), ("signal_mw", "f8"),
+                  ("capture_ratio", "f8"),
                   ("clear_ratio", "f8"), ("table_first_db", "f8"), ("table_step_db", "f8"),
                   ("unaware", "i8"), ("eifs_at_end", "i8"), ("gives_up", "i8"),
                   ("pauses", "i8"), ("judged", "i8"), ("most_packets", "i8"),
                   ("most_bytes", "i8"), ("most_ns", "i8"), ("delimiter_bytes", "i8"),
                   ("rts_bytes", "i8"), ("amsdu_bytes", "i8"), ("head_bytes", "i8"),
-                  ("requests", "i8"), ("apart", "i8"),
+                  ("block_limit", "i8"), ("requests", "i8"), ("apart", "i8"),
                   ("first_counts", "i8"), ("outcomes", "i8")])
 
 
