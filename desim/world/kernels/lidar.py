@@ -102,7 +102,7 @@ def cover_walls(laser, view, walls):
         for _ in range(laps):
             first = max(math.ceil((start_rad - angle_min) * per_rad - _SEAM), 0)
             last = min(math.floor((end_rad - angle_min) * per_rad + _SEAM), beams - 1)
-            for i in range(first, last + 1):
+            for i in range(np.uint64(first), np.uint64(max(last + 1, first))):
                 value = nx * directions[0, i] + ny * directions[1, i]
                 inverse[i] = value if value > inverse[i] else inverse[i]
             start_rad -= TWO_PI

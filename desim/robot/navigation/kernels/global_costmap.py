@@ -114,8 +114,10 @@ def inflate(boxes, count, stencil, reach, cost):
             line = cost[r, left:right]
             if not has_obstacle(line):
                 continue
-            for c in range(len(line)):
-                if line[c] != LETHAL:
+            c = -1
+            while c < len(line) - 1:  # ``range`` has twelve instructions a cell here
+                c += 1
+                if line[np.uint64(c)] != LETHAL:
                     continue
                 for k in range(len(stencil)):
                     y, x = r + stencil[k, 0], left + c + stencil[k, 1]
@@ -183,8 +185,8 @@ def is_cheap_line(flat, across, a, b, highest):
     rows, columns = b // across - row, b % across - column
     steps = 2 * max(abs(rows), abs(columns))
     for k in range(2, steps + 1):
-        r = row + int(np.floor(k * rows / steps + 0.5))
-        c = column + int(np.floor(k * columns / steps + 0.5))
+        # Nothing here is below 0, so int() is the floor.
+        r, c = int(row + k * rows / steps + 0.5), int(column + k * columns / steps + 0.5)
         if flat[r * across + c] > highest:
             return False
     return True

@@ -70,11 +70,13 @@ def stamp(x, y, cell_m, reach_m, near2, dx2):
     for k in range(c1 - c0):
         dx = np.float32((c0 + k - middle) * cell_m - x)
         dx2[np.uint64(c0 - first) + np.uint64(k)] = dx * dx
-    for row in range(r0, r1):
+    row = r0
+    while row < r1:  # ``range`` has seven instructions more here
         dy2 = np.float32(((row - middle) * cell_m - y)**2)
         for k in range(np.uint64(width)):
             cell = np.uint64(first) + k
             near2[np.uint64(row), cell] = min(near2[np.uint64(row), cell], dx2[k] + dy2)
+        row += 1
     return True
 
 
