@@ -208,19 +208,22 @@ class Graph:
         """
         put = self.trace.put_late if late else self.put
         note, on_fate, delivered = self._note_delivered, self.on_fate, self.DELIVERED
+        reads = self._read_at_delivery
         for message, host, time_ns, first_ns, last_ns in arrivals:
-            if self._read_at_delivery:
+            if reads:
                 message.content  # noqa: B018 - reading computes it
             origin, about, receiver = message.origin, message.about, host.index
             size_bytes, born_ns, counts = message.size_bytes, message.born_ns, about.counts
+            latency_ns, origin_id, last_arrival_ns = (time_ns - born_ns, origin.id,
+                                                      origin.last_arrival_ns)
             counts.bytes += size_bytes
             add = counts.latency.add
-            add(time_ns - born_ns)
-            if time_ns > origin.last_arrival_ns[receiver]:
-                origin.last_arrival_ns[receiver] = time_ns
+            add(latency_ns)
+            if time_ns > last_arrival_ns[receiver]:
+                last_arrival_ns[receiver] = time_ns
             if origin.on_next_arrival:
                 origin.has_arrived(receiver, time_ns)
-            put(pack(time_ns, delivered, host.id, origin.id, message.seq, time_ns - born_ns))
+            put(pack(time_ns, delivered, host.id, origin_id, message.seq, latency_ns))
             if note is not None:
                 note(pack_delivered(message.number, about.id, origin.index, receiver, size_bytes,
                                     born_ns, first_ns, last_ns, 0, time_ns))

@@ -24,7 +24,11 @@ def text(row: np.void, names: Mapping[int, str]) -> str:
 
 def values(row: np.void | Mapping[str, int], kind: str, names: Mapping[int, str]) -> str:
     """The columns a, b and c: ids as names, bits of floats as floats."""
-    reals, found = REALS.get(kind, ""), ((column, int(row[column])) for column in "abc")
-    return "  ".join(f"{real(value):.9g}" if column in reals else
-                     names.get(value, str(value)) if value >= _SMALLEST_ID else str(value)
-                     for column, value in found)
+    reals, texts = REALS.get(kind, ""), []
+    for column in "abc":
+        value = int(row[column])
+        if column in reals:
+            texts.append(f"{real(value):.9g}")
+        else:
+            texts.append(names.get(value, str(value)) if value >= _SMALLEST_ID else str(value))
+    return "  ".join(texts)

@@ -95,7 +95,7 @@ class GlobalCostmap:
         (``Costmap2DROS::clearRobotFootprint``)."""
         scan, pose = scans[0]
         if len(scans) == 1 and scan.x_m == scan.y_m == 0.0:
-            ranges, beams, longest_m = scan.ranges, self._beams.of(scan), scan.range_max_m
+            ranges, beams, longest_m = scan.ranges, self._beams.of(scan)[0], scan.range_max_m
         else:
             (ranges, beams), longest_m = seen_from(scans, self._beams), math.inf
         _see(ranges, beams, pose, no_return_m(longest_m),

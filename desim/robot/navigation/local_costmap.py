@@ -48,15 +48,14 @@ class LocalCostmap:
         scan, (x_m, y_m, yaw_rad) = scans[0]
         longest_m = no_return_m(scan.range_max_m)
         if len(scans) == 1 and scan.x_m == scan.y_m == 0.0:
-            ranges, beams = scan.ranges, self._beams.of(scan)
-            edge_cos = min(beams[0, 0], beams[-1, 0])
+            ranges, (beams, edge_cos) = scan.ranges, self._beams.of(scan)
         else:
             ranges, beams = seen_from(scans, self._beams)
             longest_m, edge_cos = math.inf, _edge_cos(scans)
-        self.scan[0] = (x_m, y_m, yaw_rad, scan.stamp_ns / NS_PER_S, longest_m, edge_cos)
         self._last = ranges, beams
-        _observe(ranges, beams, self.scan, self.layer, self.around.flat, self.around.frame,
-                 self._memory, self.near2)
+        _observe(ranges, beams, x_m, y_m, yaw_rad, scan.stamp_ns / NS_PER_S, longest_m, edge_cos,
+                 self.scan, self.layer, self.around.flat, self.around.frame, self._memory,
+                 self.near2)
 
     def points(self) -> np.ndarray:
         """[k, 2] m, on the map, of the returns of the last scans."""

@@ -17,15 +17,18 @@ class Directions:
     """The directions of beams, of each kind of laser that a robot has."""
 
     def __init__(self) -> None:
-        self._known: dict[tuple[float, float, int], np.ndarray] = {}
+        self._known: dict[tuple[float, float, int], tuple[np.ndarray, float]] = {}
 
-    def of(self, scan: LaserScan) -> np.ndarray:
-        """[beams, 2] cos and sin of each beam's angle from the robot's heading."""
+    def of(self, scan: LaserScan) -> tuple[np.ndarray, float]:
+        """[beams, 2] cos and sin of each beam's angle from the robot's heading, and the lower
+        cosine of the two outermost ones."""
         key = scan.angle_min_rad, scan.angle_increment_rad, len(scan.ranges)
-        if key not in self._known:
+        known = self._known.get(key)
+        if known is None:
             angles = scan.angle_min_rad + scan.angle_increment_rad * np.arange(key[2])
-            self._known[key] = np.array([(math.cos(a), math.sin(a)) for a in angles])
-        return self._known[key]
+            beams = np.array([(math.cos(a), math.sin(a)) for a in angles])
+            known = self._known[key] = beams, float(min(beams[0, 0], beams[-1, 0]))
+        return known
 
 
 def seen_from(scans: Sequence[PlacedScan], beams: Directions) -> tuple[np.ndarray, np.ndarray]:
@@ -44,7 +47,7 @@ def seen_from(scans: Sequence[PlacedScan], beams: Directions) -> tuple[np.ndarra
 def _returns(scan: LaserScan, pose: tuple[float, float, float], beams: Directions) -> np.ndarray:
     """[n, 2] m, on the map, of the returns of a scan."""
     is_return = (scan.ranges > 0.0) & (scan.ranges < np.float32(scan.range_max_m))
-    along = beams.of(scan)[is_return] * scan.ranges[is_return, None].astype(float)
+    along = beams.of(scan)[0][is_return] * scan.ranges[is_return, None].astype(float)
     c, s = math.cos(pose[2]), math.sin(pose[2])
     return np.column_stack([c * along[:, 0] - s * along[:, 1],
                             s * along[:, 0] + c * along[:, 1]]) + laser_at(*pose, scan)

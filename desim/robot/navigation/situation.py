@@ -95,11 +95,15 @@ class Situation:
     def command(self, speed_mps: float, turn_radps: float) -> Twist:
         """Note that this velocity is commanded, and return it as a message. The motors get as near
         to it as they can in one control period."""
-        speed_step, turn_step = self._speed_step_mps, self._turn_step_radps
-        self.speed_mps = min(max(speed_mps, self.speed_mps - speed_step),
-                             self.speed_mps + speed_step)
-        self.turn_radps = min(max(turn_radps, self.turn_radps - turn_step),
-                              self.turn_radps + turn_step)
+        # Without ``min`` and ``max``: that would be four calls more, 300 times a second in maze_30.
+        low_mps, high_mps = (self.speed_mps - self._speed_step_mps,
+                             self.speed_mps + self._speed_step_mps)
+        self.speed_mps = (low_mps if speed_mps < low_mps else
+                          high_mps if speed_mps > high_mps else speed_mps)
+        low_radps, high_radps = (self.turn_radps - self._turn_step_radps,
+                                 self.turn_radps + self._turn_step_radps)
+        self.turn_radps = (low_radps if turn_radps < low_radps else
+                           high_radps if turn_radps > high_radps else turn_radps)
         return _new(Twist, (speed_mps, 0.0, turn_radps))
 
     def extrapolate(self, pose: Pose, at_ns: int) -> Position:

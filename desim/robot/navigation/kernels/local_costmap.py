@@ -161,9 +161,15 @@ def approach(scan, layer, yield_m):
     last.yield_m, last.x_m, last.y_m, last.time_s = yield_m, here.x_m, here.y_m, here.time_s
 
 
-@lean(types.void(_f4x1, _f8x2, SCAN_ARRAY, LAYER_ARRAY, _u1x1, FRAME_ARRAY, _f8x2, _f4x2))
-def observe(ranges, beams, scan, layer, flat, frame, memory, near2):
-    """Take in a scan: mark its points and those remembered, and find what has the right of way."""
+@lean(types.void(_f4x1, _f8x2, *[types.float64] * 6, SCAN_ARRAY, LAYER_ARRAY, _u1x1, FRAME_ARRAY,
+                 _f8x2, _f4x2))
+def observe(ranges, beams, x_m, y_m, yaw_rad, time_s, no_return_m, edge_cos, scan, layer, flat,
+            frame, memory, near2):
+    """Take in a scan, which becomes the last one: mark its points and those remembered, and find
+    what has the right of way. (See ``dynamic_window.steer`` for why there are numbers.)"""
+    here = scan[0]
+    here.x_m, here.y_m, here.yaw_rad, here.time_s = x_m, y_m, yaw_rad, time_s
+    here.no_return_m, here.edge_cos = no_return_m, edge_cos
     mark(ranges, beams, scan, layer, near2)
     remember(ranges, beams, scan, layer, memory, near2)
     approach(scan, layer, yield_to(ranges, beams, scan, layer[0].within_m, flat, frame))
