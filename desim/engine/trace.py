@@ -85,7 +85,6 @@ class Trace:
 
     def __init__(self, names: Names, sink: RowSink | None = None) -> None:
         self.names = names
-        self.rows_written = 0
         self._sink = sink
         self._buffer: list[bytes] = []
         self._late: list[bytes] = []
@@ -119,7 +118,6 @@ class Trace:
         words = np.frombuffer(bytearray().join(self._late + self._buffer), np.uint64).reshape(-1, 5)
         self._buffer.clear()
         self._late.clear()
-        self.rows_written += len(words)
         self._hash(words)
         if self._sink is not None:
             times = words[:, 0].view(np.int64)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import stats
 
-from desim.statistics.intervals import FEWEST, Interval, t_interval
+from desim.statistics.intervals import FEWEST
 from desim.statistics.samples import sample
 
 
@@ -113,12 +113,6 @@ def restricted_mean(times: ArrayLike, reached: ArrayLike, limit: float,
     half = float(stats.t.ppf((1 + level) / 2, n - 1)) * error
     return RestrictedMean(mean, error, mean - half, mean + half, limit, n)
 
-
-def mean_of_successes(times: ArrayLike, reached: ArrayLike, level: float = 0.95) -> Interval:
-    """The mean time of the successes with its t interval, as in the paper (Yan et al. 2017). It
-    says nothing about the other runs."""
-    ends, there = _runs(times, reached)
-    return t_interval(ends[there], level)
 
 
 def restricted(times: ArrayLike, reached: ArrayLike, limit: float) -> np.ndarray:
