@@ -21,7 +21,8 @@ def plugins() -> None:
 
 def describe(plugin: Annotated[str, typer.Argument(
         metavar="PLUGIN", show_default=False, autocompletion=completion.plugin_names,
-        help="a name that desim plugins lists, or package.module:Class")]) -> None:
+        help="a name that desim plugins lists, a card of a radio, or package.module:Class")]
+        ) -> None:
     """Describe a plug-in and its parameters."""
     with exit_codes():
         from desim.commands.views.catalogue import description

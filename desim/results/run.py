@@ -159,6 +159,9 @@ def _no_run(path: Path) -> str:
     if os.path.lexists(path / MANIFEST):
         return (f"{path}: damaged: {MANIFEST} is not what desim writes, or what an earlier version "
                 "wrote; running its scenario again mends it")
+    if path.is_file():
+        return (f"{path}: a file, not the folder of a run; of a scenario: desim run FILE, or desim "
+                "net fleet FILE without its robots")
     cut_off = " (it is being written, or was cut off)" if path.suffix == ".partial" else ""
     return (f"{path}: not the folder of a run{cut_off}; a run's folder has a {MANIFEST}, e.g. "
             "results/hello/1a2b3c4d5e6f")

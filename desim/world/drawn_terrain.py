@@ -26,8 +26,9 @@ def draw(drawing: Drawing, size_m: Point, centre_m: Point, what: str) -> Drawn:
                                     (1, "deep", extent[1], size_m[1])):
         drawn_m = count * drawing.cell_m
         if abs(drawn_m - size) > 1e-6:
-            raise InputError(f"{what}: it is {count} cells of {drawing.cell_m:g} m {name}, "
-                             f"{drawn_m:g} m, but size[{axis}] is {size:g} m")
+            raise InputError(f"{what}: it is {count} cell{'s' * (count != 1)} of "
+                             f"{drawing.cell_m:g} m {name}, {drawn_m:g} m, but "
+                             f"size[{axis}] is {size:g} m")
     corner = np.tile(np.array(centre_m) - np.array(size_m) / 2, 2)
     return walls * drawing.cell_m + corner, solids * drawing.cell_m + corner, cells
 

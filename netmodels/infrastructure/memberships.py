@@ -4,9 +4,10 @@ from __future__ import annotations
 
 
 class Memberships:
-    """Hosts report their groups when they start. A querier has them reported again in time; without
-    one they end ``lasts_ns`` later (RFC 3376, 8.4: group membership interval), and no multicast
-    goes to a host then until it starts again. ``lasts_ns`` is None where they do not end.
+    """Hosts report their groups when they start (RFC 3376, 5.1: when what they listen to changes)
+    and answer queries (5.2), every 125 s (8.2). So memberships last with a querier; without one
+    they end ``lasts_ns`` later (8.4: group membership interval), and no multicast goes to a host
+    then until it starts again. ``lasts_ns`` is None where they do not end.
 
     So it is behind bridges and switches that forward to known members alone. (Linux's own bridge
     floods as long as it has heard no querier: br_multicast_querier_exists.)"""

@@ -320,6 +320,13 @@ def test_a_folder_that_is_no_run(tmp_path):
         assert "not the folder of a run" in desim_(*command, code=2)
 
 
+def test_check_of_a_scenario_names_the_commands_for_one(tmp_path):
+    (tmp_path / "a.yaml").write_text("name: a\n")
+    assert desim_("check", tmp_path / "a.yaml", code=2).strip() == (
+        f"{tmp_path}/a.yaml: a file, not the folder of a run; of a scenario: desim run FILE, or "
+        "desim net fleet FILE without its robots")
+
+
 def test_plugins_lists_every_kind():
     said = desim_("plugins")
     for word in ("network (desim.networks)", "switch", "range", "nearest_frontier", "direct"):

@@ -105,6 +105,24 @@ def test_describe_says_what_a_card_stands_for():
             "rate_control: {model: minstrel_ht}, power: 16 dBm}") in lines
 
 
+def test_describe_shows_one_card_whole():
+    assert description("pi_4").splitlines() == [
+        "pi_4 (card of radio): {model: radio, card: pi_4}", "", f"{CARDS['pi_4'].about}.", "",
+        "values:", "  standard: 11ac", "  mcs: 4", "  streams: 1  (default)", "  width: 80 MHz",
+        "  guard_interval: 0.4 us", "  aggregation: True  (default)", "  qos: False  (default)",
+        "  access_category: best_effort  (default)", "  rate: 195 Mb/s",
+        "  rate_control: {model: minstrel_ht}", "  channel: 36", "  power: 16 dBm",
+        "  people: True  (default)", "  queue: 500  (default)", "  retries: 7  (default)",
+        "  update: 0.1 s  (default)", "  fidelity: mac  (default)"]
+    with pytest.raises(InputError, match=r"unknown plug-in 'pi4' \(did you mean 'pi_4'\?\)"):
+        description("pi4")
+
+
+def test_describe_names_the_cards_at_their_parameter():
+    line = next(line for line in description("radio").splitlines() if line.startswith("  card:"))
+    assert line.endswith("; one of pi_4, intel_8265, intel_ax200, 11g_2008, esp_now")
+
+
 @pytest.mark.parametrize("card", CARDS)
 def test_every_rung_takes_every_card(card):
     for fidelity in ("disk", "walls", "mac", "multihop"):

@@ -112,7 +112,7 @@ WORLDS = {
         "a side"),
     "drawing of another size": (
         "environment: {terrain: {size: [10 m, 8 m], drawing: {lines: [+--+, '|  |', +--+]}}}",
-        "2:53: environment.terrain.drawing: it is 1 cells of 8 m wide, 8 m, but size[0] is 10 m"),
+        "2:53: environment.terrain.drawing: it is 1 cell of 8 m wide, 8 m, but size[0] is 10 m"),
     "partition of nobody": (
         "network: {media: {lan: {model: ideal, rules: [{rule: partition, groups: [['robt_*']]}]}}}",
         "2:75: network.media.lan.rules.0.groups.0.0: 'robt_*' names no host (did you mean "

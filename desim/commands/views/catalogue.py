@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterator
-from typing import get_args
+from collections.abc import Iterator, Mapping
+from typing import Literal, get_args, get_origin
 
 from pydantic import WithJsonSchema
 from pydantic.fields import FieldInfo
@@ -13,6 +13,7 @@ from pydantic.fields import FieldInfo
 from desim import plugins
 from desim.errors import InputError, did_you_mean
 from desim.ports import Named, Params, function_rule, with_scope
+from desim.ports.cases import ShowsSettings
 from desim.scenario.schema.generated import GENERATED
 from desim.world.paper_terrains import ABOUT
 
@@ -44,11 +45,11 @@ def description(name: str) -> str:
             raise InputError(f"{name!r} is not a plug-in: it names a {type(cls).__name__}, and "
                              "a plug-in is a class")
         return _about(name, "plug-in", cls)
-    terrains = list(_about_terrain(name))
+    terrains = [*_about_terrain(name), *([] if kinds else _about_choice(name))]
     if not kinds and not terrains:
         known = [*(known for kind in plugins.GROUPS for known in plugins.available(kind)),
                  *dict.fromkeys(known for known, _ in _terrain_texts())]
-        near = did_you_mean(name, known)
+        near = did_you_mean(name, [*known, *(one for _, _, names in _choices() for one in names)])
         raise InputError(f"unknown plug-in {name!r}{near}; desim plugins lists all {len(known)}, "
                          "or write a dotted path 'package.module:Class'")
     return "\n\n".join([*(_about(name, kind, plugins.load(kind, name)) for kind in kinds),
@@ -113,6 +114,34 @@ def _about(name: str, kind: str, cls: type) -> str:
     return "\n".join(lines)
 
 
+def _choices() -> Iterator[tuple[str, str, Mapping[str, Named]]]:
+    """The networks, their parameters that choose sets of values, and the names of these."""
+    for plugin in plugins.available("network"):
+        for key, names in plugins.parameters("network", plugin).meanings.items():
+            yield plugin, key, names
+
+
+def _about_choice(name: str) -> Iterator[str]:
+    """A name of a choice, as a card: the device with its source, and all values that a radio has
+    then, its blocks but those that it gives left out."""
+    for plugin, key, names in _choices():
+        if name not in names:
+            continue
+        block, given = plugins.parameters("network", plugin), names[name].values
+        params = block.model_validate({key: name})
+        values = params.model_dump(mode="json", by_alias=True, exclude_none=True)
+        shown = params.shown() if isinstance(params, ShowsSettings) else {}
+        lines = [f"{name} ({key} of {plugin}): {{model: {plugin}, {key}: {name}}}", "",
+                 f"{names[name].about}.", "", "values:"]
+        for own, value in {**values, **shown}.items():
+            if own in given and isinstance(value, dict):
+                lines.append(f"  {own}: {_value(given[own])}")
+            elif own != key and not isinstance(value, dict | list):
+                lines.append(f"  {own}: {_value(value)}"
+                             + ("" if own in {**given, **shown} else "  (default)"))
+        yield "\n".join(lines)
+
+
 def _named(name: str, one: Named) -> list[str]:
     """A name of a choice: the thing that it stands for, and the values that it gives."""
     values = ", ".join(f"{key}: {_value(value)}" for key, value in one.values.items())
@@ -131,9 +160,18 @@ def _parameters(fields: dict[str, FieldInfo], indent: str) -> Iterator[str]:
     for name, info in fields.items():
         default = None if info.is_required() else info.get_default(call_default_factory=True)
         says = "" if isinstance(default, Params) else f" {_default(info)} "
-        yield (f"{indent}{info.alias or name}:{says}"
-               f"{' ' + info.description if info.description else ''}").rstrip()
+        about = "; ".join(filter(None, (info.description, _unnamed(info))))
+        yield f"{indent}{info.alias or name}:{says} {about}".rstrip()
         yield from _parameters(_block(info.annotation), indent + "  ")
+
+
+def _unnamed(info: FieldInfo) -> str:
+    """The names that a choice allows, where its description has not all of them."""
+    names = [one for kind in (info.annotation, *get_args(info.annotation))
+             if get_origin(kind) is Literal for one in get_args(kind) if isinstance(one, str)]
+    if all(name in (info.description or "") for name in names):
+        return ""
+    return f"one of {', '.join(names)}"
 
 
 def _block(annotation: object) -> dict[str, FieldInfo]:
