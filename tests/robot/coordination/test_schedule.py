@@ -3,9 +3,8 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_traffic import MAPS, fleets, graph_of
+from test_traffic import MAPS, fleets, graph_of, pibt
 
-from desim.robot.coordination.traffic.planners import Pibt
 from desim.robot.coordination.traffic.schedule import Schedule, Visit
 
 
@@ -15,7 +14,7 @@ def visit(graph, cell):
 
 def scheduled(graph, at, goals, steps):
     """A schedule of ``steps`` of PIBT's, and where it ends."""
-    schedule, planner = Schedule(), Pibt()
+    schedule, planner = Schedule(), pibt()
     for name, cell in at.items():
         schedule.start(name, visit(graph, cell))
     for _ in range(steps):

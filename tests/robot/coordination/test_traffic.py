@@ -1,5 +1,6 @@
 """Traffic on cells: no two robots in one, none change places, and PIBT's theorem."""
 
+import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -10,6 +11,10 @@ from desim.robot.coordination.traffic import planners
 from desim.robot.coordination.traffic.cells import CellGraph, cells_of
 from desim.robot.coordination.traffic.planners import Pibt, Prioritized
 from desim.testing import StrategyBench, check_strategy
+
+
+def pibt():
+    return Pibt(np.random.default_rng(1))
 
 
 def graph_of(*rows):
@@ -83,7 +88,7 @@ def test_by_pibt_all_get_to_their_goals_where_the_graph_is_biconnected(name, dat
     assert is_biconnected(graph)
     at, goals = data.draw(fleets(graph, len(graph.edges) - 1))
     most = diameter(graph) * len(at)
-    assert steps_until_all_were_there(Pibt(), graph, at, goals, most) is not None
+    assert steps_until_all_were_there(pibt(), graph, at, goals, most) is not None
 
 
 @settings(max_examples=60, deadline=None)
@@ -93,7 +98,7 @@ def test_no_two_in_a_cell_and_none_change_places_on_any_map(rows, data):
     graph = graph_of(*rows)
     assume(len(graph.edges) >= 2)
     at, goals = data.draw(fleets(graph, len(graph.edges)))
-    for planner in (Pibt(), Prioritized()):
+    for planner in (pibt(), Prioritized()):
         now = dict(at)
         for _ in range(12):
             then = planner.step(graph, now, goals)
@@ -105,7 +110,7 @@ def test_two_in_a_street_cannot_pass():
     """No cycle, no theorem: PIBT's robots stand face to face for ever, and never change places."""
     graph = graph_of("....")
     at, goals = {"a": (0, 0), "b": (3, 0)}, {"a": (3, 0), "b": (0, 0)}
-    assert steps_until_all_were_there(Pibt(), graph, at, goals, 100) is None
+    assert steps_until_all_were_there(pibt(), graph, at, goals, 100) is None
 
 
 def test_without_inheritance_robots_block_each_other(monkeypatch):
@@ -124,9 +129,57 @@ def test_without_inheritance_robots_block_each_other(monkeypatch):
     at = {f"r{k}": cell for k, cell in enumerate(ring)}
     goals = {f"r{k}": ring[(k + 5) % len(ring)] for k in range(len(ring))}
     most = diameter(graph) * len(at)
-    assert steps_until_all_were_there(Pibt(), graph, at, goals, most) is not None
+    assert steps_until_all_were_there(pibt(), graph, at, goals, most) is not None
     monkeypatch.setattr(Pibt, "_moves", selfish)
-    assert steps_until_all_were_there(Pibt(), graph, at, goals, most) is None
+    assert steps_until_all_were_there(pibt(), graph, at, goals, most) is None
+
+
+def one_shot(graph, count, draw, planner):
+    """All have to be at random goals at once: the sum of the times at which each comes to stay, and
+    the last of them; None if not within 1000 steps."""
+    names, cells = [f"r{k}" for k in range(count)], sorted(graph.edges)
+    at, goals = (dict(zip(names, map(cells.__getitem__, draw.permutation(len(cells))[:count]),
+                          strict=True)) for _ in range(2))
+    came = dict.fromkeys(names, 0)
+    for step in range(1000):
+        away = [name for name in names if at[name] != goals[name]]
+        if not away:
+            return sum(came.values()), max(came.values())
+        came.update(dict.fromkeys(away, step + 1))
+        at = planner.step(graph, at, goals)
+    return None
+
+
+# The authors' program (github.com/Kei18/pibt2, faab5b9), 300 random instances on an empty map: the
+# share that it solves; of those the sum of costs and the makespan, means and standard deviations.
+BY_THE_AUTHORS = [(8, 16, 297 / 300, (113.6, 21.2), (12.4, 3.1)),
+                  (8, 32, 280 / 300, (374.0, 102.6), (24.1, 12.6)),
+                  (16, 64, 298 / 300, (964.1, 69.8), (26.4, 4.5))]
+
+
+def check_one_shots(size, count, share, *figures, runs=80, make=pibt):
+    """Means within four standard errors of those of the authors, the share within four, too."""
+    graph, draw = graph_of(*["." * size] * size), np.random.default_rng(size * count)
+    ends = [one_shot(graph, count, draw, make()) for _ in range(runs)]
+    solved = [end for end in ends if end is not None]
+    error = np.sqrt(max(share * (1 - share), 0.01) * (1 / runs + 1 / 300))
+    assert abs(len(solved) / runs - share) <= 4 * error
+    for (mean, deviation), ours in zip(figures, np.transpose(solved), strict=True):
+        assert abs(ours.mean() - mean) <= 4 * deviation * np.sqrt(1 / len(solved) + 1 / 300)
+
+
+@pytest.mark.parametrize("row", BY_THE_AUTHORS)
+def test_one_shots_are_as_those_of_the_authors_program(row):
+    check_one_shots(*row)
+
+
+def test_without_chance_robots_push_each_other_for_ever():
+    """The twin: of cells that are equally good, the first is always taken."""
+    class Sure:
+        random = staticmethod(np.zeros)
+
+    with pytest.raises(AssertionError):
+        check_one_shots(*BY_THE_AUTHORS[1], runs=20, make=lambda: Pibt(Sure()))
 
 
 def test_without_reservations_robots_meet(monkeypatch):

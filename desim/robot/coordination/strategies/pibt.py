@@ -1,5 +1,6 @@
 """Traffic by priority inheritance with backtracking (Okumura et al. 2022), planned on a host."""
 
+from desim import ports
 from desim.robot.coordination.traffic.control import TrafficControl, TrafficParams
 from desim.robot.coordination.traffic.planners import Pibt
 
@@ -11,5 +12,6 @@ class PibtTraffic(TrafficControl):
     class Params(TrafficParams):
         """Those of all that plan on cells."""
 
-    def __init__(self, params: Params) -> None:
-        super().__init__(Pibt(), params)
+    def planner(self, host: ports.StrategyContext) -> Pibt:
+        """See ``TrafficControl``."""
+        return Pibt(host.stream("ties"))

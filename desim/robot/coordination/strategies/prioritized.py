@@ -1,5 +1,6 @@
 """Traffic by cooperative A* with reservations in time (Silver 2005), planned on a host."""
 
+from desim import ports
 from desim.robot.coordination.traffic.control import TrafficControl, TrafficParams
 from desim.robot.coordination.traffic.planners import Prioritized
 
@@ -11,5 +12,6 @@ class PrioritizedTraffic(TrafficControl):
     class Params(TrafficParams):
         """Those of all that plan on cells."""
 
-    def __init__(self, params: Params) -> None:
-        super().__init__(Prioritized(), params)
+    def planner(self, host: ports.StrategyContext) -> Prioritized:
+        """See ``TrafficControl``."""
+        return Prioritized()

@@ -37,13 +37,17 @@ class TrafficControl:
 
     traits = ports.StrategyTraits(needs=Journeys, needs_coordinator=True)
 
-    def __init__(self, planner: TrafficPlanner, params: TrafficParams) -> None:
-        self._planner, self._cell_m, self._ahead = planner, params.cell_m, params.ahead
+    def __init__(self, params: TrafficParams) -> None:
+        self._cell_m, self._ahead = params.cell_m, params.ahead
         self._graph: CellGraph | None = None
         self._stands: ports.Place | None = None  # on a robot: where it was granted and has come to
         # At the host: what is planned, and the number of goals that each robot reaches by it.
         self._schedule = Schedule()
         self._reached: dict[str, int] = {}
+
+    def planner(self, host: ports.StrategyContext) -> TrafficPlanner:
+        """The one that plans on ``host``."""
+        raise NotImplementedError
 
     def on_start(self, host: ports.StrategyContext) -> None:
         if host.has_body:
@@ -52,6 +56,7 @@ class TrafficControl:
             host.subscribe(f"grants/{host.name}", self._on_grant, sources=hosts)
             host.every(_PERIOD_NS, self._report)
         else:
+            self._planner = self.planner(host)
             for name in host.task.goals:
                 host.advertise(f"grants/{name}")
             host.subscribe("stands", self._on_stands)

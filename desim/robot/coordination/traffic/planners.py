@@ -9,6 +9,8 @@ import heapq
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
+import numpy as np
+
 from desim.ports import natural_key
 from desim.robot.coordination.traffic.cells import Cell, CellGraph
 
@@ -29,11 +31,16 @@ class Pibt:
     """Priority inheritance with backtracking (Okumura, Machida, Defago, Tamura 2022, algorithm 1).
 
     On a graph in which each edge is on a cycle, with fewer robots than cells, every robot gets to
-    its goal (theorem 1): the one that waits longest always moves on, and pushes others aside.
+    its goal (theorem 1): the one that waits longest always moves on, and pushes others aside. As
+    in the authors' program, of those that wait equally long the one with the longest way is first,
+    and chance decides between cells that are equally good: without it robots push each other to
+    and fro for ever.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, stream: np.random.Generator) -> None:
+        self._stream = stream
         self._waited: dict[str, int] = {}  # steps since it was at a goal
+        self._ways: dict[str, tuple[Cell, int]] = {}  # its goal, and how far that was at first
 
     def step(self, graph: CellGraph, at: Mapping[str, Cell], goals: Mapping[str, Cell]
              ) -> dict[str, Cell]:
@@ -41,11 +48,15 @@ class Pibt:
         names = sorted(at, key=natural_key)
         for name in names:
             self._waited[name] = 0 if at[name] == goals[name] else self._waited.get(name, 0) + 1
+            if self._ways.get(name, (None, 0))[0] != goals[name]:
+                self._ways[name] = goals[name], graph.steps_to(goals[name]).get(at[name], 0)
         self._graph, self._at, self._goals = graph, at, goals
+        self._chances = dict(zip(names, self._stream.random((len(names), 5)).tolist(),
+                                 strict=True))
         self._holders = {cell: name for name, cell in at.items()}
         self._next: dict[str, Cell] = {}
         self._taken: set[Cell] = set()
-        for name in sorted(names, key=lambda one: -self._waited[one]):  # stable: names break ties
+        for name in sorted(names, key=lambda one: (-self._waited[one], -self._ways[one][1])):
             if name not in self._next:
                 self._moves(name, None)
         return self._next
@@ -54,8 +65,9 @@ class Pibt:
         """Give ``name`` a next cell. False: it has to stay, and its pusher goes elsewhere."""
         here, steps = self._at[name], self._graph.steps_to(self._goals[name])
         far = len(self._graph.edges)
-        for cell in sorted((*self._graph.edges[here], here), key=lambda one: (
-                steps.get(one, far), one in self._holders and one != here)):
+        for _, _, _, cell in sorted(
+                (steps.get(one, far), one in self._holders, chance, one) for one, chance in zip(
+                    (*self._graph.edges[here], here), self._chances[name], strict=False)):
             if cell in self._taken or (pusher is not None and cell == self._at[pusher]):
                 continue
             self._next[name] = cell
