@@ -5,11 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_traffic import MAPS, fleets, graph_of, pibt
 
-from desim.robot.coordination.traffic.schedule import Schedule, Visit
+from desim.robot.coordination.traffic.schedule import CellVisit, Schedule
 
 
 def visit(graph, cell):
-    return Visit(cell, graph.centre(cell))
+    return CellVisit(cell, graph.centre(cell))
 
 
 def scheduled(graph, at, goals, steps):

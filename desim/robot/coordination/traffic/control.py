@@ -9,7 +9,7 @@ from desim import ports
 from desim.ports.tasks import Journeys
 from desim.robot.coordination.traffic.cells import Cell, CellGraph, cells_of
 from desim.robot.coordination.traffic.planners import TrafficPlanner
-from desim.robot.coordination.traffic.schedule import Schedule, Visit
+from desim.robot.coordination.traffic.schedule import CellVisit, Schedule
 from desim.units import NS_PER_S, Length
 
 _PERIOD_NS = NS_PER_S // 2  # of reports and grants, which are repeated, so losses heal
@@ -140,10 +140,10 @@ class TrafficControl:
         return goals[reached]
 
     def _visit(self, host: ports.StrategyContext, graph: CellGraph, name: str, cell: Cell
-               ) -> Visit:
+               ) -> CellVisit:
         """A visit of the cell's centre, or of the goal that lies there."""
         goal = host.task.goals[name][self._reached.get(name, 0)]
-        return Visit(cell, goal if graph.nearest(goal) == cell else graph.centre(cell))
+        return CellVisit(cell, goal if graph.nearest(goal) == cell else graph.centre(cell))
 
     def _tell(self, host: ports.StrategyContext, name: str) -> None:
         host.publish(f"grants/{name}", {"to": list(self._schedule.granted[name].place)})

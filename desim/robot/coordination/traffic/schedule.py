@@ -10,7 +10,7 @@ from desim.ports import Place
 from desim.robot.coordination.traffic.cells import Cell
 
 
-class Visit(NamedTuple):
+class CellVisit(NamedTuple):
     """A robot's stop in ``cell``, at ``place``."""
 
     cell: Cell
@@ -27,23 +27,23 @@ class Schedule:
 
     def __init__(self) -> None:
         # By robot: the visit where it is, the one that it was granted, those planned behind it.
-        self._at: dict[str, Visit] = {}
-        self._granted: dict[str, Visit] = {}
-        self._planned: dict[str, deque[Visit]] = {}
+        self._at: dict[str, CellVisit] = {}
+        self._granted: dict[str, CellVisit] = {}
+        self._planned: dict[str, deque[CellVisit]] = {}
         # By cell: the robots whose visits are not over.
         self._visitors: defaultdict[Cell, deque[str]] = defaultdict(deque)
 
     @property
-    def granted(self) -> Mapping[str, Visit]:
+    def granted(self) -> Mapping[str, CellVisit]:
         """By robot, the last visit that it was granted."""
         return self._granted
 
-    def under_way(self) -> dict[str, Visit]:
+    def under_way(self) -> dict[str, CellVisit]:
         """The granted visits to which robots are on their way, by what they reported."""
         return {name: visit for name, visit in self._granted.items()
                 if self._at.get(name) != visit}
 
-    def ends(self) -> dict[str, Visit]:
+    def ends(self) -> dict[str, CellVisit]:
         """The last planned visit of each robot."""
         return {name: planned[-1] if planned else self._granted[name]
                 for name, planned in self._planned.items()}
@@ -52,13 +52,13 @@ class Schedule:
         """How many visits of ``name`` are planned to which it has not come."""
         return len(self._planned[name]) + (self._at.get(name) != self._granted[name])
 
-    def start(self, name: str, visit: Visit) -> None:
+    def start(self, name: str, visit: CellVisit) -> None:
         """Grant ``name`` its first visit."""
         self._granted[name] = visit
         self._planned[name] = deque()
         self._visitors[visit.cell].append(name)
 
-    def plan(self, name: str, visit: Visit) -> None:
+    def plan(self, name: str, visit: CellVisit) -> None:
         """Add a visit behind those planned for ``name``."""
         self._planned[name].append(visit)
         self._visitors[visit.cell].append(name)
