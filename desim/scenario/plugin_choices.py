@@ -49,10 +49,25 @@ def complaints(data: Data) -> list[Complaint]:
         except InputError as error:
             found.append(Complaint((*path, block.name_key), str(error)))
         except ValidationError as error:
-            found += complaints_of(error, plugins.parameters(block.kind, name), theirs, path, own)
+            found += [_of_others(wrong, block.kind, name) for wrong in complaints_of(
+                error, plugins.parameters(block.kind, name), theirs, path, own)]
         for key in _files_of(block, choice):
             found += _unreadable((*path, key), choice[key])
     return found
+
+
+def _of_others(complaint: Complaint, kind: str, name: str) -> Complaint:
+    """A complaint about a key that other network models have: left over where the model was changed
+    by hand."""
+    unknown = "unknown key; "
+    if kind != "network" or not complaint.text.startswith(unknown):
+        return complaint
+    key = complaint.path[-1]
+    owners = [one for one in plugins.available(kind) if key in keys(plugins.parameters(kind, one))]
+    if not owners:
+        return complaint
+    return complaint._replace(text=f"unknown key of {plugins.bare(name)} (a key of "
+                              f"{', '.join(owners)}); {complaint.text.removeprefix(unknown)}")
 
 
 def _unreadable(path: Path, file: str) -> list[Complaint]:

@@ -84,3 +84,20 @@ def test_a_wrong_parameter_beside_a_fault_of_an_access_point_is_said_once(file, 
         desim.load(file, [change])
     assert str(said.value).startswith(f"--set {change}: network.media.air.")
     assert len(said.value.args) == 1
+
+
+@pytest.mark.parametrize(("air", "key", "says"), [
+    ("{model: cellular, card: pi_4}", "card", "unknown key of cellular (a key of radio); allowed: "
+     "model, rules, hosts, inside, metric, up, down, core, radio, queue, wired, gaps"),
+    ("{model: lora, gateway: base, wired: [base]}", "wired", "unknown key of lora (a key of "
+     "cellular); allowed: model, rules, hosts, inside, metric, gateway, spreading_factor, "
+     "bandwidth, coding_rate, channels, duty_cycle, power, path_loss, capture, queue, lifetime"),
+    ("{model: ieee802154, access_points: []}", "access_points", "unknown key of ieee802154 (a key "
+     "of radio); allowed: model, rules, hosts, inside, metric, range, interference, min_be, "
+     "max_be, backoffs, retries, queue")])
+def test_a_key_of_another_radio_names_its_model(file, air, key, says):
+    file.write_text(SCENARIO.replace(SCENARIO.split("air: ")[1], f"{air}\n"))
+    with pytest.raises(InputError) as said:
+        desim.load(file)
+    place, _, text = str(said.value).partition(f": network.media.air.{key}: ")
+    assert text == says and place.startswith(f"{file}:8:")
