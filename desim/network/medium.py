@@ -179,10 +179,7 @@ class Medium(Account):
                  ) -> int | None:
         """Take a frame for ``receivers`` (ascending); ``carrier`` is notified of its fate at each,
         with ``token``. Returns the time (ns) of arrival if there is one receiver, no rule has
-        touched the frame and the model knows at once; else None.
-
-        ``at_once``: if the arrival time is known, count the frame as delivered now and skip the
-        carrier; see ``post``."""
+        touched the frame and the model knows at once; else None. ``at_once``: see ``post``."""
         self.frames = number = self.frames + 1
         self.tx_bytes[source] += size_bytes
         frame = _new(Frame, (number, source, receivers, size_bytes, segments, broadcast))

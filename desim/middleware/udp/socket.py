@@ -81,8 +81,10 @@ class UdpSocket:
             if self.used_bytes >= room_bytes:
                 self._forget_left()
             if self.used_bytes < room_bytes:
+                if each > 1 or self._slow:
+                    carrier = ReceivedTrain(self._graph, carrier, size_bytes, packets, each)
                 return self._transmit(medium, sends or medium, receivers, size_bytes, packets,
-                                      broadcast, carrier, token, each)
+                                      broadcast, carrier, token)
         self._wait(Datagrams(medium, sends or medium, receivers, size_bytes, packets, broadcast,
                              carrier, token, each, node))
         return None
@@ -106,9 +108,7 @@ class UdpSocket:
 
     def _transmit(self, medium: Medium | Way, sends: Sends, receivers: tuple[int, ...],
                   size_bytes: int, packets: int, broadcast: bool, carrier: AnyCarrier,
-                  token: object, each: int, node: str | None = None) -> int | None:
-        if each > 1 or self._slow:
-            carrier = ReceivedTrain(self._graph, carrier, size_bytes, packets, each)
+                  token: object) -> int | None:
         first = medium.first(self._host, receivers[0]) if isinstance(medium, Way) else medium
         number = first.frames + 1
         due_ns = sends.transmit(self._host, receivers, size_bytes, packets, broadcast, carrier,
@@ -133,22 +133,33 @@ class UdpSocket:
             for receiver in train.receivers:
                 train.carrier.lost(train.token, receiver, "send_buffer_full")
             return
-        parts = parts_of(train.size_bytes, train.packets, train.each,
-                         1 if self._slow else PART_PACKETS)
-        trains = deque([train])
-        if len(parts) > 1:
-            medium, sends, receivers, _, packets, broadcast, carrier, token, each, _ = train
-            cut = CutTrain(carrier, token, receivers, packets, len(parts))
-            trains = deque([_new(Datagrams, (medium, sends, receivers, size_bytes, len(numbers),
-                                             broadcast, cut, numbers, each, node))
-                            for numbers, size_bytes in parts])
+        trains = self._parts(train)
         if node not in self._waiting:
             while trains and self.used_bytes < self._limit_bytes:
-                self._transmit(*trains.popleft())
+                self._transmit(*trains.popleft()[:8])
         if trains:
             self._waiting.setdefault(node, deque()).extend([(now_ns, one) for one in trains])
             self._sockets.block(node, len(trains))
         self._book()
+
+    def _parts(self, train: Datagrams) -> deque[Datagrams]:
+        """The parts in which ``train`` goes out. Equal ones have one carrier in common."""
+        medium, sends, receivers, size_bytes, packets, broadcast, carrier, token, each, node = train
+        parts = parts_of(size_bytes, packets, each, 1 if self._slow else PART_PACKETS)
+        tokens: list[object] = [token]
+        if len(parts) > 1:
+            carrier = CutTrain(carrier, token, receivers, packets, len(parts))
+            tokens = [numbers for numbers, _ in parts]
+        carriers: dict[tuple[int, int], AnyCarrier] = {}  # by bytes and packets of a part
+        out: deque[Datagrams] = deque()
+        for part, (numbers, part_bytes) in zip(tokens, parts, strict=True):
+            size = part_bytes, len(numbers)
+            if size not in carriers:
+                carriers[size] = ReceivedTrain(self._graph, carrier, *size, each) \
+                    if each > 1 or self._slow else carrier
+            out.append(_new(Datagrams, (medium, sends, receivers, *size, broadcast,
+                                        carriers[size], part, each, node)))
+        return out
 
     def _resume(self, _: object) -> None:
         """Send what waits while there is room, a datagram of each node in turn. Those that have
@@ -168,7 +179,7 @@ class UdpSocket:
                 del waiting[node]
             if passages is not None:
                 passages.waited(TimePart.SENDER, since_ns)
-            self._transmit(*train)
+            self._transmit(*train[:8])
             if node not in waiting:
                 self._sockets.unblock(node, sent.pop(node))
         for node, count in sent.items():
