@@ -1,4 +1,4 @@
-"""The action dependency graph: whoever is late, no two are in one cell, and all come to the end."""
+"""The action dependency graph: in any order of arrivals no two are in one cell, and all arrive."""
 
 import pytest
 from hypothesis import given, settings

@@ -101,7 +101,7 @@ class TrafficControl:
             taken = [visit.cell for visit in granted.values()]
             cell = graph.nearest_but(content["start"], taken)
             self._schedule.start(name, self._visit(host, graph, name, cell))
-            self._tell(host, name)
+            self._announce(host, name)
 
     def _cells(self, host: ports.StrategyContext) -> CellGraph | None:
         if self._graph is None and host.known_m2() > 0:
@@ -116,7 +116,7 @@ class TrafficControl:
                    and self._plan_step(host, graph)):
                 pass
         for name in self._schedule.grant():
-            self._tell(host, name)
+            self._announce(host, name)
 
     def _plan_step(self, host: ports.StrategyContext, graph: CellGraph) -> bool:
         """Plan one step of all robots. Whether any of them moves by it."""
@@ -145,7 +145,7 @@ class TrafficControl:
         goal = host.task.goals[name][self._reached.get(name, 0)]
         return CellVisit(cell, goal if graph.nearest(goal) == cell else graph.centre(cell))
 
-    def _tell(self, host: ports.StrategyContext, name: str) -> None:
+    def _announce(self, host: ports.StrategyContext, name: str) -> None:
         host.publish(f"grants/{name}", {"to": list(self._schedule.granted[name].place)})
 
     def _repeat(self, host: ports.StrategyContext) -> None:
@@ -154,5 +154,5 @@ class TrafficControl:
         host.show("grants", (ports.Mark(*self._graph.centre(visit.cell), name)
                              for name, visit in self._schedule.granted.items()))
         for name in self._schedule.under_way():
-            self._tell(host, name)
+            self._announce(host, name)
         self._go_on(host, self._graph)

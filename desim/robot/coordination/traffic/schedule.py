@@ -49,7 +49,7 @@ class Schedule:
                 for name, planned in self._planned.items()}
 
     def steps_ahead(self, name: str) -> int:
-        """How many visits of ``name`` are planned to which it has not come."""
+        """The number of planned visits to which ``name`` has not come."""
         return len(self._planned[name]) + (self._at.get(name) != self._granted[name])
 
     def start(self, name: str, visit: CellVisit) -> None:
