@@ -19,7 +19,6 @@ _FEWEST = 2  # points of a body
 _SLACK_M = 0.15  # by which a cluster may be wider than a body
 _STEP_M = 0.6  # of a body between two scans
 _LOST_NS = NS_PER_S // 2  # after which a track without points ends
-_SMOOTH = 0.5  # share of the new velocity
 _MOVES_MPS = 0.15
 _FRESH_NS = 3 * NS_PER_S // 2  # the age of a teammate's pose
 _SAME_M = 0.8  # between that pose and a track that is the same body
@@ -60,9 +59,7 @@ class MovingBodies:
             free.remove(known)
             passed_s = (now_ns - known.seen_ns) / NS_PER_S
             if passed_s > 0.0:
-                share = 1.0 if known.times == 1 else _SMOOTH
-                known.velocity = known.velocity + share * (
-                    (place - known.place) / passed_s - known.velocity)
+                known.velocity = (place - known.place) / passed_s
                 known.place, known.seen_ns, known.times = place, now_ns, known.times + 1
 
     def around(self, here: np.ndarray, now_ns: int) -> list[NearbyBody]:
@@ -75,7 +72,8 @@ class MovingBodies:
             same = [one for one in announced
                     if np.hypot(one.x_m - place[0], one.y_m - place[1]) <= _SAME_M]
             announced = [one for one in announced if one not in same]
-            found.append(self._body(same[0].name if same else "", place, track.velocity))
+            velocity = np.array(same[0][3:5]) if same and track.times == 1 else track.velocity
+            found.append(self._body(same[0].name if same else "", place, velocity))
         return [one for one in (*found, *announced) if np.hypot(one.x_mps, one.y_mps) > _MOVES_MPS]
 
     def _announced(self, here: np.ndarray, now_ns: int) -> list[NearbyBody]:

@@ -12,7 +12,7 @@ from desim.middleware.contents import LaserScan
 from desim.ports.kernels import compiled_function
 from desim.robot.mapping.tiles import FREE, OCCUPIED
 from desim.robot.navigation.kernels import orca as kernels
-from desim.robot.navigation.local_planners.orca import Orca
+from desim.robot.navigation.local_planners.orca import Orca, _speed
 from desim.robot.navigation.moving_bodies import MovingBodies
 from desim.robot.team import Team
 from desim.scenario.load import from_mapping
@@ -262,6 +262,24 @@ def test_a_teammate_in_view_has_its_name_once():
     assert [one.name for one in seen] == ["mate"]
 
 
+def test_one_that_starts_is_as_fast_as_between_the_last_two_scans():
+    moving, _ = bodies()
+    for k, x_m in enumerate((13.0, 13.0, 13.0, 12.8)):
+        moving.observe(disc(x_m, 10.0), HERE, k * S // 5)
+    found, = moving.around(HERE, 3 * S // 5)
+    assert found.x_mps == pytest.approx(-1.0, abs=0.05)
+
+
+def test_a_teammate_that_comes_into_view_is_as_fast_as_it_announced():
+    moving, team = bodies()
+    for k in range(2):
+        team.note_pose("mate", 14.0 - k, 10.0, 0.0, k * S, k * S)
+        moving.around(HERE, k * S)
+    moving.observe(disc(13.0, 10.0), HERE, S)
+    found, = moving.around(HERE, S)
+    assert (found.name, found.x_mps) == ("mate", pytest.approx(-1.0))
+
+
 def test_poses_in_other_frames_say_nothing():
     moving, team = bodies(common_frame=False)
     for k in range(2):
@@ -302,6 +320,19 @@ def test_it_gives_way_to_one_that_comes():
     assert w < -0.3 or v < 0.9
     alone_v, alone_w, _ = robot().steer(10.0, 10.0, 0.0)
     assert (alone_v, abs(alone_w)) == pytest.approx((1.2, 0.0), abs=0.05)
+
+
+def test_it_is_no_faster_than_its_heading_allows_by_now():
+    """Half to the left, where 0.3 m/s are allowed, and it cannot turn at once: 0.3 m/s / sin 45
+    degrees. A wall's half-plane comes before a neighbour's."""
+    heading = np.full(2, math.sqrt(0.5))
+    left = (0.0, 0.3, 0.0, -1.0)
+    assert _speed(np.array([left]), 0, heading, np.zeros(2), 1.2, 1.2) == pytest.approx(0.4)
+    assert _speed(np.array([left]), 0, heading, np.array([0.1, -0.1]), 1.2, 1.2
+                  ) == pytest.approx(0.55)
+    wall, from_behind = (0.0, 0.0, 0.0, -1.0), (0.0, 1.0, 0.0, 1.0)
+    assert _speed(np.array([wall, from_behind]), 1, heading, np.zeros(2), 1.2, 1.2) == 0.0
+    assert _speed(np.array([wall, from_behind]), 0, heading, np.zeros(2), 1.2, 1.2) > 0.5
 
 
 def test_it_stops_before_a_wall():

@@ -17,6 +17,7 @@ _solve = compiled_function(kernels.solve)
 _reciprocal = compiled_function(kernels.reciprocal)
 
 _SECTORS = 48  # directions, of each of which the nearest point counts (7.5 degrees; our choice)
+_SPEEDS = 25  # that are compared (our choice)
 _BLOCKED_MPS = 0.02  # slower than this, with a path to follow, counts as blocked (our choice)
 # Noise on the wanted velocity: two robots face to face would wait for each other (our choice).
 _ASIDE_MPS = 1e-3
@@ -73,12 +74,17 @@ class Orca:
         velocity = np.array(_solve(planes, len(obstacles), limits.speed_mps, float(wanted[0]),
                                    float(wanted[1])))
         togo_m = float(np.hypot(*np.diff(context.rest(), axis=0).T).sum())
-        # Backwards it turns on the spot: that keeps the body in the disc, and sees where it goes.
-        speed_mps = max(float(velocity @ heading), 0.0)
         turn_radps = float(velocity @ left) / offset_m
         turn_radps = min(max(turn_radps, -limits.turn_radps), limits.turn_radps)
+        turn_radps = self._stoppable(context, turn_radps, velocity)
+        more_radps = limits.turn_acceleration_radps2 * limits.period_s
+        next_radps = min(max(turn_radps, context.turn_radps - more_radps),
+                         context.turn_radps + more_radps)
+        # Backwards it turns on the spot: that keeps the body in the disc, and sees where it goes.
+        speed_mps = _speed(planes, len(obstacles), heading, next_radps * offset_m * left,
+                           max(float(velocity @ heading), 0.0), limits.speed_mps)
         blocked = float(np.hypot(*velocity)) < _BLOCKED_MPS
-        return speed_mps, self._stoppable(context, turn_radps, velocity), togo_m, blocked
+        return speed_mps, turn_radps, togo_m, blocked
 
     def _wanted(self, context: LocalContext, point: np.ndarray) -> np.ndarray:
         """Full speed towards the path, and a little aside."""
@@ -120,3 +126,16 @@ class Orca:
         toward = away[first] / far_m[first, None]
         room_mps = np.maximum(far_m[first] - radius_m, 0.0) / horizon_s
         return np.column_stack([room_mps[:, None] * toward, -toward])
+
+
+def _speed(planes: np.ndarray, hard: int, heading: np.ndarray, aside: np.ndarray,
+           wanted_mps: float, most_mps: float) -> float:
+    """The speed nearest to the wanted one at which the point, which moves ``aside`` as fast as the
+    robot can turn by now, is in all half-planes, or the least outside of them: first of the
+    ``hard`` ones, without the turn, in which the body stays where it is, then of the others."""
+    speeds = np.append(np.linspace(0.0, most_mps, _SPEEDS), wanted_mps)
+    for some, turned in ((planes[:hard], 0.0), (planes[hard:], 1.0)):
+        away = speeds[:, None, None] * heading + turned * aside - some[:, :2]
+        room = (away * some[:, 2:]).sum(axis=2).min(axis=1, initial=math.inf)
+        speeds = speeds[room >= min(float(room.max()), 0.0) - 1e-9]
+    return float(speeds[np.abs(speeds - wanted_mps).argmin()])
