@@ -31,7 +31,7 @@ _BEACON = "138 B"
 # Two sides that do not hear each other, with -60 dBm at the access point between them.
 _SIDES_M = 2.0
 _FAR_APART = {"model": "log_distance", "exponent": 10, "reference": "46.6777 dB"}
-_ALONE_S, _CONTENDING_S, _POISSON_S = 3, 15, 20  # that are measured
+_ALONE_S, _RELAYED_S, _CONTENDING_S, _POISSON_S = 3, 15, 40, 20  # that are measured
 
 
 class ApRow(NamedTuple):
@@ -119,6 +119,8 @@ def _flows(row: ApRow) -> list[Flow]:
 def _seconds(row: ApRow) -> int:
     if row.per_s:
         return _POISSON_S
+    if row.direction == "relay":
+        return _RELAYED_S
     return _ALONE_S if row.direction == "down" else _CONTENDING_S
 
 
