@@ -180,10 +180,6 @@ class DcfRadio:
             ``InputError`` for those that it does not have."""
             return self.rates_of(self.of_standard(), self.rate_bps, self.broadcast_rate_bps)
 
-        def check_hosts(self, hosts: tuple[str, ...]) -> None:
-            """``ports.ChecksHosts``."""
-            self.check_radio(hosts)
-
         def check_radio(self, hosts: tuple[str, ...]) -> None:
             """Raises ``InputError`` for what does not fit together, or to the hosts."""
             self.rates()
