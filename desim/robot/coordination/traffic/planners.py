@@ -33,8 +33,8 @@ class Pibt:
     On a graph in which each edge is on a cycle, with fewer robots than cells, every robot gets to
     its goal (theorem 1): the one that waits longest always moves on, and pushes others aside. As
     in the authors' program, of those that wait equally long the one with the longest way is first,
-    and chance decides between cells that are equally good: without it robots push each other to
-    and fro for ever.
+    and chance decides between cells that are equally good: without it robots push each other
+    aside for ever.
     """
 
     def __init__(self, stream: np.random.Generator) -> None:
