@@ -324,7 +324,7 @@ def test_nodes_are_of_the_testbed_alone_and_passive_robots_have_no_machine():
     assert [(host.name, host.node) for host in simulation.plan] == [
         ("robot_0", "node_0"), ("robot_1", None), ("robot_2", "node_0"), ("workstation", None)]
     assert simulation.scenario.network.media["lan"].params.ports == {
-        "node_0": ["robot_0", "robot_2"]}
+        "node_0": ("robot_0", "robot_2")}
 
 
 @pytest.mark.parametrize("deployment", ["testbed", "field"])

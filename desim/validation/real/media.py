@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 Rule = dict[str, object]
 
+_CHANNELS = (*range(36, 65, 4), *range(100, 145, 4), *range(149, 166, 4))  # 20 MHz in 5 GHz
+
 
 class JudgedMedium(NamedTuple):
     """A network model with its parameters, and the rules in front of it."""
@@ -29,7 +31,7 @@ def lan(delay: str = "50 us", rules: Sequence[Rule] = ()) -> JudgedMedium:
 def radio(number: int, rules: Sequence[Rule] = ()) -> JudgedMedium:
     """802.11a at 24 Mb/s; radios of different numbers do not hear each other."""
     return JudgedMedium({"model": "radio", "standard": "11a", "rate": "24 Mb/s",
-                         "channel": 36 + 4 * number}, rules)
+                         "channel": _CHANNELS[number]}, rules)
 
 
 def weak_radio(number: int) -> JudgedMedium:

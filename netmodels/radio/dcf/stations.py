@@ -14,6 +14,7 @@ from netmodels.kernels import Addresses
 from netmodels.radio.dcf.contenders import contenders, no_events, with_another
 from netmodels.radio.dcf.kernels import machine as kernels
 from netmodels.radio.dcf.kernels import records, times
+from netmodels.radio.dcf.kernels.aggregates import REQUESTS
 from netmodels.radio.dcf.kernels.records import (
     DONE,
     DROPPED,
@@ -60,10 +61,10 @@ class Reception:
 
 @dataclass(frozen=True)
 class Aggregation:
-    """The limits of an aggregate of packets. ``endless``: no packet is given up, however often it
-    fails. ``requests``: a station that misses a block acknowledgement sends a request for it before
-    it sends anything again. ``apart``: a receiver hands each packet on when that is over, not with
-    the aggregate."""
+    """The limits of an aggregate of packets. ``endless``: a packet is given up when it has failed
+    as often as a request for a block acknowledgement may. ``requests``: a station that misses a
+    block acknowledgement sends a request for it before it sends anything again. ``apart``: a
+    receiver hands each packet on when that is over, not with the aggregate."""
 
     packets: int = 64  # of a block acknowledgement (802.11-2016, 9.3.1.9.3)
     size_bytes: int = 65_535  # HT (19.3.24)
@@ -121,7 +122,7 @@ def _limits(standard: Standard, aggregation: Aggregation | None, judged: bool, t
     return (aggregation.packets, aggregation.size_bytes, aggregation.time_ns,
             DELIMITER_BYTES - standard.alone_bytes, rts_bytes, aggregation.amsdu_bytes,
             MAC_BYTES + standard.qos_bytes + standard.alone_bytes,
-            NEVER if aggregation.endless else tries, aggregation.requests,
+            REQUESTS if aggregation.endless else tries, aggregation.requests,
             aggregation.apart and not judged)
 
 
