@@ -11,31 +11,31 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as parquet
 
-SIZE = 30
-
 
 def spread(values, form: str) -> str:
     """The mean, with the least and the greatest of few values."""
     return f"{np.mean(values):{form}} ({min(values):{form}} to {max(values):{form}})"
 
 
-def row(name: str, runs) -> str:
-    """The figures of one local planner."""
+def row(name: str, robots: str, runs) -> str:
+    """The figures of one local planner and size of fleet."""
     times = [run["exploration_time_s"] for run in runs]
-    speeds = [run["exploration_cost_m"] / SIZE / run["simulated_s"] for run in runs]
+    speeds = [run["exploration_cost_m"] / int(robots) / run["simulated_s"] for run in runs]
     return " | ".join((
-        f"| `{name}`", spread(times, ".0f"), spread(speeds, ".2f"),
+        f"| {robots} | `{name}`", spread(times, ".0f"), spread(speeds, ".2f"),
         spread([run["collisions"] for run in runs], ".0f"),
-        spread([run["recoveries"] for run in runs], ".0f"), "")).rstrip()
+        spread([run["recoveries"] for run in runs], ".0f"),
+        spread([run["stood_s"] for run in runs], ".0f"), "")).rstrip()
 
 
 def main(campaign: Path) -> None:
     runs = parquet.read_table(campaign / "runs.parquet").to_pylist()
-    print("| local planner | exploration time, s | m/s of a robot | collisions "
-          "| recoveries |")
-    print("|---" * 5 + "|")
-    for name in dict.fromkeys(run["local"] for run in runs):
-        print(row(name, [run for run in runs if run["local"] == name]))
+    print("| robots | local planner | exploration time, s | m/s of a robot | collisions "
+          "| recoveries | longest standing, s |")
+    print("|---" * 7 + "|")
+    for robots, name in dict.fromkeys((run["robots"], run["local"]) for run in runs):
+        print(row(name, robots, [run for run in runs
+                                 if (run["robots"], run["local"]) == (robots, name)]))
 
 
 if __name__ == "__main__":
