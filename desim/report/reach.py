@@ -65,9 +65,11 @@ def _medium(simulation: Simulation, name: str | None) -> tuple[Medium, PredictsS
         choice = simulation.scenario.network.media[medium.name]
         rung = getattr(choice.params, "fidelity", None)
         words = f"{choice.model}, fidelity {rung}," if rung else choice.model
+        if getattr(choice.params, "access_points", None):
+            words = f"{choice.model} with access_points"
         raise InputError(f"network.media.{medium.name}.model: {words} does not say what comes in "
                          "where; coverage is for models that do, as radio with fidelity disk, "
-                         "walls or mac")
+                         "walls or mac and without access_points")
     return medium, medium.model
 
 

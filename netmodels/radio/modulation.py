@@ -105,8 +105,9 @@ class Modulation(ports.Params):
                            ("access_category",
                             not self.qos and self.access_category != "best_effort")):
             if given:
+                or_qos = " and with qos: true" if key == "access_category" else ""
                 raise InputError(f".{key}: {self.standard} has none; allowed with "
-                                 f"{', '.join(FORMATS)}")
+                                 f"{', '.join(FORMATS)}{or_qos}")
 
     def access(self, standard: Standard) -> Access:
         """The stations' access to the medium."""

@@ -47,4 +47,5 @@ def test_the_twin_of_one_category_shares_alike():
 def test_stations_without_qos_have_no_category():
     with pytest.raises(InputError) as said:
         DcfRadio(DcfRadio.Params(standard="11g", access_category="voice"))
-    assert str(said.value) == ".access_category: 11g has none; allowed with 11n, 11ac, 11ax"
+    assert str(said.value) == (".access_category: 11g has none; allowed with 11n, 11ac, "
+                               "11ax and with qos: true")

@@ -65,7 +65,12 @@ def test_the_picture_and_what_it_comes_to(here):
     (["--medium", "lan"], "two.yaml: --medium: no medium 'lan'; known: air"),
     (["--set", "network.media.air.fidelity=ideal"],
      "two.yaml:5:43: network.media.air.model: radio, fidelity ideal, does not say what comes in "
-     "where; coverage is for models that do, as radio with fidelity disk, walls or mac"),
+     "where; coverage is for models that do, as radio with fidelity disk, walls or mac and without "
+     "access_points"),
+    (["--set", "network.media.air={model: radio, access_points: [{at: [0 m, 0 m]}]}"],
+     "--set network.media.air={model: radio, access_points: [{at: [0 m, 0 m]}]}: "
+     "network.media.air.model: radio with access_points does not say what comes in where; coverage "
+     "is for models that do, as radio with fidelity disk, walls or mac and without access_points"),
 ])
 def test_wrong_questions(here, arguments, complaint):
     assert coverage(*arguments) == (2, "", f"{complaint}\n")
