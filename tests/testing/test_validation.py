@@ -36,7 +36,7 @@ from netmodels.radio.thresholds import Thresholds
 from netmodels.rules.loss import GilbertElliott
 from netmodels.rules.outage import Flapping
 from netmodels.rules.timing import Latency
-from netmodels.validation import propagation, rfcomms
+from netmodels.validation import access_points, propagation, rfcomms
 from netmodels.validation.access_categories import AccessCategories
 from netmodels.validation.access_points import AccessPointsOfNs3
 from netmodels.validation.aggregates import AmsdusOfNs3, BlocksOf256, SaturationOfMcs
@@ -317,6 +317,12 @@ TWINS = [
 def first(group, count):
     """They are played one after the other, as they are asked for."""
     return islice(group().checks(play), count)
+
+
+@pytest.fixture(autouse=True)
+def shorter_rows(monkeypatch):
+    """The command plays contending stations for 40 s; these rows and their twins differ sooner."""
+    monkeypatch.setattr(access_points, "_CONTENDING_S", 15)
 
 
 @pytest.mark.parametrize(("group", "count", "wrong"), TWINS)
