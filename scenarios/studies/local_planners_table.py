@@ -17,12 +17,12 @@ def spread(values, form: str) -> str:
     return f"{np.mean(values):{form}} ({min(values):{form}} to {max(values):{form}})"
 
 
-def row(name: str, robots: str, runs) -> str:
+def row(name: str, robots: float, runs) -> str:
     """The figures of one local planner and size of fleet."""
     times = [run["exploration_time_s"] for run in runs]
-    speeds = [run["exploration_cost_m"] / int(robots) / run["simulated_s"] for run in runs]
+    speeds = [run["exploration_cost_m"] / robots / run["simulated_s"] for run in runs]
     return " | ".join((
-        f"| {robots} | `{name}`", spread(times, ".0f"), spread(speeds, ".2f"),
+        f"| {robots:g} | `{name}`", spread(times, ".0f"), spread(speeds, ".2f"),
         spread([run["collisions"] for run in runs], ".0f"),
         spread([run["recoveries"] for run in runs], ".0f"),
         spread([run["stood_s"] for run in runs], ".0f"), "")).rstrip()

@@ -57,8 +57,8 @@ class AccessConstants(ports.Constants):
         "access of access points' own categories: hostapd, whose best effort has windows up to 63 "
         "and whose video and voice have AIFS of one slot, or that of stations (ns-3)"))
     block_endless: bool = Field(False, description=(
-        "what may go as an aggregate is repeated until it arrives, up to 200 times (as ns-3, where it "
-        "gets 500 ms old, and 802.11-2016, 10.22.2.11.1; cards give it up after retries)"))
+        "what may go as an aggregate is repeated until it arrives, up to 200 times (as ns-3, for "
+        "500 ms, and 802.11-2016, 10.22.2.11.1; cards give it up after retries)"))
     block_requests: bool = Field(False, description=(
         "who misses a block acknowledgement sends a request for it before anything else (as ns-3; "
         "cards send the packets again)"))
