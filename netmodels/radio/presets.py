@@ -35,9 +35,9 @@ the defaults in these rules, which were found by comparing small layouts and rea
 - A frame that is given up leaves the contention window as wide as it was (``window_failures``):
   thirty saturated stations carry 1 % more.
 - Broadcasts of 802.11g go at its lowest rate, 1 Mb/s; by default at 6 Mb/s, the lowest of OFDM.
-- What may go as an aggregate is repeated until it has arrived (``block_endless``), by default seven
-  times: seventeen stations of 802.11ac, the farthest at the edge, carry 5 % more, a lone one at the
-  edge 20 % less.
+- What may go as an aggregate is repeated up to 200 times (``block_endless``), by default seven:
+  seventeen stations of 802.11ac, the farthest at the edge, carry 5 % more, a lone one at the edge
+  20 % less.
 - Access points have the access categories of stations (``edca``), by default those of hostapd.
 - A missed block acknowledgement is asked for until it comes (``block_requests``): five saturated
   stations of 802.11n carry 5 % less, two that are hidden from each other twice as much.

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from pydantic import Field
 
 from desim import ports
@@ -25,7 +27,7 @@ class TrafficParams(ports.Params):
         "all make a step before the next one is planned"))
 
 
-class TrafficControl:
+class TrafficControl(ABC):
     """Base of strategies whose robots ask a host without a body for each cell.
 
     Robots report the cell where they stand, and drive to the one that they are granted; without a
@@ -45,9 +47,9 @@ class TrafficControl:
         self._schedule = Schedule()
         self._reached: dict[str, int] = {}
 
+    @abstractmethod
     def planner(self, host: ports.StrategyContext) -> TrafficPlanner:
         """The one that plans on ``host``."""
-        raise NotImplementedError
 
     def on_start(self, host: ports.StrategyContext) -> None:
         if host.has_body:
