@@ -6,20 +6,14 @@ import math
 from collections.abc import Iterator
 from fractions import Fraction
 
-from desim.scenario.robot_types import (
-    equipment_by_path,
-    filled_in,
-    types_by_name,
-    used_types,
-)
+from desim.scenario.checks import Checks, Found
+from desim.scenario.robot_types import equipment_by_path, filled_in, types_by_name, used_types
 from desim.scenario.schema import footprint
 from desim.scenario.schema.fleet import RobotType
 from desim.scenario.schema.robot import BUILT_IN_LASERS, Equipment, Laser
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
 from desim.units import FREQUENCY, LENGTH
-
-Found = Iterator[tuple[Path, str]]
 
 _ROUNDED_M = 1e-3  # to which a radius may be written beside a footprint
 
@@ -56,7 +50,7 @@ def clearance(path: Path, kind: RobotType) -> Found:
             f"{LENGTH.format(kind.clearance_m)}")
 
 
-def sensor_rates(scenario: Scenario, _: Folder) -> Found:
+def _sensor_rates(scenario: Scenario, _: Folder) -> Found:
     """Sensors that measure oftener than bodies move."""
     tick_hz, shared = scenario.physics.rate_hz, scenario.robot
     for path, equipment in equipment_by_path(scenario):
@@ -87,7 +81,7 @@ def _rates_of_last_tick(equipment: Equipment,
             yield (name,), sensor.rate_hz, "it measures at the pose of the last tick"
 
 
-def mounts(scenario: Scenario, _: Folder) -> Found:
+def _mounts(scenario: Scenario, _: Folder) -> Found:
     """Lasers and sonars that are not on the body that carries them."""
     for name, kind in types_by_name(scenario).items():
         path: Path = ("fleet", "types", name, "robot") if kind.robot else ("robot",)
@@ -118,3 +112,10 @@ def _carries(kind: RobotType, x_m: float, y_m: float) -> bool:
 def _extent(kind: RobotType) -> str:
     return ("outside of its footprint" if kind.footprint else
             f"whose radius is {LENGTH.format(kind.radius_m)}")
+
+
+CHECKS: Checks = (
+    ((("robot", "laser"), ("robot", "lasers"), ("robot", "sonar"), ("fleet",)), _mounts),
+    ((("robot", "laser"), ("robot", "lasers"), ("robot", "odometry"), ("robot", "sonar"),
+      ("fleet", "types"), ("physics", "rate")), _sensor_rates),
+)

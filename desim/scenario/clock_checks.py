@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
+from desim.scenario.checks import Checks, Found
 from desim.scenario.complete import media
 from desim.scenario.names import WORKSTATION, host_names, robot_names, unknown
 from desim.scenario.robot_types import (
@@ -19,7 +20,8 @@ from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
 from desim.units import DURATION
 
-Found = Iterator[tuple[Path, str]]
+_ALL: tuple[Path, ...] = (("fleet",), ("hosts",), ("deployment",))
+_CLOCKS: tuple[Path, ...] = (("robot", "clock"), ("testbed", "clock"))
 
 
 class Client(NamedTuple):
@@ -29,7 +31,7 @@ class Client(NamedTuple):
     path: Path
 
 
-def servers(scenario: Scenario, _: Folder) -> Found:
+def _servers(scenario: Scenario, _: Folder) -> Found:
     """NTP clients ask another host. Of robots that share a block one may be the server of all."""
     clocks: list[tuple[Path, ClockParams | None, str | None]] = [
         *((path, equipment.clock, None) for path, equipment in equipment_by_path(scenario)),
@@ -46,7 +48,7 @@ def servers(scenario: Scenario, _: Folder) -> Found:
                 f"{server!r} is the host itself; allowed: another one")
 
 
-def reach(scenario: Scenario, _: Folder) -> Found:
+def _reach(scenario: Scenario, _: Folder) -> Found:
     """NTP clients whose requests come to no server. Of those that share a block the first."""
     hosts, seen = host_names(scenario), set[Path]()
     for host, client in _clients(scenario).items():
@@ -58,7 +60,7 @@ def reach(scenario: Scenario, _: Folder) -> Found:
                 f"no hosts forward from one to the other; allowed: a host that {host} can reach")
 
 
-def circles(scenario: Scenario, _: Folder) -> Found:
+def _circles(scenario: Scenario, _: Folder) -> Found:
     """Clocks that follow each other, and none the true time."""
     clients = _clients(scenario)
     seen = set[str]()
@@ -74,7 +76,7 @@ def circles(scenario: Scenario, _: Folder) -> Found:
                                        "without ntp, or with a server outside of it")
 
 
-def offsets(scenario: Scenario, _: Folder) -> Found:
+def _offsets(scenario: Scenario, _: Folder) -> Found:
     """Clocks that are both ahead and behind."""
     usual = scenario.robot.clock
     clocks: list[tuple[Path, ClockParams | None]] = [
@@ -129,3 +131,11 @@ def _media_from(host: str, scenario: Scenario) -> set[str]:
         reached = before.union(*(stationary.forwards for stationary in scenario.hosts.values()
                                  if before.intersection(stationary.forwards)))
     return reached
+
+
+CHECKS: Checks = (
+    ((*_ALL, *_CLOCKS), _servers),
+    ((*_ALL, *_CLOCKS, ("network", "media")), _reach),
+    ((*_ALL, *_CLOCKS), _circles),
+    ((*_CLOCKS, ("hosts",), ("fleet", "types")), _offsets),
+)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from types import NoneType
 
@@ -11,15 +10,14 @@ from desim.errors import InputError
 from desim.ports import RecordedPaths, StrategyTraits
 from desim.ports.sharing import SharingTraits
 from desim.ports.tasks import GivesMap, TaskTraits
+from desim.scenario.checks import Checks, Found
 from desim.scenario.names import robot_names
 from desim.scenario.robot_types import type_names, types_by_name
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
 
-Found = Iterator[tuple[Path, str]]
 
-
-def briefed(scenario: Scenario, _: Folder) -> Found:
+def _briefed(scenario: Scenario, _: Folder) -> Found:
     """Strategies that need the briefing of another task."""
     task = scenario.task.model
     with suppress(InputError):  # there is no such task, which is complained of where it is named
@@ -50,7 +48,7 @@ def _chosen(scenario: Scenario) -> list[tuple[Path, str]]:
               for name, of in those.items() if of.strategy is not None)]
 
 
-def held(scenario: Scenario, _: Folder) -> Found:
+def _held(scenario: Scenario, _: Folder) -> Found:
     """Faults that would hold robots that move as a recording says."""
     types = types_by_name(scenario)
     type_of = dict(zip(robot_names(scenario), type_names(scenario.fleet), strict=False))
@@ -64,7 +62,7 @@ def held(scenario: Scenario, _: Folder) -> Found:
                     "cannot be stuck; allowed: stop")
 
 
-def frames(scenario: Scenario, _: Folder) -> Found:
+def _frames(scenario: Scenario, _: Folder) -> Found:
     """Places that are told to teammates who do not know where they are."""
     coordination, exchange = scenario.coordination, scenario.coordination.exchange
     if exchange is None or SharingTraits.of(_loaded("sharing", exchange.model)).common_frame:
@@ -83,7 +81,7 @@ def frames(scenario: Scenario, _: Folder) -> Found:
                              "its own, set coordination.team_state to null to do without")
 
 
-def uncoordinated(scenario: Scenario, _: Folder) -> Found:
+def _uncoordinated(scenario: Scenario, _: Folder) -> Found:
     """Strategies whose robots would wait for a coordinator that is not there."""
     there = [_loaded("strategy", strategy) for path, strategy in _chosen(scenario)
              if path[0] == "hosts"]
@@ -95,7 +93,7 @@ def uncoordinated(scenario: Scenario, _: Folder) -> Found:
                          f"{{base: {{strategy: {name}}}}}")
 
 
-def coordinators(scenario: Scenario, _: Folder) -> Found:
+def _coordinators(scenario: Scenario, _: Folder) -> Found:
     """Map sharing that gives a host without a body no map, or none at all."""
     exchange = scenario.coordination.exchange
     names = [name for name, host in scenario.hosts.items() if host.strategy is not None]
@@ -124,3 +122,12 @@ def _without_body() -> list[str]:
     """The installed kinds of map sharing that need no body."""
     return [name for name in plugins.available("sharing") if (cls := _loaded("sharing", name))
             and not SharingTraits.of(cls).needs_body]
+
+
+CHECKS: Checks = (
+    ((("coordination",), ("hosts",), ("fleet", "types"), ("task",)), _briefed),
+    ((("coordination",), ("fleet",), ("faults",)), _held),
+    ((("coordination",), ("hosts",), ("fleet", "types")), _frames),
+    ((("coordination",), ("hosts",), ("fleet", "types")), _uncoordinated),
+    ((("coordination", "exchange"), ("hosts",)), _coordinators),
+)

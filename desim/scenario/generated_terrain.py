@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
+from desim.scenario.checks import Found
 from desim.scenario.schema.generated import (
     Generated,
     GeneratedMaze,
@@ -16,8 +15,6 @@ from desim.scenario.source_places import Path
 from desim.units import LENGTH
 
 MOST_PARTS = 100_000  # cells, rooms or racks: walls are drawn one by one, 10 us each
-
-Found = Iterator[tuple[Path, str]]
 
 
 def complaints(path: Path, terrain: Generated) -> Found:

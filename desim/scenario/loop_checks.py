@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
 
+from desim.scenario.checks import Checks, Found
 from desim.scenario.names import robot_names, unknown
 from desim.scenario.schema.scenario import Scenario
-from desim.scenario.source_places import Folder, Path
-
-Found = Iterator[tuple[Path, str]]
+from desim.scenario.source_places import Folder
 
 
 def _hosts(scenario: Scenario, _: Folder) -> Found:
@@ -52,7 +50,7 @@ def _starts(scenario: Scenario, folder: Folder) -> Found:
                     "_, no digit first")
 
 
-CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...] = (
+CHECKS: Checks = (
     ((("loop",), ("hosts",), ("fleet",), ("deployment",)), _hosts),
     ((("loop", "programs"),), _starts),
 )

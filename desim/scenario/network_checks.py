@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 
 from desim import plugins
 from desim.errors import InputError
 from desim.ports import ChecksHosts
 from desim.scenario import plugin_choices
+from desim.scenario.checks import Checks, Found
 from desim.scenario.complaints import Complaint, validated
 from desim.scenario.complete import media
 from desim.scenario.names import host_names, robot_names, unknown
@@ -19,8 +20,6 @@ from desim.scenario.schema.robot import OTHERS, OWN_TOPICS, Publication
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path, path_of
 from desim.units import DURATION, MESSAGE_SIZE
-
-Found = Iterator[tuple[Path, str]]
 
 
 def _attached(scenario: Scenario, _: Folder) -> Found:
@@ -183,7 +182,7 @@ def _receivers(at: Path, publication: Publication, scenario: Scenario) -> Found:
                 unknown("host", word, (OTHERS, *hosts)))
 
 
-CHECKS: tuple[tuple[tuple[Path, ...], Callable[[Scenario, Folder], Found]], ...] = (
+CHECKS: Checks = (
     ((("network", "media"), ("fleet",), ("hosts",), ("deployment",)), _attached),
     ((("network",), ("deployment",)), _fidelity),
     ((("network",), ("fleet",), ("hosts",), ("deployment",)), _others),

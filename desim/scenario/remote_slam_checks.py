@@ -9,6 +9,7 @@ from desim import plugins
 from desim.errors import InputError
 from desim.ports.localization import LocalizationTraits
 from desim.ports.sharing import FollowsScans
+from desim.scenario.checks import Checks, Found
 from desim.scenario.names import unknown
 from desim.scenario.recipients import listeners
 from desim.scenario.robot_types import equipment_by_path
@@ -16,10 +17,8 @@ from desim.scenario.schema.robot import LocalizationChoice
 from desim.scenario.schema.scenario import Scenario
 from desim.scenario.source_places import Folder, Path
 
-Found = Iterator[tuple[Path, str]]
 
-
-def hosts(scenario: Scenario, _: Folder) -> Found:
+def _hosts(scenario: Scenario, _: Folder) -> Found:
     """Hosts that are not there, and localization that makes no map to send back."""
     for path, choice in _elsewhere(scenario):
         known = listeners(scenario)
@@ -33,7 +32,7 @@ def hosts(scenario: Scenario, _: Folder) -> Found:
                     f"{', '.join(_installed('localization', _draws))}")
 
 
-def sharing(scenario: Scenario, _: Folder) -> Found:
+def _sharing(scenario: Scenario, _: Folder) -> Found:
     """Map sharing that follows each scan which the robot draws, where another host draws them."""
     exchange = scenario.coordination.exchange
     for path, choice in _elsewhere(scenario):
@@ -63,3 +62,10 @@ def _installed(kind: str, fits: Callable[[type], bool]) -> Iterator[str]:
         with suppress(InputError):  # somebody's plug-in that cannot be loaded
             if fits(plugins.load(kind, name)):
                 yield name
+
+
+CHECKS: Checks = (
+    ((("robot", "localization"), ("robot", "passive"), ("fleet",), ("hosts",), ("deployment",)),
+     _hosts),
+    ((("robot", "localization"), ("fleet", "types"), ("coordination", "exchange")), _sharing),
+)
