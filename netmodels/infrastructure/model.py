@@ -238,10 +238,11 @@ def _radio(params: DcfRadio.Params, access_points: Sequence[AccessPoint], places
     standard = params.of_channel(access_points[0].channel, params.basic_rates_bps)
     basic_bps = [round(1e6 * mbps) for mbps in standard.basic_mbps]
     names = names_of(access_points, ())
-    return DcfRadio(params.model_copy(update={
+    own = params.model_copy(update={
         "queue": places, "channel": access_points[0].channel,
         "channels": {name: one.channel for name, one in zip(names, access_points, strict=True)},
-        "broadcast_rate_bps": params.broadcast_rate_bps or min(basic_bps)}), access_points=names)
+        "broadcast_rate_bps": params.broadcast_rate_bps or min(basic_bps)})
+    return DcfRadio(own, own.of_standard().with_short_slots(), names)
 
 
 def _check(params: DcfRadio.Params) -> None:

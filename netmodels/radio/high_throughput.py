@@ -82,7 +82,7 @@ def high_throughput(name: str, width_mhz: int, streams: int, guard_ns: int | Non
     if low and width_mhz > 40:
         raise InputError(f".width: channel {channel} is in 2.4 GHz, which has no channels of "
                          f"{width_mhz} MHz; allowed: 20 MHz, 40 MHz, or a channel of 5 GHz")
-    base = replace(G, slot_ns=9_000) if low else A  # a short slot: nobody has 802.11b alone
+    base = G.with_short_slots() if low else A  # nobody has 802.11b alone
     rates = _rates(name, width_mhz, streams, guard_ns or form.guards_ns[0])
     return replace(base, rates=base.rates + rates, aifsn=3, qos_bytes=2,
                    alone_bytes=0 if name == "11n" else DELIMITER_BYTES,

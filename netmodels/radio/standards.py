@@ -169,6 +169,11 @@ class Standard:
         """The index of a rate. Raises ValueError if there is none of that many Mb/s."""
         return [rate.mbps for rate in self.rates].index(mbps)
 
+    def with_short_slots(self) -> Standard:
+        """With slots of 9 us, as an access point announces them where no station has 802.11b alone
+        (802.11-2016, 9.4.1.4 and 18.5.4; hostapd: ``ap_get_capab_info``)."""
+        return self if self.slow else replace(self, slot_ns=_SHORT_SLOT_NS)
+
     def alike(self, rate: int) -> list[int]:
         """The rates of the same modulation, the slowest first."""
         modulation = self.rates[rate].modulation
@@ -252,11 +257,13 @@ def channels_5ghz(width_mhz: int) -> tuple[int, ...]:
                  for channel in range(first, last + 1, 4))
 
 
-A = Standard(slot_ns=9_000, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
+_SHORT_SLOT_NS = 9_000
+A = Standard(slot_ns=_SHORT_SLOT_NS, sifs_ns=16_000, cw_min=15, rates=_OFDM, basic_mbps=(6, 12, 24),
              band_hz=5e9, allowed_channels=CHANNELS_5GHZ)
 B = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=31, rates=_DSSS, basic_mbps=(1, 2, 5.5, 11),
              band_hz=2.407e9, allowed_channels=CHANNELS_2GHZ, slow=True)
-# Without an access point, and where stations of 802.11b may be: their slots.
+# Without an access point, and where stations of 802.11b may be: their slots (with one:
+# ``with_short_slots``).
 G = Standard(slot_ns=20_000, sifs_ns=10_000, cw_min=15, rates=_DSSS + _OFDM,
              basic_mbps=(1, 2, 5.5, 11, 6, 12, 24),
              band_hz=2.407e9, allowed_channels=CHANNELS_2GHZ, extension_ns=6_000)

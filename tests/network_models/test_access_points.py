@@ -188,6 +188,24 @@ def test_saturation_through_an_access_point():
     assert goodput("a", "c") == pytest.approx(two.packets_per_s / 2, rel=0.015)
 
 
+def alone_per_s(standard, slot_us):
+    """Packets a second of one station: DIFS, half of the least window, data, acknowledgement."""
+    return 1e6 / (standard.sifs_ns / US + (2 + standard.cw_min / 2) * slot_us
+                  + times_us(standard, [AIR_BYTES], 54))
+
+
+def test_an_access_point_of_802_11g_has_short_slots():
+    """All stations have ERP. Ad hoc and in the twin slots are those of 802.11b."""
+    carried = goodput("a", "base", standard="11g")
+    assert carried == pytest.approx(alone_per_s(STANDARDS["11g"], 9), rel=0.01)
+    assert carried != pytest.approx(alone_per_s(STANDARDS["11g"], 20), rel=0.3)
+
+
+def test_slots_of_other_standards_stay():
+    for name, slot_ns in ("11a", 9_000), ("11b", 20_000):
+        assert STANDARDS[name].with_short_slots().slot_ns == slot_ns
+
+
 def test_the_twin_with_slots_a_tenth_longer_shows():
     alone = 1e6 / (16 + 2 * 9.9 + 7.5 * 9.9 + times_us(A, [AIR_BYTES], 54))
     assert goodput("a", "base") != pytest.approx(alone, rel=0.01)
