@@ -73,7 +73,14 @@ class Neighbours:
         """``host`` has stopped: its entries are gone."""
         for (_, owner, _), neighbour in self._known.items():
             if owner == host:
-                neighbour.forget()
+                neighbour.forget("host_down")
+
+    def lose_carrier(self, medium: Route, host: int) -> None:
+        """``host`` hangs on no access point of ``medium``: its entries there are gone (Linux
+        ``arp_evict_nocarrier``, on by default since 5.16)."""
+        for (over, owner, _), neighbour in self._known.items():
+            if owner == host and over is medium:
+                neighbour.forget("not_associated")
 
     def up_ns(self, host: int) -> int:
         """For how long ``host`` had been up when the simulation began, drawn by its name: its
@@ -135,11 +142,11 @@ class Neighbour(Carrier[int]):
         transmit = self._transmit
         return transmit(source, receivers, size_bytes, segments, broadcast, carrier, token)
 
-    def forget(self) -> None:
-        """The host has stopped: the address is forgotten, and what waits for it is lost."""
+    def forget(self, reason: str) -> None:
+        """The address is forgotten, and what waits for it is lost for this ``reason``."""
         self._state = NONE
         self._cancel_timer()
-        self._lose("host_down")
+        self._lose(reason)
 
     # The carrier of questions and answers: nobody learns of a lost one.
 

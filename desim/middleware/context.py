@@ -96,6 +96,11 @@ class GraphContext:
             watcher(host, False)
         self._middleware.switched(host, False)
 
+    def hangs_on(self, medium: Medium, host: int, access_point: str | None) -> None:
+        """``host`` has come to an access point of ``medium``, or left it (None)."""
+        if access_point is None and self._neighbours is not None:
+            self._neighbours.lose_carrier(medium, host)
+
     def advertised(self, advertised: Advertisement) -> None:
         if self.beliefs is not None:
             self.beliefs.advertises(advertised.publisher.host, advertised.publisher.topic)

@@ -114,6 +114,7 @@ def wired(scenario: Scenario, place: Surroundings, kernel: Kernel, trace: Trace,
     for medium in graph.media:
         if isinstance(medium.model, KnowsHandovers):
             graph.associations[medium.name] = AssociationRows(medium, medium.model, kernel, trace)
+            medium.model.follow(partial(graph.context.hangs_on, medium))
     return graph
 
 

@@ -114,6 +114,27 @@ def test_a_cut_is_felt_for_less_where_addresses_get_lost(monkeypatch, cut_s, sta
     assert median_s() == pytest.approx(static_s, rel=0.05)
 
 
+def heard_after_s(arp_params):
+    """When b hears of a, which speaks each 10 ms and hangs on no access point from 2 s on for 11 ms
+    (as it roams)."""
+    pair = Pair(wire(), [partition("2 s", "2.011 s")], params=arp_params)
+    context, medium = pair.net.graph.context, pair.net.graph.media[0]
+    pair.at(2 * S, context.hangs_on, medium, 0, None)
+    pair.at(2011 * MS, context.hangs_on, medium, 0, "ap_1")
+    pair.call()
+    for k in range(400):
+        pair.at(10 * MS + k * 10 * MS, pair.say, k)
+    pair.run(5 * S)
+    return next(time_ns for time_ns, _ in pair.heard() if time_ns > 2002 * MS) / S
+
+
+def test_a_host_without_carrier_forgets_addresses_and_its_question_is_lost():
+    """Linux on simulated radios: what goes upwards waits 1.05 to 1.10 s after each change of the
+    access point (arp_evict_nocarrier). The twin keeps its addresses."""
+    assert heard_after_s(NATURAL) == pytest.approx(3.005, abs=0.02)
+    assert heard_after_s({"arp": "static", "tick": "0 ns"}) < 2.5
+
+
 def test_datagrams_keep_no_address_alive_and_lose_it_sooner():
     """Datagrams that both send beside twice a second need the same address, and nothing confirms
     it. So after a cut of 60 s none of nine links sleeps for 47 s, where its address had been good

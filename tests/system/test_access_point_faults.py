@@ -4,6 +4,7 @@ import pytest
 
 from desim import api
 from desim.errors import InputError
+from desim.middleware.arp import Neighbours
 from desim.scenario.load import from_mapping
 
 S, BEACON_S = 10**9, 0.1024
@@ -55,6 +56,21 @@ def test_a_short_break_is_seen_by_what_it_says_then(tmp_path):
         "associated", "access_point_stopped", "access_point_started", "disassociated",
         "associated"]
     assert 3.3 < found[3][0] <= 3.3 + BEACON_S
+
+
+def test_who_left_asks_for_addresses_again(tmp_path, monkeypatch):
+    """As Linux does where the carrier is gone; the twin's are still good."""
+    def asked(name):
+        data = scenario({"at": "3 s", "down_for": "300 ms"})
+        data["middleware"] = {"model": "ros1", "master": "base"}
+        data["robot"] = {"publishes": [{"topic": "load", "size": "100 B", "rate": "10 Hz",
+                                        "to": "base"}]}
+        run = api.run(from_mapping(data).scenario, out=tmp_path / name)
+        return run.metrics["discovery_by_kind"]["arp"]["frames"]
+
+    often = asked("as it is")
+    monkeypatch.setattr(Neighbours, "lose_carrier", lambda *_: None)
+    assert often > asked("twin")
 
 
 def test_with_another_one_near_they_roam_to_it(tmp_path):
