@@ -142,8 +142,8 @@ class Standard:
         return "5 GHz" if self.allowed_channels[0] == CHANNELS_5GHZ[0] else "2.4 GHz"
 
     def carrier_hz(self, channel: int) -> float:
-        """Centre of a channel (17.3.8.4.2, 16.3.6.3)."""
-        return self.band_hz + 5e6 * channel
+        """Centre of a channel (17.3.8.4.2, 16.3.6.3); the last of 2.4 GHz stands apart."""
+        return _CHANNEL_14_HZ if channel == 14 else self.band_hz + 5e6 * channel
 
     def spectrum(self, channel: int) -> tuple[float, float]:
         """From where to where a channel reaches, as channel numbers of 5 MHz each: in 5 GHz the
@@ -240,6 +240,7 @@ def train_bytes(size_bytes: int, segments: int, more_bytes: int = 0) -> tuple[in
 
 FIVE_GHZ = 36  # the first channel of the band, of any width
 CHANNELS_2GHZ = tuple(range(1, 15))
+_CHANNEL_14_HZ = 2.484e9
 CHANNELS_5GHZ = (*range(36, 65, 4), *range(100, 145, 4), *range(149, 166, 4))
 
 

@@ -115,8 +115,8 @@ def test_a_cut_is_felt_for_less_where_addresses_get_lost(monkeypatch, cut_s, sta
 
 
 def heard_after_s(arp_params):
-    """When b hears of a, which speaks each 10 ms and hangs on no access point from 2 s on for 11 ms
-    (as it roams)."""
+    """The time at which b hears a again, which speaks each 10 ms and hangs on no access point
+    from 2 s on for 11 ms (as it roams)."""
     pair = Pair(wire(), [partition("2 s", "2.011 s")], params=arp_params)
     context, medium = pair.net.graph.context, pair.net.graph.media[0]
     pair.at(2 * S, context.hangs_on, medium, 0, None)

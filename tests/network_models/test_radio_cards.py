@@ -58,6 +58,7 @@ def test_a_pi_in_24_ghz():
     """The band of a TurtleBot 4's base: 802.11n in 20 MHz, with one stream at most 72.2 Mb/s."""
     radio = DcfRadio(params(card="pi_4", standard="11n", channel=1, width="20 MHz"))
     assert radio.standard.carrier_hz(1) == 2412e6
+    assert radio.standard.carrier_hz(14) == 2484e6  # not 2477
     assert max(rate.mbps for rate in radio.standard.rates) == pytest.approx(72.2, abs=0.1)
 
 
