@@ -61,6 +61,7 @@ class Associations:
         self.control = ControlFrames(air)
         self.power_save = PowerSave(self.control, settings.constants, outlets, self._rests_at
                                     ) if settings.power_save else None
+        self.loose = set(self._stations)  # those that hang on no access point
         self.handovers: list[ports.Handover] = []
         self._notes: list[Callable[[int, str | None], object]] = []
 
@@ -74,6 +75,7 @@ class Associations:
                 best = max(self._channels, key=lambda one: (powers_dbm[one, host], -one))
                 if powers_dbm[best, host] >= self._found_dbm:
                     station.access_point = self._known[host] = best
+                    self.loose.discard(host)
                     station.scanned_ns = 0
                     station.scans.begin(0, powers_dbm[best, host] < self._roaming.threshold_dbm)
                     budget.channels[host] = self._channels[best]
@@ -326,6 +328,7 @@ class Associations:
             return
         before = self._known.get(host)
         station.access_point = self._known[host] = access_point
+        self.loose.discard(host)
         station.missed = 0
         if before is not None and before != access_point:
             self._outlets[before].flush(host, "roamed")
@@ -345,6 +348,7 @@ class Associations:
         station = self._stations[host]
         if station.access_point is not None:
             station.left, station.access_point = station.access_point, None
+            self.loose.add(host)
             station.since_ns = self._air.now_ns
             self._notify(host, None)
             self._outlets[host].flush(None, "not_associated")

@@ -205,8 +205,8 @@ class Infrastructure:
 
     def separates(self, host: int, other: int) -> bool:
         """Whether one of the two hangs on no access point now."""
-        return any(one not in self._wired and self.associations.access_point(one) is None
-                   for one in (host, other))
+        loose = self.associations.loose
+        return host in loose or other in loose
 
     def control(self) -> tuple[int, int]:
         """Beacons and management frames so far, and their bytes on the air."""

@@ -151,7 +151,7 @@ class Air:
         self.catch_up()
         self._budget.channels[number * self._hosts + host] = channel
         self._update_links(self._context.now_ns)
-        self._mean = self._budget.on_channels(self._losses)
+        self._mean = self._budget.on_channels(self._signals)
         self._link(self._context.now_ns)
         if not self._wake_booked:
             self._book_wake()
@@ -246,7 +246,8 @@ class Air:
             self._updated_ns, self._places, self._epoch = now_ns, places, obstacles.epoch
             self._people = obstacles.people
             self._losses = self._budget.losses(places, obstacles)
-            self._mean = self._budget.on_channels(self._losses)
+            self._signals = self._budget.signals(self._losses)
+            self._mean = self._budget.on_channels(self._signals)
         elif fades is None or now_ns < fades.until_ns:
             return
         self._link(now_ns)

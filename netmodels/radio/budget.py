@@ -61,6 +61,16 @@ class PairLosses(NamedTuple):
     loss_db: np.ndarray
 
 
+class Signals(NamedTuple):
+    """The signals of stations ``source`` [k], ascending, at ``hearer`` [k]: ``mw`` [k], and whether
+    they are strong enough to be received, ``clear`` [k]."""
+
+    source: np.ndarray
+    hearer: np.ndarray
+    mw: np.ndarray
+    clear: np.ndarray
+
+
 @dataclass(frozen=True)
 class Budget:
     """The parameters of a link budget. A frame is heard (as interference) from ``heard_dbm`` on and
@@ -93,7 +103,7 @@ class Budget:
         """The links between hosts at ``places`` [hosts, 2] m. A host without a place hears nobody,
         and nobody hears it, unless the loss does not depend on places. Hosts that are too far away
         cost nothing."""
-        return self.on_channels(self.losses(places, obstacles))
+        return self.on_channels(self.signals(self.losses(places, obstacles)))
 
     def losses(self, places: np.ndarray, obstacles: ports.Obstacles) -> PairLosses:
         """The losses between hosts at ``places`` [hosts, 2] m that can hear each other, on
@@ -121,19 +131,22 @@ class Budget:
                 np.column_stack([height_m[one], height_m[other]]))
         return PairLosses(one, other, loss_db)
 
-    def on_channels(self, losses: PairLosses) -> RadioLinks:
-        """The links of ``losses`` between hosts that are on one channel now."""
+    def signals(self, losses: PairLosses) -> Signals:
+        """The signals of ``losses`` that can be heard, on whatever channels hosts are."""
         one, other, loss_db = losses
-        hosts = len(self.channels)
         source, hearer = np.concatenate([one, other]), np.concatenate([other, one])
         dbm = (self.sent_dbm[source] + self.antennas.gain_db[hearer]
                - np.concatenate([loss_db, loss_db]))
-        heard = np.flatnonzero((dbm > self.heard_dbm)
-                               & (self.channels[source] == self.channels[hearer]))
+        heard = np.flatnonzero(dbm > self.heard_dbm)
+        heard = heard[np.argsort(source[heard] * len(self.channels) + hearer[heard])]
         source, hearer, dbm = source[heard], hearer[heard], dbm[heard]
-        order = np.argsort(source * hosts + hearer)
-        source, hearer, dbm = source[order], hearer[order], dbm[order]
-        return RadioLinks.of(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm, hosts)
+        return Signals(source, hearer, 10 ** (dbm / 10), dbm >= self.found_dbm)
+
+    def on_channels(self, signals: Signals) -> RadioLinks:
+        """The links of ``signals`` between hosts that are on one channel now."""
+        alike = self.channels[signals.source] == self.channels[signals.hearer]
+        return RadioLinks.of(signals.source[alike], signals.hearer[alike], signals.mw[alike],
+                             signals.clear[alike], len(self.channels))
 
     def link_dbm(self, sender: int, receiver: int, ends_m: np.ndarray,
                  obstacles: ports.Obstacles) -> np.ndarray:

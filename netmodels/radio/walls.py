@@ -60,18 +60,42 @@ class Walls(ports.Params):
         no wall is lower."""
         if not len(obstacles.segments) or not len(lines):
             return np.zeros(len(lines))
+        wall_db = self._of_each_db(obstacles)
+        if heights_m is None:
+            return self._level_db(obstacles, lines, wall_db, most_db)
+        # Between the antennas of a slanting line it matters where it crosses a wall.
+        tops_m = np.unique(obstacles.height_m)
+        (low_m, high_m), loss_db = np.sort(heights_m, axis=1).T, np.empty(len(lines))
+        level = np.searchsorted(tops_m, low_m, "right") == np.searchsorted(tops_m, high_m, "right")
+        for height_m in np.unique(low_m[level]):
+            those = np.flatnonzero(level & (low_m == height_m))
+            loss_db[those] = self._level_db(
+                obstacles, lines[those], np.where(obstacles.height_m > height_m, wall_db, 0.0),
+                None if most_db is None else most_db[those], heights_m[those])
+        those = np.flatnonzero(~level)
+        loss_db[those] = self._slanting_db(obstacles, lines[those], wall_db, heights_m[those])
+        return loss_db
+
+    def _of_each_db(self, obstacles: ports.Obstacles) -> np.ndarray:
+        """[walls] dB of each wall that is crossed."""
         by_name = CROSSING_DB | self.crossing
         crossing_db = np.array([by_name.get(name, 0.0) for name in obstacles.materials])
         per_metre_db = np.array([self.per_metre.get(name, 0.0) for name in obstacles.materials])
-        wall_db = (crossing_db[obstacles.material]
-                   + per_metre_db[obstacles.material] * obstacles.thickness_m)
-        tops_m, slanting = obstacles.height_m, False
-        if heights_m is not None:
-            wall_db = np.where(tops_m > heights_m.min(), wall_db, 0.0)
-            # Only of walls between the lowest and the highest antenna it matters where.
-            slanting = bool(((tops_m > heights_m.min()) & (tops_m <= heights_m.max())).any())
-        if most_db is not None and not self.inside and not slanting and (wall_db >= 0.0).all():
+        return (crossing_db[obstacles.material]
+                + per_metre_db[obstacles.material] * obstacles.thickness_m)
+
+    def _level_db(self, obstacles: ports.Obstacles, lines: np.ndarray, wall_db: np.ndarray,
+                  most_db: np.ndarray | None, heights_m: np.ndarray | None = None) -> np.ndarray:
+        """[k] dB on lines each of which is above all of a wall or below its top: ``wall_db`` of
+        those above which they are is 0."""
+        if most_db is not None and not self.inside and (wall_db >= 0.0).all():
             return obstacles.tolls(lines, wall_db, most_db)
+        return self._slanting_db(obstacles, lines, wall_db, heights_m)
+
+    def _slanting_db(self, obstacles: ports.Obstacles, lines: np.ndarray, wall_db: np.ndarray,
+                     heights_m: np.ndarray | None) -> np.ndarray:
+        """[k] dB on lines by where they cross walls."""
+        tops_m = obstacles.height_m
         line, wall = obstacles.crossings(lines).T
         at = _crossed_at(obstacles.segments[wall], lines[line])
         line_m = np.full(len(at), -np.inf)  # high, where it crosses
