@@ -147,8 +147,8 @@ class CountsControl(Protocol):
 
 
 class Handover(NamedTuple):
-    """A host hangs on ``access_point`` from ``time_ns`` on, after ``gap_ns`` on none; before on
-    ``left`` (None: on none yet)."""
+    """A host hangs on ``access_point`` from ``time_ns`` on, after ``gap_ns`` on none that runs;
+    before on ``left`` (None: on none yet)."""
 
     time_ns: int
     host: int

@@ -30,6 +30,7 @@ class _Station:
         self.access_point: int | None = None
         self.left: int | None = None
         self.since_ns = 0  # without an access point
+        self.unserved_ns: int | None = None  # since its access point has stopped
         self.doing, self.turn = _Doing.NOTHING, 0
         self.scanned_ns: int | None = None  # the last scan began
         self.scans = scans
@@ -132,6 +133,7 @@ class Associations:
             self._stopped.add(access_point)
             for host in self.members(access_point):
                 del self._known[host]
+                self._stations[host].unserved_ns = self._air.now_ns
             self._outlets[access_point].flush(None, STOPPED)
             if self.power_save is not None:
                 self.power_save.stop(access_point, STOPPED)
@@ -349,7 +351,8 @@ class Associations:
         if station.access_point is not None:
             station.left, station.access_point = station.access_point, None
             self.loose.add(host)
-            station.since_ns = self._air.now_ns
+            unserved_ns, station.unserved_ns = station.unserved_ns, None
+            station.since_ns = self._air.now_ns if unserved_ns is None else unserved_ns
             self._notify(host, None)
             self._outlets[host].flush(None, "not_associated")
             if self.power_save is not None:

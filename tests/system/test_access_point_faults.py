@@ -49,6 +49,16 @@ def test_a_station_loses_it_by_missed_beacons_and_joins_again(tmp_path):
     assert 7 < at_s[4] < 7 + 5
 
 
+@pytest.mark.parametrize("down_for", ["4 s", "300 ms"])
+def test_the_gap_begins_with_the_stop(tmp_path, down_for):
+    """The twin counts from the disassociation, after the station's doubt."""
+    found, run = steps(tmp_path, scenario({"at": "3 s", "down_for": down_for}))
+    left_s = next(row[0] for row in found if row[1] == "disassociated")
+    gap_s = found[-1][0] - 3
+    assert run.metrics["handover_gap_s"]["max"] == pytest.approx(gap_s, abs=1e-6)
+    assert gap_s > found[-1][0] - left_s + 0.05
+
+
 def test_a_short_break_is_seen_by_what_it_says_then(tmp_path):
     """Down for three beacons: nobody doubts; but it knows nobody any more, and says so."""
     found, _ = steps(tmp_path, scenario({"at": "3 s", "down_for": "300 ms"}))
