@@ -77,7 +77,7 @@ class Neighbours:
 
     def lose_carrier(self, medium: Route, host: int) -> None:
         """``host`` hangs on no access point of ``medium``: its entries there are gone (Linux
-        ``arp_evict_nocarrier``, on by default since 5.16)."""
+        ``arp_evict_nocarrier``, on by default since 5.16), but for those over a ``Way``."""
         for (over, owner, _), neighbour in self._known.items():
             if owner == host and over is medium:
                 neighbour.forget("not_associated")

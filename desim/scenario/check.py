@@ -1,4 +1,4 @@
-"""The checks of a scenario beyond the types of its values."""
+"""All checks of a scenario beyond the types of its values, in the order in which they run."""
 
 from __future__ import annotations
 

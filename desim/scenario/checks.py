@@ -1,4 +1,4 @@
-"""Checks of a scenario beyond the types of its values, by what they read."""
+"""The types of checks: their findings, and the paths that they read."""
 
 from __future__ import annotations
 

@@ -171,7 +171,7 @@ class Standard:
 
     def with_short_slots(self) -> Standard:
         """With slots of 9 us, as an access point announces them where no station has 802.11b alone
-        (802.11-2016, 9.4.1.4 and 18.5.4; hostapd: ``ap_get_capab_info``)."""
+        (802.11-2016, 9.4.1.4; hostapd: ``num_sta_no_short_slot_time``)."""
         return self if self.slow else replace(self, slot_ns=_SHORT_SLOT_NS)
 
     def alike(self, rate: int) -> list[int]:

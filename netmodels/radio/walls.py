@@ -63,16 +63,18 @@ class Walls(ports.Params):
         wall_db = self._of_each_db(obstacles)
         if heights_m is None:
             return self._level_db(obstacles, lines, wall_db, most_db)
-        # Between the antennas of a slanting line it matters where it crosses a wall.
+        # It matters where a line crosses the walls whose tops are between its two antennas. All
+        # others are level: with them lines of one band are below the tops of the same walls.
         tops_m = np.unique(obstacles.height_m)
-        (low_m, high_m), loss_db = np.sort(heights_m, axis=1).T, np.empty(len(lines))
-        level = np.searchsorted(tops_m, low_m, "right") == np.searchsorted(tops_m, high_m, "right")
-        for height_m in np.unique(low_m[level]):
-            those = np.flatnonzero(level & (low_m == height_m))
+        low, high = np.searchsorted(tops_m, np.sort(heights_m, axis=1), "right").T
+        loss_db = np.empty(len(lines))
+        for band in np.unique(low[low == high]).tolist():
+            those = np.flatnonzero((low == band) & (high == band))
+            higher = np.searchsorted(tops_m, obstacles.height_m) >= band
             loss_db[those] = self._level_db(
-                obstacles, lines[those], np.where(obstacles.height_m > height_m, wall_db, 0.0),
+                obstacles, lines[those], np.where(higher, wall_db, 0.0),
                 None if most_db is None else most_db[those], heights_m[those])
-        those = np.flatnonzero(~level)
+        those = np.flatnonzero(low != high)
         loss_db[those] = self._slanting_db(obstacles, lines[those], wall_db, heights_m[those])
         return loss_db
 
@@ -86,8 +88,7 @@ class Walls(ports.Params):
 
     def _level_db(self, obstacles: ports.Obstacles, lines: np.ndarray, wall_db: np.ndarray,
                   most_db: np.ndarray | None, heights_m: np.ndarray | None = None) -> np.ndarray:
-        """[k] dB on lines each of which is above all of a wall or below its top: ``wall_db`` of
-        those above which they are is 0."""
+        """[k] dB on lines below the tops of the same walls; ``wall_db`` of all others is 0."""
         if most_db is not None and not self.inside and (wall_db >= 0.0).all():
             return obstacles.tolls(lines, wall_db, most_db)
         return self._slanting_db(obstacles, lines, wall_db, heights_m)
