@@ -30,18 +30,19 @@ def said(**env: str) -> list[int]:
 
 
 def test_a_failed_try_gives_way(tmp_path):
+    """Each does, unless its sleep of 1 ns is over before the thread is off the processor."""
     library = giving_way.build(tmp_path)
     if library is None:
         pytest.skip("gcc is not installed; desim loop doctor says how to get it")
     free, taken, before, after = said(LD_PRELOAD=str(library))
     assert (free, taken) == (0, 16)  # EBUSY
-    assert after - before >= 100
+    assert after - before > 50
 
 
 def test_without_it_nothing_gives_way():
     free, taken, before, after = said(LD_PRELOAD="")
     assert (free, taken) == (0, 16)
-    assert after - before < 100
+    assert after - before < 50
 
 
 def test_a_machine_without_compiler(monkeypatch, tmp_path):
